@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+The one declarative form of a parameter.
+
+Every stage has one frozen dataclass derived from :class:`StageConfig`, whose fields are made
+with :func:`parameter`.  Name, default, range, unit and description stand there and nowhere else:
+ROS parameters, the YAML file, command-line flags and the tables in the docs are made from it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from gait_segmentation.errors import ConfigError
+
+__all__ = ['Parameter', 'StageConfig', 'parameter', 'parameters_of']
+
+_KEY = 'gait_segmentation.parameter'
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """What is known about one parameter besides its value."""
+
+    name: str
+    type: type
+    default: Any
+    description: str
+    unit: str
+    minimum: float | None
+    maximum: float | None
+    choices: tuple[str, ...] | None
+    read_only: bool
+
+    def allowed(self) -> str:
+        """Say in words which values are allowed."""
+        if self.choices is not None:
+            return 'one of ' + ', '.join(self.choices)
+        kind = {bool: 'true or false', int: 'an integer', float: 'a number', str: 'a text'}
+        words = kind[self.type]
+        if self.minimum is not None and self.maximum is not None:
+            words += f' from {self.minimum:g} to {self.maximum:g}'
+        elif self.minimum is not None:
+            words += f' of at least {self.minimum:g}'
+        elif self.maximum is not None:
+            words += f' of at most {self.maximum:g}'
+        return words
+
+    def check(self, value: Any) -> None:
+        """
+        Refuse a value that is not allowed.
+
+        :raises ConfigError: with the parameter's name, the value and what is allowed.
+        """
+        if self.type is float:
+            right = isinstance(value, int | float) and not isinstance(value, bool)
+            right = right and math.isfinite(value)
+        elif self.type is int:
+            right = isinstance(value, int) and not isinstance(value, bool)
+        else:
+            right = isinstance(value, self.type)
+        if right and self.choices is not None:
+            right = value in self.choices
+        if right and self.minimum is not None:
+            right = value >= self.minimum
+        if right and self.maximum is not None:
+            right = value <= self.maximum
+        if not right:
+            raise ConfigError(f'{self.name} must be {self.allowed()}, got {value!r}')
+
+
+def parameter(
+    default: Any,
+    description: str,
+    *,
+    unit: str = '',
+    minimum: float | None = None,
+    maximum: float | None = None,
+    choices: tuple[str, ...] | None = None,
+    read_only: bool = False,
+) -> Any:
+    """
+    Declare one parameter of a stage.
+
+    :param default: its default; its type (bool, int, float or str) is the parameter's type.
+    :param description: what raising or switching it does, one or two sentences.
+    :param unit: unit of the value, empty if it has none.
+    :param minimum: smallest value allowed.
+    :param maximum: largest value allowed.
+    :param choices: the texts allowed.
+    :param read_only: whether it may not change while a node runs.
+    """
+    about = Parameter(
+        '', type(default), default, description, unit, minimum, maximum, choices, read_only
+    )
+    return dataclasses.field(default=default, metadata={_KEY: about})
+
+
+def parameters_of(config: type[StageConfig] | StageConfig) -> tuple[Parameter, ...]:
+    """List the parameters of a stage in the order of their declaration."""
+    return tuple(
+        dataclasses.replace(field.metadata[_KEY], name=field.name)
+        for field in dataclasses.fields(config)
+    )
+
+
+@dataclass(frozen=True)
+class StageConfig:
+    """Base of the stages' configurations: checks every field against its declaration."""
+
+    def __post_init__(self) -> None:
+        """
+        Check all fields.
+
+        :raises ConfigError: at the first field whose value is not allowed.
+        """
+        for about in parameters_of(self):
+            value = getattr(self, about.name)
+            about.check(value)
+            if about.type is float:
+                object.__setattr__(self, about.name, float(value))

@@ -1,0 +1,25 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Errors of this package: one root and a leaf for each kind of cause."""
+
+from __future__ import annotations
+
+
+class GaitSegmentationError(Exception):
+    """Root of every error this package raises on purpose."""
+
+
+class ConfigError(GaitSegmentationError, ValueError):
+    """A parameter has a value outside what it allows."""
+
+
+class InputError(GaitSegmentationError, ValueError):
+    """An image, box, stamp or mask given to a stage cannot be used."""
+
+
+class BankError(GaitSegmentationError):
+    """A template bank is malformed, of another version, or cannot be read or written."""
+
+
+class SequenceError(GaitSegmentationError):
+    """A clip or a sequence folder is missing, incomplete or corrupt."""

@@ -1,0 +1,298 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Boxes, body frames and the transforms between template, working image and source image.
+
+Coordinates
+    Image coordinates have x to the right and y down.  A *length* or *position* is continuous:
+    the pixel in column 0 covers x from 0 to 1 and its centre is at x = 0.5, so a position is
+    carried from one image size to another by multiplying with the ratio of the sizes, and by
+    nothing else.  ``cv2`` counts pixel centres as integers instead; :func:`pixel_affine` turns a
+    transform of positions into the matrix ``cv2.warpAffine`` wants.
+
+Sizes
+    *Source* size is the camera's; *working* size is what the likelihood and the shape prior
+    have.  The width of a working image over the width of the source is the scale.
+
+Body frame
+    Templates live in the frame of the body: origin at mid height on the body's axis, x to the
+    right, y down, unit the height of the body.  A template grid of H x W pixels with ``fill`` f
+    covers H/(f H) = 1/f body heights vertically.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import InputError
+
+__all__ = [
+    'BodyFrame',
+    'Box',
+    'Placement',
+    'compose',
+    'invert',
+    'pixel_affine',
+    'scaling',
+    'template_to_image',
+]
+
+
+@dataclass(frozen=True)
+class Box:
+    """
+    An upright rectangle in pixels: top left corner, width and height, all sub-pixel.
+
+    :raises InputError: if a value is not finite or width or height is not positive.
+    """
+
+    x: float
+    y: float
+    width: float
+    height: float
+
+    def __post_init__(self) -> None:
+        """Refuse boxes that are no boxes."""
+        values = (self.x, self.y, self.width, self.height)
+        if not all(math.isfinite(value) for value in values):
+            raise InputError(f'box values must be finite numbers, got {values}')
+        if self.width <= 0 or self.height <= 0:
+            raise InputError(
+                f'box width and height must be positive, got {self.width:g} x {self.height:g}'
+            )
+
+    @property
+    def right(self) -> float:
+        """Return x of the right edge."""
+        return self.x + self.width
+
+    @property
+    def bottom(self) -> float:
+        """Return y of the lower edge."""
+        return self.y + self.height
+
+    @property
+    def center_x(self) -> float:
+        """Return x of the centre."""
+        return self.x + self.width / 2
+
+    @property
+    def center_y(self) -> float:
+        """Return y of the centre."""
+        return self.y + self.height / 2
+
+    @classmethod
+    def from_center(cls, center_x: float, center_y: float, width: float, height: float) -> Box:
+        """Make a box from its centre and size."""
+        return cls(center_x - width / 2, center_y - height / 2, width, height)
+
+    @classmethod
+    def around(cls, mask: NDArray[np.uint8] | NDArray[np.bool_]) -> Box | None:
+        """
+        Return the tight box of the non-zero pixels of a mask, None for an empty mask.
+
+        :param mask: (height, width) array of any type that has a truth value.
+        """
+        rows = np.flatnonzero(mask.any(axis=1))
+        if rows.size == 0:
+            return None
+        columns = np.flatnonzero(mask.any(axis=0))
+        left, top = int(columns[0]), int(rows[0])
+        return cls(left, top, int(columns[-1]) + 1 - left, int(rows[-1]) + 1 - top)
+
+    def scaled(self, factor: float) -> Box:
+        """Return the same box in an image ``factor`` times the size."""
+        return Box(self.x * factor, self.y * factor, self.width * factor, self.height * factor)
+
+    def shifted(self, dx: float, dy: float) -> Box:
+        """Return the box moved by (dx, dy)."""
+        return Box(self.x + dx, self.y + dy, self.width, self.height)
+
+    def padded(self, dx: float, dy: float) -> Box:
+        """Return the box grown by dx on the left and right and dy at the top and bottom."""
+        return Box(self.x - dx, self.y - dy, self.width + 2 * dx, self.height + 2 * dy)
+
+    def union(self, other: Box) -> Box:
+        """Return the smallest box that holds both."""
+        left, top = min(self.x, other.x), min(self.y, other.y)
+        right, bottom = max(self.right, other.right), max(self.bottom, other.bottom)
+        return Box(left, top, right - left, bottom - top)
+
+    def clipped(self, width: float, height: float) -> Box | None:
+        """Return the part inside an image of the given size, None if there is none."""
+        left, top = max(self.x, 0.0), max(self.y, 0.0)
+        right, bottom = min(self.right, width), min(self.bottom, height)
+        if right <= left or bottom <= top:
+            return None
+        return Box(left, top, right - left, bottom - top)
+
+    def slices(self, width: int, height: int) -> tuple[slice, slice]:
+        """
+        Return the (row, column) slices of the pixels touched in an image of the given size.
+
+        The slices are empty if the box lies outside.
+        """
+        left = min(max(math.floor(self.x), 0), width)
+        top = min(max(math.floor(self.y), 0), height)
+        right = min(max(math.ceil(self.right), left), width)
+        bottom = min(max(math.ceil(self.bottom), top), height)
+        return slice(top, bottom), slice(left, right)
+
+    def iou(self, other: Box) -> float:
+        """Return the intersection over union with another box, 0..1."""
+        width = min(self.right, other.right) - max(self.x, other.x)
+        height = min(self.bottom, other.bottom) - max(self.y, other.y)
+        if width <= 0 or height <= 0:
+            return 0.0
+        common = width * height
+        return common / (self.width * self.height + other.width * other.height - common)
+
+    def corners(self) -> tuple[tuple[float, float], ...]:
+        """Return the corners clockwise from the top left."""
+        return (
+            (self.x, self.y),
+            (self.right, self.y),
+            (self.right, self.bottom),
+            (self.x, self.bottom),
+        )
+
+
+@dataclass(frozen=True)
+class BodyFrame:
+    """
+    Where a body stands in an image.
+
+    ``center_x, center_y`` is the point at mid height on the body's axis and ``height`` the body's
+    height along the axis, both in pixels; ``angle`` is the tilt of the axis in radians, positive
+    when the head leans to the right in the image.
+    """
+
+    center_x: float
+    center_y: float
+    height: float
+    angle: float = 0.0
+
+    def scaled(self, factor: float) -> BodyFrame:
+        """Return the same body in an image ``factor`` times the size."""
+        return BodyFrame(
+            self.center_x * factor, self.center_y * factor, self.height * factor, self.angle
+        )
+
+    def corners(self, width: float) -> tuple[tuple[float, float], ...]:
+        """
+        Return the rectangle along the axis, clockwise from the body's top left.
+
+        :param width: width of the rectangle in pixels, across the axis.
+        """
+        cos, sin = math.cos(self.angle), math.sin(self.angle)
+        half_w, half_h = width / 2, self.height / 2
+        return tuple(
+            (self.center_x + cos * x - sin * y, self.center_y + sin * x + cos * y)
+            for x, y in (
+                (-half_w, -half_h),
+                (half_w, -half_h),
+                (half_w, half_h),
+                (-half_w, half_h),
+            )
+        )
+
+    @classmethod
+    def from_corners(cls, corners: tuple[tuple[float, float], ...]) -> tuple[BodyFrame, float]:
+        """
+        Invert :meth:`corners`.
+
+        :param corners: four (x, y), clockwise from the body's top left.
+        :returns: the frame and the width of the rectangle.
+        :raises InputError: if there are not four corners or the rectangle has no size.
+        """
+        if len(corners) != 4:
+            raise InputError(f'a box must have 4 corners, got {len(corners)}')
+        points = np.asarray(corners, dtype=np.float64)
+        if not np.isfinite(points).all():
+            raise InputError(f'box corners must be finite numbers, got {corners}')
+        center = points.mean(axis=0)
+        down = (points[3] + points[2] - points[0] - points[1]) / 2
+        across = (points[1] + points[2] - points[0] - points[3]) / 2
+        height, width = float(np.hypot(*down)), float(np.hypot(*across))
+        if height <= 0 or width <= 0:
+            raise InputError(f'box corners must span a rectangle, got {corners}')
+        angle = math.atan2(-float(down[0]), float(down[1]))
+        return cls(float(center[0]), float(center[1]), height, angle), width
+
+
+@dataclass(frozen=True)
+class Placement:
+    """
+    Where the template grid lies relative to the tracked box.
+
+    ``dx, dy`` shift the centre, in heights of the box; ``scale`` is the height of the body over
+    the height of the box.
+    """
+
+    dx: float
+    dy: float
+    scale: float
+
+    def body(self, box: Box, angle: float = 0.0) -> BodyFrame:
+        """Return the body frame this placement means for a box, in the box's pixels."""
+        return BodyFrame(
+            box.center_x + self.dx * box.height,
+            box.center_y + self.dy * box.height,
+            self.scale * box.height,
+            angle,
+        )
+
+
+def scaling(factor_x: float, factor_y: float | None = None) -> NDArray[np.float64]:
+    """Return the 2 x 3 transform of positions that scales x and y."""
+    factor_y = factor_x if factor_y is None else factor_y
+    return np.array([[factor_x, 0.0, 0.0], [0.0, factor_y, 0.0]])
+
+
+def compose(outer: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the 2 x 3 transform that applies ``inner`` first and ``outer`` second."""
+    linear = outer[:, :2] @ inner[:, :2]
+    return np.column_stack([linear, outer[:, :2] @ inner[:, 2] + outer[:, 2]])
+
+
+def invert(transform: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the inverse of a 2 x 3 transform."""
+    linear = np.linalg.inv(transform[:, :2])
+    return np.column_stack([linear, -linear @ transform[:, 2]])
+
+
+def pixel_affine(transform: NDArray[np.float64]) -> NDArray[np.float64]:
+    """
+    Turn a transform of positions into one of pixel indices, as ``cv2.warpAffine`` takes it.
+
+    Pixel (i, j) has its centre at position (i + 0.5, j + 0.5).
+    """
+    half = np.array([0.5, 0.5])
+    shift = transform[:, :2] @ half + transform[:, 2] - half
+    return np.column_stack([transform[:, :2], shift])
+
+
+def template_to_image(
+    body: BodyFrame, grid_height: int, grid_width: int, fill: float
+) -> NDArray[np.float64]:
+    """
+    Return the 2 x 3 transform from positions on a template grid to positions in the image.
+
+    :param body: the body frame in the image's pixels.
+    :param grid_height: rows of the template grid.
+    :param grid_width: columns of the template grid.
+    :param fill: share of the grid's rows that the body takes.
+    """
+    step = body.height / (fill * grid_height)
+    cos, sin = step * math.cos(body.angle), step * math.sin(body.angle)
+    center_x, center_y = grid_width / 2, grid_height / 2
+    return np.array(
+        [
+            [cos, -sin, body.center_x - cos * center_x + sin * center_y],
+            [sin, cos, body.center_y - sin * center_x - cos * center_y],
+        ]
+    )

@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+What the stages hand to each other.
+
+All are frozen; the arrays in them belong to the receiver and are never written again by the
+stage that made them.  ``stamp_ns`` is the stamp of the source image in nanoseconds and identifies
+the frame everywhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import BodyFrame, Box, Placement
+
+__all__ = ['Feedback', 'MatchResult', 'SegmentationResult', 'TrackResult']
+
+
+@dataclass(frozen=True)
+class TrackResult:
+    """
+    One person in one frame, as the tracker sees it.
+
+    ``track_id`` is never used twice; 0 means the slot is empty.  ``box`` is the tight box of the
+    person in source pixels, None when nobody is tracked.  ``likelihood`` is the foreground
+    likelihood image, uint8 of the working size, 255 = surely person (black when empty).
+    ``confidence`` in 0..1 says how well the person stands out from the surroundings.
+    """
+
+    stamp_ns: int
+    track_id: int
+    box: Box | None
+    likelihood: NDArray[np.uint8]
+    confidence: float
+
+
+@dataclass(frozen=True)
+class MatchResult:
+    """
+    The state of the best path at the emitted frame.
+
+    ``stamp_ns`` is the emitted frame, which lies ``lag`` frames before the newest one.
+    ``body`` is where the template stands, in source pixels, None when nobody is tracked (then
+    the numbers are 0 and ``shape_prior`` is black).  ``placement`` is the same relative to the
+    tracked box.  ``sequence`` and ``phase_index`` name the template in the bank.
+    ``phase`` is the gait phase in [0, 1), 0 = heel contact of the leg nearer to the camera, and
+    ``phase_rate`` its rate in strides per second.  ``azimuth`` is the walking direction in
+    radians: 0 to the right in the image, pi/2 away from the camera, pi to the left, -pi/2
+    towards the camera.  ``similarity`` is the Tanimoto similarity of the template with the
+    likelihood, ``confidence`` in 0..1 the trust in the path.  ``shape_prior`` is the template
+    warped into the image: uint8, same size as the likelihood, 255 inside, soft edge.
+    """
+
+    stamp_ns: int
+    track_id: int
+    body: BodyFrame | None
+    placement: Placement | None
+    sequence: int
+    phase_index: int
+    phase: float
+    phase_rate: float
+    azimuth: float
+    similarity: float
+    confidence: float
+    shape_prior: NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class SegmentationResult:
+    """
+    The silhouette of one person in one frame.
+
+    ``mask`` is uint8 0/255 of the source's size.  ``reason`` is empty, or says in words why the
+    mask is empty.
+    """
+
+    stamp_ns: int
+    track_id: int
+    mask: NDArray[np.uint8]
+    reason: str
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """
+    What the later stages found for a frame, from which the tracker learns.
+
+    ``mask`` is uint8 0/255 of the source's size, ``shape_prior`` uint8 of the working size and
+    ``body`` in source pixels, all of the frame with stamp ``stamp_ns``.
+    """
+
+    stamp_ns: int
+    track_id: int
+    mask: NDArray[np.uint8]
+    body: BodyFrame | None
+    shape_prior: NDArray[np.uint8]

@@ -1,0 +1,3 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Segmentation: the graph cut that turns likelihood and shape prior into a silhouette."""

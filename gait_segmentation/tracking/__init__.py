@@ -1,0 +1,3 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Tracking: where the person is, and how likely each pixel belongs to the person."""
