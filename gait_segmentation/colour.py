@@ -1,0 +1,181 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Colours of the person and of the surroundings, by height on the body.
+
+One joint Lab histogram per horizontal band of the body and per class.  The histograms are not
+smoothed over colour: a colour never seen must give a ratio of one, not an extrapolation of the
+tails of its neighbours.  (After the object and background densities of Collins and Liu, ICCV
+2003; bands and joint bins are ours.)
+"""
+
+from __future__ import annotations
+
+from numba import njit
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ['BANDS', 'BIN_VOLUME', 'BINS', 'ColourModel', 'body_rows', 'colour_bins']
+
+BINS = 24
+"""Bins along each axis of Lab."""
+
+BANDS = 8
+"""Horizontal bands of the body."""
+
+BIN_VOLUME = (256 / BINS) ** 3
+"""Volume of a bin: a density times this is the probability of a bin."""
+
+_BIN_OF = (np.arange(256) * BINS // 256).astype(np.int32)
+
+
+@njit(cache=True, nogil=True)
+def _bins(lab: NDArray[np.uint8], bin_of: NDArray[np.int32], out: NDArray[np.uint16]) -> None:
+    for row in range(lab.shape[0]):
+        for col in range(lab.shape[1]):
+            out[row, col] = (
+                bin_of[lab[row, col, 0]] * BINS + bin_of[lab[row, col, 1]]
+            ) * BINS + bin_of[lab[row, col, 2]]
+
+
+def colour_bins(lab: NDArray[np.uint8]) -> NDArray[np.uint16]:
+    """Return the index of each pixel's joint bin, (h, w) uint16, of a (h, w, 3) Lab image."""
+    out = np.empty(lab.shape[:2], np.uint16)
+    _bins(lab, _BIN_OF, out)
+    return out
+
+
+def body_rows(
+    shape: tuple[int, int],
+    origin: tuple[int, int],
+    center: tuple[float, float],
+    height: float,
+    angle: float = 0.0,
+) -> NDArray[np.float32]:
+    """
+    Return how far down the body each pixel lies: 0 at the head's top, 1 at the soles.
+
+    :param shape: (h, w) of the window.
+    :param origin: (x, y) of the window's first pixel in the image.
+    :param center: (x, y) of the body's centre.
+    :param height: height of the body in pixels.
+    :param angle: tilt of the body in radians.
+    """
+    y = np.arange(shape[0], dtype=np.float32)[:, None] + np.float32(origin[1] + 0.5 - center[1])
+    x = np.arange(shape[1], dtype=np.float32)[None, :] + np.float32(origin[0] + 0.5 - center[0])
+    along = np.float32(np.cos(angle)) * y - np.float32(np.sin(angle)) * x
+    return along / np.float32(height) + np.float32(0.5)
+
+
+@njit(cache=True, nogil=True)
+def _count(
+    bins: NDArray[np.uint16],
+    rows: NDArray[np.float32],
+    weight: NDArray[np.float32],
+    out: NDArray[np.float32],
+) -> float:
+    total = 0.0
+    for row in range(bins.shape[0]):
+        for col in range(bins.shape[1]):
+            w = weight[row, col]
+            if w > 0:
+                band = min(max(int(rows[row, col] * BANDS), 0), BANDS - 1)
+                out[bins[row, col], band] += w
+                total += w
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _blend(
+    histogram: NDArray[np.float32], newest: NDArray[np.float32], total: float, rate: float
+) -> None:
+    keep = np.float32(1 - rate)
+    gain = np.float32(rate / total)
+    for index in range(histogram.shape[0]):
+        for band in range(BANDS):
+            histogram[index, band] = keep * histogram[index, band] + gain * newest[index, band]
+
+
+@njit(cache=True, nogil=True)
+def _mix(
+    histogram: NDArray[np.float32], band_share: float, floor: float, out: NDArray[np.float32]
+) -> None:
+    """Mix each band with its neighbours (half weight) and with the whole body."""
+    mass = np.zeros(BANDS)
+    for index in range(histogram.shape[0]):
+        for band in range(BANDS):
+            mass[band] += histogram[index, band]
+    total = max(mass.sum(), 1e-12)
+    own = np.zeros(BANDS, np.float32)
+    for band in range(BANDS):
+        near = mass[band]
+        if band > 0:
+            near += 0.5 * mass[band - 1]
+        if band < BANDS - 1:
+            near += 0.5 * mass[band + 1]
+        own[band] = band_share / near if near > 1e-9 else 0.0
+    every = np.float32((1 - band_share) / total)
+    low = np.float32(floor)
+    half = np.float32(0.5)
+    for index in range(histogram.shape[0]):
+        h = histogram[index]
+        whole = h[0]
+        for band in range(1, BANDS):
+            whole += h[band]
+        if whole == 0:
+            for band in range(BANDS):
+                out[index, band] = low
+            continue
+        for band in range(BANDS):
+            near = h[band]
+            if band > 0:
+                near += half * h[band - 1]
+            if band < BANDS - 1:
+                near += half * h[band + 1]
+            out[index, band] = own[band] * near + every * whole + low
+
+
+class ColourModel:
+    """
+    Histograms of one class: probability of a joint bin in a band.
+
+    ``table`` is (BINS^3, BANDS) float32, ready for look-up, floor included.
+    """
+
+    def __init__(self, band_share: float, floor: float) -> None:
+        """Make an empty model; every colour then has the probability ``floor``."""
+        self.band_share = band_share
+        self.floor = floor
+        self._histogram = np.zeros((BINS**3, BANDS), np.float32)
+        self._newest = np.zeros_like(self._histogram)
+        self.table = np.full_like(self._histogram, floor)
+        self._empty = True
+
+    def learn(
+        self,
+        bins: NDArray[np.uint16],
+        rows: NDArray[np.float32],
+        weight: NDArray[np.float32],
+        rate: float,
+    ) -> None:
+        """
+        Move the histograms towards the weighted pixels of a window.
+
+        :param bins: (h, w) joint bins.
+        :param rows: (h, w) position down the body, see :func:`body_rows`.
+        :param weight: (h, w) float32 weights of the pixels, 0 = not of this class.
+        :param rate: share of the newest pixels; the first call takes them whole.
+        """
+        self._newest.fill(0)
+        total = _count(bins, rows, weight, self._newest)
+        if total <= 0:
+            return
+        _blend(self._histogram, self._newest, total, 1.0 if self._empty else rate)
+        self._empty = False
+        _mix(self._histogram, self.band_share, self.floor, self.table)
+
+    def whole(self) -> NDArray[np.float32]:
+        """Return the histogram of the whole body, (BINS^3,) float32 with sum one."""
+        whole = self._histogram.sum(axis=1)
+        total = float(whole.sum())
+        return whole / np.float32(total) if total > 0 else whole

@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Small image operations more than one stage needs."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import pixel_affine
+
+__all__ = ['Window', 'check_image', 'check_stamp', 'signed_distance', 'warp_window']
+
+Window = tuple[slice, slice]
+"""Rows and columns of a part of an image."""
+
+
+def signed_distance(inside: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Return the distance to the edge of a region in pixels, positive inside, (h, w) float32."""
+    region = inside.astype(np.uint8)
+    within = cv2.distanceTransform(region, cv2.DIST_L2, 5)
+    without = cv2.distanceTransform(1 - region, cv2.DIST_L2, 5)
+    return np.asarray(within - without)
+
+
+def warp_window(
+    image: NDArray[np.uint8],
+    motion: NDArray[np.float64],
+    window: Window,
+    border: int = cv2.BORDER_REPLICATE,
+) -> NDArray[np.uint8]:
+    """
+    Warp an image by a transform of positions and return a window of the result.
+
+    :param image: (H, W) or (H, W, C) uint8.
+    :param motion: 2 x 3 transform of positions from the image to the result.
+    :param window: the rows and columns to compute.
+    :param border: what lies outside of the image, a ``cv2.BORDER_`` constant.
+    """
+    rows, columns = window
+    matrix = pixel_affine(motion)
+    matrix[:, 2] -= (columns.start, rows.start)
+    size = (columns.stop - columns.start, rows.stop - rows.start)
+    return np.asarray(
+        cv2.warpAffine(image, matrix, size, flags=cv2.INTER_LINEAR, borderMode=border)
+    )
+
+
+def check_image(image: NDArray[np.uint8]) -> None:
+    """
+    Refuse what is no BGR image.
+
+    :raises InputError: if the array is not (height, width, 3) uint8 with at least one pixel.
+    """
+    if not isinstance(image, np.ndarray) or image.ndim != 3 or image.shape[2] != 3:
+        raise InputError(f'image must be a (height, width, 3) array, got shape {np.shape(image)}')
+    if image.dtype != np.uint8:
+        raise InputError(f'image must be uint8, got {image.dtype}')
+    if image.size == 0:
+        raise InputError(f'image must have at least one pixel, got {image.shape}')
+
+
+def check_stamp(stamp_ns: int) -> None:
+    """
+    Refuse the stamp zero, which would make all frames the same.
+
+    :raises InputError: if the stamp is not positive.
+    """
+    if stamp_ns <= 0:
+        raise InputError(f'stamp must be positive nanoseconds, got {stamp_ns}')

@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What stays of a cut: the parts that belong to the person, without pinholes."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ['fill_holes', 'keep_supported']
+
+_LEAST_OVERLAP = 0.04
+_LEAST_COVER = 0.4
+
+
+def keep_supported(labels: NDArray[np.bool_], support: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """
+    Keep the component with the most support, and others that are well supported.
+
+    :param labels: (h, w) bool, the cut.
+    :param support: (h, w) float32 in 0..1, where the person is expected.
+    :returns: the component with the largest summed support and those with more than 4 % of that
+        sum whose mean support is above 0.4.
+    """
+    count, parts = cv2.connectedComponents(labels.astype(np.uint8), connectivity=4)
+    if count <= 2:
+        return labels
+    overlap = np.bincount(parts.ravel(), support.ravel(), count)
+    area = np.bincount(parts.ravel(), minlength=count)
+    overlap[0] = 0
+    best = overlap.max()
+    keep = (overlap > _LEAST_OVERLAP * best) & (overlap > _LEAST_COVER * area)
+    keep[int(overlap.argmax())] = True
+    keep[0] = False
+    return np.asarray(keep[parts])
+
+
+def fill_holes(labels: NDArray[np.bool_], largest: float) -> NDArray[np.bool_]:
+    """
+    Fill the holes of at most ``largest`` pixels that do not touch the border.
+
+    :param labels: (h, w) bool.
+    """
+    count, parts, stats, _ = cv2.connectedComponentsWithStats(
+        (~labels).astype(np.uint8), connectivity=8
+    )
+    if count <= 2:
+        return labels
+    height, width = labels.shape
+    left, top = stats[:, cv2.CC_STAT_LEFT], stats[:, cv2.CC_STAT_TOP]
+    right, bottom = left + stats[:, cv2.CC_STAT_WIDTH], top + stats[:, cv2.CC_STAT_HEIGHT]
+    hole = (stats[:, cv2.CC_STAT_AREA] <= largest) & (left > 0) & (top > 0)
+    hole &= (right < width) & (bottom < height)
+    hole[0] = False
+    return labels | hole[parts]

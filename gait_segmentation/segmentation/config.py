@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Parameters of the segmentation stage."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gait_segmentation.config import StageConfig, parameter
+
+__all__ = ['SegmentationConfig']
+
+
+@dataclass(frozen=True)
+class SegmentationConfig(StageConfig):
+    """Parameters of the segmentation stage; lengths are in body heights."""
+
+    prior: str = parameter(
+        'default',
+        'Shape prior: none (likelihood and contrast only), distance (Freedman-Zhang: cut links '
+        "cost more the further they are from the template's outline), default (distance and "
+        "template's inside, with what is learnt of the person).",
+        choices=('none', 'distance', 'default'),
+    )
+    contrast: float = parameter(
+        2.0,
+        'Weight of the contrast term: raising it makes outlines shorter and lets them follow '
+        'image edges.',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    distance_weight: float = parameter(
+        0.5,
+        'Weight of the Freedman-Zhang term on the n-links.',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    distance_reach: float = parameter(
+        0.06,
+        "Distance from the template's outline at which the Freedman-Zhang term is full.",
+        minimum=0.005,
+        maximum=0.5,
+    )
+    template_weight: float = parameter(
+        0.5,
+        'Weight of the inside of the template in the data term.',
+        minimum=0.0,
+        maximum=5.0,
+    )
+    template_slope: float = parameter(
+        0.025,
+        "Distance over which the template's log-odds change by one.",
+        minimum=0.002,
+        maximum=0.5,
+    )
+    use_residual: bool = parameter(
+        True, "Learn the person's own shape (dress, bag, hair) and blend it with the template."
+    )
+    residual_share: float = parameter(
+        0.4,
+        "Share of the person's own shape in the template's log-odds.",
+        minimum=0.0,
+        maximum=1.0,
+    )
+    use_refinement: bool = parameter(
+        True, 'Cut again at full resolution in a narrow band about the outline.'
+    )
+    hole_area: float = parameter(
+        0.0015,
+        'Largest hole that is filled, in squared body heights.',
+        minimum=0.0,
+        maximum=0.1,
+    )

@@ -1,0 +1,265 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+The first mask from a box alone: a joint estimate over views, colours and the cut.
+
+For each direction of walking, expectation maximisation alternates between the colours of person
+and surroundings, the weights of the templates laid onto the box, and a graph cut.  The direction
+is chosen by how well its result separates the colours, follows the image's edges and resembles a
+template.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+from numba import njit
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.gait_model.bank import TemplateBank
+from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.segmentation.energy import contrast_links
+from gait_segmentation.segmentation.graph_cut import minimum_cut
+from gait_segmentation.starting.templates import Hypothesis, fit_views
+from gait_segmentation.colour import ColourModel, body_rows, colour_bins
+
+__all__ = ['Start', 'estimate_start']
+
+_HALF_WIDTH, _HALF_HEIGHT, _MARGIN = 0.52, 0.62, 0.12
+_FIRST_SHARE, _LATER_SHARE, _FIRST_ROUNDS = 0.3, 0.7, 2
+_FLOOR = 1e-4
+_LOGIT_LIMIT = 4.0
+_LIKELIHOOD_PRIOR, _CUT_PRIOR = 0.5, 0.6
+_CONTRAST = 3.0
+_TEMPERATURE = 0.03
+_MASK_SHARE = 0.9
+_EDGE_WEIGHT, _FIT_WEIGHT = 0.3, 0.3
+_BORDER_PX = 2
+
+
+@dataclass(frozen=True)
+class Start:
+    """
+    The first estimate of a person.
+
+    ``mask`` is (h, w) uint8 0/255 of the working image, ``box`` the box it was started from,
+    ``body`` the body frame, ``azimuth`` the direction of walking that explained it best and
+    ``score`` how well.  All in working pixels.
+    """
+
+    mask: NDArray[np.uint8]
+    box: Box
+    body: BodyFrame
+    azimuth: float
+    score: float
+
+
+@dataclass(frozen=True)
+class _Scene:
+    """The window about the box at the size the start is estimated on."""
+
+    lab: NDArray[np.uint8]
+    bins: NDArray[np.uint16]
+    rows: NDArray[np.float32]
+    inside: NDArray[np.bool_]
+    links: NDArray[np.int32]
+    given: NDArray[np.int8]
+    gradient: NDArray[np.float32]
+    height: float
+
+
+def estimate_start(
+    lab: NDArray[np.uint8], box: Box, bank: TemplateBank, *, height: int = 100, rounds: int = 6
+) -> Start:
+    """
+    Estimate the first mask.
+
+    :param lab: (h, w, 3) uint8 Lab working image.
+    :param box: tight box of the person in working pixels; it may reach out of the image.
+    :param bank: templates; all directions are tried.
+    :param height: height in pixels to which a taller person is scaled down for the estimate.
+    :param rounds: rounds of expectation maximisation.
+    """
+    shape = lab.shape[:2]
+    window = _window(box, shape)
+    part = lab[window]
+    scale = min(1.0, height / box.height)
+    size = (max(4, round(part.shape[0] * scale)), max(4, round(part.shape[1] * scale)))
+    if size != part.shape[:2]:
+        part = cv2.resize(part, size[::-1], interpolation=cv2.INTER_AREA)
+    small = box.shifted(-window[1].start, -window[0].start).scaled(scale)
+    scene = _scene(np.ascontiguousarray(part), small)
+    cut_side = box.x < _BORDER_PX or box.right > shape[1] - _BORDER_PX
+    hypotheses = fit_views(
+        bank,
+        small,
+        size,
+        cut_top=box.y < _BORDER_PX,
+        cut_bottom=box.bottom > shape[0] - _BORDER_PX,
+        cut_side=cut_side,
+    )
+    best: tuple[float, Hypothesis, NDArray[np.bool_], int] | None = None
+    for hypothesis in hypotheses:
+        labels, score, template = _maximise(hypothesis, scene, rounds)
+        if best is None or score > best[0]:
+            best = (score, hypothesis, labels, template)
+    assert best is not None
+    score, hypothesis, labels, template = best
+    mask = np.zeros(shape, np.uint8)
+    area = (window[0].stop - window[0].start, window[1].stop - window[1].start)
+    grown = cv2.resize(labels.astype(np.float32), area[::-1], interpolation=cv2.INTER_LINEAR)
+    mask[window] = np.where(grown > 0.5, 255, 0)
+    tall = max(float(hypothesis.height[template]) / scale, 1.0)
+    body = BodyFrame(
+        window[1].start + float(hypothesis.axis[template]) / scale,
+        window[0].start + float(hypothesis.top[template]) / scale + tall / 2,
+        tall,
+    )
+    return Start(mask, box, body, hypothesis.azimuth, score)
+
+
+def _window(box: Box, shape: tuple[int, int]) -> tuple[slice, slice]:
+    height = box.height
+    area = Box.from_center(
+        box.center_x, box.center_y, 2 * _HALF_WIDTH * height, 2 * _HALF_HEIGHT * height
+    )
+    margin = _MARGIN * height
+    return area.union(box.padded(margin, margin)).slices(shape[1], shape[0])
+
+
+def _scene(lab: NDArray[np.uint8], box: Box) -> _Scene:
+    shape = lab.shape[:2]
+    inside = np.zeros(shape, np.bool_)
+    inside[box.slices(shape[1], shape[0])] = True
+    given = np.where(inside, 0, -1).astype(np.int8)
+    rows = body_rows(shape, (0, 0), (box.center_x, box.center_y), box.height)
+    smooth = cv2.GaussianBlur(lab, (3, 3), 0).astype(np.float32)
+    gradient = np.sqrt(
+        sum(
+            cv2.Sobel(smooth, cv2.CV_32F, *order, ksize=3).astype(np.float32) ** 2
+            for order in ((1, 0), (0, 1))
+        )
+    ).sum(axis=2)
+    links = contrast_links(lab, _CONTRAST, given)
+    return _Scene(lab, colour_bins(lab), rows, inside, links, given, gradient, box.height)
+
+
+def _maximise(
+    hypothesis: Hypothesis, scene: _Scene, rounds: int
+) -> tuple[NDArray[np.bool_], float, int]:
+    """Return labels, score and best template of one hypothesis."""
+    person = ColourModel(_FIRST_SHARE, _FLOOR)
+    surroundings = ColourModel(_FIRST_SHARE, _FLOOR)
+    soft = _average(hypothesis, hypothesis.weight, 0.015 * scene.height)
+    weight = soft * soft * scene.inside
+    person.learn(scene.bins, scene.rows, weight, 1.0)
+    surroundings.learn(scene.bins, scene.rows, (~scene.inside).astype(np.float32), 1.0)
+    prior = _logit_of(soft)
+    labels = scene.inside
+    best = 0
+    for number in range(rounds):
+        logit = _colour_logit(scene, person, surroundings)
+        likelihood = 1 / (1 + np.exp(-(logit + _LIKELIHOOD_PRIOR * prior)))
+        similarity = _similarities(hypothesis, likelihood)
+        best = int(np.argmax(similarity * (hypothesis.weight > 0.01)))
+        weights = hypothesis.weight * np.exp((similarity - similarity.max()) / _TEMPERATURE)
+        soft = _average(hypothesis, weights, 0.01 * scene.height)
+        prior = _logit_of(soft)
+        labels = minimum_cut(logit + np.float32(_CUT_PRIOR) * prior, scene.links, scene.given)
+        share = _LATER_SHARE if number + 1 >= _FIRST_ROUNDS else _FIRST_SHARE
+        person.band_share = surroundings.band_share = share
+        weight = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft
+        person.learn(scene.bins, scene.rows, weight, 1.0)
+        surroundings.learn(scene.bins, scene.rows, 1 - weight, 1.0)
+    return labels, _score(hypothesis, scene, labels, person, surroundings), best
+
+
+def _score(
+    hypothesis: Hypothesis,
+    scene: _Scene,
+    labels: NDArray[np.bool_],
+    person: ColourModel,
+    surroundings: ColourModel,
+) -> float:
+    """Say how good a result is: separation of colours, edges under the outline, fit."""
+    overlap = float(np.sqrt(person.whole() * surroundings.whole()).sum())
+    if not labels.any():
+        return -1.0
+    area = labels.astype(np.uint8)
+    outline = cv2.morphologyEx(area, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)) > 0
+    outline &= scene.inside
+    level = float(scene.gradient[scene.inside].mean())
+    edge = float(scene.gradient[outline].mean()) / max(level, 1e-6) if outline.any() else 0.0
+    fit = float(_similarities(hypothesis, labels.astype(np.float32)).max())
+    return -overlap + _EDGE_WEIGHT * edge + _FIT_WEIGHT * fit
+
+
+def _colour_logit(
+    scene: _Scene, person: ColourModel, surroundings: ColourModel
+) -> NDArray[np.float32]:
+    out = np.empty(scene.bins.shape, np.float32)
+    _look_up(scene.bins, scene.rows, person.table, surroundings.table, _LOGIT_LIMIT, out)
+    return out
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _look_up(
+    bins: NDArray[np.uint16],
+    rows: NDArray[np.float32],
+    person: NDArray[np.float32],
+    surroundings: NDArray[np.float32],
+    limit: float,
+    out: NDArray[np.float32],
+) -> None:
+    bands = person.shape[1]
+    for row in range(bins.shape[0]):
+        for col in range(bins.shape[1]):
+            band = min(max(int(rows[row, col] * bands), 0), bands - 1)
+            index = bins[row, col]
+            value = np.log(person[index, band] / surroundings[index, band])
+            out[row, col] = min(max(value, -limit), limit)
+
+
+@njit(cache=True, nogil=True)
+def _overlaps(
+    templates: NDArray[np.uint8],
+    image: NDArray[np.int16],
+    common: NDArray[np.int64],
+    total: NDArray[np.int64],
+) -> None:
+    for k in range(templates.shape[0]):
+        c = 0
+        t = 0
+        for x in range(image.shape[0]):
+            value = np.int16(templates[k, x])
+            c += min(value, image[x])
+            t += value
+        common[k] = c
+        total[k] = t
+
+
+def _similarities(hypothesis: Hypothesis, likelihood: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the Tanimoto similarity (paper, Eq. 1) of a likelihood in 0..1 with each template."""
+    image = np.round(likelihood.ravel() * 255).astype(np.int16)
+    count = len(hypothesis.templates)
+    common = np.zeros(count, np.int64)
+    total = np.zeros(count, np.int64)
+    _overlaps(hypothesis.templates.reshape(count, -1), image, common, total)
+    whole = total + int(image.sum(dtype=np.int64)) - common
+    return (common / np.maximum(whole, 1)).astype(np.float32)
+
+
+def _average(
+    hypothesis: Hypothesis, weights: NDArray[np.float32], sigma: float
+) -> NDArray[np.float32]:
+    """Return the weighted mean of the templates, blurred, (h, w) float32 in 0..1."""
+    share = (weights / max(float(weights.sum()), 1e-12) / 255).astype(np.float32)
+    used = np.flatnonzero(share > 1e-4 * share.max())
+    mean = np.tensordot(share[used], hypothesis.templates[used].astype(np.float32), 1)
+    return np.asarray(cv2.GaussianBlur(mean, (0, 0), max(sigma, 0.3)))
+
+
+def _logit_of(soft: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.log((soft + np.float32(0.06)) / (np.float32(1.06) - soft))

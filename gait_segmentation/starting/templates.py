@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Templates stretched onto the first box, one hypothesis for each direction of walking."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.gait_model.bank import TemplateBank
+from gait_segmentation.geometry import Box, pixel_affine
+
+__all__ = ['Hypothesis', 'fit_views']
+
+_VIEWS = (0.0, np.pi / 4, np.pi / 2, 3 * np.pi / 4, np.pi)
+"""Directions tried; towards and away from the camera look the same to a silhouette."""
+
+_ANISOTROPY = 0.35
+"""Most that a template is stretched in one direction against the other, as a logarithm."""
+
+_ASPECT_SIGMA = 0.32
+_TALLER = (1.0, 1.2, 1.5)
+"""Bodies tried that reach beyond the border of the image, in heights of the box."""
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """
+    All templates of one direction laid onto a box.
+
+    ``templates`` is (K, h, w) uint8 in the window, ``weight`` (K,) float32 their prior weight
+    by aspect, ``axis`` (K,) float32 the x of the body's axis in the window and ``height`` (K,)
+    float32 the body's height, both in pixels.
+    """
+
+    azimuth: float
+    templates: NDArray[np.uint8]
+    weight: NDArray[np.float32]
+    axis: NDArray[np.float32]
+    top: NDArray[np.float32]
+    height: NDArray[np.float32]
+
+
+def fit_views(
+    bank: TemplateBank,
+    box: Box,
+    shape: tuple[int, int],
+    cut_top: bool,
+    cut_bottom: bool,
+    cut_side: bool,
+) -> list[Hypothesis]:
+    """
+    Lay the templates of each direction onto a box, extents on extents.
+
+    :param box: the tight box of the person in the window's pixels.
+    :param shape: (h, w) of the window.
+    :param cut_top: whether the box touches the upper border of the image, so that the body may
+        reach beyond; ``cut_bottom`` and ``cut_side`` likewise.
+    """
+    found = []
+    for view in _VIEWS:
+        difference = np.angle(np.exp(1j * (bank.azimuth.astype(np.float64) - view)))
+        nearest = np.abs(difference).min()
+        sequences = np.flatnonzero(np.abs(difference) <= nearest + 1e-3)
+        found.append(_fit(bank, sequences, view, box, shape, cut_top, cut_bottom, cut_side))
+    return found
+
+
+def _fit(
+    bank: TemplateBank,
+    sequences: NDArray[np.int64],
+    view: float,
+    box: Box,
+    shape: tuple[int, int],
+    cut_top: bool,
+    cut_bottom: bool,
+    cut_side: bool,
+) -> Hypothesis:
+    cut = cut_top or cut_bottom
+    sigma = _ASPECT_SIGMA * (3 if cut or cut_side else 1)
+    factors = _TALLER if cut else (1.0,)
+    grid_height, grid_width = bank.grid
+    templates, weights, axes, tops, heights = [], [], [], [], []
+    for sequence in sequences:
+        for template in bank.templates[sequence]:
+            extent = Box.around(template > 127)
+            if extent is None:
+                continue
+            for factor in factors:
+                tall = box.height * factor
+                top = box.y + box.height - tall if cut_top and not cut_bottom else box.y
+                scale_y = tall / extent.height
+                stretch = np.clip(
+                    np.log(box.width / extent.width / scale_y), -_ANISOTROPY, _ANISOTROPY
+                )
+                scale_x = scale_y * np.exp(stretch)
+                left = box.center_x - scale_x * extent.center_x
+                up = top - scale_y * extent.y
+                matrix = np.array([[scale_x, 0, left], [0, scale_y, up]])
+                templates.append(
+                    cv2.warpAffine(
+                        template, pixel_affine(matrix), shape[::-1], flags=cv2.INTER_LINEAR
+                    )
+                )
+                ratio = np.log(extent.width / extent.height * factor) - np.log(
+                    box.width / box.height
+                )
+                weights.append(np.exp(-0.5 * (ratio / sigma) ** 2))
+                axes.append(left + scale_x * grid_width / 2)
+                tops.append(top)
+                heights.append(scale_y * bank.fill * grid_height)
+    return Hypothesis(
+        view,
+        np.stack(templates),
+        np.array(weights, np.float32),
+        np.array(axes, np.float32),
+        np.array(tops, np.float32),
+        np.array(heights, np.float32),
+    )

@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Parameters of the tracking stage."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gait_segmentation.config import StageConfig, parameter
+
+__all__ = ['TrackingConfig']
+
+
+@dataclass(frozen=True)
+class TrackingConfig(StageConfig):
+    """Parameters of the tracking stage; lengths are in body heights unless a unit is given."""
+
+    working_size: int = parameter(
+        640,
+        'Longest side of the working image; larger sources are scaled down. 0 = no limit.',
+        unit='px',
+        minimum=0,
+        maximum=4096,
+        read_only=True,
+    )
+    working_height: int = parameter(
+        160,
+        'Height of the person in the working image; taller people are scaled down to it. '
+        'More costs time and sharpens the likelihood only for large people.',
+        unit='px',
+        minimum=40,
+        maximum=1000,
+        read_only=True,
+    )
+    box_margin: float = parameter(
+        0.03,
+        'Share of the given first box that is surroundings, on each side.',
+        minimum=0.0,
+        maximum=0.2,
+    )
+    start_height: int = parameter(
+        100,
+        'Height of the person in the image that the first mask is estimated on.',
+        unit='px',
+        minimum=40,
+        maximum=400,
+    )
+    start_rounds: int = parameter(
+        6, 'Rounds of the estimate of the first mask.', minimum=1, maximum=20
+    )
+    colour_rate: float = parameter(
+        0.15,
+        'Share by which the colour histograms move towards the newest frame.',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    band_share: float = parameter(
+        0.7,
+        'Weight of the colours of the own height band against those of the whole body.',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    colour_floor: float = parameter(
+        1e-4,
+        'Probability of a colour never seen; keeps unknown colours neutral.',
+        minimum=1e-7,
+        maximum=0.1,
+    )
+    logit_limit: float = parameter(
+        4.0,
+        'Largest log-likelihood ratio that colour alone can give.',
+        minimum=1.0,
+        maximum=6.0,
+    )
+    use_background: bool = parameter(
+        True, 'Learn the background pixel by pixel and use it in the likelihood ratio.'
+    )
+    background_trust: float = parameter(
+        0.95,
+        'Most that the background model can weigh against the background colours.',
+        minimum=0.0,
+        maximum=0.999,
+    )
+    background_logit_limit: float = parameter(
+        6.0,
+        'Largest log-likelihood ratio where the background is known.',
+        minimum=1.0,
+        maximum=6.0,
+    )
+    use_shadow: bool = parameter(
+        True, 'Explain darker pixels of unchanged chroma near the feet as cast shadow.'
+    )
+    shadow_share: float = parameter(
+        0.25,
+        'Prior share of shadow among the background pixels at the feet.',
+        minimum=0.0,
+        maximum=0.9,
+    )
+    shadow_floor: float = parameter(
+        0.3,
+        'Darkest shadow, as a share of the lightness of the background.',
+        minimum=0.05,
+        maximum=0.95,
+    )
+    use_ego_motion: bool = parameter(
+        True, 'Estimate the motion of the camera and move the background model with it.'
+    )
+    use_motion_cue: bool = parameter(
+        True, 'Prefer as person what moves with the body, as background what stays.'
+    )
+    motion_weight: float = parameter(
+        0.3, 'Weight of the cue from motion.', minimum=0.0, maximum=2.0
+    )
+    use_propagation: bool = parameter(
+        True, 'Carry the last mask forward with the motion of the body as a weak prior.'
+    )
+    propagation_weight: float = parameter(
+        0.5, 'Weight of the propagated mask.', minimum=0.0, maximum=2.0
+    )
+    mean_shift_gain: float = parameter(
+        0.5,
+        'Share of the mean shift on the likelihood that moves the box.',
+        minimum=0.0,
+        maximum=1.0,
+    )

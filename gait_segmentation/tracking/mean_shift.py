@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Mean shift with scale on a likelihood image (Comaniciu, Ramesh and Meer 2003; Bradski 1998).
+
+With the flat kernel the mean shift moves a window to the centroid of the weights in it.  A
+walker's centroid is not the centre of the window and its mass depends on the build, so both are
+compared with those of a reference: the mask the person had last.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ['Shift', 'mean_shift']
+
+_ITERATIONS = 10
+_DONE_PX = 0.25
+
+
+@dataclass(frozen=True)
+class Shift:
+    """
+    Where the weights went relative to the reference.
+
+    ``dx, dy`` are in pixels, ``scale`` is the ratio of sizes (square root of the mass's ratio).
+    """
+
+    dx: float
+    dy: float
+    scale: float
+
+
+def mean_shift(
+    weights: NDArray[np.float32],
+    reference: NDArray[np.float32],
+    window: tuple[int, int, int, int],
+) -> Shift:
+    """
+    Move a window over the weights until its centroid lies as in the reference.
+
+    :param weights: (h, w) float32 >= 0, e.g. the likelihood image.
+    :param reference: (h, w) float32 >= 0, what the person looked like before.
+    :param window: (x, y, width, height) of the window in pixels, where the reference's person is.
+    :returns: the shift; zero if weights or reference are empty in the window.
+    """
+    x, y, width, height = window
+    mass, center_x, center_y = _moments(reference, x, y, width, height)
+    if mass <= 0:
+        return Shift(0.0, 0.0, 1.0)
+    off_x, off_y = center_x - x, center_y - y
+    at_x, at_y = float(x), float(y)
+    found = 0.0
+    for _ in range(_ITERATIONS):
+        found, center_x, center_y = _moments(weights, round(at_x), round(at_y), width, height)
+        if found <= 0:
+            return Shift(0.0, 0.0, 1.0)
+        step_x = center_x - off_x - at_x
+        step_y = center_y - off_y - at_y
+        at_x += step_x
+        at_y += step_y
+        if abs(step_x) < _DONE_PX and abs(step_y) < _DONE_PX:
+            break
+    return Shift(at_x - x, at_y - y, float(np.sqrt(found / mass)))
+
+
+def _moments(
+    weights: NDArray[np.float32], x: int, y: int, width: int, height: int
+) -> tuple[float, float, float]:
+    """Return mass and centroid of the weights in a window clipped to the image."""
+    left, top = max(x, 0), max(y, 0)
+    part = weights[top : max(y + height, 0), left : max(x + width, 0)]
+    mass = float(part.sum())
+    if mass <= 0:
+        return 0.0, 0.0, 0.0
+    across = float(part.sum(axis=0) @ (np.arange(part.shape[1]) + 0.5))
+    down = float(part.sum(axis=1) @ (np.arange(part.shape[0]) + 0.5))
+    return mass, left + across / mass, top + down / mass

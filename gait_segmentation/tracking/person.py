@@ -1,0 +1,191 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the tracker knows of one person: place, size, outline and colours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.images import Window, signed_distance
+from gait_segmentation.colour import ColourModel, body_rows, colour_bins
+from gait_segmentation.tracking.config import TrackingConfig
+
+__all__ = ['Person']
+
+_HALF_WIDTH, _HALF_HEIGHT = 0.52, 0.62
+"""The window about the body's centre in which pixels are judged, in body heights."""
+
+_MASK_MARGIN = 0.12
+"""Margin about the last mask that the window also holds, in body heights."""
+
+_GUARD = 0.05
+"""Pixels of the mask further outside the template than this are not learnt as person."""
+
+_LEAST_AREA = 0.25
+"""A mask smaller than this share of the template teaches nothing."""
+
+_HEIGHT_RATE = 0.1
+_VELOCITY_RATE = 0.3
+
+
+@dataclass
+class Person:
+    """
+    State of one tracked person in working pixels.
+
+    ``left`` and ``right`` are how far the silhouette reaches from the body's axis.  ``velocity``
+    is relative to the still world.
+    """
+
+    track_id: int
+    center_x: float
+    center_y: float
+    height: float
+    left: float
+    right: float
+    mask: NDArray[np.uint8]
+    person: ColourModel
+    surroundings: ColourModel
+    velocity: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def box(self) -> Box:
+        """Return the tight box."""
+        return Box(
+            self.center_x - self.left,
+            self.center_y - self.height / 2,
+            self.left + self.right,
+            self.height,
+        )
+
+    @property
+    def area(self) -> Box:
+        """Return the box about the person that is kept out of what is learnt of the world."""
+        return Box.from_center(self.center_x, self.center_y, 0.7 * self.height, self.height)
+
+    def window(self, shape: tuple[int, int]) -> Window:
+        """Return the rows and columns in which pixels are judged."""
+        height = self.height
+        box = Box.from_center(
+            self.center_x, self.center_y, 2 * _HALF_WIDTH * height, 2 * _HALF_HEIGHT * height
+        )
+        margin = _MASK_MARGIN * height
+        return box.union(self.box.padded(margin, margin)).slices(shape[1], shape[0])
+
+    def rows(self, window: Window) -> NDArray[np.float32]:
+        """Return how far down the body each pixel of a window lies."""
+        shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)
+        origin = (window[1].start, window[0].start)
+        return body_rows(shape, origin, (self.center_x, self.center_y), self.height)
+
+    def shift(self, dx: float, dy: float) -> None:
+        """Move the person."""
+        self.center_x += dx
+        self.center_y += dy
+
+    def predict(
+        self, world: tuple[float, float], body: tuple[float, float] | None
+    ) -> tuple[float, float]:
+        """
+        Move the person by the measured shift of the body, or as it moved before.
+
+        :param world: shift of the still world at the person.
+        :param body: measured shift of the body in the image, None if unknown.
+        :returns: the shift made.
+        """
+        if body is None:
+            body = (world[0] + self.velocity[0], world[1] + self.velocity[1])
+        relative = (body[0] - world[0], body[1] - world[1])
+        self.velocity = tuple(  # type: ignore[assignment]
+            old + _VELOCITY_RATE * (new - old)
+            for old, new in zip(self.velocity, relative, strict=True)
+        )
+        self.shift(*body)
+        return body
+
+    def learn_colours(
+        self,
+        lab: NDArray[np.uint8],
+        mask: NDArray[np.uint8],
+        prior: NDArray[np.uint8] | None,
+        rate: float,
+    ) -> None:
+        """
+        Learn the colours of person and surroundings from a mask.
+
+        :param lab: (h, w, 3) uint8, the working image.
+        :param mask: (h, w) uint8 0/255.
+        :param prior: (h, w) uint8, the template; what of the mask lies far outside is not learnt.
+        """
+        window = self.window(mask.shape)
+        part = mask[window]
+        bins = colour_bins(np.ascontiguousarray(lab[window]))
+        rows = self.rows(window)
+        inside = part > 127
+        if prior is not None and (prior[window] > 127).any():
+            distance = signed_distance(prior[window] > 127)
+            inside = inside & (distance > -_GUARD * self.height)
+        outside = cv2.dilate(part, np.ones((3, 3), np.uint8)) <= 127
+        self.person.learn(bins, rows, inside.astype(np.float32), rate)
+        self.surroundings.learn(bins, rows, outside.astype(np.float32), rate)
+
+    def learn_place(self, mask: NDArray[np.uint8], body: BodyFrame | None) -> None:
+        """
+        Correct place and size from a mask and the matched body.
+
+        :param mask: (h, w) uint8 0/255 of the working image.
+        :param body: the matched body in working pixels.
+        """
+        rows = np.flatnonzero(mask.any(axis=1))
+        top, bottom, axis, left, right = _extent(mask)
+        mask_height = bottom - top
+        mask_y = (top + bottom) / 2
+        at_border = rows[-1] >= mask.shape[0] - 2
+        template_height = body.height if body is not None else mask_height
+        if at_border:
+            goal = max(template_height, mask_height)
+            goal = min(max(goal, 0.85 * self.height), 1.15 * self.height)
+            self.height += _HEIGHT_RATE * (goal - self.height)
+            self.center_y = top + self.height / 2
+        else:
+            goal = 0.5 * template_height + 0.5 * mask_height
+            goal = min(max(goal, 0.85 * self.height), 1.15 * self.height)
+            self.height += _HEIGHT_RATE * (goal - self.height)
+            template_y = body.center_y if body is not None else mask_y
+            self.center_y = 0.5 * mask_y + 0.25 * template_y + 0.25 * self.center_y
+        template_x = body.center_x if body is not None else axis
+        self.center_x = 0.4 * self.center_x + 0.3 * template_x + 0.3 * axis
+        self.left = max(self.center_x - left, 1.0)
+        self.right = max(right - self.center_x, 1.0)
+
+    def teaches(self, mask: NDArray[np.uint8], prior: NDArray[np.uint8]) -> bool:
+        """Return whether a mask is large enough beside the template to learn from."""
+        area = np.count_nonzero(mask > 127)
+        template = np.count_nonzero(prior > 127)
+        return bool(area > max(_LEAST_AREA * template, 9))
+
+
+def new_colours(config: TrackingConfig) -> tuple[ColourModel, ColourModel]:
+    """Return empty models of person and surroundings."""
+    return (
+        ColourModel(config.band_share, config.colour_floor),
+        ColourModel(config.band_share, config.colour_floor),
+    )
+
+
+def _extent(mask: NDArray[np.uint8]) -> tuple[float, float, float, float, float]:
+    """Return top, bottom, axis (median column), left and right, without the outermost 0.5 %."""
+    by_row = np.cumsum(np.count_nonzero(mask, axis=1))
+    by_column = np.cumsum(np.count_nonzero(mask, axis=0))
+    total = by_row[-1]
+    top = float(np.searchsorted(by_row, 0.005 * total))
+    bottom = float(np.searchsorted(by_row, 0.995 * total)) + 1
+    axis = float(np.searchsorted(by_column, 0.5 * total)) + 0.5
+    left = float(np.searchsorted(by_column, 0.005 * total))
+    right = float(np.searchsorted(by_column, 0.995 * total)) + 1
+    return top, bottom, axis, left, right

@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Install the package with pip or colcon."""
+
+from glob import glob
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+NAME = 'gait_segmentation'
+HERE = Path(__file__).parent
+
+# With an apt-installed Jazzy, rclpy and the messages come from apt; without one, these wheels
+# are the same software.
+ROS = [
+    'ros-jazzy-rclpy',
+    'ros-jazzy-common-interfaces',
+    'ros-jazzy-rmw-fastrtps-cpp',
+]
+TEST = [
+    'colcon-common-extensions',
+    'hypothesis',
+    'mypy',
+    'pytest',
+    'pytest-xdist',
+    'ros-jazzy-ament-package',
+    'ruff',
+]
+
+setup(
+    name=NAME,
+    version='0.1.0',
+    description='Live silhouettes of walking people, on a CPU, without a neural network',
+    long_description=(HERE / 'README.md').read_text(encoding='utf-8'),
+    long_description_content_type='text/markdown',
+    author='The gait_segmentation contributors',
+    license='GPL-3.0-or-later',
+    python_requires='>=3.10',
+    packages=find_packages(include=[NAME, f'{NAME}.*']),
+    package_data={NAME: ['py.typed']},
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
+        (f'share/{NAME}', ['package.xml']),
+        (f'share/{NAME}/config', sorted(glob('config/*'))),
+        (f'share/{NAME}/launch', sorted(glob('launch/*.launch.py'))),
+    ],
+    install_requires=[
+        'matplotlib',
+        'numba>=0.59',
+        'numpy>=1.26',
+        'opencv-python-headless>=4.6',
+        'PyMaxflow>=1.3',
+        'PyYAML',
+        'rosbags>=0.10',
+        'setuptools',
+        'tqdm',
+    ],
+    extras_require={'ros': ROS, 'test': TEST},
+    zip_safe=False,
+    entry_points={
+        'console_scripts': [
+            'gait_bank = gait_segmentation.cli.bank:main',
+            'gait_demo = gait_segmentation.cli.demo:main',
+            'gait_evaluate = gait_segmentation.cli.evaluate:main',
+            'gait_matcher = gait_segmentation.nodes.matcher_node:main',
+            'gait_pipeline = gait_segmentation.nodes.pipeline_node:main',
+            'gait_segmenter = gait_segmentation.nodes.segmenter_node:main',
+            'gait_source = gait_segmentation.nodes.source_node:main',
+            'gait_tracker = gait_segmentation.nodes.tracker_node:main',
+        ],
+    },
+)
