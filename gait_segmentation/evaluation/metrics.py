@@ -1,0 +1,237 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Scores of a mask, a box and a gait phase against ground truth.
+
+Truth is a (H, W) uint8 image: 255 the person, 0 background, anything else ambiguous.  Ambiguous
+pixels count in no score.  The *true box* is the tight box of the pixels of 255.
+
+Scores other than F look at the *evaluation window*: 1.5 times the true box, its width at least
+0.6 times the box's height, clipped to the image.  A frame whose truth shows nobody is scored on
+the whole image; J and F are then 1 for an empty mask and 0 otherwise, and the box is not scored.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.evaluation.sequence import PERSON
+from gait_segmentation.geometry import Box
+from gait_segmentation.images import Window
+
+__all__ = [
+    'LOST_IOU',
+    'FrameScore',
+    'PhaseScore',
+    'boundary_f',
+    'error_percent',
+    'evaluation_window',
+    'jaccard',
+    'phase_score',
+    'score_frame',
+    'start_box',
+    'true_box',
+]
+
+LOST_IOU = 0.2
+"""A frame whose box overlaps the true one less than this is lost."""
+
+WINDOW = 1.5
+"""Size of the evaluation window over that of the true box."""
+
+WINDOW_ASPECT = 0.6
+"""Least width of the evaluation window over the height of the true box."""
+
+BOUNDARY_TOLERANCE = 0.008
+"""Distance at which boundaries still match, as a share of the image's diagonal (DAVIS)."""
+
+RIM_PX = 4
+"""Width of the ambiguous rim about a person that belongs to the person's box."""
+
+
+@dataclass(frozen=True)
+class FrameScore:
+    """
+    Scores of one frame.
+
+    ``j`` and ``f`` in 0..1, the error rates in percent of the pixels in the window and in the
+    image.  ``box_iou`` (0..1, 0 without a box) and ``centre_error`` (in heights of the true box,
+    NaN without a box) are NaN, and ``lost`` is False, if the truth shows nobody.
+    """
+
+    j: float
+    f: float
+    error_rate: float
+    error_rate_image: float
+    box_iou: float
+    centre_error: float
+    lost: bool
+
+
+@dataclass(frozen=True)
+class PhaseScore:
+    """
+    Scores of a phase over time, in strides (1 = one full cycle).
+
+    ``error`` is the mean absolute error, ``error_flipped`` the same with the better of no shift
+    and a shift by half a stride for all frames (left and right leg exchanged), ``error_half`` the
+    error where legs are not told apart in any frame, ``backward`` the share of the steps that go
+    backwards.
+    """
+
+    error: float
+    error_flipped: float
+    error_half: float
+    backward: float
+
+
+def true_box(truth: NDArray[np.uint8]) -> Box | None:
+    """Return the tight box of the person's pixels, None if there are none."""
+    return Box.around(truth == PERSON)
+
+
+def start_box(truth: NDArray[np.uint8], rim: int = RIM_PX) -> Box | None:
+    """
+    Return the box a user would draw: tight about the person with its ambiguous rim.
+
+    The rim is the pixels that are not background at most ``rim`` pixels from the person; other
+    ambiguous parts of the image (a second person, a bag on the floor) do not count.
+    """
+    person = (truth == PERSON).astype(np.uint8)
+    near = cv2.dilate(person, np.ones((2 * rim + 1, 2 * rim + 1), np.uint8))
+    return Box.around((near > 0) & (truth != 0))
+
+
+def evaluation_window(truth: NDArray[np.uint8]) -> Window:
+    """Return the rows and columns that are scored; all of them if the truth shows nobody."""
+    height, width = truth.shape
+    box = true_box(truth)
+    if box is None:
+        return slice(0, height), slice(0, width)
+    window_width = max(WINDOW * box.width, WINDOW_ASPECT * box.height)
+    window = Box.from_center(box.center_x, box.center_y, window_width, WINDOW * box.height)
+    return (
+        slice(max(round(window.y), 0), min(round(window.bottom), height)),
+        slice(max(round(window.x), 0), min(round(window.right), width)),
+    )
+
+
+def jaccard(mask: NDArray[np.uint8], truth: NDArray[np.uint8]) -> float:
+    """Return intersection over union off the ambiguous pixels, 1 if both are empty."""
+    person = truth == PERSON
+    found = (mask > 0) & (person | (truth == 0))
+    union = np.count_nonzero(found | person)
+    return np.count_nonzero(found & person) / union if union else 1.0
+
+
+def error_percent(mask: NDArray[np.uint8], truth: NDArray[np.uint8]) -> float:
+    """Return the missegmented pixels in percent of those that are not ambiguous."""
+    person = truth == PERSON
+    known = person | (truth == 0)
+    wrong = np.count_nonzero(((mask > 0) != person) & known)
+    return 100 * wrong / max(np.count_nonzero(known), 1)
+
+
+def boundary_f(
+    mask: NDArray[np.uint8], truth: NDArray[np.uint8], tolerance: int | None = None
+) -> float:
+    """
+    Return the boundary measure F of DAVIS (Perazzi et al., CVPR 2016) on the whole image.
+
+    A boundary pixel matches if the other boundary comes within ``tolerance`` pixels; F is the
+    harmonic mean of the shares that match.  Ambiguous pixels are set to background in both.
+
+    :param tolerance: pixels; 0.8 % of the image's diagonal, rounded up, if None.
+    """
+    if tolerance is None:
+        tolerance = math.ceil(BOUNDARY_TOLERANCE * math.hypot(*truth.shape))
+    ambiguous = (truth != PERSON) & (truth != 0)
+    found = _boundary((mask > 0) & ~ambiguous)
+    true = _boundary(truth == PERSON)
+    n_found, n_true = np.count_nonzero(found), np.count_nonzero(true)
+    if n_found == 0 or n_true == 0:
+        return 1.0 if n_found == n_true else 0.0
+    disk = _disk(tolerance)
+    precision = np.count_nonzero(found & cv2.dilate(true, disk)) / n_found
+    recall = np.count_nonzero(true & cv2.dilate(found, disk)) / n_true
+    total = precision + recall
+    return 2 * precision * recall / total if total > 0 else 0.0
+
+
+def _boundary(inside: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Mark the pixels that differ from their right, lower or lower right neighbour."""
+    padded = np.pad(inside, ((0, 1), (0, 1)), mode='edge')
+    east, south, diagonal = padded[:-1, 1:], padded[1:, :-1], padded[1:, 1:]
+    return ((inside ^ east) | (inside ^ south) | (inside ^ diagonal)).astype(np.uint8)
+
+
+def _disk(radius: int) -> NDArray[np.uint8]:
+    rows, columns = np.mgrid[-radius : radius + 1, -radius : radius + 1]
+    return (rows**2 + columns**2 <= radius**2).astype(np.uint8)
+
+
+def score_frame(mask: NDArray[np.uint8], box: Box | None, truth: NDArray[np.uint8]) -> FrameScore:
+    """
+    Score one frame.
+
+    :param mask: (H, W) uint8, person where it is not 0.
+    :param box: the tracked box in pixels of the mask, None if nobody is tracked.
+    :param truth: (H, W) uint8, 255 person, 0 background, else ambiguous.
+    :raises InputError: if the mask has another shape than the truth.
+    """
+    if mask.shape != truth.shape:
+        raise InputError(f'mask must have the shape {truth.shape} of the truth, got {mask.shape}')
+    window = evaluation_window(truth)
+    expected = true_box(truth)
+    iou = centre = math.nan
+    if expected is not None:
+        iou = 0.0 if box is None else box.iou(expected)
+        if box is not None:
+            dx, dy = box.center_x - expected.center_x, box.center_y - expected.center_y
+            centre = math.hypot(dx, dy) / expected.height
+    return FrameScore(
+        j=jaccard(mask[window], truth[window]),
+        f=boundary_f(mask, truth),
+        error_rate=error_percent(mask[window], truth[window]),
+        error_rate_image=error_percent(mask, truth),
+        box_iou=iou,
+        centre_error=centre,
+        lost=iou < LOST_IOU,
+    )
+
+
+def _wrapped(phase: NDArray[np.float64], period: float) -> NDArray[np.float64]:
+    """Bring differences of phase into [-period / 2, period / 2)."""
+    return (phase + period / 2) % period - period / 2
+
+
+def phase_score(found: NDArray[np.float64], true: NDArray[np.float64]) -> PhaseScore:
+    """
+    Score the phases of consecutive frames.
+
+    :param found: (n,) phases in strides, any offset by whole strides.
+    :param true: (n,) true phases of the same frames.
+    :raises InputError: if there are no phases or not equally many.
+    """
+    found, true = np.asarray(found, np.float64), np.asarray(true, np.float64)
+    if found.ndim != 1 or found.shape != true.shape or found.size == 0:
+        raise InputError(
+            f'phases must be two equally long lists, got shapes {found.shape} and {true.shape}'
+        )
+    difference = found - true
+    error = float(np.abs(_wrapped(difference, 1.0)).mean())
+    flipped = float(np.abs(_wrapped(difference + 0.5, 1.0)).mean())
+    # A step that rounding makes a hair negative is a stand-still, not a step back.
+    steps = _wrapped(np.diff(found), 1.0)
+    return PhaseScore(
+        error=error,
+        error_flipped=min(error, flipped),
+        error_half=float(np.abs(_wrapped(difference, 0.5)).mean()),
+        backward=float((steps < -1e-9).mean()) if steps.size else 0.0,
+    )

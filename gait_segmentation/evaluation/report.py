@@ -1,0 +1,154 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Summaries of an evaluation: numbers per sequence, their means, tables and JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+import statistics
+from collections.abc import Iterable, Mapping, Sequence as ListLike
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.metrics import FrameScore
+from gait_segmentation.evaluation.runner import Outcome, StartScore
+
+__all__ = ['Summary', 'aligned', 'mean_of', 'restart_report', 'table', 'write_json']
+
+STAGES = ('tracking', 'matching', 'segmentation', 'total')
+
+_AVERAGED = ('J', 'F', 'error_rate', 'error_rate_image', 'box_iou', 'fps')
+
+
+@dataclass
+class Summary:
+    """Collects the outcomes of one sequence, without their images."""
+
+    scores: list[FrameScore] = field(default_factory=list)
+    timings: list[Mapping[str, float]] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+
+    def add(self, outcome: Outcome) -> None:
+        """Take in one frame."""
+        if outcome.score is not None:
+            self.scores.append(outcome.score)
+        if outcome.timings_ms:
+            self.timings.append(outcome.timings_ms)
+        self.seconds.append(outcome.seconds)
+
+    def numbers(self) -> dict[str, Any]:
+        """
+        Return the scores of the sequence.
+
+        ``frames`` counts the scored ones; ``ms_per_frame`` are medians, ``fps`` is frames over
+        the whole time in the pipeline, the start included.
+        """
+        boxed = [score.box_iou for score in self.scores if not math.isnan(score.box_iou)]
+        total = sum(self.seconds)
+        return {
+            'frames': len(self.scores),
+            'J': _mean(score.j for score in self.scores),
+            'F': _mean(score.f for score in self.scores),
+            'error_rate': _mean(score.error_rate for score in self.scores),
+            'error_rate_image': _mean(score.error_rate_image for score in self.scores),
+            'box_iou': _mean(boxed),
+            'lost_frames': sum(score.lost for score in self.scores),
+            'ms_per_frame': {
+                stage: statistics.median([times.get(stage, 0.0) for times in self.timings] or [0])
+                for stage in STAGES
+            },
+            'fps': len(self.seconds) / total if total > 0 else 0.0,
+        }
+
+
+def _mean(values: Iterable[float]) -> float | None:
+    values = list(values)
+    return statistics.fmean(values) if values else None
+
+
+def mean_of(sequences: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Average the sequences' numbers, each sequence counting the same; counts are summed."""
+    rows = list(sequences.values())
+    mean: dict[str, Any] = {
+        'frames': sum(row['frames'] for row in rows),
+        'lost_frames': sum(row['lost_frames'] for row in rows),
+        'ms_per_frame': {
+            stage: _mean(row['ms_per_frame'][stage] for row in rows) for stage in STAGES
+        },
+    }
+    for name in _AVERAGED:
+        mean[name] = _mean(row[name] for row in rows if row[name] is not None)
+    return mean
+
+
+def restart_report(starts: Mapping[str, ListLike[StartScore]]) -> dict[str, Any]:
+    """Average the starts of each sequence, then the sequences that have any."""
+    per_sequence = {
+        name: {
+            'J': _mean(start.j for start in scores),
+            'J0': _mean(start.j0 for start in scores),
+            'starts': {str(start.number): {'J': start.j, 'J0': start.j0} for start in scores},
+        }
+        for name, scores in starts.items()
+    }
+    return {
+        key: _mean(row[key] for row in per_sequence.values() if row[key] is not None)  # type: ignore[misc]
+        for key in ('J', 'J0')
+    } | {'per_sequence': per_sequence}
+
+
+def aligned(rows: ListLike[ListLike[str]]) -> str:
+    """Join cells to lines, the first column flush left and the others right."""
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    return '\n'.join(
+        '  '.join(
+            cell.ljust(width) if column == 0 else cell.rjust(width)
+            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    )
+
+
+def _cell(value: float | None, digits: int) -> str:
+    return '-' if value is None else f'{value:.{digits}f}'
+
+
+def table(report: Mapping[str, Any]) -> str:
+    """Return the report as an aligned table, one line per sequence and one for the mean."""
+    restarts = report.get('restarts')
+    header = ['sequence', 'frames', 'J', 'F', 'error %', 'image %', 'box IoU', 'lost', 'ms', 'fps']
+    rows = [header + (['restart J', 'J0'] if restarts else [])]
+    lines = [*report['sequences'].items(), ('mean', report['mean'])]
+    for name, numbers in lines:
+        row = [
+            name,
+            str(numbers['frames']),
+            _cell(numbers['J'], 4),
+            _cell(numbers['F'], 4),
+            _cell(numbers['error_rate'], 2),
+            _cell(numbers['error_rate_image'], 2),
+            _cell(numbers['box_iou'], 3),
+            str(numbers['lost_frames']),
+            _cell(numbers['ms_per_frame']['total'], 1),
+            _cell(numbers['fps'], 1),
+        ]
+        if restarts:
+            again = restarts if name == 'mean' else restarts['per_sequence'][name]
+            row += [_cell(again['J'], 4), _cell(again['J0'], 4)]
+        rows.append(row)
+    return aligned(rows)
+
+
+def write_json(path: Path, report: Mapping[str, Any]) -> None:
+    """
+    Write a report.
+
+    :raises SequenceError: if the file cannot be written.
+    """
+    try:
+        path.write_text(json.dumps(report, indent=2) + '\n', encoding='utf-8')
+    except OSError as error:
+        raise SequenceError(f'{path} cannot be written: {error.strerror}') from error

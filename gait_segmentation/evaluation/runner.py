@@ -1,0 +1,240 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Running a pipeline over a sequence, and over many short stretches of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.metrics import FrameScore, score_frame, start_box
+from gait_segmentation.evaluation.sequence import PERSON, Sequence, read_mask
+from gait_segmentation.geometry import Box
+
+__all__ = [
+    'RESTART_EVERY',
+    'RESTART_FRAMES',
+    'Clip',
+    'Outcome',
+    'Runnable',
+    'StartScore',
+    'check_truth',
+    'restart_starts',
+    'run',
+    'run_restarts',
+    'run_sequence',
+]
+
+RESTART_EVERY = 10
+"""Frames between the starts of the restart score."""
+
+RESTART_FRAMES = 14
+"""Length of the runs of the restart score."""
+
+RESTART_LEAST = 5
+"""Frames that must follow a start for it to count."""
+
+
+class Runnable(Protocol):
+    """What an evaluation needs of a pipeline."""
+
+    def initialize(self, box: Box) -> None:
+        """Start a track at the next frame."""
+
+    def update(self, image: NDArray[np.uint8], stamp_ns: int, **options: Any) -> list[Any]:
+        """Take in a frame, return the results that are complete."""
+
+    def flush(self) -> list[Any]:
+        """Return the results held back."""
+
+
+class Clip(Protocol):
+    """What an evaluation needs of a sequence, on disk or synthetic."""
+
+    def stamp_ns(self, number: int) -> int:
+        """Return the stamp of a frame."""
+
+    def image(self, number: int) -> NDArray[np.uint8]:
+        """Return a frame."""
+
+    def truth(self, number: int) -> NDArray[np.uint8] | None:
+        """Return the truth of a frame."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """
+    What the pipeline made of one frame.
+
+    ``mask`` is (H, W) uint8 0/255 and ``box`` the tracked box, both in source pixels; ``phase``
+    and ``azimuth`` are NaN if nobody is tracked.  ``timings_ms`` is by stage, ``seconds`` the
+    duration of the call that took the frame in.  ``score`` is None without ground truth.
+    """
+
+    number: int
+    mask: NDArray[np.uint8]
+    box: Box | None
+    phase: float
+    azimuth: float
+    timings_ms: dict[str, float]
+    seconds: float
+    score: FrameScore | None
+
+
+def run(
+    pipeline: Runnable,
+    clip: Clip,
+    numbers: Iterable[int],
+    box: Box,
+    *,
+    clock: Callable[[], float],
+    likelihood: Callable[[int], NDArray[np.uint8]] | None = None,
+) -> Iterator[Outcome]:
+    """
+    Give the frames of a clip to a pipeline and score what comes back, frame by frame.
+
+    With a lag outcomes come later than their frames, but in order.  A frame without a result
+    counts as an empty mask and no box.
+
+    :param numbers: the frames, ascending.
+    :param box: where the person is in the first of them.
+    :param clock: seconds, for the durations.
+    :param likelihood: makes the likelihood image to use in a frame in place of the tracker's.
+    """
+    pipeline.initialize(box)
+    waiting: dict[int, tuple[int, tuple[int, ...], float]] = {}
+    for number in numbers:
+        image = clip.image(number)
+        stamp = clip.stamp_ns(number)
+        options = {} if likelihood is None else {'likelihood': likelihood(number)}
+        started = clock()
+        results = pipeline.update(image, stamp, **options)
+        waiting[stamp] = (number, image.shape[:2], clock() - started)
+        yield from _finished(results, waiting, clip)
+    yield from _finished(pipeline.flush(), waiting, clip)
+    for number, shape, seconds in waiting.values():
+        yield _outcome(clip, number, shape, seconds, None)
+
+
+def _finished(
+    results: list[Any], waiting: dict[int, tuple[int, tuple[int, ...], float]], clip: Clip
+) -> Iterator[Outcome]:
+    by_stamp: dict[int, Any] = {}
+    for result in results:
+        by_stamp.setdefault(result.segmentation.stamp_ns, result)
+    for stamp, result in sorted(by_stamp.items()):
+        # Frames are answered in order: older ones still waiting will never be.
+        for older in [key for key in waiting if key < stamp]:
+            yield _outcome(clip, *waiting.pop(older), None)
+        if stamp in waiting:
+            yield _outcome(clip, *waiting.pop(stamp), result)
+
+
+def _outcome(
+    clip: Clip, number: int, shape: tuple[int, ...], seconds: float, result: Any
+) -> Outcome:
+    mask = np.zeros(shape, np.uint8)
+    box = None
+    phase = azimuth = math.nan
+    timings: dict[str, float] = {}
+    if result is not None:
+        mask, box, timings = result.segmentation.mask, result.track.box, result.timings_ms
+        if result.match.body is not None:
+            phase, azimuth = result.match.phase, result.match.azimuth
+    truth = clip.truth(number)
+    score = None if truth is None else score_frame(mask, box, truth)
+    return Outcome(number, mask, box, phase, azimuth, timings, seconds, score)
+
+
+def check_truth(sequence: Sequence) -> None:
+    """
+    Refuse a sequence that cannot be scored.
+
+    :raises SequenceError: if no frame from the first box on has a mask.
+    """
+    if not any(number in sequence.masks for number in sequence.numbers):
+        raise SequenceError(
+            f'{sequence.folder / "masks"} has no mask of a frame from '
+            f'{sequence.initial_frame} on, so there is nothing to score'
+        )
+
+
+def run_sequence(
+    pipeline: Runnable,
+    sequence: Sequence,
+    *,
+    clock: Callable[[], float],
+    likelihood_name: str = '',
+) -> Iterator[Outcome]:
+    """
+    Run a pipeline over a sequence from its first box on.
+
+    :param likelihood_name: folder beside ``frames`` with the likelihood images (NNNN.png, grey)
+        to use in place of the tracker's, empty for the tracker's.
+    :raises SequenceError: if an image is missing or corrupt.
+    """
+    return run(
+        pipeline,
+        sequence,
+        sequence.numbers,
+        sequence.initial_box,
+        clock=clock,
+        likelihood=_likelihoods(sequence, likelihood_name),
+    )
+
+
+def _likelihoods(sequence: Sequence, name: str) -> Callable[[int], NDArray[np.uint8]] | None:
+    if not name:
+        return None
+    folder: Path = sequence.folder / name
+    if not folder.is_dir():
+        raise SequenceError(f'{folder} is missing, no likelihood images to read')
+    return lambda number: read_mask(folder / f'{sequence.frames[number].stem}.png', sequence.size)
+
+
+@dataclass(frozen=True)
+class StartScore:
+    """One run of the restart score: its first frame, mean J and J of the first frame."""
+
+    number: int
+    j: float
+    j0: float
+
+
+def restart_starts(sequence: Sequence) -> list[int]:
+    """Return every tenth frame with a person in its truth and at least five frames to follow."""
+    numbers = sequence.numbers
+    starts = []
+    for place in range(0, len(numbers) - RESTART_LEAST, RESTART_EVERY):
+        truth = sequence.truth(numbers[place])
+        if truth is not None and (truth == PERSON).any():
+            starts.append(numbers[place])
+    return starts
+
+
+def run_restarts(
+    make_pipeline: Callable[[], Runnable], sequence: Sequence, *, clock: Callable[[], float]
+) -> Iterator[StartScore]:
+    """
+    Start anew from the true box (with its ambiguous rim) at every tenth frame, for 14 frames.
+
+    :param make_pipeline: makes a pipeline that has seen nothing.
+    """
+    numbers = sequence.numbers
+    for start in restart_starts(sequence):
+        truth = sequence.truth(start)
+        box = None if truth is None else start_box(truth)
+        if box is None:
+            continue
+        place = numbers.index(start)
+        stretch = numbers[place : place + RESTART_FRAMES]
+        outcomes = run(make_pipeline(), sequence, stretch, box, clock=clock)
+        scores = [outcome.score.j for outcome in outcomes if outcome.score is not None]
+        yield StartScore(start, float(np.mean(scores)), scores[0])

@@ -1,0 +1,99 @@
+"""A pipeline that knows the answer more or less, and small sequences on disk."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import yaml
+
+from gait_segmentation.config import StageConfig, parameter
+from gait_segmentation.geometry import BodyFrame, Box
+
+
+@dataclass(frozen=True)
+class FakeTracking(StageConfig):
+    gain: float = parameter(0.5, 'A gain.', minimum=0.0, maximum=1.0)
+    use_colour: bool = parameter(True, 'Use colour.')
+
+
+@dataclass(frozen=True)
+class FakeMatching(StageConfig):
+    lag: int = parameter(0, 'Frames held back.', minimum=0, maximum=10)
+
+
+@dataclass(frozen=True)
+class FakeSegmentation(StageConfig):
+    prior: str = parameter('default', 'The prior.', choices=('none', 'distance', 'default'))
+
+
+@dataclass(frozen=True)
+class FakePipelineConfig:
+    tracking: FakeTracking = field(default_factory=FakeTracking)
+    matching: FakeMatching = field(default_factory=FakeMatching)
+    segmentation: FakeSegmentation = field(default_factory=FakeSegmentation)
+
+
+class FakePipeline:
+    """Takes red pixels for the person; without colour it loses the lower half."""
+
+    def __init__(self, config=None, bank=None, clock=lambda: 0.0):
+        self.config = config or FakePipelineConfig()
+        self.box = None
+        self.held = []
+        self.likelihoods = []
+
+    def initialize(self, box):
+        self.box = box
+
+    def update(self, image, stamp_ns, likelihood=None):
+        self.likelihoods.append(likelihood)
+        mask = np.where(image[..., 2] > image[..., 1] + 60, 255, 0).astype(np.uint8)
+        if likelihood is not None:
+            mask = likelihood
+        if not self.config.tracking.use_colour:
+            mask[mask.shape[0] // 2 :] = 0
+        if self.config.segmentation.prior == 'none':
+            mask[:, -1] = 255
+        box = Box.around(mask)
+        body = None
+        if box is not None:
+            body = BodyFrame(box.center_x, box.center_y, box.height)
+        self.held.append(
+            SimpleNamespace(
+                stamp_ns=stamp_ns,
+                track=SimpleNamespace(track_id=1, box=box),
+                match=SimpleNamespace(body=body, phase=0.25, azimuth=0.0),
+                segmentation=SimpleNamespace(stamp_ns=stamp_ns, track_id=1, mask=mask),
+                timings_ms={'tracking': 1.0, 'matching': 2.0, 'segmentation': 3.0, 'total': 6.0},
+            )
+        )
+        if len(self.held) <= self.config.matching.lag:
+            return []
+        return [self.held.pop(0)]
+
+    def flush(self):
+        held, self.held = self.held, []
+        return held
+
+
+def write_sequence(folder, frames=8, size=(48, 40), suffix='png', without_mask=()):
+    """Write a red man walking to the right before grey, with an ambiguous rim."""
+    width, height = size
+    (folder / 'frames').mkdir(parents=True)
+    (folder / 'masks').mkdir()
+    for number in range(frames):
+        image = np.full((height, width, 3), 120, np.uint8)
+        left = 4 + 2 * number
+        mask = np.zeros((height, width), np.uint8)
+        mask[5:36, left - 1 : left + 11] = 170
+        mask[6:35, left : left + 10] = 255
+        image[6:35, left : left + 10] = (30, 30, 200)
+        cv2.imwrite(str(folder / 'frames' / f'{number:04d}.{suffix}'), image)
+        if number not in without_mask:
+            cv2.imwrite(str(folder / 'masks' / f'{number:04d}.png'), mask)
+    about = {'fps': 25, 'initial_box': [3, 5, 12, 31], 'initial_frame': 0}
+    (folder / 'sequence.yaml').write_text(yaml.safe_dump(about))
+    return folder

@@ -1,0 +1,148 @@
+import cv2
+import numpy as np
+import pytest
+import yaml
+
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.sequence import Sequence, read_mask
+from gait_segmentation.geometry import Box
+
+from .fakes import write_sequence
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return write_sequence(tmp_path / 'walk', frames=3)
+
+
+def rewrite(folder, **changes):
+    path = folder / 'sequence.yaml'
+    about = yaml.safe_load(path.read_text())
+    about.update(changes)
+    path.write_text(yaml.safe_dump({k: v for k, v in about.items() if v is not None}))
+
+
+def test_a_sequence_is_loaded(folder):
+    sequence = Sequence.load(folder)
+    assert sequence.name == 'walk'
+    assert sequence.size == (48, 40)
+    assert sequence.fps == 25
+    assert sequence.initial_box == Box(3, 5, 12, 31)
+    assert sequence.numbers == [0, 1, 2]
+    assert sequence.image(1).shape == (40, 48, 3)
+    assert set(np.unique(sequence.truth(1))) == {0, 170, 255}
+
+
+def test_stamps_follow_the_frame_rate_and_are_never_zero(folder):
+    sequence = Sequence.load(folder)
+    assert sequence.stamp_ns(0) > 0
+    assert sequence.stamp_ns(2) - sequence.stamp_ns(0) == 80_000_000
+
+
+def test_jpeg_frames_and_frames_without_mask(tmp_path):
+    sequence = Sequence.load(write_sequence(tmp_path / 'a', suffix='jpg', without_mask=(1,)))
+    assert sequence.image(0).shape == (40, 48, 3)
+    assert sequence.truth(1) is None
+    assert sequence.truth(2) is not None
+
+
+def test_frames_before_the_first_box_are_left_out(folder):
+    rewrite(folder, initial_frame=1)
+    assert Sequence.load(folder).numbers == [1, 2]
+
+
+@pytest.mark.parametrize(
+    ('changes', 'message'),
+    [
+        ({'fps': None}, 'has no fps'),
+        ({'fps': 0}, 'fps .* must be positive, got 0'),
+        ({'fps': 'fast'}, "fps .* must be a number, got 'fast'"),
+        ({'fps': float('nan')}, 'fps .* must be a number'),
+        ({'initial_box': None}, 'has no initial_box'),
+        ({'initial_box': [1, 2, 3]}, 'four numbers'),
+        ({'initial_box': [1, 2, 0, 4]}, 'positive width and height'),
+        ({'initial_box': [100, 2, 5, 4]}, 'overlap the image of 48x40'),
+        ({'initial_frame': 7}, r'number of a frame \(0 to 2\), got 7'),
+        ({'initial_frame': 'first'}, 'number of a frame'),
+    ],
+)
+def test_values_that_cannot_be_used_are_refused(folder, changes, message):
+    rewrite(folder, **changes)
+    with pytest.raises(SequenceError, match=message):
+        Sequence.load(folder)
+
+
+def test_missing_parts_are_named(folder, tmp_path):
+    with pytest.raises(SequenceError, match='nowhere is not a folder'):
+        Sequence.load(tmp_path / 'nowhere')
+    (folder / 'sequence.yaml').rename(folder / 'other.yaml')
+    with pytest.raises(SequenceError, match=r'sequence\.yaml cannot be read'):
+        Sequence.load(folder)
+    (folder / 'other.yaml').rename(folder / 'sequence.yaml')
+    (folder / 'masks').rename(folder / 'mask')
+    with pytest.raises(SequenceError, match='masks is missing'):
+        Sequence.load(folder)
+    (folder / 'mask').rename(folder / 'masks')
+    (folder / 'frames').rename(folder / 'frame')
+    with pytest.raises(SequenceError, match='frames is missing'):
+        Sequence.load(folder)
+    (folder / 'frames').mkdir()
+    with pytest.raises(SequenceError, match='no images'):
+        Sequence.load(folder)
+
+
+@pytest.mark.parametrize('text', ['{', '- 1\n', 'fps: [1', b'\xff\xfe\x00'])
+def test_broken_yaml_is_refused(folder, text):
+    path = folder / 'sequence.yaml'
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(SequenceError, match=r'sequence\.yaml'):
+        Sequence.load(folder)
+
+
+def test_corrupt_images_are_refused_when_read(folder):
+    sequence = Sequence.load(folder)
+    sequence.frames[1].write_bytes(b'not an image')
+    with pytest.raises(SequenceError, match=r'0001\.png is not a complete image'):
+        sequence.image(1)
+    sequence.frames[2].write_bytes(b'')
+    with pytest.raises(SequenceError, match=r'0002\.png is not a complete image'):
+        sequence.image(2)
+    sequence.masks[1].unlink()
+    with pytest.raises(SequenceError, match='cannot be read'):
+        sequence.truth(1)
+
+
+def test_images_of_another_size_are_refused(folder):
+    sequence = Sequence.load(folder)
+    cv2.imwrite(str(sequence.frames[1]), np.zeros((40, 20, 3), np.uint8))
+    with pytest.raises(SequenceError, match='is 20x40, but must be 48x40'):
+        sequence.image(1)
+    cv2.imwrite(str(sequence.masks[1]), np.zeros((20, 48), np.uint8))
+    with pytest.raises(SequenceError, match='is 48x20, but must be 48x40'):
+        sequence.truth(1)
+
+
+def test_masks_must_be_grey(tmp_path):
+    path = tmp_path / 'mask.png'
+    grey = np.zeros((4, 6), np.uint8)
+    grey[1:3] = 255
+    cv2.imwrite(str(path), cv2.merge([grey, grey, grey]))
+    np.testing.assert_array_equal(read_mask(path, (6, 4)), grey)
+    cv2.imwrite(str(path), cv2.merge([grey, grey, 255 - grey]))
+    with pytest.raises(SequenceError, match='grey image of 8 bits'):
+        read_mask(path, (6, 4))
+    cv2.imwrite(str(path), grey.astype(np.uint16))
+    with pytest.raises(SequenceError, match='grey image of 8 bits'):
+        read_mask(path, (6, 4))
+
+
+def test_odd_file_names_are_refused(folder):
+    (folder / 'frames' / '0001.png').rename(folder / 'frames' / 'one.png')
+    with pytest.raises(SequenceError, match='named by its number'):
+        Sequence.load(folder)
+    (folder / 'frames' / 'one.png').rename(folder / 'frames' / '2.png')
+    with pytest.raises(SequenceError, match='same number'):
+        Sequence.load(folder)
+    (folder / 'frames' / '2.png').unlink()
+    with pytest.raises(SequenceError, match='mask of a frame'):
+        Sequence.load(folder)
