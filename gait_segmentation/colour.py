@@ -11,11 +11,11 @@ tails of its neighbours.  (After the object and background densities of Collins 
 
 from __future__ import annotations
 
-from numba import njit
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ['BANDS', 'BIN_VOLUME', 'BINS', 'ColourModel', 'body_rows', 'colour_bins']
+__all__ = ['BANDS', 'BINS', 'BIN_VOLUME', 'ColourModel', 'body_rows', 'colour_bins']
 
 BINS = 24
 """Bins along each axis of Lab."""

@@ -11,10 +11,32 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import pixel_affine
 
-__all__ = ['Window', 'check_image', 'check_stamp', 'signed_distance', 'warp_window']
+__all__ = ['Window', 'check_image', 'check_stamp', 'shrink', 'signed_distance', 'warp_window']
 
 Window = tuple[slice, slice]
 """Rows and columns of a part of an image."""
+
+
+def shrink(image: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
+    """
+    Return an image at a smaller size, without aliasing.
+
+    Whole factors are averaged over areas, which is fast, and the rest interpolated.
+
+    :param image: (H, W) or (H, W, 3) uint8.
+    :param shape: (h, w) of the result.
+    """
+    if image.shape[:2] == shape:
+        return image
+    factor = int(min(image.shape[0] / shape[0], image.shape[1] / shape[1]) + 1e-6)
+    if factor > 1:
+        size = (image.shape[1] // factor, image.shape[0] // factor)
+        image = cv2.resize(
+            image[: size[1] * factor, : size[0] * factor], size, interpolation=cv2.INTER_AREA
+        )
+    if image.shape[:2] != shape:
+        image = cv2.resize(image, shape[::-1], interpolation=cv2.INTER_LINEAR)
+    return image
 
 
 def signed_distance(inside: NDArray[np.bool_]) -> NDArray[np.float32]:

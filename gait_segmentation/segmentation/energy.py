@@ -10,8 +10,8 @@ costs what it is away from the template's outline, saturated.
 
 from __future__ import annotations
 
-from numba import njit
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.segmentation.graph_cut import CAPACITY, NEIGHBOURS

@@ -17,7 +17,7 @@ from gait_segmentation.segmentation.graph_cut import minimum_cut
 
 __all__ = ['refine', 'upsample']
 
-_BAND = 1.5
+_BAND = 1.0
 """Half width of the band, in pixels of the first cut."""
 
 

@@ -27,8 +27,7 @@ _LEAST_MASKS = 5
 
 
 class PersonalShape:
-    """
-    Mean mask of one person, overall and by gait phase, on a small grid in the body frame."""
+    """Mean mask of one person, overall and by gait phase, on a small grid in the body frame."""
 
     def __init__(self) -> None:
         """Start without knowing the person."""

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.images import Window, check_image
+from gait_segmentation.images import Window, check_image, shrink
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.components import fill_holes, keep_supported
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.energy import contrast_links, distance_links
-from gait_segmentation.segmentation.graph_cut import minimum_cut
+from gait_segmentation.segmentation.graph_cut import decided, minimum_cut
 from gait_segmentation.segmentation.refinement import refine, upsample
 from gait_segmentation.segmentation.residual import PersonalShape
 from gait_segmentation.segmentation.shape_prior import ShapeTerms, shape_terms
@@ -101,15 +101,13 @@ class Segmenter:
         """Return the cut at working size and its data term, in the window."""
         evidence = likelihood[window]
         shape = evidence.shape
-        if source.shape[:2] != shape:
-            source = cv2.resize(source, shape[::-1], interpolation=cv2.INTER_AREA)
-        lab = cv2.cvtColor(source, cv2.COLOR_BGR2Lab)
+        lab = cv2.cvtColor(shrink(source, shape), cv2.COLOR_BGR2Lab)
         prior = match.shape_prior[window]
         terms = self._terms(prior, match, body, window)
         logit = _LOGIT[evidence]
         if terms.logit is not None:
             logit = logit + terms.logit
-        given = np.zeros(shape, np.int8)
+        given = decided(logit)
         links = contrast_links(lab, self.config.contrast, given)
         if terms.psi is not None:
             distance_links(terms.psi, self.config.distance_weight, links)

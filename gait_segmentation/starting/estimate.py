@@ -14,16 +14,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import cv2
-from numba import njit
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.segmentation.energy import contrast_links
 from gait_segmentation.segmentation.graph_cut import minimum_cut
 from gait_segmentation.starting.templates import Hypothesis, fit_views
-from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 
 __all__ = ['Start', 'estimate_start']
 

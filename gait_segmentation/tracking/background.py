@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 import cv2
-from numba import njit
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import pixel_affine

@@ -14,12 +14,12 @@ density S of a cast shadow: any lightness from ``floor`` to 1 of the background'
 
 from __future__ import annotations
 
-from numba import njit
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel
+from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 
 __all__ = ['likelihood_image', 'log_ratio']

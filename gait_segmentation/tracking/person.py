@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.images import Window, signed_distance
-from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.tracking.config import TrackingConfig
 
 __all__ = ['Person']

@@ -11,14 +11,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.colour import colour_bins
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, compose, scaling
-from gait_segmentation.images import Window, check_image, check_stamp
+from gait_segmentation.images import Window, check_image, check_stamp, shrink
 from gait_segmentation.results import Feedback, TrackResult
 from gait_segmentation.starting import Start, estimate_start
 from gait_segmentation.tracking.background import BackgroundModel
-from gait_segmentation.colour import colour_bins
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import motion_logit, propagation_logit
 from gait_segmentation.tracking.ego_motion import Motion, MotionEstimator
@@ -302,7 +302,7 @@ class PersonTracker:
     def _learn(self, person: Person, record: _Record, feedback: Feedback) -> None:
         mask = feedback.mask
         if mask.shape != self._shape:
-            small = cv2.resize(mask, self._shape[::-1], interpolation=cv2.INTER_AREA)
+            small = shrink(mask, self._shape)
             mask = np.where(small > 127, 255, 0).astype(np.uint8)
         prior = feedback.shape_prior
         if prior.shape != self._shape:

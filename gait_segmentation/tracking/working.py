@@ -10,6 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.images import shrink
+
 __all__ = ['WorkingImage', 'working_scale', 'working_shape']
 
 
@@ -34,9 +36,7 @@ class WorkingImage:
         :param image: (H, W, 3) uint8 BGR.
         :param shape: (h, w) of the working image.
         """
-        if image.shape[:2] != shape:
-            image = cv2.resize(image, (shape[1], shape[0]), interpolation=cv2.INTER_AREA)
-        lab = cv2.cvtColor(image, cv2.COLOR_BGR2Lab)
+        lab = cv2.cvtColor(shrink(image, shape), cv2.COLOR_BGR2Lab)
         return cls(stamp_ns, lab, np.ascontiguousarray(lab[:, :, 0]))
 
 

@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+from numpy.typing import NDArray
+
+from gait_segmentation.segmentation.graph_cut import CAPACITY, NEIGHBOURS, minimum_cut
+
+
+def energy(labels: NDArray, logit: NDArray, links: NDArray) -> int:
+    """Compute the energy a cut minimises, in integer capacities, the slow way."""
+    total = -int(((logit * CAPACITY).astype(np.int64) * labels).sum())
+    height, width = labels.shape
+    for direction, (d_row, d_col) in enumerate(NEIGHBOURS):
+        for row, col in itertools.product(range(height), range(width)):
+            if row + d_row < height and 0 <= col + d_col < width:
+                differ = labels[row, col] != labels[row + d_row, col + d_col]
+                total += int(links[direction, row, col]) * int(differ)
+    return total
+
+
+def random_problem(seed: int, shape: tuple[int, int]) -> tuple[NDArray, NDArray]:
+    rng = np.random.default_rng(seed)
+    logit = rng.normal(0, 2, shape).astype(np.float32)
+    links = rng.integers(0, 2 * CAPACITY, (4, *shape)).astype(np.int32)
+    return logit, links
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000))
+def test_no_labelling_has_less_energy(seed: int) -> None:
+    logit, links = random_problem(seed, (3, 4))
+    best = min(
+        energy(np.array(bits).reshape(3, 4), logit, links)
+        for bits in itertools.product((False, True), repeat=12)
+    )
+    assert energy(minimum_cut(logit, links), logit, links) == best
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000))
+def test_given_labels_hold_and_the_rest_is_optimal(seed: int) -> None:
+    logit, links = random_problem(seed, (3, 4))
+    rng = np.random.default_rng(seed + 1)
+    fixed = rng.choice([-1, 0, 0, 1], (3, 4)).astype(np.int8)
+    labels = minimum_cut(logit, links, fixed)
+    assert np.all(labels[fixed > 0])
+    assert not np.any(labels[fixed < 0])
+    best = min(
+        energy(candidate, logit, links)
+        for bits in itertools.product((False, True), repeat=12)
+        if np.all((candidate := np.array(bits).reshape(3, 4))[fixed > 0])
+        and not np.any(candidate[fixed < 0])
+    )
+    assert energy(labels, logit, links) == best
+
+
+def test_everything_given_needs_no_graph() -> None:
+    fixed = np.array([[1, -1], [-1, 1]], np.int8)
+    labels = minimum_cut(np.zeros((2, 2), np.float32), np.zeros((4, 2, 2), np.int32), fixed)
+    assert labels.tolist() == [[True, False], [False, True]]
+
+
+@pytest.mark.parametrize('sign', [1, -1])
+def test_one_pixel_follows_its_data_term(sign: int) -> None:
+    logit = np.full((1, 1), sign * 2.0, np.float32)
+    assert minimum_cut(logit, np.zeros((4, 1, 1), np.int32))[0, 0] == (sign > 0)

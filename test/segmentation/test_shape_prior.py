@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.segmentation.config import SegmentationConfig
+from gait_segmentation.segmentation.shape_prior import log_odds, shape_terms
+
+
+def template() -> np.ndarray:
+    prior = np.zeros((100, 60), np.uint8)
+    prior[10:90, 20:40] = 255
+    return prior
+
+
+def test_none_adds_nothing() -> None:
+    terms = shape_terms(template(), 80, None, SegmentationConfig(prior='none'))
+    assert terms.logit is None
+    assert terms.psi is None
+
+
+def test_distance_costs_nothing_on_the_outline_and_saturates() -> None:
+    terms = shape_terms(template(), 80, None, SegmentationConfig(prior='distance'))
+    assert terms.logit is None
+    assert terms.psi is not None
+    assert terms.psi[50, 20] < 0.25
+    assert terms.psi[50, 0] == 1
+    assert terms.psi[50, 30] == 1
+
+
+def test_default_is_for_inside_and_against_outside() -> None:
+    config = SegmentationConfig(template_weight=0.5)
+    terms = shape_terms(template(), 80, None, config)
+    assert terms.logit is not None
+    assert terms.logit[50, 30] == pytest.approx(1.5)
+    assert terms.logit[50, 0] == pytest.approx(-2.0)
+
+
+def test_the_personal_shape_takes_its_share() -> None:
+    config = SegmentationConfig(template_weight=1.0, residual_share=0.4)
+    personal = np.ones((100, 60), np.float32)
+    terms = shape_terms(template(), 80, personal, config)
+    assert terms.logit is not None
+    assert terms.logit[50, 0] == pytest.approx(0.6 * -4 + 0.4 * 3)
+
+
+def test_an_empty_template_adds_nothing() -> None:
+    terms = shape_terms(np.zeros((9, 9), np.uint8), 80, None, SegmentationConfig())
+    assert terms.logit is None
+
+
+def test_log_odds_are_limited() -> None:
+    values = log_odds(np.array([0.0, 0.5, 1.0], np.float32))
+    assert values == pytest.approx([-4, 0, 3])

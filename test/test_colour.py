@@ -1,0 +1,67 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.colour import BANDS, BINS, ColourModel, body_rows, colour_bins
+
+
+def test_bins_are_joint_and_complete() -> None:
+    lab = np.array([[[0, 0, 0], [255, 255, 255], [255, 0, 0]]], np.uint8)
+    last = BINS - 1
+    assert colour_bins(lab).tolist() == [[0, BINS**3 - 1, last * BINS * BINS]]
+
+
+def test_rows_run_from_head_to_soles_along_the_tilted_axis() -> None:
+    rows = body_rows((100, 60), (10, 20), (40, 70), 80)
+    assert rows[70 - 20 - 40, 0] == pytest.approx(0, abs=0.01)
+    assert rows[70 - 20 + 39, 59] == pytest.approx(1, abs=0.01)
+    tilted = body_rows((100, 60), (10, 20), (40, 70), 80, angle=np.pi / 2)
+    # Leaning right by a quarter turn, the head lies to the right.
+    assert tilted[50, 59] < tilted[50, 0]
+
+
+def model(band_share: float = 0.7) -> ColourModel:
+    return ColourModel(band_share, 1e-4)
+
+
+def test_unseen_colours_have_the_floor() -> None:
+    colours = model()
+    assert np.all(colours.table == np.float32(1e-4))
+    bins = np.zeros((BANDS, 4), np.uint16)
+    rows = np.repeat(np.linspace(0.01, 0.99, BANDS, dtype=np.float32)[:, None], 4, 1)
+    colours.learn(bins, rows, np.ones(bins.shape, np.float32), 0.15)
+    assert np.all(colours.table[1:] == np.float32(1e-4))
+    assert colours.table[0] == pytest.approx(np.full(BANDS, 1 + 1e-4), abs=1e-5)
+
+
+def test_each_band_knows_its_own_colour_best() -> None:
+    colours = model()
+    rows = np.repeat(((np.arange(BANDS) + 0.5) / BANDS).astype(np.float32)[:, None], 10, 1)
+    bins = np.repeat(np.arange(BANDS, dtype=np.uint16)[:, None], 10, 1)
+    colours.learn(bins, rows, np.ones(bins.shape, np.float32), 1.0)
+    table = colours.table[:BANDS]
+    assert np.array_equal(table.argmax(axis=1), np.arange(BANDS))
+    # A neighbouring band counts half, one further away only through the whole body.
+    assert table[3, 3] > table[3, 4] > table[3, 6] > 1e-4
+    assert colours.table.sum(axis=0) == pytest.approx(np.full(BANDS, 1 + 1e-4 * BINS**3), rel=1e-3)
+
+
+def test_learning_moves_by_the_rate() -> None:
+    colours = model()
+    rows = np.full((1, 10), 0.5, np.float32)
+    ones = np.ones((1, 10), np.float32)
+    colours.learn(np.zeros((1, 10), np.uint16), rows, ones, 0.25)
+    colours.learn(np.ones((1, 10), np.uint16), rows, ones, 0.25)
+    assert colours.whole()[:2] == pytest.approx([0.75, 0.25])
+
+
+def test_nothing_to_learn_changes_nothing() -> None:
+    colours = model()
+    colours.learn(
+        np.zeros((2, 2), np.uint16), np.zeros((2, 2), np.float32), np.zeros((2, 2), np.float32), 1
+    )
+    assert np.all(colours.table == np.float32(1e-4))
+    assert colours.whole().sum() == 0

@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.tracking.background import BackgroundModel
+
+
+def texture(seed: int = 0, shape: tuple[int, int] = (60, 80)) -> np.ndarray:
+    return np.random.default_rng(seed).integers(0, 255, (*shape, 3)).astype(np.uint8)
+
+
+def test_it_learns_the_mean_where_nobody_is() -> None:
+    model = BackgroundModel((60, 80))
+    lab = texture()
+    person = np.zeros((60, 80), np.uint8)
+    person[20:40, 30:50] = 255
+    for _ in range(3):
+        model.learn(lab, person)
+    assert model.state[10, 10, :3] == pytest.approx(lab[10, 10].astype(float))
+    assert model.state[10, 10, 3] == 3
+    assert model.state[30, 40, 3] == 0
+
+
+def test_a_still_camera_resamples_nothing() -> None:
+    model = BackgroundModel((60, 80))
+    model.learn(texture(), np.zeros((60, 80), np.uint8))
+    before = model.state.copy()
+    model.move(None)
+    assert np.array_equal(model.state, before)
+
+
+def test_it_moves_with_the_camera_and_forgets_what_left() -> None:
+    model = BackgroundModel((60, 80))
+    lab = texture()
+    model.learn(lab, np.zeros((60, 80), np.uint8))
+    model.move(np.array([[1.0, 0, 5], [0, 1.0, -3]]))
+    assert model.state[10, 20, :3] == pytest.approx(lab[13, 15].astype(float), abs=0.01)
+    assert model.state[10, 2, 3] == 0
+    assert 0.9 < model.state[10, 20, 3] < 1
+
+
+def test_the_unknown_does_not_darken_its_neighbours() -> None:
+    model = BackgroundModel((20, 20))
+    person = np.zeros((20, 20), np.uint8)
+    person[:, 10:] = 255
+    model.learn(np.full((20, 20, 3), 200, np.uint8), person)
+    model.move(np.array([[1.0, 0, 0.4], [0, 1.0, 0]]))
+    known = model.state[:, :, 3] > 0
+    assert model.state[:, :, 0][known] == pytest.approx(np.full(known.sum(), 200.0), abs=0.1)
+
+
+def test_noise_is_measured_on_the_surroundings_only() -> None:
+    model = BackgroundModel((60, 80))
+    person = np.zeros((60, 80), np.uint8)
+    person[:, 40:] = 255
+    lab = np.full((60, 80, 3), 100, np.uint8)
+    model.learn(lab, person)
+    changed = lab.copy()
+    changed[:, 40:] = 250
+    window = (slice(0, 60), slice(0, 80))
+    for _ in range(60):
+        model.measure_noise(changed, person, window)
+    assert model.sigma == pytest.approx(2.5, abs=0.1)
+    for _ in range(60):
+        model.measure_noise(lab + np.uint8(8), person, window)
+    assert model.sigma > 10
+
+
+def test_a_copy_is_its_own() -> None:
+    model = BackgroundModel((10, 10))
+    other = model.copy()
+    other.learn(np.full((10, 10, 3), 9, np.uint8), np.zeros((10, 10), np.uint8))
+    assert not model.state.any()
+    assert other.state.any()

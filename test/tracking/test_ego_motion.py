@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.geometry import pixel_affine
+from gait_segmentation.tracking.ego_motion import MotionEstimator
+
+
+def scene(seed: int = 1) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    small = rng.integers(0, 255, (30, 40)).astype(np.uint8)
+    return cv2.resize(small, (320, 240), interpolation=cv2.INTER_CUBIC)
+
+
+def moved(image: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    return cv2.warpAffine(
+        image, pixel_affine(motion), image.shape[::-1], borderMode=cv2.BORDER_REFLECT
+    )
+
+
+def test_the_first_frame_has_no_motion() -> None:
+    motion = MotionEstimator().update(scene(), None, None)
+    assert motion.camera is None
+    assert motion.body is None
+
+
+def test_a_still_camera_has_no_motion() -> None:
+    estimator = MotionEstimator()
+    estimator.update(scene(), None, None)
+    assert estimator.update(scene(), None, None).camera is None
+
+
+def test_pan_and_zoom_are_found() -> None:
+    estimator = MotionEstimator()
+    true = np.array([[1.01, 0.0, 4.0], [0.0, 1.01, -2.5]])
+    estimator.update(scene(), None, None)
+    camera = estimator.update(moved(scene(), true), None, None).camera
+    assert camera is not None
+    for point in ([50, 50, 1], [250, 180, 1]):
+        assert camera @ point == pytest.approx(true @ point, abs=0.15)
+
+
+def test_the_body_moves_apart_from_the_world() -> None:
+    world = scene()
+    person = np.zeros((240, 320), np.uint8)
+    person[60:180, 120:180] = 255
+    first = np.where(person > 0, scene(2), world)
+    shifted = np.roll(person, 6, axis=1)
+    second = np.where(shifted > 0, np.roll(scene(2), 6, axis=1), world)
+    estimator = MotionEstimator()
+    estimator.update(first, person, person)
+    motion = estimator.update(second, person, person)
+    assert motion.camera is None
+    assert motion.body == pytest.approx((6, 0), abs=0.3)
+
+
+def test_an_image_without_texture_has_no_motion() -> None:
+    estimator = MotionEstimator()
+    flat = np.full((240, 320), 90, np.uint8)
+    estimator.update(flat, None, flat)
+    motion = estimator.update(flat, None, flat)
+    assert motion.camera is None
+    assert motion.body is None
+
+
+def test_another_size_starts_anew() -> None:
+    estimator = MotionEstimator()
+    estimator.update(scene(), None, None)
+    assert estimator.update(scene()[:100], None, None).camera is None

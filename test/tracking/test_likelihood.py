@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.colour import BIN_VOLUME, ColourModel, colour_bins
+from gait_segmentation.tracking.background import BackgroundModel
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.likelihood import likelihood_image, log_ratio
+
+SHAPE = (20, 30)
+WINDOW = (slice(0, 20), slice(0, 30))
+RED, GREY, DARK_GREY = (120, 200, 160), (150, 128, 128), (90, 128, 128)
+
+
+def image(colour: tuple[int, int, int]) -> np.ndarray:
+    return np.full((*SHAPE, 3), colour, np.uint8)
+
+
+def models() -> tuple[ColourModel, ColourModel]:
+    person, surroundings = ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4)
+    rows = np.repeat(np.linspace(0, 0.999, 20, dtype=np.float32)[:, None], 30, 1)
+    ones = np.ones(SHAPE, np.float32)
+    person.learn(colour_bins(image(RED)), rows, ones, 1)
+    surroundings.learn(colour_bins(image(GREY)), rows, ones, 1)
+    return person, surroundings
+
+
+def ratio(lab: np.ndarray, background: BackgroundModel, **changes: float) -> np.ndarray:
+    rows = np.repeat(np.linspace(0, 0.999, 20, dtype=np.float32)[:, None], 30, 1)
+    config = TrackingConfig(**changes)
+    return log_ratio(lab, colour_bins(lab), rows, WINDOW, background, *models(), config)
+
+
+def known(colour: tuple[int, int, int]) -> BackgroundModel:
+    background = BackgroundModel(SHAPE)
+    for _ in range(10):
+        background.learn(image(colour), np.zeros(SHAPE, np.uint8))
+    return background
+
+
+def test_colour_alone_decides_and_is_limited() -> None:
+    blank = BackgroundModel(SHAPE)
+    assert np.all(ratio(image(RED), blank) == 4)
+    assert np.all(ratio(image(GREY), blank) == -4)
+
+
+def test_an_unknown_colour_says_nothing() -> None:
+    assert ratio(image((10, 60, 60)), BackgroundModel(SHAPE)) == pytest.approx(0, abs=1e-5)
+
+
+def test_a_known_background_overrules_the_colours() -> None:
+    # The wall is as red as the person, but here it looks as it always did.
+    assert ratio(image(RED), known(RED)).max() < 1
+    # And a colour of the surroundings where another was known cannot be background.
+    assert ratio(image(RED), known(GREY)).min() > 5
+
+
+def test_the_background_term_is_the_stated_density() -> None:
+    background = known(RED)
+    config = TrackingConfig()
+    sigma = background.sigma
+    peak = BIN_VOLUME / (2 * np.pi * sigma**2) ** 1.5
+    trust = config.background_trust * 10 / 10.5
+    expected = np.log((1 + 1e-4) / (trust * peak + (1 - trust) * 1e-4))
+    assert ratio(image(RED), background)[2, 2] == pytest.approx(expected, abs=1e-3)
+
+
+def test_a_shadow_at_the_feet_is_background() -> None:
+    with_shadow = ratio(image(DARK_GREY), known(GREY))
+    without = ratio(image(DARK_GREY), known(GREY), use_shadow=False)
+    assert with_shadow[19, 5] < without[19, 5] - 2
+    assert with_shadow[2, 5] == pytest.approx(without[2, 5])
+
+
+def test_the_switch_for_the_background_works() -> None:
+    assert np.all(ratio(image(RED), known(RED), use_background=False) == 4)
+
+
+def test_the_likelihood_image_is_the_sigmoid_in_the_window() -> None:
+    logit = np.array([[0.0, 10.0], [-10.0, 1.0]], np.float32)
+    window = (slice(1, 3), slice(2, 4))
+    result = likelihood_image(logit, window, (4, 5))
+    assert result[window].tolist() == [[128, 255], [0, round(255 / (1 + np.exp(-1)))]]
+    assert result.sum() == result[window].sum()
