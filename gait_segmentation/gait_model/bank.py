@@ -4,12 +4,14 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import BankError
+from gait_segmentation.gait_model.storage import read_bank, write_bank
 
 __all__ = ['TemplateBank']
 
@@ -55,8 +57,42 @@ class TemplateBank:
                 f'{sequences} sequences need as many azimuths and builds, got '
                 f'{self.azimuth.shape} and {len(self.builds)}'
             )
+        if self.azimuth.dtype != np.float32 or not np.isfinite(self.azimuth).all():
+            raise BankError(
+                f'azimuths must be finite float32, got {self.azimuth.dtype} {self.azimuth}'
+            )
         if not 0 < self.fill <= 1:
             raise BankError(f'fill must be in (0, 1], got {self.fill}')
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> TemplateBank:
+        """
+        Read a bank from a file made by :meth:`save`.
+
+        :raises BankError: if the file is missing, damaged, no bank or a bank of another version.
+        """
+        entries = read_bank(path)
+        try:
+            return cls(**entries)
+        except BankError as error:
+            raise BankError(f'{os.fspath(path)}: {error}') from error
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """
+        Write the bank to a file, replacing an old one in one step.
+
+        :raises BankError: if the file cannot be written.
+        """
+        write_bank(
+            path,
+            {
+                'templates': self.templates,
+                'azimuth': self.azimuth,
+                'builds': self.builds,
+                'fill': self.fill,
+                'provenance': self.provenance,
+            },
+        )
 
     @property
     def sequences(self) -> int:

@@ -1,0 +1,295 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+A body with thickness: convex pieces spanned by ellipsoids on the bones of the skeleton.
+
+A *station* is a flat or rounded ellipsoid across a bone; a piece is the convex hull of two or
+more of them.  The trunk is a stack of such pieces, each limb a chain.  Heights and lengths are
+those of Drillis and Contini; the girths were chosen by the looks of real silhouettes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.gait_model.build import Build
+from gait_segmentation.gait_model.skeleton import SHANK, SIDES, THIGH, Frame, Skeleton
+
+__all__ = ['PARTS', 'Body', 'make_body']
+
+PARTS = ('head', 'torso', 'skirt', 'rucksack', 'arms', 'hands', 'legs', 'feet')
+
+Points = NDArray[np.float64]
+
+# Trunk: height over the hip joint, half breadth, half depth, shift to the front.
+_TRUNK = (
+    (-0.050, 0.078, 0.058, -0.006),
+    (-0.005, 0.092, 0.068, -0.010),
+    (0.045, 0.086, 0.062, -0.003),
+    (0.100, 0.078, 0.056, 0.004),
+    (0.165, 0.084, 0.061, 0.004),
+    (0.225, 0.090, 0.063, 0.000),
+    (0.270, 0.086, 0.050, -0.006),
+)
+_NECK = ((0.305, 0.048, 0.040, -0.010), (0.350, 0.032, 0.035, 0.004))
+# Limbs: part of the bone's length, half breadth, half depth, shift to the front.
+_THIGH = ((0.02, 0.050, 0.060, 0.0), (0.35, 0.048, 0.051, 0.002), (0.7, 0.038, 0.041, 0.002))
+_KNEE = (0.032, 0.036, 0.0)
+_SHANK = ((0.30, 0.032, 0.036, -0.007), (0.65, 0.025, 0.028, -0.005), (0.97, 0.021, 0.025, -0.002))
+_UPPER_ARM = ((0.0, 0.029, 0.034, 0.0), (0.5, 0.026, 0.029, 0.0))
+_ELBOW = (0.022, 0.023, 0.0)
+_FOREARM = ((0.3, 0.022, 0.024, 0.0), (0.97, 0.015, 0.017, 0.0))
+
+
+@dataclass(frozen=True)
+class Body:
+    """
+    Ellipsoids and the pieces they span.
+
+    :param centers: (P, E, 3) centres in statures, axes of the body as in the skeleton.
+    :param axes: (P, E, 3, 3), semi-axes as columns.
+    :param pieces: the ellipsoids of every piece.
+    :param parts: the part of every piece, an index into :data:`PARTS`.
+    """
+
+    centers: Points
+    axes: Points
+    pieces: tuple[tuple[int, ...], ...]
+    parts: tuple[int, ...]
+
+
+class _Maker:
+    """Collects ellipsoids and pieces."""
+
+    def __init__(self) -> None:
+        self.centers: list[Points] = []
+        self.axes: list[Points] = []
+        self.pieces: list[tuple[int, ...]] = []
+        self.parts: list[int] = []
+
+    def ellipsoid(
+        self, center: Points, frame: Frame, breadth: float, depth: float, length: float = 0.0
+    ) -> int:
+        """Add an ellipsoid with half sizes along ``left``, ``front`` and ``along``."""
+        self.centers.append(center)
+        self.axes.append(
+            np.stack([breadth * frame.left, depth * frame.front, length * frame.along], axis=-1)
+        )
+        return len(self.centers) - 1
+
+    def hull(self, part: str, *members: int) -> None:
+        """Add the convex hull of some ellipsoids."""
+        self.pieces.append(members)
+        self.parts.append(PARTS.index(part))
+
+    def chain(self, part: str, members: list[int]) -> None:
+        """Add the hulls of neighbours."""
+        for first, second in zip(members, members[1:], strict=False):
+            self.hull(part, first, second)
+
+    def done(self) -> Body:
+        return Body(
+            np.stack(self.centers, axis=1),
+            np.stack(self.axes, axis=1),
+            tuple(self.pieces),
+            tuple(self.parts),
+        )
+
+
+def _blend(first: Frame, second: Frame, share: float) -> Frame:
+    """Return the frame between two that share the direction along."""
+    left = (1 - share) * first.left + share * second.left
+    left = left / np.linalg.norm(left, axis=-1, keepdims=True)
+    front = np.cross(left, first.along)
+    return Frame(first.along, front / np.linalg.norm(front, axis=-1, keepdims=True), left)
+
+
+def _upright(frame: Frame) -> Frame:
+    """Return the frame of the head: upright, looking ahead."""
+    one = np.broadcast_to(np.eye(3), (len(frame.along), 3, 3))
+    return Frame(one[:, 2], one[:, 0], one[:, 1])
+
+
+def _trunk(maker: _Maker, pose: Skeleton, build: Build) -> list[int]:
+    """Add trunk, neck and head; return the stations of the trunk from below."""
+    stations = []
+    axis = pose.pelvis_frame.along
+    for height, breadth, depth, shift in _TRUNK:
+        share = min(max(height / _TRUNK[-1][0], 0.0), 1.0)
+        frame = _blend(pose.pelvis_frame, pose.thorax_frame, share)
+        center = pose.pelvis + height * axis + shift * frame.front
+        cloth = build.trunk_cloth
+        rounding = 0.02 if height in (_TRUNK[0][0], _TRUNK[-1][0]) else 0.0
+        stations.append(
+            maker.ellipsoid(
+                center, frame, build.girth * breadth + cloth, build.girth * depth + cloth, rounding
+            )
+        )
+    maker.chain('torso', stations)
+    head = _upright(pose.pelvis_frame)
+    neck = [
+        maker.ellipsoid(
+            pose.pelvis + height * axis + shift * head.front,
+            head,
+            (build.girth + 1) / 2 * breadth,
+            (build.girth + 1) / 2 * depth,
+        )
+        for height, breadth, depth, shift in _NECK
+    ]
+    maker.hull('torso', stations[-1], neck[0])
+    maker.chain('head', neck)
+    # The head hangs on the top of the neck, upright whatever the trunk's lean.
+    top = pose.pelvis + 0.350 * axis
+    skull = top + 0.060 * head.along + 0.008 * head.front
+    crown = maker.ellipsoid(
+        skull, head, 0.042 + build.hair, 0.052 + build.hair, 0.054 + build.hair
+    )
+    jaw = maker.ellipsoid(top + 0.022 * head.along + 0.034 * head.front, head, 0.026, 0.022, 0.018)
+    face = maker.ellipsoid(
+        top + 0.055 * head.along + 0.030 * head.front, head, 0.036, 0.032, 0.040
+    )
+    maker.hull('head', crown)
+    maker.hull('head', jaw, face)
+    maker.hull('head', neck[-1], crown)
+    return stations
+
+
+def _limb(
+    maker: _Maker,
+    part: str,
+    start: Points,
+    end: Points,
+    frame: Frame,
+    stations: tuple[tuple[float, float, float, float], ...],
+    girth: float,
+    cloth: float,
+) -> list[int]:
+    """Add the stations of one bone; the first is rounded."""
+    found = []
+    for place, breadth, depth, shift in stations:
+        center = start + place * (end - start) + shift * frame.front
+        breadth, depth = girth * breadth + cloth, girth * depth + cloth
+        found.append(
+            maker.ellipsoid(center, frame, breadth, depth, 0.0 if found else 0.8 * breadth)
+        )
+    maker.chain(part, found)
+    return found
+
+
+def _joint(
+    maker: _Maker, at: Points, frame: Frame, size: tuple, girth: float, cloth: float
+) -> int:
+    breadth, depth, shift = size
+    breadth, depth = girth * breadth + cloth, girth * depth + cloth
+    return maker.ellipsoid(at + shift * frame.front, frame, breadth, depth, depth)
+
+
+def _foot(maker: _Maker, pose: Skeleton, side: str, ankle: int) -> None:
+    """Add a shoe; ``front`` of a foot's frame is the sole."""
+    joints, frame = pose.joints, pose.frames[f'{side}_foot']
+    up = -frame.front
+    heel = maker.ellipsoid(
+        joints[f'{side}_heel'] + 0.021 * up + 0.004 * frame.along, frame, 0.022, 0.022, 0.022
+    )
+    instep = maker.ellipsoid(
+        joints[f'{side}_ball'] + 0.026 * up - 0.030 * frame.along, frame, 0.024, 0.024, 0.012
+    )
+    ball = maker.ellipsoid(joints[f'{side}_ball'] + 0.018 * up, frame, 0.030, 0.019, 0.016)
+    toe = maker.ellipsoid(joints[f'{side}_toe'] + 0.013 * up, frame, 0.022, 0.014, 0.012)
+    maker.hull('feet', ankle, heel)
+    maker.hull('feet', ankle, instep)
+    maker.hull('feet', heel, instep)
+    maker.hull('feet', heel, ball, instep)
+    maker.hull('feet', ball, toe)
+
+
+def _leg(maker: _Maker, pose: Skeleton, side: str, build: Build) -> None:
+    joints = pose.joints
+    hip, knee, ankle = (joints[f'{side}_{name}'] for name in ('hip', 'knee', 'ankle'))
+    thigh_frame, shank_frame = pose.frames[f'{side}_thigh'], pose.frames[f'{side}_shank']
+    girth, cloth = build.girth, build.leg_cloth
+    thigh = _limb(maker, 'legs', hip, knee, thigh_frame, _THIGH, girth, cloth)
+    middle = _joint(maker, knee, thigh_frame, _KNEE, (girth + 1) / 2, cloth)
+    maker.hull('legs', thigh[-1], middle)
+    # Trousers hang: they follow the calf less than the thigh, and are widest at the hem.
+    shank = _limb(maker, 'legs', knee, ankle, shank_frame, _SHANK, (girth + 1) / 2, cloth)
+    maker.hull('legs', middle, shank[0])
+    bone = _joint(maker, ankle, shank_frame, (0.021, 0.023, 0.0), 1.0, 0.0)
+    maker.hull('feet', shank[-1], bone)
+    _foot(maker, pose, side, bone)
+
+
+def _arm(maker: _Maker, pose: Skeleton, side: str, build: Build) -> None:
+    joints = pose.joints
+    shoulder, elbow, wrist = (joints[f'{side}_{name}'] for name in ('shoulder', 'elbow', 'wrist'))
+    upper_frame, lower_frame = pose.frames[f'{side}_upper_arm'], pose.frames[f'{side}_forearm']
+    girth, cloth = build.girth, build.sleeve_cloth
+    upper = _limb(maker, 'arms', shoulder, elbow, upper_frame, _UPPER_ARM, girth, cloth)
+    middle = _joint(maker, elbow, upper_frame, _ELBOW, girth, cloth)
+    lower = _limb(maker, 'arms', elbow, wrist, lower_frame, _FOREARM, girth, cloth)
+    maker.hull('arms', upper[-1], middle)
+    maker.hull('arms', middle, lower[0])
+    bone = _joint(maker, wrist, lower_frame, (0.013, 0.017, 0.0), 1.0, 0.0)
+    hand = maker.ellipsoid(wrist + 0.050 * lower_frame.along, lower_frame, 0.013, 0.022, 0.040)
+    maker.hull('hands', bone, hand)
+
+
+def _on_leg(pose: Skeleton, side: str, below: float) -> tuple[Points, Frame]:
+    """Return the point ``below`` statures down the leg from the hip, and the frame there."""
+    joints = pose.joints
+    if below <= THIGH:
+        share, ends, name = below / THIGH, ('hip', 'knee'), 'thigh'
+    else:
+        share, ends, name = (below - THIGH) / SHANK, ('knee', 'ankle'), 'shank'
+    start, end = (joints[f'{side}_{end}'] for end in ends)
+    return start + share * (end - start), pose.frames[f'{side}_{name}']
+
+
+def _skirt(maker: _Maker, pose: Skeleton, build: Build, trunk: list[int]) -> None:
+    """Add a skirt, dress or coat: cloth spanned between the trunk and both legs."""
+    rings = [list(trunk[:2])]
+    for below in (0.5 * build.hem, build.hem):
+        out = build.flare * below / build.hem
+        ring = []
+        for side in SIDES:
+            center, frame = _on_leg(pose, side, below)
+            upright = _upright(frame)
+            width = build.girth * np.interp(below, (0.0, 0.245, 0.49), (0.055, 0.042, 0.034))
+            ring.append(maker.ellipsoid(center, upright, width + out, width + out))
+        rings.append(ring)
+    for upper, lower in zip(rings, rings[1:], strict=False):
+        maker.hull('skirt', *upper, *lower)
+
+
+def _rucksack(maker: _Maker, pose: Skeleton, build: Build) -> None:
+    frame = pose.thorax_frame
+    depth = build.rucksack / 2
+    members = []
+    for height, share in ((0.10, 0.9), (0.19, 1.0), (0.265, 0.7)):
+        back = build.girth * 0.055 + build.trunk_cloth + share * depth - 0.01
+        center = pose.pelvis + height * frame.along - back * frame.front
+        members.append(maker.ellipsoid(center, frame, 0.075, share * depth + 0.01, 0.035))
+    maker.chain('rucksack', members)
+
+
+def make_body(pose: Skeleton, build: Build) -> Body:
+    """
+    Put a body on a skeleton.
+
+    :param pose: the skeleton at P phases.
+    :param build: figure and clothes.
+    :returns: its ellipsoids and pieces at the same phases.
+    """
+    maker = _Maker()
+    trunk = _trunk(maker, pose, build)
+    for side in SIDES:
+        _leg(maker, pose, side, build)
+        _arm(maker, pose, side, build)
+    if build.hem > 0:
+        _skirt(maker, pose, build, trunk)
+    if build.rucksack > 0:
+        _rucksack(maker, pose, build)
+    return maker.done()

@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a walker is built, dressed and walks; the named builds of the standard bank."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gait_segmentation.config import StageConfig, parameter
+from gait_segmentation.errors import BankError
+
+__all__ = ['BUILDS', 'Build', 'named_build']
+
+
+@dataclass(frozen=True)
+class Build(StageConfig):
+    """
+    Body, clothes and way of walking of one person; lengths are in statures.
+
+    :raises ConfigError: if a value is outside what its field allows.
+    """
+
+    girth: float = parameter(
+        1.0, 'Factor on the thickness of trunk and limbs.', minimum=0.6, maximum=1.6
+    )
+    trunk_cloth: float = parameter(
+        0.006, 'Thickness of the clothes on the trunk.', unit='stature', minimum=0.0, maximum=0.05
+    )
+    sleeve_cloth: float = parameter(
+        0.005, 'Thickness of the sleeves.', unit='stature', minimum=0.0, maximum=0.04
+    )
+    leg_cloth: float = parameter(
+        0.006,
+        'Thickness of the trousers; large values hang loose below the knee.',
+        unit='stature',
+        minimum=0.0,
+        maximum=0.04,
+    )
+    hem: float = parameter(
+        0.0,
+        'Length of a skirt, dress or coat below the hip joint; 0 = none, 0.25 = to the knee.',
+        unit='stature',
+        minimum=0.0,
+        maximum=0.48,
+    )
+    flare: float = parameter(
+        0.015,
+        'How far the hem stands off the leg.',
+        unit='stature',
+        minimum=0.0,
+        maximum=0.1,
+    )
+    rucksack: float = parameter(
+        0.0, 'Depth of a rucksack; 0 = none.', unit='stature', minimum=0.0, maximum=0.25
+    )
+    hair: float = parameter(
+        0.006, 'Thickness of the hair.', unit='stature', minimum=0.0, maximum=0.04
+    )
+    arm_swing: float = parameter(
+        1.0, "Factor on the arms' swing about their mean.", minimum=0.0, maximum=2.0
+    )
+    speed: float = parameter(
+        0.0,
+        'Walking speed on the scale of the norm data: -2 very slow, 0 free, 2 very fast.',
+        minimum=-2.0,
+        maximum=2.0,
+    )
+    lean: float = parameter(
+        0.0, 'Lean of the trunk beyond the usual, forward.', unit='rad', minimum=-0.3, maximum=0.5
+    )
+
+
+BUILDS: dict[str, Build] = {
+    'average': Build(),
+    'rucksack': Build(rucksack=0.10, trunk_cloth=0.010, leg_cloth=0.010, lean=0.06),
+    'dress': Build(hem=0.28, flare=0.03, leg_cloth=0.0, trunk_cloth=0.010, arm_swing=0.8),
+    'coat': Build(hem=0.22, flare=0.02, trunk_cloth=0.018, sleeve_cloth=0.012),
+    'stout': Build(girth=1.2, leg_cloth=0.010),
+    'slim': Build(girth=0.88, trunk_cloth=0.003, sleeve_cloth=0.002, leg_cloth=0.002),
+}
+
+
+def named_build(build: str | Build) -> Build:
+    """
+    Return a build by name; a build is passed through.
+
+    :raises BankError: for an unknown name.
+    """
+    if isinstance(build, Build):
+        return build
+    if build not in BUILDS:
+        raise BankError(f'build must be one of {", ".join(BUILDS)}, got {build!r}')
+    return BUILDS[build]

@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The standard bank, drawn once and kept in the user's cache folder."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+from dataclasses import asdict
+from pathlib import Path
+
+from gait_segmentation.errors import BankError
+from gait_segmentation.gait_model.bank import TemplateBank
+from gait_segmentation.gait_model.builder import BankSpec, build_bank, model_digest
+from gait_segmentation.gait_model.storage import FORMAT_VERSION
+
+__all__ = ['cache_folder', 'cached_bank', 'default_bank']
+
+DEFAULT_SPEC = BankSpec()
+
+
+def cache_folder() -> Path:
+    """Return ``$XDG_CACHE_HOME/gait_segmentation``, by default below ``~/.cache``."""
+    base = os.environ.get('XDG_CACHE_HOME', '')
+    # The XDG specification: a relative path is to be ignored.
+    root = Path(base) if os.path.isabs(base) else Path(os.path.expanduser('~/.cache'))
+    return root / 'gait_segmentation'
+
+
+def _key(spec: BankSpec) -> str:
+    what = json.dumps([FORMAT_VERSION, model_digest(), asdict(spec)], sort_keys=True)
+    return hashlib.sha256(what.encode()).hexdigest()[:20]
+
+
+def cached_bank(spec: BankSpec) -> TemplateBank:
+    """
+    Return the bank of a specification from the cache, drawing it if it is not there.
+
+    A cache that cannot be read or written, or holds a damaged file, only costs the drawing.
+
+    :raises BankError: if a build is unknown.
+    """
+    path = cache_folder() / f'bank-{_key(spec)}.npz'
+    with contextlib.suppress(BankError):
+        return TemplateBank.load(path)
+    bank = build_bank(spec)
+    with contextlib.suppress(BankError, OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        bank.save(path)
+    return bank
+
+
+def default_bank() -> TemplateBank:
+    """
+    Return the standard bank.
+
+    :returns: the bank of :data:`DEFAULT_SPEC`.
+    """
+    return cached_bank(DEFAULT_SPEC)
