@@ -48,7 +48,12 @@ class Runnable(Protocol):
     def initialize(self, box: Box) -> None:
         """Start a track at the next frame."""
 
-    def update(self, image: NDArray[np.uint8], stamp_ns: int, **options: Any) -> list[Any]:
+    def update(
+        self,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        likelihood: NDArray[np.uint8] | None = None,
+    ) -> list[Any]:
         """Take in a frame, return the results that are complete."""
 
     def flush(self) -> list[Any]:
@@ -113,9 +118,9 @@ def run(
     for number in numbers:
         image = clip.image(number)
         stamp = clip.stamp_ns(number)
-        options = {} if likelihood is None else {'likelihood': likelihood(number)}
+        given = None if likelihood is None else likelihood(number)
         started = clock()
-        results = pipeline.update(image, stamp, **options)
+        results = pipeline.update(image, stamp, given)
         waiting[stamp] = (number, image.shape[:2], clock() - started)
         yield from _finished(results, waiting, clip)
     yield from _finished(pipeline.flush(), waiting, clip)
@@ -220,14 +225,20 @@ def restart_starts(sequence: Sequence) -> list[int]:
 
 
 def run_restarts(
-    make_pipeline: Callable[[], Runnable], sequence: Sequence, *, clock: Callable[[], float]
+    make_pipeline: Callable[[], Runnable],
+    sequence: Sequence,
+    *,
+    clock: Callable[[], float],
+    likelihood_name: str = '',
 ) -> Iterator[StartScore]:
     """
     Start anew from the true box (with its ambiguous rim) at every tenth frame, for 14 frames.
 
     :param make_pipeline: makes a pipeline that has seen nothing.
+    :param likelihood_name: see :func:`run_sequence`.
     """
     numbers = sequence.numbers
+    likelihood = _likelihoods(sequence, likelihood_name)
     for start in restart_starts(sequence):
         truth = sequence.truth(start)
         box = None if truth is None else start_box(truth)
@@ -235,6 +246,6 @@ def run_restarts(
             continue
         place = numbers.index(start)
         stretch = numbers[place : place + RESTART_FRAMES]
-        outcomes = run(make_pipeline(), sequence, stretch, box, clock=clock)
+        outcomes = run(make_pipeline(), sequence, stretch, box, clock=clock, likelihood=likelihood)
         scores = [outcome.score.j for outcome in outcomes if outcome.score is not None]
         yield StartScore(start, float(np.mean(scores)), scores[0])

@@ -1,0 +1,243 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Pictures for people: outlines, boxes, labels and phase dials over frames, and contact sheets.
+
+Functions named ``draw_`` change the image they are given, a (H, W, 3) uint8 BGR array; the
+others make a new one.  Colours are (blue, green, red).  Lines are anti-aliased.
+"""
+
+from __future__ import annotations
+
+import colorsys
+import math
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import Box
+
+__all__ = [
+    'Colour',
+    'Image',
+    'contact_sheet',
+    'crop',
+    'draw_box',
+    'draw_label',
+    'draw_outline',
+    'draw_person',
+    'draw_phase_dial',
+    'enlarged',
+    'track_colour',
+    'view_word',
+]
+
+Colour = tuple[int, int, int]
+"""Blue, green, red, 0..255."""
+
+Image = NDArray[np.uint8]
+"""(H, W, 3) BGR or (H, W) grey."""
+
+BACKDROP: Colour = (32, 30, 28)
+"""Of sheets, labels, and of what a crop shows beyond the image."""
+
+_SHIFT = 4
+"""Fractional bits of the coordinates given to OpenCV's line drawing."""
+
+_FONT = cv2.FONT_HERSHEY_SIMPLEX
+
+_VIEWS = (
+    'to the right',
+    'away, right',
+    'away',
+    'away, left',
+    'to the left',
+    'closer, left',
+    'closer',
+    'closer, right',
+)
+
+
+def track_colour(track_id: int) -> Colour:
+    """
+    Return the colour of a track: bright, and far from those of the tracks before.
+
+    Hues step by the golden ratio, beginning at a green that few clothes have.
+    """
+    hue = (0.36 + 0.618034 * (max(track_id, 1) - 1)) % 1.0
+    red, green, blue = colorsys.hsv_to_rgb(hue, 0.85, 1.0)
+    return round(255 * blue), round(255 * green), round(255 * red)
+
+
+def view_word(azimuth: float) -> str:
+    """Say in words where somebody walks, from the azimuth in radians (0 right, pi/2 away)."""
+    return _VIEWS[round(azimuth / (math.pi / 4)) % 8]
+
+
+def draw_outline(image: Image, mask: NDArray[np.uint8], colour: Colour, width: int = 1) -> None:
+    """
+    Draw the outline of a mask, holes included.
+
+    :param mask: (H, W) uint8, inside where it is above 127; of the image's size.
+    :param width: of the line in pixels.
+    :raises InputError: if mask and image differ in size.
+    """
+    if mask.shape != image.shape[:2]:
+        raise InputError(f'mask must have the shape {image.shape[:2]}, got {mask.shape}')
+    inside = (mask > 127).astype(np.uint8)
+    contours, _ = cv2.findContours(inside, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    cv2.polylines(image, contours, True, colour, width, cv2.LINE_AA)
+
+
+def draw_box(image: Image, box: Box, colour: Colour, width: int = 1) -> None:
+    """Draw a box to the sub-pixel."""
+    # Positions count from the corner of pixel 0, OpenCV's coordinates from its centre.
+    points = (np.array(box.corners()) - 0.5) * 2**_SHIFT
+    line = np.rint(points).astype(np.int32)[:, None]
+    cv2.polylines(image, [line], True, colour, width, cv2.LINE_AA, _SHIFT)
+
+
+def draw_label(
+    image: Image,
+    text: str,
+    position: tuple[float, float],
+    colour: Colour = (255, 255, 255),
+    size: float = 0.4,
+) -> None:
+    """
+    Write a line of text on a dark ground, moved so that it lies inside the image.
+
+    :param position: x and y of the label's top left corner.
+    :param size: font scale; 0.4 gives letters 9 pixels high.
+    """
+    (width, height), base = cv2.getTextSize(text, _FONT, size, 1)
+    pad = 3
+    full_width, full_height = width + 2 * pad, height + base + pad
+    left = max(min(round(position[0]), image.shape[1] - full_width), 0)
+    top = max(min(round(position[1]), image.shape[0] - full_height), 0)
+    ground = image[top : top + full_height, left : left + full_width]
+    ground[:] = (0.3 * ground + 0.7 * np.array(BACKDROP)).astype(np.uint8)
+    baseline = (left + pad, top + height + pad - 1)
+    cv2.putText(image, text, baseline, _FONT, size, colour, 1, cv2.LINE_AA)
+
+
+def draw_phase_dial(
+    image: Image, center: tuple[float, float], radius: float, phase: float, colour: Colour
+) -> None:
+    """
+    Draw the gait phase as a clock: 0 (heel contact) is at the top, and it runs clockwise.
+
+    :param phase: in strides, only the fraction counts.
+    """
+    scale = 2**_SHIFT
+    x, y = center
+    middle = (round(x * scale), round(y * scale))
+    angle = 2 * math.pi * phase
+    hand = (
+        round((x + radius * math.sin(angle)) * scale),
+        round((y - radius * math.cos(angle)) * scale),
+    )
+    cv2.circle(image, middle, round(radius * scale), BACKDROP, -1, cv2.LINE_AA, _SHIFT)
+    cv2.circle(image, middle, round(radius * scale), colour, 1, cv2.LINE_AA, _SHIFT)
+    top = (middle[0], round((y - 0.7 * radius) * scale))
+    tip = (middle[0], round((y - radius) * scale))
+    cv2.line(image, top, tip, (255, 255, 255), 1, cv2.LINE_AA, _SHIFT)
+    cv2.line(image, middle, hand, colour, 2, cv2.LINE_AA, _SHIFT)
+
+
+def draw_person(
+    image: Image,
+    *,
+    mask: NDArray[np.uint8],
+    box: Box | None,
+    track_id: int,
+    phase: float = math.nan,
+    azimuth: float = math.nan,
+) -> None:
+    """
+    Draw all that is known of a person: tinted silhouette with outline, box, label, phase dial.
+
+    :param mask: (H, W) uint8 of the image's size.
+    :param box: in the image's pixels, None draws no box and no label.
+    :param phase: in strides, NaN draws no dial.
+    :param azimuth: in radians, NaN leaves the view out of the label.
+    """
+    colour = track_colour(track_id)
+    inside = mask > 127
+    tinted = 0.75 * image[inside] + 0.25 * np.array(colour)
+    image[inside] = tinted.astype(np.uint8)
+    draw_outline(image, mask, colour, 2 if image.shape[0] >= 400 else 1)
+    if box is None:
+        return
+    draw_box(image, box, colour)
+    words = f'{track_id}' + ('' if math.isnan(azimuth) else f' {view_word(azimuth)}')
+    draw_label(image, words, (box.x, box.y - 16), colour)
+    if not math.isnan(phase):
+        radius = 9
+        x = min(max(box.right + radius + 4, radius + 1), image.shape[1] - radius - 2)
+        y = min(max(box.y + radius, radius + 1), image.shape[0] - radius - 2)
+        draw_phase_dial(image, (x, y), radius, phase, colour)
+
+
+def enlarged(image: Image, factor: float) -> Image:
+    """Return an image or mask resized, sharp when it grows and free of aliasing when not."""
+    size = (max(round(image.shape[1] * factor), 1), max(round(image.shape[0] * factor), 1))
+    return _resized(image, size)
+
+
+def _resized(image: Image, size: tuple[int, int]) -> Image:
+    grows = size[0] >= image.shape[1]
+    enlarging = cv2.INTER_LINEAR if image.ndim == 2 else cv2.INTER_CUBIC
+    how = enlarging if grows else cv2.INTER_AREA
+    return np.asarray(cv2.resize(image, size, interpolation=how))
+
+
+def crop(image: Image, region: Box, size: tuple[int, int]) -> Image:
+    """
+    Return a region of an image or mask at a given size.
+
+    :param region: in pixels; beyond the image it is dark (0 in a grey image).
+    :param size: (width, height) of the result.
+    """
+    left, top = math.floor(region.x), math.floor(region.y)
+    width = max(round(region.width), 1)
+    height = max(round(region.height), 1)
+    ground = BACKDROP if image.ndim == 3 else 0
+    part = np.empty((height, width, *image.shape[2:]), np.uint8)
+    part[:] = ground
+    inside = Box(left, top, width, height).clipped(image.shape[1], image.shape[0])
+    if inside is not None:
+        rows, columns = inside.slices(image.shape[1], image.shape[0])
+        part[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left] = (
+            image[rows, columns]
+        )
+    return _resized(part, size)
+
+
+def contact_sheet(images: Sequence[Image], columns: int, gap: int = 4) -> Image:
+    """
+    Put pictures side by side, row by row.
+
+    :param images: (H, W, 3) uint8, any sizes; every cell has the size of the largest.
+    :param columns: pictures per row.
+    :param gap: pixels between pictures and round the sheet.
+    :raises InputError: if there is no picture or no column.
+    """
+    if not images or columns < 1:
+        raise InputError(
+            f'a sheet needs pictures and at least 1 column, got {len(images)} and {columns}'
+        )
+    columns = min(columns, len(images))
+    height = max(image.shape[0] for image in images)
+    width = max(image.shape[1] for image in images)
+    rows = -(-len(images) // columns)
+    sheet = np.empty((rows * (height + gap) + gap, columns * (width + gap) + gap, 3), np.uint8)
+    sheet[:] = BACKDROP
+    for place, image in enumerate(images):
+        top = gap + place // columns * (height + gap)
+        left = gap + place % columns * (width + gap)
+        sheet[top : top + image.shape[0], left : left + image.shape[1]] = image
+    return sheet

@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures of an evaluation: the masks as files, and a contact sheet of outlines."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.drawing import Image, contact_sheet, crop, draw_label, draw_outline
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.metrics import true_box
+from gait_segmentation.evaluation.runner import Outcome
+from gait_segmentation.evaluation.sequence import PERSON
+from gait_segmentation.geometry import Box
+
+__all__ = ['SequenceOutput', 'tile', 'write_image']
+
+TILES = 28
+"""Frames on a contact sheet."""
+
+COLUMNS = 7
+"""Frames in a row of it."""
+
+TILE_SIZE = (200, 256)
+"""Width and height of one of them in pixels."""
+
+FOUND = (60, 255, 60)
+"""Colour of the outline of the mask that was found."""
+
+TRUE = (255, 90, 255)
+"""Colour of the true outline."""
+
+_TILE_HEIGHT = 1.35
+"""Height of the region shown, in heights of the person."""
+
+
+def write_image(path: Path, image: Image) -> None:
+    """
+    Write an image file, making its folder.
+
+    :raises SequenceError: if it cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        done, data = cv2.imencode(path.suffix, image)
+        path.write_bytes(data.tobytes())
+    except OSError as error:
+        raise SequenceError(f'{path} cannot be written: {error.strerror}') from error
+    if not done:
+        raise SequenceError(f'{path} cannot be written')
+
+
+def tile(image: Image, outcome: Outcome, truth: NDArray[np.uint8] | None, region: Box) -> Image:
+    """
+    Draw what was found, and thinly the truth, on a crop of the frame.
+
+    :param region: what to show, in pixels of the frame.
+    """
+    picture = crop(image, region, TILE_SIZE)
+    if truth is not None:
+        person = np.where(truth == PERSON, 255, 0).astype(np.uint8)
+        draw_outline(picture, crop(person, region, TILE_SIZE), TRUE)
+    draw_outline(picture, crop(outcome.mask, region, TILE_SIZE), FOUND)
+    words = f'{outcome.number:04d}'
+    if outcome.score is not None:
+        words += f'  J {outcome.score.j:.3f}'
+    draw_label(picture, words, (2, 2))
+    return picture
+
+
+class SequenceOutput:
+    """
+    Writes what was found in a sequence: ``masks/NNNN.png`` and ``contact_sheet.png``.
+
+    The sheet shows 28 frames spread evenly, or all if there are fewer.
+    """
+
+    def __init__(self, folder: Path, numbers: list[int]) -> None:
+        """
+        Begin.
+
+        :param folder: where to write, made if it is missing.
+        :param numbers: the numbers of the frames to come.
+        """
+        self._folder = folder
+        places = np.linspace(0, len(numbers) - 1, min(TILES, len(numbers)))
+        self._shown = {numbers[round(place)] for place in places}
+        self._tiles: list[Image] = []
+        self._box: Box | None = None
+
+    def shows(self, number: int) -> bool:
+        """Return whether a frame will be on the sheet."""
+        return number in self._shown
+
+    def add(
+        self, name: str, outcome: Outcome, image: Image | None, truth: NDArray[np.uint8] | None
+    ) -> None:
+        """
+        Write the mask of a frame and draw it if it is to be shown.
+
+        :param name: name of the mask's file, without its ending.
+        :param image: the frame, needed only if :meth:`shows` says so.
+        :raises SequenceError: if a file cannot be written.
+        """
+        write_image(self._folder / 'masks' / f'{name}.png', outcome.mask)
+        if image is None or not self.shows(outcome.number):
+            return
+        box = None if truth is None else true_box(truth)
+        self._box = box or outcome.box or self._box or Box(0, 0, image.shape[1], image.shape[0])
+        height = _TILE_HEIGHT * self._box.height
+        width = height * TILE_SIZE[0] / TILE_SIZE[1]
+        region = Box.from_center(self._box.center_x, self._box.center_y, width, height)
+        self._tiles.append(tile(image, outcome, truth, region))
+
+    def close(self) -> None:
+        """
+        Write the contact sheet.
+
+        :raises SequenceError: if it cannot be written.
+        """
+        write_image(self._folder / 'contact_sheet.png', contact_sheet(self._tiles, COLUMNS))

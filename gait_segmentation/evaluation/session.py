@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One evaluation: several sequences, one configuration, one report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence as ListLike
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol, TypeVar
+
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.output import SequenceOutput
+from gait_segmentation.evaluation.report import Summary, mean_of, restart_report
+from gait_segmentation.evaluation.runner import (
+    Outcome,
+    Runnable,
+    check_truth,
+    restart_starts,
+    run_restarts,
+    run_sequence,
+)
+from gait_segmentation.evaluation.sequence import Sequence
+
+__all__ = ['Progress', 'Session', 'load_sequences', 'silent']
+
+Item = TypeVar('Item')
+
+
+class Progress(Protocol):
+    """Passes on what it is given and may show how far it is."""
+
+    def __call__(self, items: Iterable[Item], name: str, total: int) -> Iterator[Item]:
+        """Pass on ``total`` items, called ``name``."""
+
+
+def silent(items: Iterable[Item], name: str, total: int) -> Iterator[Item]:
+    """Pass on the items and show nothing."""
+    return iter(items)
+
+
+def load_sequences(folders: Iterable[Path]) -> list[Sequence]:
+    """
+    Open sequences to be scored.
+
+    :raises SequenceError: if one cannot be used, has no ground truth, or two have one name.
+    """
+    loaded: dict[str, Sequence] = {}
+    for folder in folders:
+        sequence = Sequence.load(folder)
+        check_truth(sequence)
+        if sequence.name in loaded:
+            raise SequenceError(
+                f'{sequence.folder} has the same name as {loaded[sequence.name].folder}; '
+                'every sequence needs a name of its own'
+            )
+        loaded[sequence.name] = sequence
+    return list(loaded.values())
+
+
+@dataclass(frozen=True)
+class Session:
+    """
+    What stays the same while configurations are compared.
+
+    ``make_pipeline`` makes a pipeline that has seen nothing from a configuration, ``clock`` gives
+    seconds.  With ``restarts`` the report has the restart score, too.  ``likelihood`` is the
+    folder beside the frames with likelihood images to use, empty for the tracker's.
+    """
+
+    sequences: ListLike[Sequence]
+    make_pipeline: Callable[[Any], Runnable]
+    clock: Callable[[], float]
+    restarts: bool = False
+    likelihood: str = ''
+    progress: Progress = silent
+
+    def evaluate(self, config: Any, out: Path | None = None, name: str = '') -> dict[str, Any]:
+        """
+        Run a configuration over all sequences.
+
+        :param config: of the pipeline.
+        :param out: folder for masks and contact sheets, in a folder per sequence.
+        :param name: of the configuration, for the progress.
+        :returns: ``sequences`` (name -> numbers), ``mean``, and ``restarts`` if asked for.
+        :raises SequenceError: if an image cannot be read or written.
+        """
+        rows: dict[str, Any] = {}
+        starts = {}
+        for sequence in self.sequences:
+            title = f'{name} {sequence.name}'.strip()
+            rows[sequence.name] = self._run(config, sequence, out, title)
+            if self.restarts:
+                runs = run_restarts(
+                    lambda: self.make_pipeline(config),
+                    sequence,
+                    clock=self.clock,
+                    likelihood_name=self.likelihood,
+                )
+                count = len(restart_starts(sequence))
+                starts[sequence.name] = list(self.progress(runs, f'{title} restarts', count))
+        report: dict[str, Any] = {'sequences': rows, 'mean': mean_of(rows)}
+        if self.restarts:
+            report['restarts'] = restart_report(starts)
+        return report
+
+    def _run(
+        self, config: Any, sequence: Sequence, out: Path | None, title: str
+    ) -> dict[str, Any]:
+        summary = Summary()
+        output = None if out is None else SequenceOutput(out / sequence.name, sequence.numbers)
+        outcomes = run_sequence(
+            self.make_pipeline(config),
+            sequence,
+            clock=self.clock,
+            likelihood_name=self.likelihood,
+        )
+        for outcome in self.progress(outcomes, title, len(sequence.numbers)):
+            summary.add(outcome)
+            if output is not None:
+                _write(output, sequence, outcome)
+        if output is not None:
+            output.close()
+        return summary.numbers()
+
+
+def _write(output: SequenceOutput, sequence: Sequence, outcome: Outcome) -> None:
+    shown = output.shows(outcome.number)
+    output.add(
+        sequence.frames[outcome.number].stem,
+        outcome,
+        sequence.image(outcome.number) if shown else None,
+        sequence.truth(outcome.number) if shown else None,
+    )

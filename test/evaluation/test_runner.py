@@ -1,0 +1,107 @@
+import itertools
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.runner import (
+    check_truth,
+    restart_starts,
+    run_restarts,
+    run_sequence,
+)
+from gait_segmentation.evaluation.sequence import Sequence
+
+from .fakes import FakeMatching, FakePipeline, FakePipelineConfig, write_sequence
+
+
+def ticking():
+    return itertools.count().__next__
+
+
+@pytest.fixture
+def sequence(tmp_path):
+    return Sequence.load(write_sequence(tmp_path / 'walk'))
+
+
+def test_every_frame_is_run_from_the_first_box_on(sequence):
+    pipeline = FakePipeline()
+    outcomes = list(run_sequence(pipeline, sequence, clock=ticking()))
+    assert pipeline.box == sequence.initial_box
+    assert [outcome.number for outcome in outcomes] == list(range(8))
+    assert all(outcome.score.j == 1 for outcome in outcomes)
+    assert all(outcome.seconds == 1 for outcome in outcomes)
+    assert outcomes[0].timings_ms['total'] == 6
+    assert outcomes[0].phase == 0.25
+
+
+@pytest.mark.parametrize('lag', [1, 3, 10])
+def test_late_results_are_matched_by_stamp(sequence, lag):
+    pipeline = FakePipeline(FakePipelineConfig(matching=FakeMatching(lag=lag)))
+    outcomes = list(run_sequence(pipeline, sequence, clock=ticking()))
+    assert [outcome.number for outcome in outcomes] == list(range(8))
+    assert all(outcome.score.j == 1 for outcome in outcomes)
+
+
+class Forgetful(FakePipeline):
+    """Says nothing about the first frame, and nothing about the last."""
+
+    def update(self, image, stamp_ns, likelihood=None):
+        results = super().update(image, stamp_ns, likelihood)
+        return [] if len(self.likelihoods) in (1, 8) else results
+
+
+def test_frames_without_a_result_count_as_empty(sequence):
+    outcomes = list(run_sequence(Forgetful(), sequence, clock=ticking()))
+    assert [outcome.number for outcome in outcomes] == list(range(8))
+    assert [outcome.score.j for outcome in outcomes] == [0] + 6 * [1] + [0]
+    assert outcomes[0].score.lost
+    assert not outcomes[0].mask.any()
+    assert outcomes[0].timings_ms == {}
+
+
+def test_frames_without_truth_are_run_but_not_scored(tmp_path):
+    sequence = Sequence.load(write_sequence(tmp_path / 'walk', without_mask=(2, 3)))
+    outcomes = list(run_sequence(FakePipeline(), sequence, clock=ticking()))
+    assert [outcome.score is None for outcome in outcomes] == [n in (2, 3) for n in range(8)]
+    assert outcomes[2].mask.any()
+
+
+def test_a_sequence_without_masks_is_refused(tmp_path):
+    sequence = Sequence.load(write_sequence(tmp_path / 'walk', without_mask=range(8)))
+    with pytest.raises(SequenceError, match='no mask of a frame from 0 on'):
+        check_truth(sequence)
+
+
+def test_likelihoods_are_read_beside_the_frames(sequence):
+    folder = sequence.folder / 'heat'
+    with pytest.raises(SequenceError, match='heat is missing'):
+        run_sequence(FakePipeline(), sequence, clock=ticking(), likelihood_name='heat')
+    folder.mkdir()
+    for number in sequence.numbers:
+        cv2.imwrite(str(folder / f'{number:04d}.png'), np.full((40, 48), number, np.uint8))
+    pipeline = FakePipeline()
+    list(run_sequence(pipeline, sequence, clock=ticking(), likelihood_name='heat'))
+    assert [image[0, 0] for image in pipeline.likelihoods] == list(range(8))
+    (folder / '0003.png').unlink()
+    with pytest.raises(SequenceError, match=r'heat.0003\.png cannot be read'):
+        list(run_sequence(FakePipeline(), sequence, clock=ticking(), likelihood_name='heat'))
+
+
+def test_restarts_begin_at_every_tenth_frame_with_enough_to_follow(tmp_path):
+    sequence = Sequence.load(write_sequence(tmp_path / 'a', frames=16, without_mask=(0,)))
+    assert restart_starts(sequence) == [10]
+    sequence = Sequence.load(write_sequence(tmp_path / 'b', frames=15))
+    assert restart_starts(sequence) == [0]
+    pipelines = []
+
+    def make():
+        pipelines.append(FakePipeline())
+        return pipelines[-1]
+
+    scores = list(run_restarts(make, sequence, clock=ticking()))
+    assert [(score.number, score.j, score.j0) for score in scores] == [(0, 1, 1)]
+    assert len(pipelines[0].likelihoods) == 14
+    # The box of the person with its rim, one pixel wide.
+    assert pipelines[0].box == sequence.initial_box
