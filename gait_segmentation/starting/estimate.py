@@ -23,6 +23,7 @@ from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.segmentation.energy import contrast_links
 from gait_segmentation.segmentation.graph_cut import minimum_cut
+from gait_segmentation.starting.barrier import barrier_logit
 from gait_segmentation.starting.templates import Hypothesis, fit_views
 
 __all__ = ['Start', 'estimate_start']
@@ -32,6 +33,7 @@ _FIRST_SHARE, _LATER_SHARE, _FIRST_ROUNDS = 0.3, 0.7, 2
 _FLOOR = 1e-4
 _LOGIT_LIMIT = 4.0
 _LIKELIHOOD_PRIOR, _CUT_PRIOR = 0.5, 0.6
+_BARRIER_WEIGHT = 0.5
 _CONTRAST = 3.0
 _TEMPERATURE = 0.03
 _MASK_SHARE = 0.9
@@ -66,6 +68,7 @@ class _Scene:
     inside: NDArray[np.bool_]
     links: NDArray[np.int32]
     given: NDArray[np.int8]
+    barrier: NDArray[np.float32]
     gradient: NDArray[np.float32]
     height: float
 
@@ -143,7 +146,8 @@ def _scene(lab: NDArray[np.uint8], box: Box) -> _Scene:
         )
     ).sum(axis=2)
     links = contrast_links(lab, _CONTRAST, given)
-    return _Scene(lab, colour_bins(lab), rows, inside, links, given, gradient, box.height)
+    barrier = np.float32(_BARRIER_WEIGHT) * barrier_logit(lab, inside)
+    return _Scene(lab, colour_bins(lab), rows, inside, links, given, barrier, gradient, box.height)
 
 
 def _maximise(
@@ -160,7 +164,7 @@ def _maximise(
     labels = scene.inside
     best = 0
     for number in range(rounds):
-        logit = _colour_logit(scene, person, surroundings)
+        logit = _colour_logit(scene, person, surroundings) + scene.barrier
         likelihood = 1 / (1 + np.exp(-(logit + _LIKELIHOOD_PRIOR * prior)))
         similarity = _similarities(hypothesis, likelihood)
         best = int(np.argmax(similarity * (hypothesis.weight > 0.01)))
