@@ -10,6 +10,7 @@ those of Drillis and Contini; the girths were chosen by the looks of real silhou
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,11 +31,15 @@ _TRUNK = (
     (-0.005, 0.092, 0.068, -0.010),
     (0.045, 0.086, 0.062, -0.003),
     (0.100, 0.078, 0.056, 0.004),
-    (0.165, 0.084, 0.061, 0.004),
-    (0.225, 0.090, 0.063, 0.000),
-    (0.270, 0.086, 0.050, -0.006),
+    (0.165, 0.084, 0.060, -0.002),
+    (0.225, 0.088, 0.060, -0.012),
+    (0.270, 0.078, 0.050, -0.020),
 )
-_NECK = ((0.305, 0.048, 0.040, -0.010), (0.350, 0.032, 0.035, 0.004))
+_NECK = ((0.305, 0.046, 0.040, -0.016), (0.350, 0.031, 0.034, 0.006))
+# Parts of the head: up and to the front from the top of the neck, half breadth, depth and length.
+_SKULL = (0.060, 0.014, 0.042, 0.052, 0.054)
+_JAW = (0.022, 0.042, 0.026, 0.022, 0.018)
+_FACE = (0.055, 0.038, 0.036, 0.032, 0.040)
 # Limbs: part of the bone's length, half breadth, half depth, shift to the front.
 _THIGH = ((0.02, 0.050, 0.060, 0.0), (0.35, 0.048, 0.051, 0.002), (0.7, 0.038, 0.041, 0.002))
 _KNEE = (0.032, 0.036, 0.0)
@@ -42,6 +47,10 @@ _SHANK = ((0.30, 0.032, 0.036, -0.007), (0.65, 0.025, 0.028, -0.005), (0.97, 0.0
 _UPPER_ARM = ((0.0, 0.029, 0.034, 0.0), (0.5, 0.026, 0.029, 0.0))
 _ELBOW = (0.022, 0.023, 0.0)
 _FOREARM = ((0.3, 0.022, 0.024, 0.0), (0.97, 0.015, 0.017, 0.0))
+_HAND = (0.050, 0.013, 0.022, 0.040)  # distance from the wrist, half breadth, depth, length
+# Rucksack: height over the hip joint and share of the full depth.
+_RUCKSACK = ((0.10, 0.9), (0.19, 1.0), (0.265, 0.7))
+_SHOULDER_SLOPE = (0.85, 0.012, 0.022, 0.034, 0.020)  # share of the way to the arm, back, sizes
 
 
 @dataclass(frozen=True)
@@ -87,7 +96,7 @@ class _Maker:
 
     def chain(self, part: str, members: list[int]) -> None:
         """Add the hulls of neighbours."""
-        for first, second in zip(members, members[1:], strict=False):
+        for first, second in itertools.pairwise(members):
             self.hull(part, first, second)
 
     def done(self) -> Body:
@@ -140,20 +149,31 @@ def _trunk(maker: _Maker, pose: Skeleton, build: Build) -> list[int]:
         for height, breadth, depth, shift in _NECK
     ]
     maker.hull('torso', stations[-1], neck[0])
+    # The shoulders slope from the neck to the arms.
+    slopes = []
+    share, back, *sizes = _SHOULDER_SLOPE
+    for side in SIDES:
+        away = pose.joints[f'{side}_shoulder'] - pose.neck
+        center = pose.neck + share * away - back * pose.thorax_frame.front
+        slopes.append(maker.ellipsoid(center, pose.thorax_frame, *sizes))
+    maker.hull('torso', neck[0], stations[-2], *slopes)
     maker.chain('head', neck)
     # The head hangs on the top of the neck, upright whatever the trunk's lean.
-    top = pose.pelvis + 0.350 * axis
-    skull = top + 0.060 * head.along + 0.008 * head.front
-    crown = maker.ellipsoid(
-        skull, head, 0.042 + build.hair, 0.052 + build.hair, 0.054 + build.hair
-    )
-    jaw = maker.ellipsoid(top + 0.022 * head.along + 0.034 * head.front, head, 0.026, 0.022, 0.018)
-    face = maker.ellipsoid(
-        top + 0.055 * head.along + 0.030 * head.front, head, 0.036, 0.032, 0.040
-    )
-    maker.hull('head', crown)
-    maker.hull('head', jaw, face)
-    maker.hull('head', neck[-1], crown)
+    top = pose.pelvis + _NECK[-1][0] * axis
+
+    def lump(size: tuple[float, ...], hair: float = 0.0) -> int:
+        up, front, breadth, depth, length = size
+        center = top + up * head.along + front * head.front
+        return maker.ellipsoid(center, head, breadth + hair, depth + hair, length + hair)
+
+    skull = lump(_SKULL, build.hair)
+    maker.hull('head', skull)
+    maker.hull('head', lump(_JAW), lump(_FACE))
+    maker.hull('head', neck[-1], skull)
+    if build.bun > 0:
+        up, front, _, depth, _ = _SKULL
+        ball = (up - 0.01, front - depth - build.hair - 0.4 * build.bun, *3 * (build.bun,))
+        maker.hull('head', lump(ball))
     return stations
 
 
@@ -168,7 +188,7 @@ def _limb(
     cloth: float,
 ) -> list[int]:
     """Add the stations of one bone; the first is rounded."""
-    found = []
+    found: list[int] = []
     for place, breadth, depth, shift in stations:
         center = start + place * (end - start) + shift * frame.front
         breadth, depth = girth * breadth + cloth, girth * depth + cloth
@@ -233,7 +253,7 @@ def _arm(maker: _Maker, pose: Skeleton, side: str, build: Build) -> None:
     maker.hull('arms', upper[-1], middle)
     maker.hull('arms', middle, lower[0])
     bone = _joint(maker, wrist, lower_frame, (0.013, 0.017, 0.0), 1.0, 0.0)
-    hand = maker.ellipsoid(wrist + 0.050 * lower_frame.along, lower_frame, 0.013, 0.022, 0.040)
+    hand = maker.ellipsoid(wrist + _HAND[0] * lower_frame.along, lower_frame, *_HAND[1:])
     maker.hull('hands', bone, hand)
 
 
@@ -260,7 +280,7 @@ def _skirt(maker: _Maker, pose: Skeleton, build: Build, trunk: list[int]) -> Non
             width = build.girth * np.interp(below, (0.0, 0.245, 0.49), (0.055, 0.042, 0.034))
             ring.append(maker.ellipsoid(center, upright, width + out, width + out))
         rings.append(ring)
-    for upper, lower in zip(rings, rings[1:], strict=False):
+    for upper, lower in itertools.pairwise(rings):
         maker.hull('skirt', *upper, *lower)
 
 
@@ -268,7 +288,7 @@ def _rucksack(maker: _Maker, pose: Skeleton, build: Build) -> None:
     frame = pose.thorax_frame
     depth = build.rucksack / 2
     members = []
-    for height, share in ((0.10, 0.9), (0.19, 1.0), (0.265, 0.7)):
+    for height, share in _RUCKSACK:
         back = build.girth * 0.055 + build.trunk_cloth + share * depth - 0.01
         center = pose.pelvis + height * frame.along - back * frame.front
         members.append(maker.ellipsoid(center, frame, 0.075, share * depth + 0.01, 0.035))

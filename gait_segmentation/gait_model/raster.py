@@ -55,8 +55,8 @@ def _fill(outline, label, canvas, left, right):  # type: ignore[no-untyped-def]
     """Set the pixels of a convex outline to a label; ``left`` and ``right`` are scratch rows."""
     height, width = canvas.shape
     low, high = outline[:, 1].min(), outline[:, 1].max()
-    first = max(int(math.ceil(low - 0.5)), 0)
-    last = min(int(math.ceil(high - 0.5)), height)
+    first = max(math.ceil(low - 0.5), 0)
+    last = min(math.ceil(high - 0.5), height)
     for row in range(first, last):
         left[row], right[row] = 1e300, -1e300
     for k in range(len(outline)):
@@ -67,14 +67,14 @@ def _fill(outline, label, canvas, left, right):  # type: ignore[no-untyped-def]
         if y1 - y0 < 1e-12:
             continue
         slope = (x1 - x0) / (y1 - y0)
-        begin = max(int(math.ceil(y0 - 0.5)), first)
-        end = min(int(math.ceil(y1 - 0.5)), last)
+        begin = max(math.ceil(y0 - 0.5), first)
+        end = min(math.ceil(y1 - 0.5), last)
         for row in range(begin, end):
             x = x0 + (row + 0.5 - y0) * slope
             left[row], right[row] = min(left[row], x), max(right[row], x)
     for row in range(first, last):
-        begin = max(int(math.ceil(max(left[row], -1.0) - 0.5)), 0)
-        end = min(int(math.ceil(min(right[row], width + 1.0) - 0.5)), width)
+        begin = max(math.ceil(max(left[row], -1.0) - 0.5), 0)
+        end = min(math.ceil(min(right[row], width + 1.0) - 0.5), width)
         for column in range(begin, end):
             canvas[row, column] = label
 

@@ -27,12 +27,14 @@ THIGH, SHANK, TRUNK = 0.245, 0.246, 0.288
 UPPER_ARM, FOREARM = 0.186, 0.146
 HEEL_BACK, BALL_FRONT, SOLE, TOE = 0.038, 0.068, 0.039, 0.046
 _HIP_HALF, _KNEE_HALF, _ANKLE_HALF = 0.050, 0.043, 0.031
-_SHOULDER_HALF = 0.104
-_LEAN = np.deg2rad(2.5)
+_SHOULDER_HALF, _SHOULDER_DOWN = 0.098, 0.014
+_LEAN = np.deg2rad(1.0)
+_THIGH_OFFSET = 0.0
 _TOE_OUT = np.deg2rad(8.0)
 _ARM_OUT, _FOREARM_OUT = np.deg2rad(9.0), np.deg2rad(4.0)
-# The norm set's elbow angle is that of its model; a hanging arm looks straighter by this much.
-_ELBOW_OFFSET = np.deg2rad(12.0)
+# The norm set's arm angles are those of its model: a hanging arm looks straighter, and hangs
+# farther to the front, by this much.
+_ELBOW_OFFSET, _SHOULDER_OFFSET = np.deg2rad(14.0), np.deg2rad(6.0)
 _THORAX_ROTATION = -0.7  # of the pelvis' rotation: the shoulders turn against the hips
 
 
@@ -81,7 +83,7 @@ def _frame(along: Points, left: Points) -> Frame:
 def _leg(phase: Points, side: str, hip: Points, speed: float) -> tuple[dict, dict]:
     """Joints and frames of one leg; ``phase`` is the leg's own."""
     sign = 1.0 if side == 'left' else -1.0
-    thigh = joint_angle('hip', phase, speed) - joint_angle('pelvis_tilt', phase, speed)
+    thigh = joint_angle('hip', phase, speed) - joint_angle('pelvis_tilt', phase) + _THIGH_OFFSET
     shank = thigh - joint_angle('knee', phase, speed)
     foot = shank + joint_angle('ankle', phase, speed)
     adduction = sign * np.array([_KNEE_HALF - _HIP_HALF, _ANKLE_HALF - _KNEE_HALF])
@@ -99,7 +101,8 @@ def _leg(phase: Points, side: str, hip: Points, speed: float) -> tuple[dict, dic
 
     ball = on_foot(BALL_FRONT, SOLE)
     toe = ball + _vector(TOE * np.cos(toe_angle), lateral * TOE, TOE * np.sin(toe_angle))
-    left = _vector(np.zeros_like(thigh), 1.0, 0.0)
+    # Bones of limbs point down: with the rough left negated their front is the body's front.
+    right = _vector(np.zeros_like(thigh), -1.0, 0.0)
     joints = {
         'hip': hip,
         'knee': knee,
@@ -110,19 +113,17 @@ def _leg(phase: Points, side: str, hip: Points, speed: float) -> tuple[dict, dic
     }
     outward = _vector(np.full_like(thigh, -lateral), 1.0, 0.0)
     frames = {
-        'thigh': _frame(knee - hip, -left),
-        'shank': _frame(ankle - knee, -left),
+        'thigh': _frame(knee - hip, right),
+        'shank': _frame(ankle - knee, right),
         'foot': _frame(_vector(cos, lateral, sin), outward),
     }
-    # Of a leg, 'front' is the side of the kneecap: along points down, so front = left x along
-    # with the rough left negated, and the frame's left is the walker's right.
     return joints, frames
 
 
 def _arm(phase: Points, side: str, shoulder: Points, swing: float) -> tuple[dict, dict]:
     """Joints and frames of one arm; ``phase`` is that of the leg on the same side."""
     sign = 1.0 if side == 'left' else -1.0
-    upper = joint_angle('shoulder', phase, amplitude=swing)
+    upper = joint_angle('shoulder', phase, amplitude=swing) + _SHOULDER_OFFSET
     bend = joint_angle('elbow', phase, amplitude=swing) - _ELBOW_OFFSET
     lower = upper + bend
 
@@ -167,7 +168,7 @@ def walk(
     for side in SIDES:
         sign = 1.0 if side == 'left' else -1.0
         hip = sign * _HIP_HALF * left
-        shoulder = neck + sign * _SHOULDER_HALF * thorax_left
+        shoulder = neck + sign * _SHOULDER_HALF * thorax_left - _SHOULDER_DOWN * trunk
         for found, posed in (
             _leg(phases[side], side, hip, speed),
             _arm(phases[side], side, shoulder, arm_swing),
