@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Run the pipeline over synthetic walkers of many seeds and print how well it did.
+
+Direction, size, clothes, background and the camera's motion differ from seed to seed.  Prints J
+of every seed, and mean, worst and phase error over all.  Usage::
+
+    python benchmarks/synthetic.py [--seeds 20] [--frames 50] [--sheet FILE.png]
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import statistics
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from gait_segmentation.drawing import Image, contact_sheet
+from gait_segmentation.evaluation.metrics import PhaseScore, phase_score
+from gait_segmentation.evaluation.output import tile, write_image
+from gait_segmentation.evaluation.report import aligned
+from gait_segmentation.evaluation.runner import Outcome, run
+from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
+from gait_segmentation.gait_model import BUILDS
+from gait_segmentation.geometry import Box
+from gait_segmentation.pipeline import Pipeline
+
+DIRECTIONS = (0.0, math.pi, 0.6, math.pi - 0.6, 1.4, -1.4)
+
+
+def config_of(seed: int, frames: int) -> SyntheticConfig:
+    """Vary what differs between clips with the seed."""
+    rng = np.random.default_rng([seed, 1])
+    return SyntheticConfig(
+        seed=seed,
+        frames=frames,
+        azimuth=DIRECTIONS[seed % len(DIRECTIONS)],
+        build=list(BUILDS)[seed % len(BUILDS)],
+        person_height=float(rng.uniform(60, 150)),
+        pan=float(rng.choice([0.0, 0.0, 1.5, -1.5])),
+        clutter=float(rng.uniform(0.2, 1.0)),
+        shadow=bool(rng.random() < 0.3),
+        stride_rate=float(rng.uniform(0.75, 1.05)),
+    )
+
+
+def phase_of(outcomes: list[Outcome], clip: SyntheticSequence) -> PhaseScore | None:
+    pairs = [
+        (outcome.phase, clip.frame(outcome.number).phases[0])
+        for outcome in outcomes
+        if not math.isnan(outcome.phase)
+    ]
+    return phase_score(*np.array(pairs).T) if pairs else None
+
+
+def picture_of(outcome: Outcome, clip: SyntheticSequence) -> Image:
+    frame = clip.frame(outcome.number)
+    box = frame.boxes[0] or Box(0, 0, frame.image.shape[1], frame.image.shape[0])
+    height = 1.35 * box.height
+    region = Box.from_center(box.center_x, box.center_y, height * 200 / 256, height)
+    return tile(frame.image, outcome, frame.truths[0], region)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
+    parser.add_argument('--seeds', type=int, default=20)
+    parser.add_argument('--frames', type=int, default=50)
+    parser.add_argument('--sheet', type=Path, help='write the middle frame of every seed')
+    options = parser.parse_args()
+    cv2.setNumThreads(1)
+    rows = [['seed', 'azimuth', 'build', 'px', 'pan', 'J', 'worst J', 'phase error', 'ms']]
+    means, phases, tiles = [], [], []
+    for seed in range(options.seeds):
+        config = config_of(seed, options.frames)
+        clip = SyntheticSequence(config)
+        box = clip.initial_box
+        if box is None:
+            continue
+        pipeline = Pipeline(clock=time.perf_counter)
+        outcomes = list(run(pipeline, clip, clip.numbers, box, clock=time.perf_counter))
+        scores = [outcome.score.j for outcome in outcomes if outcome.score is not None]
+        phase = phase_of(outcomes, clip)
+        means.append(statistics.fmean(scores))
+        if phase is not None:
+            phases.append(phase.error_half)
+        rows.append(
+            [
+                str(seed),
+                f'{config.azimuth:.2f}',
+                config.build,
+                f'{config.person_height:.0f}',
+                f'{config.pan:g}',
+                f'{means[-1]:.3f}',
+                f'{min(scores):.3f}',
+                '-' if phase is None else f'{phase.error_half:.3f}',
+                f'{1e3 * statistics.median(outcome.seconds for outcome in outcomes):.1f}',
+            ]
+        )
+        tiles.append(picture_of(outcomes[len(outcomes) // 2], clip))
+    print(aligned(rows))
+    print(
+        f'\n{len(means)} seeds: mean J {statistics.fmean(means):.4f}, worst {min(means):.4f}, '
+        f'phase error (legs not told apart) {statistics.fmean(phases or [math.nan]):.3f} strides'
+    )
+    if options.sheet is not None:
+        write_image(options.sheet, contact_sheet(tiles, 7))
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,287 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Synthetic sequences with exact truth: dressed walkers of the gait model before a cluttered wall.
+
+The camera looks level, at 0.9 body heights above the ground, and moves sideways; walkers are
+drawn without perspective within the body, but grow and shrink with their distance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.clothing import make_outfit
+from gait_segmentation.evaluation.output import write_image
+from gait_segmentation.evaluation.scenery import Occluder, make_occluder, make_panorama
+from gait_segmentation.evaluation.sequence import AMBIGUOUS, FIRST_STAMP_NS, PERSON
+from gait_segmentation.evaluation.synthetic_config import SyntheticConfig
+from gait_segmentation.evaluation.walkers import Walker, draw_walker, draw_walkers_by_lot
+from gait_segmentation.geometry import BodyFrame, Box
+
+__all__ = ['SyntheticConfig', 'SyntheticFrame', 'SyntheticSequence']
+
+EYE_LEVEL = 0.9
+"""Height of the camera above the ground, in statures."""
+
+FOCAL_LENGTH = 1.1
+"""In image widths."""
+
+NEAREST = 0.3
+"""Share of the first walker's distance at which people have walked past the camera."""
+
+WALL_DISTANCE = 1.35
+"""Of the wall over that of the first walker."""
+
+MIXED = (13, 242)
+"""Pixels covered more than the first and less than the second (of 255) are ambiguous."""
+
+
+@dataclass(frozen=True)
+class SyntheticFrame:
+    """
+    One frame and its truth, per walker in the order of the walkers.
+
+    ``image`` is (H, W, 3) uint8 BGR; ``masks`` are (H, W) uint8 0/255, the pixels at least half
+    covered by what can be seen of the walker; ``truths`` the same with 170 for mixed pixels;
+    ``labels`` is (H, W) uint8, 0 or walker + 1.  ``boxes`` are tight about the masks, None where
+    nothing can be seen.  ``phases`` are those of :class:`~gait_segmentation.results.MatchResult`
+    (0 = heel contact of the leg nearer to the camera), ``azimuths`` in radians.
+    """
+
+    number: int
+    stamp_ns: int
+    image: NDArray[np.uint8]
+    labels: NDArray[np.uint8]
+    masks: tuple[NDArray[np.uint8], ...]
+    truths: tuple[NDArray[np.uint8], ...]
+    boxes: tuple[Box | None, ...]
+    phases: tuple[float, ...]
+    azimuths: tuple[float, ...]
+
+
+class SyntheticSequence:
+    """
+    Frames of a made-up clip; the same configuration gives the same bits.
+
+    Frames can be asked for in any order.  The first walker is the one to track.
+    """
+
+    def __init__(self, config: SyntheticConfig | None = None) -> None:
+        """Draw the place and the people."""
+        self.config = config or SyntheticConfig()
+        rng = np.random.default_rng(self.config.seed)
+        self._focal = FOCAL_LENGTH * self.config.width
+        # Level with the middle of the first walker's way, so that feet and head have room.
+        self._horizon = self.config.height / 2 + (0.5 - EYE_LEVEL) * self.config.person_height
+        self._distance = self._focal / self.config.person_height
+        self._walkers = self._make_walkers(rng)
+        self._shake = self._make_shake(rng)
+        self._margin = math.ceil(
+            abs(self.config.pan) * self.config.frames / 2 + 4 * self.config.jitter + 4
+        )
+        shape = (
+            self.config.height + 2 * self._margin_y,
+            self.config.width + 2 * self._margin,
+        )
+        unit = self._focal / (WALL_DISTANCE * self._distance)
+        ground = round(self._horizon + EYE_LEVEL * unit) + self._margin_y
+        self._panorama = make_panorama(rng, shape, ground, unit, self.config.clutter)
+        self._occluder = self._make_occluder(rng, shape) if self.config.occluder else None
+        self._last: SyntheticFrame | None = None
+
+    @property
+    def _margin_y(self) -> int:
+        return math.ceil(4 * self.config.jitter + 4)
+
+    @property
+    def numbers(self) -> list[int]:
+        """Return the numbers of the frames."""
+        return list(range(self.config.frames))
+
+    @property
+    def initial_box(self) -> Box | None:
+        """Return the box of the first walker in the first frame, None if not to be seen."""
+        return self.frame(0).boxes[0]
+
+    def stamp_ns(self, number: int) -> int:
+        """Return the stamp of a frame in nanoseconds."""
+        return FIRST_STAMP_NS + round(number * 1e9 / self.config.fps)
+
+    def image(self, number: int) -> NDArray[np.uint8]:
+        """Return a frame as (H, W, 3) uint8 BGR."""
+        return self.frame(number).image
+
+    def truth(self, number: int) -> NDArray[np.uint8]:
+        """Return the truth of the first walker: 255, 170 where pixels are mixed, 0."""
+        return self.frame(number).truths[0]
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return self.config.frames
+
+    def __iter__(self) -> Iterator[SyntheticFrame]:
+        """Go through the frames in order."""
+        return (self.frame(number) for number in self.numbers)
+
+    def frame(self, number: int) -> SyntheticFrame:
+        """
+        Draw a frame.
+
+        :raises IndexError: if there is no such frame.
+        """
+        if not 0 <= number < self.config.frames:
+            raise IndexError(f'frame must be from 0 to {self.config.frames - 1}, got {number}')
+        if self._last is None or self._last.number != number:
+            self._last = self._draw(number)
+        return self._last
+
+    def write(self, folder: str | Path) -> None:
+        """
+        Write the clip as a sequence folder with the truth of the first walker.
+
+        :raises SequenceError: if it cannot be written or the walker is not seen at first.
+        """
+        folder = Path(folder)
+        box = self.initial_box
+        if box is None:
+            raise SequenceError(f'{folder}: the first walker is not to be seen in frame 0')
+        for frame in self:
+            write_image(folder / 'frames' / f'{frame.number:04d}.png', frame.image)
+            write_image(folder / 'masks' / f'{frame.number:04d}.png', frame.truths[0])
+        about = {
+            'name': folder.name,
+            'fps': self.config.fps,
+            'initial_box': [box.x, box.y, box.width, box.height],
+            'initial_frame': 0,
+            'notes': f'synthetic, seed {self.config.seed}',
+            'labels': {'background': 0, 'ambiguous': AMBIGUOUS, 'person': PERSON},
+        }
+        text = yaml.safe_dump(about, sort_keys=False)
+        (folder / 'sequence.yaml').write_text(text, encoding='utf-8')
+
+    def _make_walkers(self, rng: np.random.Generator) -> list[Walker]:
+        config = self.config
+        first = Walker(
+            0.0,
+            self._distance,
+            config.azimuth,
+            config.stride_rate,
+            rng.uniform(),
+            config.build,
+            make_outfit(rng, config.build),
+        )
+        half_width = self._distance / FOCAL_LENGTH / 2
+        others = draw_walkers_by_lot(
+            rng, config.walkers - 1, self._distance, half_width, config.stride_rate
+        )
+        return [first, *others]
+
+    def _make_shake(self, rng: np.random.Generator) -> NDArray[np.float64]:
+        """Return (frames, 2) displacements of the picture, correlated as a hand's are."""
+        steps = rng.standard_normal((self.config.frames, 2))
+        shake = np.zeros_like(steps)
+        for number in range(1, len(steps)):
+            shake[number] = 0.8 * shake[number - 1] + 0.6 * steps[number]
+        return np.clip(self.config.jitter * shake, -3 * self.config.jitter, 3 * self.config.jitter)
+
+    def _make_occluder(self, rng: np.random.Generator, shape: tuple[int, int]) -> Occluder:
+        x = self._margin + self.config.width * rng.uniform(0.4, 0.6)
+        ground = self._horizon + 1.1 * EYE_LEVEL * self.config.person_height + self._margin_y
+        return make_occluder(rng, shape, x, ground, self.config.person_height)
+
+    def _seconds(self, number: int) -> float:
+        return (number - (self.config.frames - 1) / 2) / self.config.fps
+
+    def _shift(self, number: int, share: float) -> tuple[float, float]:
+        """Return how far the picture moves; near things (share 1) pass faster than the wall."""
+        passed = self.config.pan * (number - (self.config.frames - 1) / 2)
+        return share * -passed + self._shake[number, 0], float(self._shake[number, 1])
+
+    def _view(
+        self, picture: NDArray[np.generic], number: int, share: float
+    ) -> NDArray[np.float32]:
+        """Cut the camera's picture out of one as wide as the panorama."""
+        dx, dy = self._shift(number, share)
+        matrix = np.array([[1, 0, dx - self._margin], [0, 1, dy - self._margin_y]])
+        size = (self.config.width, self.config.height)
+        moved = cv2.warpAffine(
+            picture, matrix, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
+        )
+        return np.asarray(moved, np.float32)
+
+    def _draw(self, number: int) -> SyntheticFrame:
+        config = self.config
+        seconds = self._seconds(number)
+        picture = self._view(self._panorama, number, 1 / WALL_DISTANCE)
+        seen = [np.zeros((config.height, config.width), np.float32) for _ in self._walkers]
+        places = [walker.place(seconds) for walker in self._walkers]
+        for index in sorted(range(len(places)), key=lambda k: -places[k][1]):
+            walker = self._walkers[index]
+            if places[index][1] < NEAREST * self._distance:
+                continue
+            cover = draw_walker(
+                picture,
+                walker,
+                self._body(places[index], number),
+                walker.bank_phase(seconds),
+                config.shadow,
+            )
+            for behind in seen:
+                behind *= 1 - cover
+            seen[index] = cover
+        if self._occluder is not None:
+            cover = np.clip(self._view(self._occluder.alpha, number, 1.0), 0, 1)
+            picture += cover[..., None] * (
+                self._view(self._occluder.colour, number, 1.0) - picture
+            )
+            for behind in seen:
+                behind *= 1 - cover
+        return self._finish(number, picture, seen)
+
+    def _body(self, place: tuple[float, float], number: int) -> BodyFrame:
+        """Return where somebody at (x, z) is seen."""
+        x, z = place
+        height = self._focal / z
+        dx, dy = self._shift(number, self._distance / z)
+        center_y = self._horizon + (EYE_LEVEL - 0.5) * height
+        return BodyFrame(self.config.width / 2 + x * height + dx, center_y + dy, height)
+
+    def _finish(
+        self, number: int, picture: NDArray[np.float32], seen: list[NDArray[np.float32]]
+    ) -> SyntheticFrame:
+        if self.config.blur > 0:
+            picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), self.config.blur))
+        seconds = self._seconds(number)
+        rng = np.random.default_rng([self.config.seed, number])
+        noise = rng.standard_normal(picture.shape, dtype=np.float32)
+        image = np.clip(np.rint(picture + self.config.noise * noise), 0, 255).astype(np.uint8)
+        cover = np.rint(255 * np.array(seen)).astype(np.uint8)
+        masks = tuple(np.where(alpha > 127, 255, 0).astype(np.uint8) for alpha in cover)
+        mixed = (cover > MIXED[0]) & (cover < MIXED[1])
+        labels = np.zeros(picture.shape[:2], np.uint8)
+        for index, mask in enumerate(masks):
+            labels[mask > 0] = index + 1
+        return SyntheticFrame(
+            number=number,
+            stamp_ns=self.stamp_ns(number),
+            image=image,
+            labels=labels,
+            masks=masks,
+            truths=tuple(
+                np.where(rim, AMBIGUOUS, mask).astype(np.uint8)
+                for rim, mask in zip(mixed, masks, strict=True)
+            ),
+            boxes=tuple(Box.around(mask) for mask in masks),
+            phases=tuple(walker.near_phase(seconds) for walker in self._walkers),
+            azimuths=tuple(walker.azimuth for walker in self._walkers),
+        )
