@@ -80,7 +80,15 @@ class Build(StageConfig):
 BUILDS: dict[str, Build] = {
     'average': Build(),
     'rucksack': Build(rucksack=0.10, trunk_cloth=0.010, leg_cloth=0.010, lean=0.06),
-    'dress': Build(hem=0.28, flare=0.03, leg_cloth=0.0, trunk_cloth=0.010, rucksack=0.08, hair=0.008, bun=0.022),
+    'dress': Build(
+        hem=0.28,
+        flare=0.03,
+        leg_cloth=0.0,
+        trunk_cloth=0.010,
+        rucksack=0.08,
+        hair=0.008,
+        bun=0.022,
+    ),
     'coat': Build(hem=0.22, flare=0.02, trunk_cloth=0.018, sleeve_cloth=0.012),
     'stout': Build(girth=1.2, leg_cloth=0.010),
     'slim': Build(girth=0.88, trunk_cloth=0.003, sleeve_cloth=0.002, leg_cloth=0.002),

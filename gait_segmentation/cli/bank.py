@@ -1,0 +1,244 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command ``gait_bank``: make, show and describe template banks."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from tqdm import tqdm
+
+from gait_segmentation.config import parameters_of
+from gait_segmentation.errors import BankError, GaitSegmentationError
+from gait_segmentation.gait_model import BUILDS, BankSpec, TemplateBank, build_bank, default_bank
+from gait_segmentation.gait_model.from_silhouettes import (
+    SilhouetteSequence,
+    bank_from_silhouettes,
+)
+from gait_segmentation.gait_model.sheet import contact_sheet
+from gait_segmentation.gait_model.silhouettes import read_silhouettes
+
+__all__ = ['main']
+
+_BUILD_TEXT = """
+Without --from, the bank is drawn from the package's gait model: every build is seen from evenly
+spaced directions and drawn at every phase of the stride.  Builds: {builds}.
+
+With --from, every folder becomes one sequence of templates: its images, in the order of their
+names, must be silhouettes (grey value 128 or more) of one walker who keeps one direction for at
+least one stride.  The period is found by itself; phase 0 is where the legs are farthest apart.
+Which leg is in front then cannot be seen in profile: --first-contact says it.
+
+Azimuth is the direction of walking: 0 to the right in the image, 90 away from the camera, 180 to
+the left, -90 towards the camera.
+
+examples:
+  gait_bank build bank.npz
+  gait_bank build side.npz --azimuths 2 --builds average,coat
+  gait_bank build mine.npz --from walk1 walk2 --azimuth 180 0 --mirror
+"""
+
+
+def _spec_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group('the bank')
+    for about in parameters_of(BankSpec):
+        unit = f' [{about.unit}]' if about.unit else ''
+        group.add_argument(
+            f'--{about.name}',
+            type=about.type,
+            default=about.default,
+            metavar={int: 'N', float: 'X', str: 'NAMES'}[about.type],
+            help=f'{about.description}{unit} Default: {about.default}.'.replace('%', '%%'),
+        )
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog='gait_bank',
+        description='Make, show and describe banks of walking silhouettes (template banks).',
+    )
+    commands = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
+    build = commands.add_parser(
+        'build',
+        help='make a bank from the gait model or from silhouettes',
+        description='Make a bank from the gait model or, with --from, from silhouettes.',
+        epilog=_BUILD_TEXT.format(builds=', '.join(BUILDS)),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    build.add_argument('output', help='the bank file to write (.npz)')
+    build.add_argument(
+        '--quiet', action='store_true', help='no progress bar and no line about the result'
+    )
+    source = build.add_argument_group('silhouettes')
+    source.add_argument(
+        '--from',
+        dest='folders',
+        nargs='+',
+        metavar='FOLDER',
+        help='folders of silhouettes, one sequence each',
+    )
+    source.add_argument(
+        '--azimuth',
+        nargs='+',
+        type=float,
+        metavar='DEG',
+        help='direction of walking of every folder in degrees, or one for all; needs --from',
+    )
+    source.add_argument(
+        '--first-contact',
+        choices=('right', 'left'),
+        default='right',
+        help='leg of the first heel contact in the folders (default: right)',
+    )
+    source.add_argument(
+        '--mirror', action='store_true', help='add the mirror image of every folder'
+    )
+    _spec_options(build)
+    show = commands.add_parser(
+        'show',
+        help='write a picture of a bank',
+        description='Write a picture of a bank: a row for every sequence, a column for a phase.',
+    )
+    show.add_argument('bank', nargs='?', help='a bank file; the standard bank if left out')
+    show.add_argument(
+        '-o', '--output', default='bank.png', help='the picture to write (default: bank.png)'
+    )
+    show.add_argument(
+        '--columns', type=int, default=10, metavar='N', help='phases to show (default: 10)'
+    )
+    show.add_argument(
+        '--sequences', nargs='+', type=int, metavar='K', help='sequences to show (default: all)'
+    )
+    info = commands.add_parser(
+        'info',
+        help='describe a bank',
+        description='Print size, builds, azimuths and origin of a bank.',
+    )
+    info.add_argument('bank', nargs='?', help='a bank file; the standard bank if left out')
+    info.add_argument('--json', action='store_true', help='print JSON')
+    return parser
+
+
+def _azimuths(options: argparse.Namespace) -> list[float]:
+    """Return one azimuth in radians for every folder."""
+    given, folders = options.azimuth, options.folders
+    if given is None:
+        raise BankError('--from needs --azimuth: one direction for all folders, or one for each')
+    if len(given) not in (1, len(folders)):
+        raise BankError(
+            f'--azimuth must have 1 or {len(folders)} values for {len(folders)} folders, '
+            f'got {len(given)}'
+        )
+    return [math.radians(value) for value in (given * len(folders))[: len(folders)]]
+
+
+def _build(options: argparse.Namespace) -> None:
+    names = [field.name for field in dataclasses.fields(BankSpec)]
+    spec = BankSpec(**{name: getattr(options, name) for name in names})
+    output = Path(options.output)
+    if not output.parent.is_dir():
+        raise BankError(f'cannot write the bank {output}: {output.parent} is not a folder')
+    if options.folders is None and (options.azimuth is not None or options.mirror):
+        raise BankError('--azimuth and --mirror belong to --from')
+    count = len(options.folders or ()) or len(spec.build_names) * spec.azimuths
+    with tqdm(total=count, unit='sequence', disable=options.quiet, leave=False) as bar:
+        if options.folders is None:
+            bank = build_bank(spec, bar.update)
+        else:
+            sequences = [
+                SilhouetteSequence(
+                    read_silhouettes(folder), azimuth, Path(folder).name, options.first_contact
+                )
+                for folder, azimuth in zip(options.folders, _azimuths(options), strict=True)
+            ]
+            bank = bank_from_silhouettes(
+                sequences, spec, mirror=options.mirror, progress=bar.update
+            )
+    bank.save(output)
+    if not options.quiet:
+        print(f'{output}: {_size(bank)}')
+
+
+def _size(bank: TemplateBank) -> str:
+    height, width = bank.grid
+    return f'{bank.sequences} sequences x {bank.phases} phases of {height} x {width} pixels'
+
+
+def _open(name: str | None) -> TemplateBank:
+    return default_bank() if name is None else TemplateBank.load(name)
+
+
+def _show(options: argparse.Namespace) -> None:
+    sheet = contact_sheet(_open(options.bank), options.columns, options.sequences)
+    output = Path(options.output)
+    try:
+        written = cv2.imwrite(str(output), sheet)
+    except cv2.error as error:
+        raise BankError(
+            f'cannot write the picture {output}: its name must end in .png or another format '
+            'OpenCV writes'
+        ) from error
+    if not written:
+        raise BankError(f'cannot write the picture {output}')
+    print(f'{output}: {sheet.shape[1]} x {sheet.shape[0]} pixels')
+
+
+def _describe(bank: TemplateBank) -> dict[str, Any]:
+    return {
+        'sequences': bank.sequences,
+        'phases': bank.phases,
+        'height': bank.grid[0],
+        'width': bank.grid[1],
+        'fill': bank.fill,
+        'grey_levels': len(np.unique(bank.templates)),
+        'builds': list(dict.fromkeys(bank.builds)),
+        'azimuths_deg': sorted({round(math.degrees(float(a)), 2) for a in bank.azimuth}),
+        'provenance': bank.provenance,
+    }
+
+
+def _info(options: argparse.Namespace) -> None:
+    about = _describe(_open(options.bank))
+    if options.json:
+        print(json.dumps(about, indent=2))
+        return
+    for name, value in about.items():
+        if isinstance(value, dict):
+            for key, text in value.items():
+                print(f'{name + " " + key:20} {text}')
+        elif isinstance(value, list):
+            print(f'{name:20} {", ".join(str(v) for v in value)}')
+        else:
+            print(f'{name:20} {value}')
+
+
+def main(argv: list[str] | None = None) -> int:
+    """
+    Run the command.
+
+    :param argv: arguments without the program's name; those of the process if None.
+    :returns: 0, 2 after an error, 130 if interrupted.
+    """
+    options = _parser().parse_args(argv)
+    run = {'build': _build, 'show': _show, 'info': _info}[options.command]
+    try:
+        run(options)
+    except GaitSegmentationError as error:
+        print(f'gait_bank: error: {error}', file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print('gait_bank: interrupted', file=sys.stderr)
+        return 130
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(main())

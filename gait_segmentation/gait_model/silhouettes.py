@@ -1,0 +1,244 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Real silhouettes: reading, registration, period and heel contacts.
+
+The practice is that of the gait silhouette volumes of Makihara and colleagues: silhouettes are
+scaled by their smoothed height, centred on their smoothed median column, and the period is where
+their normalised autocorrelation peaks.  In profile the two halves of a stride look alike, so the
+first peak is a step and the stride is two of them.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import BankError
+from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
+
+__all__ = [
+    'Cycle',
+    'autocorrelation',
+    'find_contacts',
+    'find_step',
+    'read_silhouettes',
+    'register_silhouettes',
+    'step_width',
+]
+
+_SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.pgm')
+_FINE = 3  # samples a template pixel and direction, of which its mean is taken
+SHORTEST_STEP, LONGEST_STEP = 5, 60  # frames
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """
+    The rhythm of a sequence of silhouettes.
+
+    :param step: frames from one heel contact to the next of the other leg; a stride is two.
+    :param contacts: frames of the heel contacts, fractional and ascending.
+    """
+
+    step: float
+    contacts: NDArray[np.float64]
+
+    def phase(self, frame: NDArray[np.float64], first: float = 0.0) -> NDArray[np.float64]:
+        """
+        Return the phase of frames in strides, growing over the sequence.
+
+        :param frame: frames, fractional ones too.
+        :param first: phase of the first contact, 0 or 0.5.
+        """
+        steps = np.arange(len(self.contacts), dtype=np.float64)
+        inside = np.interp(frame, self.contacts, steps)
+        before = np.minimum(frame - self.contacts[0], 0.0) / self.step
+        after = np.maximum(frame - self.contacts[-1], 0.0) / self.step
+        return first + (inside + before + after) / 2
+
+
+def read_silhouettes(folder: str | os.PathLike[str]) -> NDArray[np.uint8]:
+    """
+    Read the silhouettes of a folder in the order of their names.
+
+    :param folder: folder of equally large images; grey values of 128 and more are the person.
+    :returns: (N, height, width) uint8 0/255.
+    :raises BankError: if there are no images, one cannot be read, is empty or of another size.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise BankError(f'{folder} is not a folder of silhouettes')
+    files = sorted(file for file in folder.iterdir() if file.suffix.lower() in _SUFFIXES)
+    if not files:
+        raise BankError(f'no images in {folder}: expected files ending in {", ".join(_SUFFIXES)}')
+    images: list[NDArray[np.uint8]] = []
+    for file in files:
+        image = cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)
+        if image is None:
+            raise BankError(f'cannot read the image {file}')
+        if images and image.shape != images[0].shape:
+            raise BankError(
+                f'{file} is {image.shape[1]} x {image.shape[0]}, the silhouettes before it are '
+                f'{images[0].shape[1]} x {images[0].shape[0]}'
+            )
+        if image.max() < 128:
+            raise BankError(f'{file} is empty: no grey value of 128 or more')
+        images.append(np.where(image >= 128, 255, 0).astype(np.uint8))
+    return np.stack(images)
+
+
+def _smooth(values: NDArray[np.float64], window: float) -> NDArray[np.float64]:
+    """Average over a centred window that shrinks at the ends."""
+    half = min(max(round(window / 2), 0), (len(values) - 1) // 2)
+    sums = np.concatenate([[0.0], np.cumsum(values)])
+    index = np.arange(len(values))
+    reach = np.minimum(half, np.minimum(index, len(values) - 1 - index))
+    return (sums[index + reach + 1] - sums[index - reach]) / (2 * reach + 1)
+
+
+def register_silhouettes(
+    masks: NDArray[np.uint8], grid: tuple[int, int], fill: float, window: float = 15.0
+) -> NDArray[np.uint8]:
+    """
+    Bring silhouettes to a template grid.
+
+    :param masks: (N, height, width) uint8, none of them empty.
+    :param grid: rows and columns of the grid.
+    :param fill: share of the rows the smoothed height takes.
+    :param window: frames over which top, bottom and median column are averaged.
+    :returns: (N, rows, columns) uint8, soft edge.
+    """
+    tops, bottoms, medians = [], [], []
+    for mask in masks:
+        rows = np.flatnonzero(mask.any(axis=1))
+        mass = np.cumsum((mask > 0).sum(axis=0, dtype=np.float64))
+        tops.append(float(rows[0]))
+        bottoms.append(float(rows[-1] + 1))
+        medians.append(float(np.interp(mass[-1] / 2, mass, np.arange(1, len(mass) + 1))))
+    top, bottom, axis = (_smooth(np.array(values), window) for values in (tops, bottoms, medians))
+    fine = (grid[0] * _FINE, grid[1] * _FINE)
+    result = np.empty((len(masks), *grid), dtype=np.uint8)
+    for k, mask in enumerate(masks):
+        body = BodyFrame(axis[k], (top[k] + bottom[k]) / 2, bottom[k] - top[k])
+        matrix = pixel_affine(template_to_image(body, *fine, fill))
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        warped = cv2.warpAffine(mask, matrix, fine[::-1], flags=flags)
+        result[k] = cv2.resize(warped, (grid[1], grid[0]), interpolation=cv2.INTER_AREA)
+    return result
+
+
+def autocorrelation(registered: NDArray[np.uint8], longest: int) -> NDArray[np.float64]:
+    """
+    Return the normalised autocorrelation of a registered sequence.
+
+    The mean silhouette is taken off first, or the trunk would hide the rhythm of the legs.
+
+    :param registered: (N, rows, columns) uint8.
+    :param longest: largest lag.
+    :returns: (longest + 1,) float64, 1 at lag 0.
+    """
+    flat = registered.reshape(len(registered), -1).astype(np.float64)
+    flat = flat - flat.mean(axis=0)
+    product = flat @ flat.T
+    energy = np.diag(product)
+    result = np.empty(longest + 1)
+    for lag in range(longest + 1):
+        end = len(flat) - lag
+        scale = math.sqrt(float(energy[:end].sum() * energy[lag:].sum()))
+        result[lag] = float(np.trace(product, offset=lag)) / scale if scale > 0 else 0.0
+    return result
+
+
+def _vertex(values: NDArray[np.float64], at: int) -> float:
+    """Return the place of a peak between samples, by the parabola through three of them."""
+    if not 0 < at < len(values) - 1:
+        return float(at)
+    left, middle, right = values[at - 1 : at + 2]
+    bend = left - 2 * middle + right
+    return at + (0.5 * float((left - right) / bend) if bend < 0 else 0.0)
+
+
+def find_step(registered: NDArray[np.uint8]) -> float:
+    """
+    Find the period of the steps.
+
+    :param registered: (N, rows, columns) uint8.
+    :returns: frames a step; a stride is two steps.
+    :raises BankError: if the sequence is shorter than a stride or nothing in it repeats.
+    """
+    longest = min(2 * LONGEST_STEP, len(registered) - 4)
+    if longest < 2 * SHORTEST_STEP:
+        raise BankError(
+            f'a sequence needs at least {2 * SHORTEST_STEP + 4} silhouettes, got {len(registered)}'
+        )
+    values = autocorrelation(registered, longest)
+    inner = np.arange(SHORTEST_STEP, longest)
+    peaks = inner[(values[inner] >= values[inner - 1]) & (values[inner] > values[inner + 1])]
+    if peaks.size == 0 or values[peaks].max() < 0.1:
+        raise BankError('the silhouettes show no period: is this a person walking past?')
+    # In profile the peaks at a step and at a stride are about as high; the first one is meant.
+    strong = peaks[values[peaks] >= 0.5 * values[peaks].max()]
+    step = _vertex(values, int(strong[0]))
+    twice = round(2 * step)
+    near = [k for k in peaks if abs(int(k) - twice) <= max(2, round(0.2 * step))]
+    if near:
+        # The stride's peak is the same period measured over twice the time.
+        step = _vertex(values, int(max(near, key=lambda k: values[k]))) / 2
+    if step > LONGEST_STEP:
+        raise BankError(
+            f'a step must take at most {LONGEST_STEP} frames, the silhouettes repeat after '
+            f'{step:.1f}: is the frame rate very high?'
+        )
+    return step
+
+
+def step_width(registered: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """
+    Return how wide the legs are apart in every frame, in columns.
+
+    It is the spread (root mean square over the columns) of the lowest fifth of the body, which
+    has no jumps where an extreme pixel comes and goes.
+    """
+    rows = np.flatnonzero(registered.any(axis=(0, 2)))
+    lowest = rows[-1] + 1 - max((rows[-1] + 1 - rows[0]) // 5, 1)
+    mass = registered[:, lowest : rows[-1] + 1].sum(axis=1, dtype=np.float64)
+    columns = np.arange(registered.shape[2], dtype=np.float64)
+    total = np.maximum(mass.sum(axis=1), 1e-9)
+    mean = (mass @ columns) / total
+    spread = (mass * (columns - mean[:, None]) ** 2).sum(axis=1) / total
+    return np.sqrt(spread)
+
+
+def find_contacts(registered: NDArray[np.uint8], step: float) -> Cycle:
+    """
+    Find the heel contacts: where the legs are farthest apart.
+
+    :param registered: (N, rows, columns) uint8.
+    :param step: frames a step.
+    :raises BankError: if there are fewer than three, which is one stride.
+    """
+    width = _smooth(step_width(registered), step / 8)
+    frames = np.arange(len(width))
+    wave = np.sum((width - width.mean()) * np.exp(-2j * np.pi * frames / step))
+    # The wave's crests are at first + k * step; each contact is sought round its crest.
+    first = (-float(np.angle(wave)) / (2 * np.pi) * step) % step
+    contacts = []
+    for crest in np.arange(first, len(width) - 0.5, step):
+        low = max(math.ceil(crest - step / 4), 0)
+        high = min(math.floor(crest + step / 4) + 1, len(width))
+        peak = low + int(np.argmax(width[low:high]))
+        inside = low < peak < high - 1
+        contacts.append(_vertex(width, peak) if inside else float(crest))
+    if len(contacts) < 3:
+        raise BankError(
+            f'{len(registered)} silhouettes with a step every {step:.1f} frames hold fewer than '
+            'three heel contacts; at least one whole stride is needed'
+        )
+    return Cycle(step, np.array(contacts))
