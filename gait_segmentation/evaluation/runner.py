@@ -162,13 +162,17 @@ def check_truth(sequence: Sequence) -> None:
     """
     Refuse a sequence that cannot be scored.
 
-    :raises SequenceError: if no frame from the first box on has a mask.
+    :raises SequenceError: if no frame from the first box on has a mask with a person in it.
     """
-    if not any(number in sequence.masks for number in sequence.numbers):
+    folder = sequence.folder / 'masks'
+    scored = [number for number in sequence.numbers if number in sequence.masks]
+    if not scored:
         raise SequenceError(
-            f'{sequence.folder / "masks"} has no mask of a frame from '
-            f'{sequence.initial_frame} on, so there is nothing to score'
+            f'{folder} has no mask of a frame from {sequence.initial_frame} on, so there is '
+            'nothing to score'
         )
+    if not any((read_mask(sequence.masks[n], sequence.size) == PERSON).any() for n in scored):
+        raise SequenceError(f'no mask in {folder} has a pixel of {PERSON}, the value of a person')
 
 
 def run_sequence(

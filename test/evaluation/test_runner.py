@@ -105,3 +105,10 @@ def test_restarts_begin_at_every_tenth_frame_with_enough_to_follow(tmp_path):
     assert len(pipelines[0].likelihoods) == 14
     # The box of the person with its rim, one pixel wide.
     assert pipelines[0].box == sequence.initial_box
+
+
+def test_masks_of_zeros_and_ones_are_refused(sequence):
+    for path in sequence.masks.values():
+        cv2.imwrite(str(path), np.minimum(cv2.imread(str(path), 0), 1))
+    with pytest.raises(SequenceError, match='has a pixel of 255'):
+        check_truth(sequence)

@@ -1,0 +1,121 @@
+import json
+import sys
+from types import ModuleType
+
+import cv2
+import pytest
+
+from gait_segmentation.cli.evaluate import main
+
+from ..evaluation.fakes import FakePipeline, FakePipelineConfig, write_sequence
+
+
+@pytest.fixture
+def pipeline(monkeypatch):
+    """Put a quick pipeline in place of the real one."""
+    module = ModuleType('gait_segmentation.pipeline')
+    module.Pipeline = FakePipeline
+    module.PipelineConfig = FakePipelineConfig
+    monkeypatch.setitem(sys.modules, 'gait_segmentation.pipeline', module)
+    threads = cv2.getNumThreads()
+    yield module
+    cv2.setNumThreads(threads)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return write_sequence(tmp_path / 'walk', frames=6)
+
+
+def test_scores_are_printed_and_written(pipeline, folder, tmp_path, capsys):
+    out, scores = tmp_path / 'out', tmp_path / 'scores.json'
+    assert main([str(folder), '--json', str(scores), '--out', str(out), '--restarts']) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1].split()[:3] == ['walk', '6', '1.0000']
+    report = json.loads(scores.read_text())
+    numbers = report['sequences']['walk']
+    assert set(numbers) == {
+        'frames', 'J', 'F', 'error_rate', 'error_rate_image', 'box_iou', 'lost_frames',
+        'ms_per_frame', 'fps',
+    }  # fmt: skip
+    assert set(numbers['ms_per_frame']) == {'tracking', 'matching', 'segmentation', 'total'}
+    assert report['mean']['J'] == 1
+    assert report['restarts']['J0'] == 1
+    assert (out / 'walk' / 'contact_sheet.png').is_file()
+    assert cv2.imread(str(out / 'walk' / 'masks' / '0000.png'), -1).max() == 255
+
+
+def test_two_runs_write_the_same_bytes(pipeline, folder, tmp_path):
+    for name in 'ab':
+        assert main([str(folder), '--out', str(tmp_path / name)]) == 0
+    files = sorted((tmp_path / 'a').rglob('*.png'))
+    assert len(files) == 7
+    for path in files:
+        other = tmp_path / 'b' / path.relative_to(tmp_path / 'a')
+        assert path.read_bytes() == other.read_bytes()
+
+
+def test_parameters_reach_the_pipeline(pipeline, folder, capsys):
+    assert main([str(folder), '--prior', 'none', '--set', 'tracking.use_colour=false']) == 0
+    assert float(capsys.readouterr().out.splitlines()[1].split()[2]) < 0.6
+
+
+def test_priors_are_compared(pipeline, folder, tmp_path, capsys):
+    pytest.importorskip('matplotlib')
+    out, scores = tmp_path / 'out', tmp_path / 'scores.json'
+    arguments = [str(folder), '--ablate', 'priors', '--out', str(out), '--json', str(scores)]
+    assert main(arguments) == 0
+    assert 'prior' in capsys.readouterr().out
+    assert (out / 'priors.png').is_file()
+    assert list(json.loads(scores.read_text())['priors']) == ['none', 'distance', 'default']
+
+
+def test_ingredients_are_left_out(pipeline, folder, tmp_path, capsys):
+    scores = tmp_path / 'scores.json'
+    assert main([str(folder), '--ablate', 'ingredients', '--json', str(scores)]) == 0
+    assert 'tracking.use_colour' in capsys.readouterr().out
+    assert list(json.loads(scores.read_text())['ingredients']) == ['tracking.use_colour']
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (['--set', 'tracking.gain=7'], 'gain must be a number from 0 to 1, got 7.0'),
+        (['--prior', 'hard'], 'prior must be one of none, distance, default'),
+        (['--threads', '0'], '--threads must be at least 1, got 0'),
+        (['--likelihood', 'heat'], 'heat is missing'),
+        (['--json', '/nowhere/at/all.json'], 'cannot be written'),
+    ],
+)
+def test_errors_are_one_line(pipeline, folder, capsys, arguments, message):
+    assert main([str(folder), *arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith('gait_evaluate: error: ')
+    assert captured.err.count('\n') == 1
+    assert message in captured.err
+
+
+def test_folders_that_cannot_be_scored_are_errors(pipeline, tmp_path, capsys):
+    assert main([str(tmp_path / 'nothing')]) == 2
+    assert 'nothing is not a folder' in capsys.readouterr().err
+    bare = write_sequence(tmp_path / 'bare', without_mask=range(8))
+    assert main([str(bare)]) == 2
+    assert 'nothing to score' in capsys.readouterr().err
+
+
+def test_an_interrupt_ends_quietly(pipeline, folder, monkeypatch, capsys):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(FakePipeline, 'update', interrupted)
+    assert main([str(folder)]) == 130
+    assert 'Traceback' not in capsys.readouterr().err
+
+
+def test_help_tells_what_a_sequence_is(capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(['--help'])
+    assert stopped.value.code == 0
+    text = capsys.readouterr().out
+    assert 'sequence.yaml' in text
+    assert '--restarts' in text

@@ -1,0 +1,43 @@
+import pytest
+
+from gait_segmentation.evaluation.ablation import (
+    compare_priors,
+    ingredient_table,
+    leave_one_out,
+    prior_table,
+)
+from gait_segmentation.evaluation.session import Session, load_sequences
+
+from .fakes import FakePipeline, FakePipelineConfig, write_sequence
+
+
+@pytest.fixture(params=[False, True])
+def session(request, tmp_path):
+    sequences = load_sequences([write_sequence(tmp_path / 'walk', frames=6)])
+    return Session(sequences, FakePipeline, lambda: 0.0, restarts=request.param)
+
+
+def test_every_prior_is_evaluated(session):
+    config = FakePipelineConfig()
+    base = session.evaluate(config)
+    reports = compare_priors(session, config, base)
+    assert list(reports) == ['none', 'distance', 'default']
+    assert reports['default'] == base
+    assert reports['none']['mean']['error_rate_image'] > 0
+    lines = prior_table(reports).splitlines()
+    assert lines[0].split()[:4] == ['prior', 'error', '%', 'J']
+    assert lines[3].split()[:4] == ['default', '0.00', '1.0000', '1.0000']
+
+
+def test_each_switch_is_turned_off_once(session):
+    config = FakePipelineConfig()
+    base = session.evaluate(config)
+    reports = leave_one_out(session, config)
+    assert list(reports) == ['tracking.use_colour']
+    lines = ingredient_table(base, reports).splitlines()
+    assert len(lines) == 3
+    words = lines[2].split()
+    assert words[0] == 'tracking.use_colour'
+    assert float(words[2]) < -0.4
+    assert words[-2] == 'walk'
+    assert ('restart' in lines[0]) == session.restarts

@@ -1,0 +1,86 @@
+import json
+import math
+
+import pytest
+
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.metrics import FrameScore
+from gait_segmentation.evaluation.report import (
+    Summary,
+    aligned,
+    mean_of,
+    restart_report,
+    table,
+    write_json,
+)
+from gait_segmentation.evaluation.runner import Outcome, StartScore
+
+
+def outcome(j, box_iou=0.5, total=10.0, lost=False, scored=True):
+    score = FrameScore(j, 0.5, 1.0, 0.1, box_iou, 0.0, lost)
+    times = {'tracking': 1.0, 'matching': 2.0, 'segmentation': 3.0, 'total': total}
+    return Outcome(0, None, None, 0.0, 0.0, times, 0.02, score if scored else None)
+
+
+@pytest.fixture
+def report():
+    first, second = Summary(), Summary()
+    for j, total in ((0.5, 10), (0.7, 12), (0.9, 500)):
+        first.add(outcome(j, total=total))
+    first.add(outcome(0, scored=False))
+    second.add(outcome(1.0, box_iou=math.nan))
+    second.add(outcome(0.0, box_iou=0.1, lost=True))
+    rows = {'one': first.numbers(), 'two': second.numbers()}
+    return {'sequences': rows, 'mean': mean_of(rows)}
+
+
+def test_numbers_are_means_of_frames_and_medians_of_times(report):
+    one, two = report['sequences']['one'], report['sequences']['two']
+    assert one['frames'] == 3
+    assert one['J'] == pytest.approx(0.7)
+    assert one['ms_per_frame']['total'] == 11
+    assert one['fps'] == pytest.approx(50)
+    assert two['box_iou'] == pytest.approx(0.1)
+    assert two['lost_frames'] == 1
+
+
+def test_every_sequence_counts_the_same(report):
+    assert report['mean']['J'] == pytest.approx(0.6)
+    assert report['mean']['frames'] == 5
+    assert report['mean']['lost_frames'] == 1
+    assert report['mean']['ms_per_frame']['matching'] == 2
+
+
+def test_restarts_are_averaged_per_sequence_first(report):
+    starts = {
+        'one': [StartScore(0, 0.8, 0.6), StartScore(10, 0.6, 0.4)],
+        'two': [StartScore(0, 1.0, 1.0)],
+    }
+    restarts = restart_report(starts)
+    assert restarts['J'] == pytest.approx(0.85)
+    assert restarts['J0'] == pytest.approx(0.75)
+    assert restarts['per_sequence']['one']['starts']['10'] == {'J': 0.6, 'J0': 0.4}
+    text = table({**report, 'restarts': restarts})
+    assert 'restart J' in text
+    assert '0.8500' in text.splitlines()[-1]
+
+
+def test_a_sequence_without_starts_has_no_restart_score():
+    restarts = restart_report({'short': []})
+    assert restarts['J'] is None
+    assert restarts['per_sequence']['short']['J'] is None
+
+
+def test_the_table_is_aligned(report):
+    lines = table(report).splitlines()
+    assert len(lines) == 4
+    assert lines[0].split()[:3] == ['sequence', 'frames', 'J']
+    assert len({len(line) for line in lines}) == 1
+    assert aligned([['a', 'b'], ['ccc', 'dd']]) == 'a     b\nccc  dd'
+
+
+def test_the_report_is_written_as_json(report, tmp_path):
+    write_json(tmp_path / 'scores.json', report)
+    assert json.loads((tmp_path / 'scores.json').read_text()) == report
+    with pytest.raises(SequenceError, match='cannot be written'):
+        write_json(tmp_path / 'missing' / 'scores.json', report)

@@ -1,0 +1,51 @@
+import itertools
+
+import pytest
+
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.session import Session, load_sequences
+
+from .fakes import FakePipeline, FakePipelineConfig, write_sequence
+
+
+@pytest.fixture
+def folders(tmp_path):
+    return [write_sequence(tmp_path / 'a', frames=6), write_sequence(tmp_path / 'b', frames=16)]
+
+
+def session(folders, **options):
+    clock = itertools.count().__next__
+    return Session(load_sequences(folders), FakePipeline, clock, **options)
+
+
+def test_all_sequences_are_in_the_report(folders):
+    report = session(folders).evaluate(FakePipelineConfig())
+    assert list(report['sequences']) == ['a', 'b']
+    assert report['mean']['J'] == 1
+    assert report['mean']['frames'] == 22
+    assert 'restarts' not in report
+
+
+def test_restarts_and_pictures_are_made_when_asked_for(folders, tmp_path):
+    report = session(folders, restarts=True).evaluate(FakePipelineConfig(), tmp_path / 'out')
+    assert report['restarts']['J'] == 1
+    assert list(report['restarts']['per_sequence']['b']['starts']) == ['0', '10']
+    assert (tmp_path / 'out' / 'b' / 'contact_sheet.png').is_file()
+    assert (tmp_path / 'out' / 'a' / 'masks' / '0005.png').is_file()
+
+
+def test_progress_is_told_what_runs(folders):
+    told = []
+
+    def progress(items, name, total):
+        told.append((name, total))
+        return iter(items)
+
+    session(folders, restarts=True, progress=progress).evaluate(FakePipelineConfig(), name='x')
+    assert told == [('x a', 6), ('x a restarts', 1), ('x b', 16), ('x b restarts', 2)]
+
+
+def test_two_sequences_of_one_name_are_refused(folders, tmp_path):
+    again = write_sequence(tmp_path / 'other' / 'a')
+    with pytest.raises(SequenceError, match='a name of its own'):
+        load_sequences([*folders, again])

@@ -1,0 +1,171 @@
+import math
+
+import numpy as np
+import pytest
+
+from gait_segmentation.drawing import (
+    BACKDROP,
+    contact_sheet,
+    crop,
+    draw_box,
+    draw_label,
+    draw_outline,
+    draw_person,
+    draw_phase_dial,
+    enlarged,
+    track_colour,
+    view_word,
+)
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import Box
+
+GREEN = (0, 255, 0)
+
+
+def grey(height, width):
+    return np.full((height, width, 3), 90, np.uint8)
+
+
+def is_green(pixel):
+    return pixel[1] > 200 and pixel[0] < 50 and pixel[2] < 50
+
+
+def square(height, width, top, left, size):
+    mask = np.zeros((height, width), np.uint8)
+    mask[top : top + size, left : left + size] = 255
+    return mask
+
+
+def changed(image, before=90):
+    return (image != before).any(axis=2)
+
+
+def test_the_outline_lies_on_the_rim_of_the_mask():
+    image = grey(30, 40)
+    draw_outline(image, square(30, 40, 10, 12, 8), GREEN)
+    assert is_green(image[10, 15])
+    assert not changed(image)[12:16, 14:18].any()
+    assert not changed(image)[:9].any()
+    assert not changed(image)[:, 22:].any()
+
+
+def test_holes_have_an_outline_too():
+    mask = square(40, 40, 5, 5, 30)
+    mask[15:25, 15:25] = 0
+    image = grey(40, 40)
+    draw_outline(image, mask, GREEN)
+    assert changed(image)[14:16, 20].any()
+
+
+def test_an_empty_mask_draws_nothing_and_a_wrong_one_is_refused():
+    image = grey(20, 20)
+    draw_outline(image, np.zeros((20, 20), np.uint8), GREEN)
+    assert not changed(image).any()
+    with pytest.raises(InputError, match=r'\(20, 20\), got \(10, 20\)'):
+        draw_outline(image, np.zeros((10, 20), np.uint8), GREEN)
+
+
+def test_the_box_encloses_its_pixels():
+    image = grey(40, 40)
+    draw_box(image, Box(10.5, 8.5, 20, 25), GREEN)
+    assert is_green(image[20, 10])
+    assert is_green(image[8, 20])
+    assert is_green(image[20, 30])
+    assert not changed(image)[15:25, 15:25].any()
+
+
+@pytest.mark.parametrize('position', [(5, 5), (-50, -50), (1000, 1000)])
+def test_labels_stay_inside(position):
+    image = grey(40, 120)
+    draw_label(image, '0042', position)
+    assert changed(image).sum() > 100
+    assert image.max() > 200
+
+
+def test_labels_larger_than_the_image_are_cut_off():
+    image = grey(6, 10)
+    draw_label(image, 'very long', (0, 0))
+    assert changed(image).any()
+
+
+def test_the_hand_of_the_dial_runs_clockwise_from_the_top():
+    def side(phase):
+        image = np.zeros((41, 41, 3), np.uint8)
+        draw_phase_dial(image, (20.5, 20.5), 16, phase, GREEN)
+        hand = np.argwhere(image[10:31, 10:31, 1] > 200) - 10
+        return hand.mean(axis=0)
+
+    assert side(0.25)[1] > 3
+    assert side(0.75)[1] < -3
+    assert side(0.5)[0] > 3
+    assert side(1.25)[1] > 3
+
+
+def test_a_person_is_drawn():
+    image = grey(60, 80)
+    mask = square(60, 80, 20, 30, 20)
+    draw_person(image, mask=mask, box=Box(30, 20, 20, 20), track_id=1, phase=0.1, azimuth=math.pi)
+    assert changed(image)[30, 40]
+    bare = grey(60, 80)
+    draw_person(bare, mask=np.zeros((60, 80), np.uint8), box=None, track_id=0)
+    assert not changed(bare).any()
+
+
+def test_people_at_the_border_can_be_drawn():
+    image = grey(30, 30)
+    draw_person(
+        image,
+        mask=square(30, 30, 0, 20, 30),
+        box=Box(20, -5, 30, 60),
+        track_id=3,
+        phase=0.9,
+    )
+    assert changed(image).any()
+
+
+def test_neighbouring_tracks_differ_in_colour():
+    colours = [np.array(track_colour(track)) for track in range(1, 6)]
+    for first in range(5):
+        for second in range(first):
+            assert np.abs(colours[first] - colours[second]).max() > 60
+
+
+def test_views_have_words():
+    assert view_word(0) == 'to the right'
+    assert view_word(math.pi / 2) == 'away'
+    assert view_word(math.pi) == view_word(-math.pi) == 'to the left'
+    assert view_word(-math.pi / 2 + 0.1) == 'closer'
+
+
+def test_crops_have_the_size_asked_for():
+    image = np.arange(20 * 30 * 3, dtype=np.uint8).reshape(20, 30, 3)
+    same = crop(image, Box(5, 4, 10, 8), (10, 8))
+    np.testing.assert_array_equal(same, image[4:12, 5:15])
+    beyond = crop(image, Box(-5, -4, 10, 8), (10, 8))
+    assert tuple(beyond[0, 0]) == BACKDROP
+    np.testing.assert_array_equal(beyond[4:, 5:], image[:4, :5])
+    assert crop(image, Box(100, 100, 10, 8), (50, 40)).shape == (40, 50, 3)
+    assert crop(image[..., 0], Box(-5, -4, 10, 8), (20, 16))[0, 0] == 0
+
+
+def test_enlarged_keeps_proportions():
+    assert enlarged(grey(10, 20), 3).shape == (30, 60, 3)
+    assert enlarged(np.zeros((10, 20), np.uint8), 0.5).shape == (5, 10)
+
+
+def test_a_sheet_has_a_cell_for_every_picture():
+    pictures = [np.full((4, 6, 3), 10 * k, np.uint8) for k in range(1, 6)]
+    sheet = contact_sheet(pictures, 3, gap=2)
+    assert sheet.shape == (2 * 6 + 2, 3 * 8 + 2, 3)
+    assert sheet[3, 3, 0] == 10
+    assert sheet[3, 19, 0] == 30
+    assert sheet[9, 11, 0] == 50
+    assert tuple(sheet[9, 19]) == BACKDROP
+    assert contact_sheet(pictures[:1], 7).shape == (12, 14, 3)
+
+
+def test_a_sheet_of_nothing_is_refused():
+    with pytest.raises(InputError, match='got 0 and 3'):
+        contact_sheet([], 3)
+    with pytest.raises(InputError):
+        contact_sheet([grey(2, 2)], 0)
