@@ -28,7 +28,9 @@ class TrackResult:
     ``track_id`` is never used twice; 0 means the slot is empty.  ``box`` is the tight box of the
     person in source pixels, None when nobody is tracked.  ``likelihood`` is the foreground
     likelihood image, uint8 of the working size, 255 = surely person (black when empty).
-    ``confidence`` in 0..1 says how well the person stands out from the surroundings.
+    ``confidence`` in 0..1 says how well the person stands out from the surroundings.  ``angle``
+    is the tilt of the body in radians, positive when the head leans to the right; the box is
+    turned by it about its centre.
     """
 
     stamp_ns: int
@@ -36,6 +38,7 @@ class TrackResult:
     box: Box | None
     likelihood: NDArray[np.uint8]
     confidence: float
+    angle: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -117,6 +117,9 @@ class TrackingConfig(StageConfig):
     propagation_weight: float = parameter(
         0.5, 'Weight of the propagated mask.', minimum=0.0, maximum=2.0
     )
+    use_tilt: bool = parameter(
+        True, 'Follow the tilt of the body, as wide-angle cameras show it near their borders.'
+    )
     mean_shift_gain: float = parameter(
         0.5,
         'Share of the mean shift on the likelihood that moves the box.',

@@ -18,12 +18,17 @@ from numpy.typing import NDArray
 __all__ = ['Motion', 'MotionEstimator']
 
 _CORNERS_AROUND = 120
-_CORNERS_ON_BODY = 60
+_CORNERS_ON_BODY = 50
 _LEAST_AROUND = 8
 _LEAST_ON_BODY = 6
 _STILL_PX = 0.2
 _RANSAC_PX = 1.5
-_LK = {'winSize': (15, 15), 'maxLevel': 3}
+_WINDOW, _LEVELS = (15, 15), 3
+_CELL_AROUND, _CELL_ON_BODY = 8, 3
+"""Sides of the cells with one corner each, in pixels of half the size."""
+
+_QUALITY = 0.01
+"""Least strength of a corner, as a share of the strongest."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +57,11 @@ class MotionEstimator:
 
     def __init__(self) -> None:
         """Start without a last frame."""
-        self._last: NDArray[np.uint8] | None = None
+        self.reset()
 
     def reset(self) -> None:
         """Forget the last frame."""
-        self._last = None
+        self._last: NDArray[np.uint8] | None = None
 
     def update(
         self,
@@ -78,13 +83,15 @@ class MotionEstimator:
         last, self._last = self._last, gray
         if last is None or last.shape != gray.shape:
             return Motion(None, None)
-        empty = np.empty((0, 1, 2), np.float32)
-        around = _corners(last, people, _CORNERS_AROUND, True) if camera else empty
-        on_body = _corners(last, body, _CORNERS_ON_BODY, False) if body is not None else empty
+        around, on_body = _corners(last, people, body)
+        if not camera:
+            around = around[:0]
         points = np.concatenate([around, on_body])
         if len(points) == 0:
             return Motion(None, None)
-        moved, found, _ = cv2.calcOpticalFlowPyrLK(last, gray, points, None, **_LK)
+        moved, found, _ = cv2.calcOpticalFlowPyrLK(
+            last, gray, points, None, winSize=_WINDOW, maxLevel=_LEVELS
+        )
         good = found.ravel() == 1
         split = len(around)
         transform = _camera_motion(points[:split][good[:split]], moved[:split][good[:split]])
@@ -93,18 +100,50 @@ class MotionEstimator:
 
 
 def _corners(
-    gray: NDArray[np.uint8], mask: NDArray[np.uint8] | None, most: int, outside: bool
-) -> NDArray[np.float32]:
-    """Find corners at half size, where the search costs a quarter."""
+    gray: NDArray[np.uint8], people: NDArray[np.uint8] | None, body: NDArray[np.uint8] | None
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Find corners of the world and on the body, at half size, where the search is cheap."""
     half = cv2.resize(gray, (gray.shape[1] // 2, gray.shape[0] // 2), interpolation=cv2.INTER_AREA)
-    where = None
-    if mask is not None:
-        where = cv2.resize(mask, half.shape[::-1], interpolation=cv2.INTER_NEAREST)
-        where = (where == 0 if outside else where != 0).astype(np.uint8)
-    found = cv2.goodFeaturesToTrack(half, most, 0.01, 5 if outside else 3, mask=where)
-    if found is None:
+    strength = cv2.cornerMinEigenVal(half, 3)
+    size = half.shape[::-1]
+    near = None if people is None else cv2.resize(people, size, interpolation=cv2.INTER_NEAREST)
+    around = _strongest(strength, None if near is None else near == 0, _CELL_AROUND)
+    if body is None:
+        return around[:_CORNERS_AROUND], around[:0]
+    on_body = cv2.resize(body, size, interpolation=cv2.INTER_NEAREST) != 0
+    return around[:_CORNERS_AROUND], _strongest(strength, on_body, _CELL_ON_BODY)[
+        :_CORNERS_ON_BODY
+    ]
+
+
+def _strongest(
+    strength: NDArray[np.float32], where: NDArray[np.bool_] | None, cell: int
+) -> NDArray[np.float32]:
+    """
+    Return the strongest corner of each cell of a grid, strongest first.
+
+    :param strength: (h, w) float32, the smaller eigenvalue of the structure tensor.
+    :param where: (h, w) bool, where corners may lie.
+    :returns: (n, 1, 2) float32, (x, y) in the image of twice the size.
+    """
+    if where is not None:
+        strength = np.where(where, strength, np.float32(0))
+    rows, columns = strength.shape[0] // cell, strength.shape[1] // cell
+    if rows == 0 or columns == 0 or strength.max() <= 0:
         return np.empty((0, 1, 2), np.float32)
-    return np.asarray(found * 2 + 0.5, np.float32)
+    cells = (
+        strength[: rows * cell, : columns * cell]
+        .reshape(rows, cell, columns, cell)
+        .transpose(0, 2, 1, 3)
+        .reshape(rows * columns, cell * cell)
+    )
+    best = cells.argmax(axis=1)
+    value = cells[np.arange(len(cells)), best]
+    order = np.argsort(-value, kind='stable')
+    order = order[value[order] > _QUALITY * strength.max()]
+    y = (order // columns) * cell + best[order] // cell
+    x = (order % columns) * cell + best[order] % cell
+    return (np.stack([x, y], axis=1)[:, None] * 2 + 0.5).astype(np.float32)
 
 
 def _camera_motion(

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -31,6 +32,9 @@ _LEAST_AREA = 0.25
 
 _HEIGHT_RATE = 0.1
 _VELOCITY_RATE = 0.3
+_TILT_RATE = 0.1
+_TILT_ON, _TILT_OFF, _MOST_TILT = 0.16, 0.10, 0.5
+"""Tilt from which and down to which it is used, and the largest, in radians."""
 
 
 @dataclass
@@ -39,7 +43,8 @@ class Person:
     State of one tracked person in working pixels.
 
     ``left`` and ``right`` are how far the silhouette reaches from the body's axis.  ``velocity``
-    is relative to the still world.
+    is relative to the still world.  ``tilt`` is the estimate of how far the axis leans, in
+    radians, and ``angle`` what is used of it.
     """
 
     track_id: int
@@ -52,10 +57,13 @@ class Person:
     person: ColourModel
     surroundings: ColourModel
     velocity: tuple[float, float] = (0.0, 0.0)
+    tilt: float = 0.0
+    angle: float = 0.0
+    masks: int = 0
 
     @property
     def box(self) -> Box:
-        """Return the tight box."""
+        """Return the tight box in the frame of the body: turned by ``angle`` about its centre."""
         return Box(
             self.center_x - self.left,
             self.center_y - self.height / 2,
@@ -81,7 +89,8 @@ class Person:
         """Return how far down the body each pixel of a window lies."""
         shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)
         origin = (window[1].start, window[0].start)
-        return body_rows(shape, origin, (self.center_x, self.center_y), self.height)
+        center = (self.center_x, self.center_y)
+        return body_rows(shape, origin, center, self.height, self.angle)
 
     def shift(self, dx: float, dy: float) -> None:
         """Move the person."""
@@ -141,27 +150,51 @@ class Person:
         :param mask: (h, w) uint8 0/255 of the working image.
         :param body: the matched body in working pixels.
         """
-        rows = np.flatnonzero(mask.any(axis=1))
-        top, bottom, axis, left, right = _extent(mask)
-        mask_height = bottom - top
-        mask_y = (top + bottom) / 2
-        at_border = rows[-1] >= mask.shape[0] - 2
-        template_height = body.height if body is not None else mask_height
-        if at_border:
-            goal = max(template_height, mask_height)
-            goal = min(max(goal, 0.85 * self.height), 1.15 * self.height)
-            self.height += _HEIGHT_RATE * (goal - self.height)
-            self.center_y = top + self.height / 2
+        extent = _extent(mask, (self.center_x, self.center_y), self.angle)
+        cos, sin = math.cos(self.angle), math.sin(self.angle)
+        tall = extent.bottom - extent.top
+        template_height, template_across, template_along = tall, extent.axis, extent.middle
+        if body is not None:
+            dx, dy = body.center_x - self.center_x, body.center_y - self.center_y
+            template_height = body.height
+            template_across = cos * dx + sin * dy
+            template_along = cos * dy - sin * dx
+        if extent.at_bottom:
+            goal = max(template_height, tall)
         else:
-            goal = 0.5 * template_height + 0.5 * mask_height
-            goal = min(max(goal, 0.85 * self.height), 1.15 * self.height)
-            self.height += _HEIGHT_RATE * (goal - self.height)
-            template_y = body.center_y if body is not None else mask_y
-            self.center_y = 0.5 * mask_y + 0.25 * template_y + 0.25 * self.center_y
-        template_x = body.center_x if body is not None else axis
-        self.center_x = 0.4 * self.center_x + 0.3 * template_x + 0.3 * axis
-        self.left = max(self.center_x - left, 1.0)
-        self.right = max(right - self.center_x, 1.0)
+            goal = 0.5 * template_height + 0.5 * tall
+        goal = min(max(goal, 0.85 * self.height), 1.15 * self.height)
+        self.height += _HEIGHT_RATE * (goal - self.height)
+        if extent.at_bottom:
+            along = extent.top + self.height / 2
+        else:
+            along = 0.5 * extent.middle + 0.25 * template_along
+        across = 0.3 * template_across + 0.3 * extent.axis
+        self.shift(cos * across - sin * along, sin * across + cos * along)
+        self.left = max(across - extent.left, 1.0)
+        self.right = max(extent.right - across, 1.0)
+
+    def learn_angle(self, mask: NDArray[np.uint8]) -> None:
+        """
+        Follow the tilt of the body: the main axis of the masks, averaged over steps.
+
+        The tilt is used only once it is large, and then until it is small again, because on
+        upright people bags and shadows would pull it about.
+
+        :param mask: (h, w) uint8 0/255 of the working image.
+        """
+        rows, columns = np.nonzero(mask)
+        if rows[0] < 2 or rows[-1] >= mask.shape[0] - 2:
+            return
+        down, across = rows - rows.mean(), columns - columns.mean()
+        tilt = 0.5 * math.atan2(
+            -2 * float(down @ across), float(down @ down) - float(across @ across)
+        )
+        self.masks += 1
+        rate = max(_TILT_RATE, 1 / self.masks)
+        self.tilt += rate * (min(max(tilt, -_MOST_TILT), _MOST_TILT) - self.tilt)
+        threshold = _TILT_OFF if self.angle else _TILT_ON
+        self.angle = self.tilt if abs(self.tilt) > threshold else 0.0
 
     def teaches(self, mask: NDArray[np.uint8], prior: NDArray[np.uint8]) -> bool:
         """Return whether a mask is large enough beside the template to learn from."""
@@ -178,14 +211,46 @@ def new_colours(config: TrackingConfig) -> tuple[ColourModel, ColourModel]:
     )
 
 
-def _extent(mask: NDArray[np.uint8]) -> tuple[float, float, float, float, float]:
-    """Return top, bottom, axis (median column), left and right, without the outermost 0.5 %."""
+@dataclass(frozen=True)
+class _Extent:
+    """
+    How far a mask reaches from a point, along and across the body, in pixels.
+
+    The outermost 0.5 % of the pixels do not count; ``axis`` is the median across.
+    """
+
+    top: float
+    bottom: float
+    left: float
+    right: float
+    axis: float
+    at_bottom: bool
+
+    @property
+    def middle(self) -> float:
+        """Return the middle between top and bottom."""
+        return (self.top + self.bottom) / 2
+
+
+def _extent(mask: NDArray[np.uint8], center: tuple[float, float], angle: float) -> _Extent:
+    at_bottom = bool(mask[-2:].any())
+    if angle:
+        rows, columns = np.nonzero(mask)
+        x, y = columns + 0.5 - center[0], rows + 0.5 - center[1]
+        cos, sin = math.cos(angle), math.sin(angle)
+        top, bottom = np.quantile(cos * y - sin * x, (0.005, 0.995))
+        left, axis, right = np.quantile(cos * x + sin * y, (0.005, 0.5, 0.995))
+        return _Extent(top - 0.5, bottom + 0.5, left - 0.5, right + 0.5, axis, at_bottom)
     by_row = np.cumsum(np.count_nonzero(mask, axis=1))
     by_column = np.cumsum(np.count_nonzero(mask, axis=0))
     total = by_row[-1]
-    top = float(np.searchsorted(by_row, 0.005 * total))
-    bottom = float(np.searchsorted(by_row, 0.995 * total)) + 1
-    axis = float(np.searchsorted(by_column, 0.5 * total)) + 0.5
-    left = float(np.searchsorted(by_column, 0.005 * total))
-    right = float(np.searchsorted(by_column, 0.995 * total)) + 1
-    return top, bottom, axis, left, right
+    top, bottom = np.searchsorted(by_row, (0.005 * total, 0.995 * total))
+    left, axis, right = np.searchsorted(by_column, (0.005 * total, 0.5 * total, 0.995 * total))
+    return _Extent(
+        float(top) - center[1],
+        float(bottom) + 1 - center[1],
+        float(left) - center[0],
+        float(right) + 1 - center[0],
+        float(axis) + 0.5 - center[0],
+        at_bottom,
+    )

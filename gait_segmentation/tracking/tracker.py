@@ -232,7 +232,7 @@ class PersonTracker:
         self, person: Person, stamp_ns: int, likelihood: NDArray[np.uint8], confidence: float
     ) -> TrackResult:
         box = person.box.scaled(1 / self._scale)
-        return TrackResult(stamp_ns, person.track_id, box, likelihood, confidence)
+        return TrackResult(stamp_ns, person.track_id, box, likelihood, confidence, person.angle)
 
     def _refine(self, person: Person, record: _Record, likelihood: NDArray[np.uint8]) -> float:
         """Shift the box by mean shift on the likelihood; return how well the person stands out."""
@@ -323,6 +323,8 @@ class PersonTracker:
             self._background.learn(lab, grown)
         body = None if feedback.body is None else feedback.body.scaled(self._scale)
         person.learn_place(mask, body)
+        if self.config.use_tilt:
+            person.learn_angle(mask)
         person.mask = mask
         person.shift(dx, dy)
 
