@@ -1,3 +1,8 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Matching: the best path of gait silhouettes through the likelihood images."""
+"""Sequence matching: Tanimoto kernels, placements and the path search."""
+
+from gait_segmentation.matching.config import MatchingConfig
+from gait_segmentation.matching.matcher import SequenceMatcher
+
+__all__ = ['MatchingConfig', 'SequenceMatcher']

@@ -1,0 +1,187 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Placements of templates about a box, and the likelihood resampled for them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import (
+    BodyFrame,
+    Box,
+    Placement,
+    compose,
+    invert,
+    pixel_affine,
+    template_to_image,
+)
+from gait_segmentation.matching.config import MatchingConfig
+from gait_segmentation.matching.tanimoto import WindowGrid
+
+__all__ = ['PlacementGrid', 'Sampled']
+
+_ALL = 255
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """
+    The likelihood about one box on the pixel grid of the templates.
+
+    ``images`` is (S, height, width) uint8, one padded image for each body height, black where
+    nothing is known.  ``known`` is the same with 255 where something is known, None if that is
+    everywhere.
+    """
+
+    images: NDArray[np.uint8]
+    known: NDArray[np.uint8] | None
+
+
+class PlacementGrid:
+    """
+    Shifts and body heights searched about the centre of a box.
+
+    Shifts are whole pixels of the template grid, so that shifted templates are windows of one
+    resampled image for each body height.  All shifts are relative to the box and in units of
+    the body height in question.
+    """
+
+    def __init__(self, grid: tuple[int, int], fill: float, config: MatchingConfig) -> None:
+        """
+        Lay out the placements.
+
+        :param grid: (H, W) of the templates.
+        :param fill: share of the rows the body takes.
+        """
+        self._fill = fill
+        height, width = grid
+        self._body = fill * height
+        self.step = max(1, round(config.shift_step * self._body))
+        self.half = (config.scales, config.shifts_y, config.shifts_x)
+        self.windows = WindowGrid(
+            height, width, 2 * config.shifts_y + 1, 2 * config.shifts_x + 1, self.step
+        )
+        self.log_step = math.log1p(config.scale_step)
+        steps = np.arange(-config.scales, config.scales + 1)
+        self.scales: NDArray[np.float64] = np.exp(steps * self.log_step)
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Return the number of body heights, vertical and horizontal shifts."""
+        return len(self.scales), self.windows.rows, self.windows.columns
+
+    @property
+    def center(self) -> tuple[int, int, int]:
+        """Return the index of the box's own height and centre."""
+        return self.half
+
+    @property
+    def shift(self) -> float:
+        """Return the distance of neighbouring shifts in body heights."""
+        return self.step / self._body
+
+    def placement(self, scale: float, row: float, column: float) -> Placement:
+        """Return the placement with an index, which may lie between whole numbers."""
+        factor = math.exp((scale - self.half[0]) * self.log_step)
+        shift = self.shift * factor
+        return Placement((column - self.half[2]) * shift, (row - self.half[1]) * shift, factor)
+
+    def sample(
+        self,
+        likelihood: NDArray[np.uint8],
+        known: NDArray[np.uint8] | None,
+        box: Box,
+        blur: int,
+        angle: float = 0.0,
+    ) -> Sampled:
+        """
+        Resample a likelihood for all placements about a box.
+
+        :param likelihood: (h, w) uint8.
+        :param known: (h, w) uint8, 0 where the likelihood says nothing; None = known everywhere.
+        :param box: the box in the likelihood's pixels.
+        :param blur: side of the box filter before resampling; larger where resampling shrinks,
+            so that nothing aliases.
+        :param angle: tilt of the body's axis in radians.
+        """
+        rows, columns = self.windows.image_shape
+        pitch = box.height * float(self.scales[-1]) / self._body
+        side = max(blur, 2 * math.ceil(pitch / 2 - 0.75) + 1) if pitch > 1 else blur
+        transforms = [self._transform(box, scale, angle) for scale in self.scales]
+        window = self._region(transforms[-1], likelihood.shape, side)
+        inside = known is None and all(
+            self._inside(transform, likelihood.shape) for transform in transforms
+        )
+        values = likelihood[window]
+        seen = None if known is None else np.where(known[window] != 0, _ALL, 0).astype(np.uint8)
+        if seen is not None:
+            values = cv2.bitwise_and(values, seen)
+        if side > 1 and values.size:
+            values = cv2.blur(values, (side, side), borderType=cv2.BORDER_REPLICATE)
+        images = np.zeros((len(self.scales), rows, columns), np.uint8)
+        masks = None if inside else np.zeros_like(images)
+        if values.size == 0:
+            return Sampled(images, masks)
+        if masks is not None and seen is None:
+            seen = np.full(values.shape, _ALL, np.uint8)
+        share = None
+        if known is not None and seen is not None and side > 1:
+            share = cv2.blur(seen, (side, side), borderType=cv2.BORDER_REPLICATE)
+        if share is not None:
+            values = cv2.divide(values, share, scale=_ALL)
+        for scale, transform in enumerate(transforms):
+            matrix = pixel_affine(invert(transform))
+            origin = np.array([window[1].start, window[0].start], np.float64)
+            matrix[:, 2] += matrix[:, :2] @ origin
+            size = (columns, rows)
+            if masks is None:
+                cv2.warpAffine(values, matrix, size, images[scale], cv2.INTER_LINEAR)
+                continue
+            cv2.warpAffine(
+                values, matrix, size, images[scale], cv2.INTER_LINEAR, cv2.BORDER_REPLICATE
+            )
+            cv2.warpAffine(seen, matrix, size, masks[scale], cv2.INTER_NEAREST)
+            cv2.bitwise_and(images[scale], masks[scale], images[scale])
+        if masks is not None and bool(masks.all()):
+            masks = None
+        return Sampled(images, masks)
+
+    def _transform(self, box: Box, scale: float, angle: float) -> NDArray[np.float64]:
+        """Return the transform from a padded image to the likelihood."""
+        body = BodyFrame(box.center_x, box.center_y, box.height * scale, angle)
+        rows, columns = self.windows.image_shape
+        outer = template_to_image(body, self.windows.height, self.windows.width, self._fill)
+        shift = np.array(
+            [
+                [1.0, 0.0, (self.windows.width - columns) / 2],
+                [0.0, 1.0, (self.windows.height - rows) / 2],
+            ]
+        )
+        return compose(outer, shift)
+
+    def _corners(self, transform: NDArray[np.float64]) -> NDArray[np.float64]:
+        rows, columns = self.windows.image_shape
+        corners = np.array(
+            [[0.0, columns, columns, 0.0], [0.0, 0.0, rows, rows], [1.0, 1.0, 1.0, 1.0]]
+        )
+        return transform @ corners
+
+    def _inside(self, transform: NDArray[np.float64], shape: tuple[int, ...]) -> bool:
+        corners = self._corners(transform)
+        limit = np.array([[shape[1]], [shape[0]]])
+        return bool((corners >= 0.5).all() and (corners <= limit - 0.5).all())
+
+    def _region(
+        self, transform: NDArray[np.float64], shape: tuple[int, ...], side: int
+    ) -> tuple[slice, slice]:
+        """Return the part of the likelihood that the largest body height can see."""
+        corners = self._corners(transform)
+        left, top = corners.min(axis=1) - side - 1
+        right, bottom = corners.max(axis=1) + side + 1
+        box = Box(float(left), float(top), float(right - left), float(bottom - top))
+        return box.slices(shape[1], shape[0])

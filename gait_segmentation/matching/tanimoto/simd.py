@@ -1,0 +1,153 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Inner loops of the event kernel on vectors that stay in registers.
+
+Numba's own loops keep the partial sums in memory and widen every pixel to 32 bits; written with
+LLVM's vector types the same sums stay in 8 and 16 bits inside registers.  LLVM turns the types
+into what the processor has, so nothing here is bound to one kind of processor.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba.core.cgutils as cgutils
+from llvmlite import ir  # type: ignore[import-untyped]
+from numba import types
+from numba.extending import intrinsic
+
+from gait_segmentation.matching.tanimoto.program import GROUP
+
+__all__ = ['LANES', 'RUN', 'apply_step', 'copy_run']
+
+LANES = 128
+"""Windows that one call of :func:`apply_step` treats."""
+
+RUN = 16
+"""Bytes that one call of :func:`copy_run` copies."""
+
+_WIDTH = 32
+_PARTS = LANES // _WIDTH
+_I8, _I16, _I32, _I64 = (ir.IntType(bits) for bits in (8, 16, 32, 64))
+_V8, _V16, _V32 = (ir.VectorType(kind, _WIDTH) for kind in (_I8, _I16, _I32))
+
+
+def _address(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
+    data = context.make_array(kind)(context, builder, array).data
+    return builder.gep(data, [index])
+
+
+def _vector_at(builder: Any, pointer: Any, offset: int, kind: Any, align: int) -> Any:
+    place = builder.gep(pointer, [ir.Constant(_I64, offset)])
+    place = builder.bitcast(place, kind.as_pointer())
+    return place, builder.load(place, align=align)
+
+
+def _splat(builder: Any, value: Any) -> Any:
+    nothing = ir.Constant(_V8, ir.Undefined)
+    single = builder.insert_element(nothing, value, ir.Constant(_I32, 0))
+    return builder.shuffle_vector(single, nothing, ir.Constant(_V32, [0] * _WIDTH))
+
+
+@intrinsic
+def copy_run(typing: Any, target: Any, where: Any, source: Any, origin: Any) -> Any:
+    """Copy ``RUN`` bytes from ``source[origin]`` on to ``target[where]`` on, both flat uint8."""
+    signature = types.void(target, where, source, origin)
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        kind = ir.VectorType(_I8, RUN).as_pointer()
+        write = _address(context, builder, signature.args[0], args[0], args[1])
+        read = _address(context, builder, signature.args[2], args[2], args[3])
+        run = builder.load(builder.bitcast(read, kind), align=1)
+        builder.store(run, builder.bitcast(write, kind), align=1)
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic
+def apply_step(
+    typing: Any,
+    matrix: Any,
+    source: Any,
+    lo: Any,
+    span: Any,
+    bounds: Any,
+    step: Any,
+    base: Any,
+    base_at: Any,
+    target: Any,
+    target_at: Any,
+) -> Any:
+    """
+    Add the events of one step of a program to ``LANES`` common areas.
+
+    ``matrix`` is flat uint8, ``LANES`` bytes a pixel; ``source``, ``lo``, ``span`` and ``bounds``
+    as in :class:`EventProgram`; reads int32 from the flat ``base[base_at]`` on and writes to the
+    flat ``target[target_at]`` on.  Indices are int64.
+    """
+    signature = types.void(
+        matrix, source, lo, span, bounds, step, base, base_at, target, target_at
+    )
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        def at(argument: int, index: Any) -> Any:
+            return _address(context, builder, signature.args[argument], args[argument], index)
+
+        def constant(value: int) -> Any:
+            return ir.Constant(_I64, value)
+
+        both = ir.FunctionType(_V8, [_V8, _V8])
+        module = builder.module
+        minus = cgutils.get_or_insert_function(module, both, f'llvm.usub.sat.v{_WIDTH}i8')
+        least = cgutils.get_or_insert_function(module, both, f'llvm.umin.v{_WIDTH}i8')
+        sums = [cgutils.alloca_once(builder, _V16) for _ in range(_PARTS)]
+        for place in sums:
+            builder.store(ir.Constant(_V16, None), place)
+
+        def changes(event: Any) -> list[Any]:
+            pixel = builder.sext(builder.load(at(1, event)), _I64)
+            floor = _splat(builder, builder.load(at(2, event)))
+            most = _splat(builder, builder.load(at(3, event)))
+            row = at(0, builder.mul(pixel, constant(LANES)))
+            result = []
+            for part in range(_PARTS):
+                _, value = _vector_at(builder, row, part * _WIDTH, _V8, 1)
+                result.append(builder.call(least, [builder.call(minus, [value, floor]), most]))
+            return result
+
+        for kind in range(4):
+            narrow, combine = kind % 2 == 0, builder.add if kind < 2 else builder.sub
+            edge = builder.mul(args[5], constant(5))
+            first, last = (
+                builder.sext(builder.load(at(4, builder.add(edge, constant(k)))), _I64)
+                for k in (kind, kind + 1)
+            )
+            with cgutils.for_range_slice(builder, first, last, constant(1), intp=_I64) as (
+                group,
+                _,
+            ):
+                event = builder.mul(group, constant(GROUP))
+                added = changes(event)
+                if not narrow:
+                    added = [builder.zext(part, _V16) for part in added]
+                for member in range(1, GROUP):
+                    more = changes(builder.add(event, constant(member)))
+                    if not narrow:
+                        more = [builder.zext(part, _V16) for part in more]
+                    added = [builder.add(a, b) for a, b in zip(added, more, strict=True)]
+                if narrow:
+                    added = [builder.zext(part, _V16) for part in added]
+                for place, part in zip(sums, added, strict=True):
+                    builder.store(combine(builder.load(place), part), place)
+
+        read, write = at(6, args[7]), at(8, args[9])
+        for part, place in enumerate(sums):
+            _, old = _vector_at(builder, read, part * _WIDTH, _V32, 4)
+            goal = builder.gep(write, [constant(part * _WIDTH)])
+            new = builder.add(old, builder.sext(builder.load(place), _V32))
+            builder.store(new, builder.bitcast(goal, _V32.as_pointer()), align=4)
+        return context.get_dummy_value()
+
+    return signature, generate
