@@ -244,9 +244,7 @@ def main(argv: list[str] | None = None) -> int:
         return 0
     count = bank.sequences * bank.phases
     print(f'{count} templates of {bank.grid[0]} x {bank.grid[1]}; mean similarity of best fits')
-    print(
-        f'{"set":20} {"frames":>6} {"soft":>7} {"hard":>7} {"image":>7} {"worst":>7} {"bar":>5}  builds'
-    )
+    print(f'{"set":20} frames    soft    hard   image   worst   bar  builds')
     for name, row in results.items():
         bar = '' if row['bar'] is None else f'{row["bar"]:.2f}'
         builds = ', '.join(f'{build} {n}' for build, n in sorted(row['builds'].items()))

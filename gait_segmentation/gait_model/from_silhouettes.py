@@ -23,11 +23,16 @@ from gait_segmentation.gait_model.silhouettes import (
 
 __all__ = ['SilhouetteSequence', 'bank_from_silhouettes', 'cycle_templates']
 
+_PROFILE = 0.3  # sine of the largest angle between a profile view and the exact side view
+
 
 @dataclass(frozen=True)
 class SilhouetteSequence:
     """
     Consecutive silhouettes of one walker who keeps one direction.
+
+    Heel contacts are found by the width of the legs, which works from any direction but the
+    exact front and back.
 
     :param masks: (N, height, width) uint8, 255 inside, at least one stride.
     :param azimuth: walking direction in radians, as in ``TemplateBank``.
@@ -117,7 +122,7 @@ def bank_from_silhouettes(
     for sequence in sequences:
         rough = register_silhouettes(sequence.masks, grid, spec.fill)
         try:
-            step = find_step(rough)
+            step = find_step(rough, abs(math.sin(sequence.azimuth)) < _PROFILE)
             registered = register_silhouettes(sequence.masks, grid, spec.fill, 2 * step)
             cycle = find_contacts(registered, step)
         except BankError as error:

@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 
 __all__ = ['draw', 'hull_outline']
 
+_DIRECTIONS = 96  # corners of an outline
+
 
 @njit(cache=True, nogil=True)
 def hull_outline(centers, axes, members, cosine, sine, outline):  # type: ignore[no-untyped-def]
@@ -116,6 +118,6 @@ def draw(
         members,
         starts,
         labels,
-        48,
+        _DIRECTIONS,
         canvas,
     )

@@ -165,11 +165,13 @@ def _vertex(values: NDArray[np.float64], at: int) -> float:
     return at + (0.5 * float((left - right) / bend) if bend < 0 else 0.0)
 
 
-def find_step(registered: NDArray[np.uint8]) -> float:
+def find_step(registered: NDArray[np.uint8], profile: bool = True) -> float:
     """
     Find the period of the steps.
 
     :param registered: (N, rows, columns) uint8.
+    :param profile: whether the walker is seen from the side, so that the two halves of a stride
+        look alike; else the silhouettes repeat only after a whole stride.
     :returns: frames a step; a stride is two steps.
     :raises BankError: if the sequence is shorter than a stride or nothing in it repeats.
     """
@@ -184,8 +186,8 @@ def find_step(registered: NDArray[np.uint8]) -> float:
     if peaks.size == 0 or values[peaks].max() < 0.1:
         raise BankError('the silhouettes show no period: is this a person walking past?')
     # In profile the peaks at a step and at a stride are about as high; the first one is meant.
-    strong = peaks[values[peaks] >= 0.5 * values[peaks].max()]
-    step = _vertex(values, int(strong[0]))
+    strong = peaks[values[peaks] >= (0.5 if profile else 0.8) * values[peaks].max()]
+    step = _vertex(values, int(strong[0])) / (1 if profile else 2)
     twice = round(2 * step)
     near = [k for k in peaks if abs(int(k) - twice) <= max(2, round(0.2 * step))]
     if near:

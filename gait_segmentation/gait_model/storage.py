@@ -73,16 +73,23 @@ def _scalar(value: Any, kind: str, name: str, path: Path) -> Any:
 
 def _read_arrays(path: Path) -> dict[str, Any]:
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        # Opened here, because numpy leaves the file open if the archive is damaged.
+        with path.open('rb') as file:
+            archive = np.load(file, allow_pickle=False)
             if not isinstance(archive, np.lib.npyio.NpzFile):
                 raise BankError(f'{path} is not a bank: expected an .npz archive')
             return {name: archive[name] for name in archive.files}
     except OSError as error:
         reason = error.strerror or str(error)
         raise BankError(f'cannot read the bank {path}: {reason}') from error
-    except (ValueError, EOFError, KeyError, zipfile.BadZipFile, zlib.error) as error:
-        raise BankError(f'{path} is not a bank or is damaged: {error}') from error
-    except (NotImplementedError, RuntimeError) as error:
+    except (
+        ValueError,
+        EOFError,
+        KeyError,
+        RuntimeError,  # also what zipfile raises for encrypted and unknown archives
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
         raise BankError(f'{path} is not a bank or is damaged: {error}') from error
 
 

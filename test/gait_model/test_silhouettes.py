@@ -1,0 +1,116 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import BankError
+from gait_segmentation.gait_model.render import render_silhouette
+from gait_segmentation.gait_model.silhouettes import (
+    Cycle,
+    autocorrelation,
+    find_contacts,
+    find_step,
+    read_silhouettes,
+    register_silhouettes,
+)
+
+GRID, FILL = (48, 32), 0.9
+
+
+def walker(frames, stride, azimuth=np.pi, start=0.0, height=60.0):
+    return np.stack(
+        [
+            np.where(render_silhouette(start + n / stride, azimuth, height) >= 128, 255, 0).astype(
+                np.uint8
+            )
+            for n in range(frames)
+        ]
+    )
+
+
+@pytest.fixture(scope='module')
+def masks():
+    return walker(70, 31.0, start=0.1)
+
+
+@pytest.fixture(scope='module')
+def registered(masks):
+    return register_silhouettes(masks, GRID, FILL)
+
+
+def test_registration_centres_and_scales(registered):
+    inside = registered >= 128
+    rows = [np.flatnonzero(m.any(axis=1)) for m in inside]
+    heights = [r[-1] + 1 - r[0] for r in rows]
+    assert np.mean(heights) == pytest.approx(FILL * GRID[0], abs=1)
+    mass = np.cumsum(registered.sum(axis=1, dtype=float), axis=1)
+    medians = [np.interp(m[-1] / 2, m, np.arange(1, GRID[1] + 1)) for m in mass]
+    assert np.mean(medians) == pytest.approx(GRID[1] / 2, abs=0.5)
+
+
+def test_place_and_size_in_the_picture_do_not_matter(masks):
+    moved = np.pad(masks, ((0, 0), (7, 30), (40, 3)))
+    usual = register_silhouettes(masks, GRID, FILL)
+    assert (np.abs(register_silhouettes(moved, GRID, FILL).astype(int) - usual) <= 1).all()
+
+
+def test_period(registered):
+    assert find_step(registered) == pytest.approx(15.5, abs=0.3)
+    values = autocorrelation(registered, 40)
+    assert values[0] == pytest.approx(1)
+    assert values[31] > 0.8 > 0 > values[8]
+
+
+def test_period_of_an_oblique_view_where_the_half_cycles_differ():
+    oblique = register_silhouettes(walker(90, 30.0, azimuth=np.pi / 4), GRID, FILL)
+    assert find_step(oblique, profile=False) == pytest.approx(15, abs=0.5)
+
+
+def test_contacts(registered):
+    cycle = find_contacts(registered, 15.5)
+    # The walker starts at phase 0.1: contacts are 0.4, 0.9, ... strides later.
+    expected = 31.0 * np.array([0.4, 0.9, 1.4, 1.9])
+    assert cycle.contacts == pytest.approx(expected, abs=1.5)
+
+
+def test_phase_goes_on_before_and_after_the_contacts():
+    cycle = Cycle(10.0, np.array([5.0, 15.0, 27.0]))
+    phase = cycle.phase(np.array([0.0, 5.0, 10.0, 21.0, 27.0, 37.0]))
+    assert phase == pytest.approx([-0.25, 0.0, 0.25, 0.75, 1.0, 1.5])
+    assert cycle.phase(np.array([5.0]), 0.5) == pytest.approx(0.5)
+
+
+def test_too_short_and_without_rhythm(registered):
+    with pytest.raises(BankError, match='at least 14 silhouettes, got 9'):
+        find_step(registered[:9])
+    with pytest.raises(BankError, match='show no period'):
+        find_step(np.repeat(registered[:1], 50, axis=0))
+    with pytest.raises(BankError, match='fewer than three heel contacts'):
+        find_contacts(registered[:25], 15.5)
+
+
+def test_reading_a_folder(tmp_path, masks):
+    for n in range(3):
+        cv2.imwrite(str(tmp_path / f'{n:03}.png'), masks[n])
+    (tmp_path / 'notes.txt').write_text('not an image')
+    assert (read_silhouettes(tmp_path) == masks[:3]).all()
+
+
+def test_folders_that_cannot_be_used(tmp_path, masks):
+    with pytest.raises(BankError, match='is not a folder'):
+        read_silhouettes(tmp_path / 'none')
+    with pytest.raises(BankError, match='no images in'):
+        read_silhouettes(tmp_path)
+    cv2.imwrite(str(tmp_path / '0.png'), masks[0])
+    cv2.imwrite(str(tmp_path / '1.png'), masks[1][:-2])
+    with pytest.raises(BankError, match=r'1\.png is 48 x .*before it are'):
+        read_silhouettes(tmp_path)
+    cv2.imwrite(str(tmp_path / '1.png'), np.zeros_like(masks[0]))
+    with pytest.raises(BankError, match=r'1\.png is empty'):
+        read_silhouettes(tmp_path)
+    (tmp_path / '1.png').write_bytes(b'broken')
+    with pytest.raises(BankError, match=r'cannot read the image .*1\.png'):
+        read_silhouettes(tmp_path)

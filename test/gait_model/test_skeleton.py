@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from gait_segmentation.gait_model.skeleton import (
+    FOREARM,
+    SHANK,
+    SIDES,
+    THIGH,
+    TRUNK,
+    UPPER_ARM,
+    walk,
+)
+
+PHASES = np.arange(60) / 60
+FEET = ('heel', 'ball', 'toe')
+
+
+def lengths(first, second):
+    return np.linalg.norm(second - first, axis=1)
+
+
+@given(st.floats(-2, 2), st.floats(0, 2))
+@settings(max_examples=20, deadline=None)
+def test_feet_are_never_below_ground_and_one_always_on_it(speed, swing):
+    pose = walk(PHASES, speed=speed, arm_swing=swing)
+    lowest = np.min([pose.joints[f'{s}_{f}'][:, 2] for s in SIDES for f in FEET], axis=0)
+    assert np.abs(lowest).max() < 1e-12
+
+
+def test_step_length_is_that_of_walking():
+    joints = walk([0.0]).joints
+    step = joints['right_heel'][0, 0] - joints['left_heel'][0, 0]
+    assert 0.36 < step < 0.44
+
+
+def test_pelvis_rises_and_falls_twice_a_stride():
+    height = walk(PHASES).pelvis[:, 2]
+    assert 0.015 < np.ptp(height) < 0.03
+    assert 0.50 < height.mean() < 0.54
+    assert height == pytest.approx(np.roll(height, 30), abs=1e-9)
+
+
+def test_bones_keep_their_lengths():
+    pose = walk(PHASES, speed=1.0)
+    for side in SIDES:
+        joints = {
+            name: pose.joints[f'{side}_{name}']
+            for name in ('hip', 'knee', 'ankle', 'shoulder', 'elbow', 'wrist')
+        }
+        assert lengths(joints['hip'], joints['knee']) == pytest.approx(THIGH, rel=0.01)
+        assert lengths(joints['knee'], joints['ankle']) == pytest.approx(SHANK, rel=0.01)
+        assert lengths(joints['shoulder'], joints['elbow']) == pytest.approx(UPPER_ARM)
+        assert lengths(joints['elbow'], joints['wrist']) == pytest.approx(FOREARM)
+    assert lengths(pose.pelvis, pose.neck) == pytest.approx(TRUNK, rel=0.001)
+
+
+def test_left_limbs_do_half_a_stride_later_what_the_right_ones_do():
+    now, later = walk(PHASES), walk(PHASES + 0.5)
+    for name in ('knee', 'heel', 'toe', 'elbow', 'wrist'):
+        mirrored = later.joints[f'left_{name}'] * (1, -1, 1)
+        assert now.joints[f'right_{name}'] == pytest.approx(mirrored, abs=1e-9)
+
+
+def test_heel_contact_of_the_right_leg_is_phase_zero():
+    joints = walk([0.0]).joints
+    assert joints['right_heel'][0, 0] > 0.1 > -0.1 > joints['left_heel'][0, 0]
+    assert joints['right_heel'][0, 2] < joints['right_toe'][0, 2]
+    # The arm swings with the leg of the other side.
+    assert joints['left_wrist'][0, 0] > joints['right_wrist'][0, 0]
+
+
+def test_frames_are_orthonormal_and_face_ahead():
+    pose = walk(PHASES)
+    frames = [pose.pelvis_frame, pose.thorax_frame, *pose.frames.values()]
+    for frame in frames:
+        axes = np.stack([frame.along, frame.front, frame.left], axis=-1)
+        assert np.swapaxes(axes, 1, 2) @ axes == pytest.approx(
+            np.broadcast_to(np.eye(3), axes.shape), abs=1e-9
+        )
+    assert (pose.thorax_frame.front[:, 0] > 0.9).all()
+    assert (pose.frames['right_thigh'].front[:, 0] > 0.7).all()
