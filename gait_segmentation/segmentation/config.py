@@ -19,8 +19,9 @@ class SegmentationConfig(StageConfig):
         'default',
         'Shape prior: none (likelihood and contrast only), distance (Freedman-Zhang: cut links '
         "cost more the further they are from the template's outline), default (distance and "
-        "template's inside, with what is learnt of the person).",
-        choices=('none', 'distance', 'default'),
+        "template's inside, with what is learnt of the person), paper (the paper's oriented shape "
+        'prior, as read here).',
+        choices=('none', 'distance', 'default', 'paper'),
     )
     contrast: float = parameter(
         2.0,
@@ -70,4 +71,46 @@ class SegmentationConfig(StageConfig):
         'Largest hole that is filled, in squared body heights.',
         minimum=0.0,
         maximum=0.1,
+    )
+    vocabulary: str = parameter(
+        '',
+        "File of the paper prior's vocabulary, made by gait_bank vocabulary; empty: the shipped "
+        'one.',
+    )
+    paper_weight: float = parameter(
+        0.5,
+        'Weight of the paper prior on the n-links: raising it pulls the outline to the template.',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    paper_reach: float = parameter(
+        0.08,
+        "Distance from the template's outline at which the paper prior's term is full.",
+        minimum=0.005,
+        maximum=0.5,
+    )
+    paper_orientation: float = parameter(
+        1.0,
+        "How much further away an image edge of a wrong orientation counts; 0: Freedman-Zhang's "
+        'distance.',
+        minimum=0.0,
+        maximum=100.0,
+    )
+    paper_background: float = parameter(
+        0.08,
+        'Distance outside of the template from which on all is background for the paper prior.',
+        minimum=0.005,
+        maximum=10.0,
+    )
+    paper_search: float = parameter(
+        0.01,
+        "What the local search takes off the paper prior's distance (at least one pixel).",
+        minimum=0.0,
+        maximum=0.2,
+    )
+    paper_unconfirmed: float = parameter(
+        0.8,
+        'Factor on the paper prior where no image edge confirms the outline.',
+        minimum=0.0,
+        maximum=1.0,
     )

@@ -16,6 +16,7 @@ from gait_segmentation.segmentation.components import fill_holes, keep_supported
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.energy import contrast_links, distance_links
 from gait_segmentation.segmentation.graph_cut import decided, minimum_cut
+from gait_segmentation.segmentation.paper_prior import PaperPrior
 from gait_segmentation.segmentation.refinement import refine, upsample
 from gait_segmentation.segmentation.residual import PersonalShape
 from gait_segmentation.segmentation.shape_prior import ShapeTerms, shape_terms
@@ -41,6 +42,7 @@ class Segmenter:
         """Make a segmenter that has seen nobody."""
         self.config = config or SegmentationConfig()
         self._personal = PersonalShape()
+        self._paper = PaperPrior(self.config) if self.config.prior == 'paper' else None
         self._track_id = 0
         self._last: Box | None = None
 
@@ -103,7 +105,7 @@ class Segmenter:
         shape = evidence.shape
         lab = cv2.cvtColor(shrink(source, shape), cv2.COLOR_BGR2Lab)
         prior = match.shape_prior[window]
-        terms = self._terms(prior, match, body, window)
+        terms = self._terms(prior, lab, match, body, window)
         logit = _LOGIT[evidence]
         if terms.logit is not None:
             logit = logit + terms.logit
@@ -119,9 +121,16 @@ class Segmenter:
         return fill_holes(labels, self.config.hole_area * body.height**2), logit
 
     def _terms(
-        self, prior: NDArray[np.uint8], match: MatchResult, body: BodyFrame, window: Window
+        self,
+        prior: NDArray[np.uint8],
+        lab: NDArray[np.uint8],
+        match: MatchResult,
+        body: BodyFrame,
+        window: Window,
     ) -> ShapeTerms:
         """Return the shape prior's terms in the window."""
+        if self._paper is not None:
+            return self._paper.terms(prior, lab[:, :, 0], _in_window(body, window))
         personal = None
         if self.config.use_residual and self._personal.ready:
             personal = self._personal.probability(

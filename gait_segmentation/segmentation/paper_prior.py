@@ -1,0 +1,233 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+The oriented shape prior of Wang, Yagi and Makihara (ACCV 2009, section 4), as we read it.
+
+The outline of the matched template is split into oriented templates, one for each word of a
+vocabulary over position and orientation, and each has its distance transform.  Where the image
+has an edge, the distance is that to the words the edge itself may belong to; elsewhere it is the
+distance to the outline, that of Freedman and Zhang (CVPR 2005).  It is lessened by a local search
+and where the image does not confirm the outline, and enters the n-links; pixels outside of the
+template and far from its outline are background.
+"""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.segmentation.config import SegmentationConfig
+from gait_segmentation.segmentation.oriented_edges import (
+    EdgePoints,
+    Gradient,
+    image_gradient,
+    silhouette_edges,
+)
+from gait_segmentation.segmentation.shape_prior import ShapeTerms
+from gait_segmentation.segmentation.vocabulary import Vocabulary, default_vocabulary
+
+__all__ = ['PaperPrior', 'confirmed', 'oriented_distance', 'word_distances']
+
+_WRONG_WORD = 0.03
+"""What an edge of a wrong word is further away, in body heights (times paper_orientation)."""
+
+_CONFIRM_REACH, _CONFIRM_ANGLE = 0.015, math.radians(30)
+"""How near (body heights) and how parallel an image edge must be to confirm the outline."""
+
+_LARGEST_EVIDENCE = 10.0
+_LINKS = 4 + 4 / math.sqrt(2)
+"""Sum of 1 / distance over the eight neighbours."""
+
+
+class PaperPrior:
+    """Makes the terms of the energy from a template, the image and the vocabulary."""
+
+    def __init__(self, config: SegmentationConfig) -> None:
+        """
+        Load the vocabulary.
+
+        :raises VocabularyError: if the configuration names one that cannot be used.
+        """
+        self.config = config
+        self.vocabulary = (
+            Vocabulary.load(config.vocabulary) if config.vocabulary else default_vocabulary()
+        )
+
+    def terms(
+        self, prior: NDArray[np.uint8], grey: NDArray[np.uint8], body: BodyFrame
+    ) -> ShapeTerms:
+        """
+        Return the terms of a warped template.
+
+        :param prior: (h, w) uint8, the template in the window, 255 inside.
+        :param grey: (h, w) uint8, the image in the window.
+        :param body: the body in the window's pixels.
+        :returns: ``psi`` in 0..1, and a ``logit`` that is 0 or makes a pixel background whatever
+            else speaks for it; neither if the template is empty.
+        """
+        config, height = self.config, body.height
+        inside = prior > 127
+        around = Box.around(inside)
+        if around is None:
+            return ShapeTerms(None, None)
+        # Further away all is saturated and background.
+        reach = max(config.paper_reach, config.paper_background) * height + 2
+        part = around.padded(reach, reach).slices(prior.shape[1], prior.shape[0])
+        points = silhouette_edges(prior[part], height)
+        if points.rows.size == 0:
+            return ShapeTerms(None, None)
+        shifted = BodyFrame(
+            body.center_x - part[1].start, body.center_y - part[0].start, height, body.angle
+        )
+        psi = np.ones(prior.shape, np.float32)
+        logit = np.full(prior.shape, self._never(), np.float32)
+        psi[part], plain = self._cost(grey[part], points, shifted)
+        logit[part][inside[part] | (plain <= config.paper_background * height)] = 0
+        return ShapeTerms(logit, psi)
+
+    def _never(self) -> float:
+        """Return a log-odds that no evidence and no cut link can outweigh."""
+        config = self.config
+        return -(_LARGEST_EVIDENCE + _LINKS * (config.contrast + config.paper_weight))
+
+    def _cost(
+        self, grey: NDArray[np.uint8], points: EdgePoints, body: BodyFrame
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return psi in 0..1 and the plain distance to the outline in pixels."""
+        config, height = self.config, body.height
+        cap = config.paper_reach * height
+        plain = _distance(points, grey.shape)
+        gradient = image_gradient(grey)
+        psi = oriented_distance(
+            self.vocabulary,
+            points,
+            gradient,
+            np.minimum(plain, np.float32(cap)),
+            body,
+            config.paper_orientation * _WRONG_WORD * height,
+        )
+        # In the continuum this is the least value in a disk about each pixel, the grey erosion.
+        psi -= np.float32(max(1.0, config.paper_search * height))
+        np.maximum(psi, 0, out=psi)
+        psi /= np.float32(cap)
+        supported = confirmed(points, gradient, max(1.0, _CONFIRM_REACH * height))
+        psi[~_of_nearest(points, supported, grey.shape)] *= np.float32(config.paper_unconfirmed)
+        return psi, plain
+
+
+def oriented_distance(
+    vocabulary: Vocabulary,
+    points: EdgePoints,
+    gradient: Gradient,
+    plain: NDArray[np.float32],
+    body: BodyFrame,
+    penalty: float,
+) -> NDArray[np.float32]:
+    """
+    Return the distance to the outline, at image edges by the word of the edge.
+
+    At a pixel with a gradient it is min over words w of DT_w + penalty (1 - P(w | z)), DT_w being
+    the distance transform of the outline points of word w and P(w | z) the posterior of the word
+    at the pixel's position and gradient orientation.  The plain minimum over the words would be
+    the distance transform of the whole outline; without a penalty this is.
+
+    :param vocabulary: the words.
+    :param points: the template's outline.
+    :param gradient: of the image, (h, w).
+    :param plain: (h, w) float32, distance to the outline in pixels, cut off at some value where
+        the result is cut off, too.
+    :param body: the body in the same pixels.
+    :param penalty: what a wrong word adds to the distance, in pixels.
+    :returns: (h, w) float32.
+    """
+    cap = plain.max()
+    result = plain.copy()
+    rows, columns = np.nonzero(gradient.visible & (plain < cap))
+    if rows.size == 0:
+        return result
+    place = vocabulary.features(points.columns + 0.5, points.rows + 0.5, points.orientation, body)
+    distances = word_distances(
+        points, vocabulary.nearest(place), vocabulary.words, plain.shape, float(cap)
+    )
+    z = vocabulary.features(columns + 0.5, rows + 0.5, gradient.orientation[rows, columns], body)
+    wrong = np.float32(penalty) * (1 - vocabulary.posteriors(z))
+    cost = distances[:, rows, columns].T + wrong
+    result[rows, columns] = np.minimum(cost.min(axis=1), cap)
+    return result
+
+
+def word_distances(
+    points: EdgePoints,
+    words: NDArray[np.int64],
+    count: int,
+    shape: tuple[int, int],
+    cap: float,
+) -> NDArray[np.float32]:
+    """
+    Return the Euclidean distance transform of each word's outline points.
+
+    :param points: the outline, n points.
+    :param words: (n,) the word of each point.
+    :param count: K, number of words.
+    :param shape: (h, w) of the result.
+    :param cap: largest distance, which words without points have everywhere.
+    :returns: (K, h, w) float32 in pixels.
+    """
+    result = np.full((count, *shape), cap, np.float32)
+    margin = math.ceil(cap)
+    for word in np.unique(words):
+        rows, columns = points.rows[words == word], points.columns[words == word]
+        top, left = max(int(rows.min()) - margin, 0), max(int(columns.min()) - margin, 0)
+        bottom, right = int(rows.max()) + margin + 1, int(columns.max()) + margin + 1
+        part = result[word, top:bottom, left:right]
+        mask = np.ones(part.shape, np.uint8)
+        mask[rows - top, columns - left] = 0
+        exact = cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        np.minimum(part, exact, out=part)
+    return result
+
+
+def confirmed(points: EdgePoints, gradient: Gradient, reach: float) -> NDArray[np.bool_]:
+    """
+    Return which outline points have an image edge of their orientation near them, (n,) bool.
+
+    :param points: the template's outline, n points.
+    :param gradient: of the image, with its edges.
+    :param reach: how near, in pixels.
+    """
+    height, width = gradient.edges.shape
+    steps = np.arange(-math.floor(reach), math.floor(reach) + 1)
+    d_row, d_column = (grid.ravel() for grid in np.meshgrid(steps, steps, indexing='ij'))
+    disk = d_row**2 + d_column**2 <= reach**2
+    rows = points.rows[:, None] + d_row[disk]
+    columns = points.columns[:, None] + d_column[disk]
+    there = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
+    rows, columns = np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)
+    there &= gradient.edges[rows, columns]
+    turn = np.abs(gradient.orientation[rows, columns] - points.orientation[:, None])
+    there &= np.minimum(turn, np.float32(math.pi) - turn) < _CONFIRM_ANGLE
+    return np.asarray(there.any(axis=1))
+
+
+def _distance(points: EdgePoints, shape: tuple[int, int]) -> NDArray[np.float32]:
+    mask = np.ones(shape, np.uint8)
+    mask[points.rows, points.columns] = 0
+    return np.asarray(cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE))
+
+
+def _of_nearest(
+    points: EdgePoints, flags: NDArray[np.bool_], shape: tuple[int, int]
+) -> NDArray[np.bool_]:
+    """Give every pixel the flag of the outline point nearest to it, (h, w) bool."""
+    mask = np.ones(shape, np.uint8)
+    mask[points.rows, points.columns] = 0
+    _, labels = cv2.distanceTransformWithLabels(
+        mask, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    by_label = np.zeros(int(labels.max()) + 1, np.bool_)
+    by_label[labels[points.rows, points.columns]] = flags
+    return np.asarray(by_label[labels])

@@ -1,0 +1,231 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Learning a vocabulary from silhouettes: K-means, then EM of a Gaussian mixture.
+
+This needs scikit-learn; using a vocabulary does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.config import StageConfig, parameter
+from gait_segmentation.gait_model import BUILDS, BankSpec, TemplateBank, build_bank
+from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.segmentation.oriented_edges import silhouette_edges
+from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
+
+__all__ = [
+    'Silhouette',
+    'VocabularySpec',
+    'bank_silhouettes',
+    'folder_silhouettes',
+    'learn_vocabulary',
+    'model_bank',
+    'outline_features',
+]
+
+_COVARIANCE_FLOOR = 1e-4
+_KMEANS_STARTS = 10
+_EM_STEPS = 200
+_IMAGE_ENDINGS = {'.png', '.bmp', '.jpg', '.jpeg', '.pgm', '.tif', '.tiff'}
+_LEAST_HEIGHT = 16
+
+
+class Silhouette(NamedTuple):
+    """``mask``, (h, w) uint8 with 255 inside, and the ``body`` in its pixels."""
+
+    mask: NDArray[np.uint8]
+    body: BodyFrame
+
+
+@dataclass(frozen=True)
+class VocabularySpec(StageConfig):
+    """
+    How a vocabulary is learnt.
+
+    :raises ConfigError: if a value is outside what its field allows.
+    """
+
+    words: int = parameter(10, 'Number of words.', minimum=1, maximum=100)
+    orientation_scale: float = parameter(
+        0.35,
+        'How much the orientation counts against the position.',
+        minimum=0.01,
+        maximum=10.0,
+    )
+    points: int = parameter(
+        20000, 'Outline points drawn to learn from.', minimum=100, maximum=10_000_000
+    )
+    seed: int = parameter(1, 'Seed of all that is drawn.', minimum=0, maximum=2**31 - 1)
+    fill: float = parameter(
+        0.9, "Share of the frame's height that the body takes.", minimum=0.1, maximum=1.0
+    )
+    aspect: float = parameter(
+        2 / 3, 'Width of the frame over its height.', minimum=0.1, maximum=10.0
+    )
+
+
+def model_bank() -> TemplateBank:
+    """Draw the silhouettes the shipped vocabulary is learnt from: 6 builds, 16 views, 6 phases."""
+    return build_bank(BankSpec(azimuths=16, phases=6, builds=','.join(BUILDS), levels=256))
+
+
+def bank_silhouettes(bank: TemplateBank) -> Iterator[Silhouette]:
+    """Yield every template of a bank."""
+    height, width = bank.grid
+    body = BodyFrame(width / 2, height / 2, bank.fill * height)
+    for template in bank.templates.reshape(-1, height, width):
+        yield Silhouette(template, body)
+
+
+def folder_silhouettes(folder: Path) -> Iterator[Silhouette]:
+    """
+    Yield the silhouettes in a folder's image files, in the order of their names.
+
+    The body's axis is the median column of its pixels, top and bottom are the outermost rows.
+    Black images are passed over.
+
+    :raises VocabularyError: if the folder or a file cannot be read, holds no images, or a
+        silhouette is less than 16 pixels tall.
+    """
+    try:
+        paths = sorted(p for p in folder.iterdir() if p.suffix.lower() in _IMAGE_ENDINGS)
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise VocabularyError(f'cannot read the folder {folder}: {reason}') from error
+    if not paths:
+        raise VocabularyError(f'{folder} must hold images of silhouettes, got none')
+    for path in paths:
+        mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+        if mask is None:
+            raise VocabularyError(f'cannot read the image {path}')
+        mask = np.where(mask > 127, np.uint8(255), np.uint8(0))
+        rows, columns = np.nonzero(mask)
+        if rows.size == 0:
+            continue
+        height = int(rows[-1] - rows[0]) + 1
+        if height < _LEAST_HEIGHT:
+            raise VocabularyError(
+                f'silhouettes must be at least {_LEAST_HEIGHT} px tall, got {height} px in {path}'
+            )
+        middle = float(np.median(columns)) + 0.5
+        # A silhouette may fill its image; without a margin its outline is the border.
+        mask = cv2.copyMakeBorder(mask, 3, 3, 3, 3, cv2.BORDER_CONSTANT, value=0)
+        center_y = (float(rows[0]) + float(rows[-1]) + 1) / 2 + 3
+        yield Silhouette(mask, BodyFrame(middle + 3, center_y, float(height)))
+
+
+def outline_features(
+    silhouettes: Iterable[Silhouette], spec: VocabularySpec
+) -> tuple[NDArray[np.float32], int]:
+    """
+    Return z of all outline points of silhouettes.
+
+    :returns: (n, 4) float32, and the number of silhouettes.
+    :raises VocabularyError: if there are fewer points than words.
+    """
+    # A mixture of one word, only for its frame.
+    frame = Vocabulary(
+        np.ones(1),
+        np.zeros((1, 4)),
+        np.eye(4)[None],
+        spec.orientation_scale,
+        spec.fill,
+        spec.aspect,
+    )
+    parts = []
+    for mask, body in silhouettes:
+        points = silhouette_edges(mask, body.height)
+        parts.append(
+            frame.features(points.columns + 0.5, points.rows + 0.5, points.orientation, body)
+        )
+    features = np.concatenate(parts) if parts else np.empty((0, 4), np.float32)
+    if len(features) < 10 * spec.words:
+        raise VocabularyError(
+            f'{spec.words} words need at least {10 * spec.words} outline points, got '
+            f'{len(features)} in {len(parts)} silhouettes'
+        )
+    return features, len(parts)
+
+
+def learn_vocabulary(
+    silhouettes: Iterable[Silhouette], spec: VocabularySpec | None = None, source: str = ''
+) -> Vocabulary:
+    """
+    Learn a vocabulary; the same silhouettes and specification give the same words.
+
+    :param silhouettes: at least some hundred of varied people, views and phases.
+    :param spec: how; the defaults if None.
+    :param source: in words where the silhouettes are from, kept as provenance.
+    :returns: the words from the head down.
+    :raises VocabularyError: if scikit-learn is missing or there is too little to learn from.
+    """
+    clusters, mixture = _estimators()
+    spec = spec or VocabularySpec()
+    features, count = outline_features(silhouettes, spec)
+    z = features.astype(np.float64)
+    if len(z) > spec.points:
+        chosen = np.random.default_rng(spec.seed).choice(len(z), spec.points, replace=False)
+        z = z[np.sort(chosen)]
+    means = clusters(
+        spec.words, init='k-means++', n_init=_KMEANS_STARTS, random_state=spec.seed
+    ).fit(z)
+    fitted = mixture(
+        spec.words,
+        covariance_type='full',
+        reg_covar=_COVARIANCE_FLOOR,
+        max_iter=_EM_STEPS,
+        random_state=spec.seed,
+        **_start(z, means.labels_, spec.words),
+    ).fit(z)
+    order = np.argsort(fitted.means_[:, 1], kind='stable')
+    return Vocabulary(
+        fitted.weights_[order] / fitted.weights_.sum(),
+        fitted.means_[order],
+        fitted.covariances_[order],
+        spec.orientation_scale,
+        spec.fill,
+        spec.aspect,
+        {
+            'source': source,
+            'silhouettes': str(count),
+            'outline points': f'{len(z)} of {len(features)}',
+            'method': f'K-means (k-means++, {_KMEANS_STARTS} starts), then EM, '
+            f'full covariances + {_COVARIANCE_FLOOR:g} I',
+            'seed': str(spec.seed),
+        },
+    )
+
+
+def _start(
+    z: NDArray[np.float64], labels: NDArray[np.int32], words: int
+) -> dict[str, NDArray[np.float64]]:
+    """Return the mixture that K-means found, as EM's start."""
+    groups = [z[labels == word] for word in range(words)]
+    floor = _COVARIANCE_FLOOR * np.eye(4)
+    covariances = [np.cov(group.T, bias=True) + floor for group in groups]
+    return {
+        'weights_init': np.array([len(group) for group in groups]) / len(z),
+        'means_init': np.array([group.mean(axis=0) for group in groups]),
+        'precisions_init': np.linalg.inv(covariances),
+    }
+
+
+def _estimators() -> tuple[Any, Any]:
+    try:
+        from sklearn.cluster import KMeans
+        from sklearn.mixture import GaussianMixture
+    except ImportError as error:
+        raise VocabularyError(
+            'learning a vocabulary needs scikit-learn: pip install gait_segmentation[learn]'
+        ) from error
+    return KMeans, GaussianMixture
