@@ -102,7 +102,7 @@ def parser() -> argparse.ArgumentParser:
         type=Path,
         metavar='DIR',
         help='write DIR/NAME/masks/NNNN.png and DIR/NAME/contact_sheet.png (found: green, true: '
-        'magenta), and plots of ablations',
+        'magenta, without its ambiguous rim), and plots of ablations',
     )
     add('--threads', type=int, default=1, help='threads of OpenCV (default: %(default)s)')
     return made

@@ -1,3 +1,44 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Evaluation: sequences on disk, synthetic walkers, metrics, pictures and reports."""
+"""
+Evaluation: sequences on disk, synthetic walkers, metrics, pictures and reports.
+
+The command ``gait_evaluate`` is a thin shell round :class:`Session`.  Synthetic walkers are in
+:mod:`gait_segmentation.evaluation.synthetic`.
+"""
+
+from gait_segmentation.evaluation.metrics import (
+    FrameScore,
+    PhaseScore,
+    boundary_f,
+    error_percent,
+    evaluation_window,
+    jaccard,
+    phase_score,
+    score_frame,
+    start_box,
+    true_box,
+)
+from gait_segmentation.evaluation.runner import Outcome, run, run_restarts, run_sequence
+from gait_segmentation.evaluation.sequence import Sequence
+from gait_segmentation.evaluation.session import Session, load_sequences
+
+__all__ = [
+    'FrameScore',
+    'Outcome',
+    'PhaseScore',
+    'Sequence',
+    'Session',
+    'boundary_f',
+    'error_percent',
+    'evaluation_window',
+    'jaccard',
+    'load_sequences',
+    'phase_score',
+    'run',
+    'run_restarts',
+    'run_sequence',
+    'score_frame',
+    'start_box',
+    'true_box',
+]

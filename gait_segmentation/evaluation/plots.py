@@ -35,13 +35,12 @@ def plot_priors(path: Path, reports: Mapping[str, Mapping[str, Any]]) -> None:
         numbers = {**report['sequences'], 'mean': report['mean']}
         left = [index - 0.4 + (place + 0.5) * width for index in range(len(names))]
         bars = axes.bar(left, [numbers[name]['error_rate'] for name in names], width, label=prior)
-        axes.bar_label(bars, fmt='%.1f', fontsize=6, padding=1)
+        axes.bar_label(bars, fmt='%.2f', fontsize=6, padding=1)
     axes.set_xticks(range(len(names)), names)
     axes.axvline(len(names) - 1.5, color='0.8', linewidth=1)
     axes.set_ylabel('missegmented pixels in the window [%]')
     axes.spines[['top', 'right']].set_visible(False)
-    axes.legend(title='shape prior', frameon=False, ncols=len(reports), loc='upper left')
-    axes.margins(y=0.2)
+    figure.legend(title='shape prior', frameon=False, ncols=len(reports), loc='outside upper left')
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path)
