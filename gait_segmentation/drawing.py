@@ -169,12 +169,13 @@ def draw_person(
     inside = mask > 127
     tinted = 0.75 * image[inside] + 0.25 * np.array(colour)
     image[inside] = tinted.astype(np.uint8)
-    draw_outline(image, mask, colour, 2 if image.shape[0] >= 400 else 1)
+    draw_outline(image, mask, colour, 2 if image.shape[0] >= 700 else 1)
     if box is None:
         return
     draw_box(image, box, colour)
     words = f'{track_id}' + ('' if math.isnan(azimuth) else f' {view_word(azimuth)}')
-    draw_label(image, words, (box.x, box.y - 16), colour)
+    blue, green, red = ((value + 255) // 2 for value in colour)
+    draw_label(image, words, (box.x, box.y - 18), (blue, green, red))
     if not math.isnan(phase):
         radius = 9
         x = min(max(box.right + radius + 4, radius + 1), image.shape[1] - radius - 2)

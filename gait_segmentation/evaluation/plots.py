@@ -40,7 +40,13 @@ def plot_priors(path: Path, reports: Mapping[str, Mapping[str, Any]]) -> None:
     axes.axvline(len(names) - 1.5, color='0.8', linewidth=1)
     axes.set_ylabel('missegmented pixels in the window [%]')
     axes.spines[['top', 'right']].set_visible(False)
-    figure.legend(title='shape prior', frameon=False, ncols=len(reports), loc='outside upper left')
+    axes.legend(
+        title='shape prior',
+        frameon=False,
+        ncols=len(reports),
+        loc='lower left',
+        bbox_to_anchor=(0, 1),
+    )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path)
