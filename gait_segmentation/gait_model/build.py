@@ -24,13 +24,13 @@ class Build(StageConfig):
         1.0, 'Factor on the thickness of trunk and limbs.', minimum=0.6, maximum=1.6
     )
     trunk_cloth: float = parameter(
-        0.006, 'Thickness of the clothes on the trunk.', unit='stature', minimum=0.0, maximum=0.05
+        0.012, 'Thickness of the clothes on the trunk.', unit='stature', minimum=0.0, maximum=0.05
     )
     sleeve_cloth: float = parameter(
-        0.005, 'Thickness of the sleeves.', unit='stature', minimum=0.0, maximum=0.04
+        0.010, 'Thickness of the sleeves.', unit='stature', minimum=0.0, maximum=0.04
     )
     leg_cloth: float = parameter(
-        0.006,
+        0.012,
         'Thickness of the trousers; large values hang loose below the knee.',
         unit='stature',
         minimum=0.0,
@@ -54,7 +54,7 @@ class Build(StageConfig):
         0.0, 'Depth of a rucksack; 0 = none.', unit='stature', minimum=0.0, maximum=0.25
     )
     hair: float = parameter(
-        0.006, 'Thickness of the hair.', unit='stature', minimum=0.0, maximum=0.04
+        0.009, 'Thickness of the hair.', unit='stature', minimum=0.0, maximum=0.04
     )
     bun: float = parameter(
         0.0,
@@ -65,6 +65,13 @@ class Build(StageConfig):
     )
     arm_swing: float = parameter(
         1.3, "Factor on the arms' swing about their mean.", minimum=0.0, maximum=2.0
+    )
+    arm_balance: float = parameter(
+        0.0,
+        'Share of the swing that goes from the right arm to the left one: 0 both alike, 1 the '
+        'right arm is held still, as when it carries something, -1 the left one.',
+        minimum=-1.0,
+        maximum=1.0,
     )
     speed: float = parameter(
         0.0,
@@ -79,19 +86,19 @@ class Build(StageConfig):
 
 BUILDS: dict[str, Build] = {
     'average': Build(),
-    'rucksack': Build(rucksack=0.10, trunk_cloth=0.010, leg_cloth=0.010, lean=0.06),
+    'rucksack': Build(rucksack=0.11, trunk_cloth=0.016, arm_swing=1.45, lean=0.08),
     'dress': Build(
-        hem=0.28,
-        flare=0.03,
+        hem=0.31,
+        flare=0.04,
         leg_cloth=0.0,
-        trunk_cloth=0.010,
-        rucksack=0.08,
-        hair=0.008,
-        bun=0.022,
+        sleeve_cloth=0.002,
+        trunk_cloth=0.016,
+        rucksack=0.075,
+        bun=0.03,
     ),
-    'coat': Build(hem=0.22, flare=0.02, trunk_cloth=0.018, sleeve_cloth=0.012),
-    'stout': Build(girth=1.2, leg_cloth=0.010),
-    'slim': Build(girth=0.88, trunk_cloth=0.003, sleeve_cloth=0.002, leg_cloth=0.002),
+    'coat': Build(hem=0.20, flare=0.02, trunk_cloth=0.022, sleeve_cloth=0.015),
+    'stout': Build(girth=1.15),
+    'slim': Build(girth=0.9, trunk_cloth=0.004, sleeve_cloth=0.004, leg_cloth=0.004),
 }
 
 

@@ -48,7 +48,13 @@ class Registration:
 
 def body_at(phases: ArrayLike, build: Build) -> Body:
     """Return the body of a build at (P,) phases."""
-    pose = walk(phases, speed=build.speed, arm_swing=build.arm_swing, lean=build.lean)
+    pose = walk(
+        phases,
+        speed=build.speed,
+        arm_swing=build.arm_swing,
+        arm_balance=build.arm_balance,
+        lean=build.lean,
+    )
     return make_body(pose, build)
 
 

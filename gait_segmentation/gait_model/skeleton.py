@@ -27,14 +27,12 @@ THIGH, SHANK, TRUNK = 0.245, 0.246, 0.288
 UPPER_ARM, FOREARM = 0.186, 0.146
 HEEL_BACK, BALL_FRONT, SOLE, TOE = 0.038, 0.068, 0.039, 0.046
 _HIP_HALF, _KNEE_HALF, _ANKLE_HALF = 0.050, 0.043, 0.031
-_SHOULDER_HALF, _SHOULDER_DOWN = 0.098, 0.014
-_LEAN = np.deg2rad(1.0)
-_THIGH_OFFSET = 0.0
+_SHOULDER_HALF, _SHOULDER_DOWN = 0.098, 0.006
 _TOE_OUT = np.deg2rad(8.0)
 _ARM_OUT, _FOREARM_OUT = np.deg2rad(9.0), np.deg2rad(4.0)
 # The norm set's arm angles are those of its model: a hanging arm looks straighter, and hangs
 # farther to the front, by this much.
-_ELBOW_OFFSET, _SHOULDER_OFFSET = np.deg2rad(14.0), np.deg2rad(6.0)
+_ELBOW_OFFSET, _SHOULDER_OFFSET = np.deg2rad(10.0), np.deg2rad(6.0)
 _THORAX_ROTATION = -0.7  # of the pelvis' rotation: the shoulders turn against the hips
 
 
@@ -83,7 +81,7 @@ def _frame(along: Points, left: Points) -> Frame:
 def _leg(phase: Points, side: str, hip: Points, speed: float) -> tuple[dict, dict]:
     """Joints and frames of one leg; ``phase`` is the leg's own."""
     sign = 1.0 if side == 'left' else -1.0
-    thigh = joint_angle('hip', phase, speed) - joint_angle('pelvis_tilt', phase) + _THIGH_OFFSET
+    thigh = joint_angle('hip', phase, speed) - joint_angle('pelvis_tilt', phase)
     shank = thigh - joint_angle('knee', phase, speed)
     foot = shank + joint_angle('ankle', phase, speed)
     adduction = sign * np.array([_KNEE_HALF - _HIP_HALF, _ANKLE_HALF - _KNEE_HALF])
@@ -141,7 +139,12 @@ def _arm(phase: Points, side: str, shoulder: Points, swing: float) -> tuple[dict
 
 
 def walk(
-    phase: ArrayLike, *, speed: float = 0.0, arm_swing: float = 1.0, lean: float = 0.0
+    phase: ArrayLike,
+    *,
+    speed: float = 0.0,
+    arm_swing: float = 1.0,
+    arm_balance: float = 0.0,
+    lean: float = 0.0,
 ) -> Skeleton:
     """
     Pose the skeleton.
@@ -149,6 +152,7 @@ def walk(
     :param phase: (P,) phases in cycles, 0 = heel contact of the right leg.
     :param speed: walking speed, -2 very slow .. 0 free .. 2 very fast.
     :param arm_swing: factor on the arms' swing about their mean.
+    :param arm_balance: share of the swing that goes from the right arm to the left one, -1..1.
     :param lean: lean of the trunk beyond the usual, radians, positive forward.
     :returns: joints and frames at the P phases.
     """
@@ -157,7 +161,7 @@ def walk(
     rotation = joint_angle('pelvis_rotation', right)  # right hip forward: a turn to the left
     obliquity = joint_angle('pelvis_obliquity', right)  # right hip up
     left = _vector(-np.sin(rotation), np.cos(rotation), -np.sin(obliquity))
-    tilt = joint_angle('thorax_tilt', right) + _LEAN + lean
+    tilt = joint_angle('thorax_tilt', right) + lean
     trunk = _vector(np.sin(tilt), 0.0, np.cos(tilt))
     turned = _THORAX_ROTATION * rotation
     thorax_left = _vector(-np.sin(turned), np.cos(turned), 0.0)
@@ -167,11 +171,12 @@ def walk(
     frames: dict[str, Frame] = {}
     for side in SIDES:
         sign = 1.0 if side == 'left' else -1.0
+        swing = arm_swing * (1 + sign * arm_balance)
         hip = sign * _HIP_HALF * left
         shoulder = neck + sign * _SHOULDER_HALF * thorax_left - _SHOULDER_DOWN * trunk
         for found, posed in (
             _leg(phases[side], side, hip, speed),
-            _arm(phases[side], side, shoulder, arm_swing),
+            _arm(phases[side], side, shoulder, swing),
         ):
             joints.update({f'{side}_{name}': value for name, value in found.items()})
             frames.update({f'{side}_{name}': value for name, value in posed.items()})
