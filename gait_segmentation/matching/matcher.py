@@ -204,7 +204,15 @@ class SequenceMatcher:
             visible = self._kernel.common_rows(sampled.known, self._visible)
         seconds = (self._stamp_ns - self._origin_ns) / 1e9
         jump = self._motion.update(box, seconds, grid.shift, grid.log_step)
-        self._path.step(Areas(common, window, visible), seconds, jump)
+        self._path.step(
+            Areas(
+                common.reshape(len(common), -1),
+                window.reshape(-1),
+                visible.reshape(len(visible), window.size),
+            ),
+            seconds,
+            jump,
+        )
         leading = self._path.leading
         best = divmod(int(leading.argmax()), leading.shape[1])
         self._waiting.append(
@@ -290,8 +298,8 @@ class SequenceMatcher:
         here = (sequence, phase, scale, row, column)
 
         def score(state: tuple[int, ...]) -> float:
-            lane = state[3] * shape[2] + state[4]
-            return float(scores[state[0], state[1] % phases, state[2], lane])
+            lane = state[2] * self._kernel.pitch + state[3] * shape[2] + state[4]
+            return float(scores[state[0], state[1] % phases, lane])
 
         result = []
         for axis in range(5):

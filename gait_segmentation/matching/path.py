@@ -28,8 +28,8 @@ class Areas:
     """
     What the kernels found for a frame.
 
-    ``common`` is C, (K, S, L) int32, ``window`` F, (S, L) int32, and ``visible`` G over the known
-    pixels, (K, S, L) int32, or (0, S, L) where everything is known.
+    ``common`` is C, (K, N) int32, ``window`` F, (N,) int32, and ``visible`` G over the known
+    pixels, (K, N) int32, or (0, N) where everything is known; N = S * L with filling.
     """
 
     common: NDArray[np.int32]
@@ -81,7 +81,7 @@ class PathSearch:
         self._shape = shape
         self._near, self._near_cost = view_changes(bank, config)
         self._move_cost = round(UNIT * config.move_cost)
-        states = (bank.sequences, bank.phases, shape[0], lanes)
+        states = (bank.sequences, bank.phases, shape[0] * lanes)
         size = 2 * math.prod(states)
         slots = max(config.lag + 2, min(64, _MOST_BYTES // size))
         self._ring = np.empty((slots, *states), np.int16)
@@ -108,7 +108,7 @@ class PathSearch:
         return len(self._slots)
 
     def scores(self, back: int) -> NDArray[np.int16]:
-        """Return the scores of a frame, (V, P, S, L) int16; 0 = the newest, 1 the one before."""
+        """Return the scores of a frame, (V, P, N) int16; 0 = the newest, 1 the one before."""
         return np.asarray(self._ring[self._slots[-1 - back]])
 
     def step(self, areas: Areas, seconds: float, jump: tuple[int, int, int]) -> None:
@@ -172,7 +172,7 @@ class PathSearch:
         equally good half-cycle twins do not alternate.
         """
         sequence, phase = self._leader()
-        lanes = self._ring.shape[-1]
+        lanes = self._ring.shape[-1] // self._shape[0]
         scores = self.scores(0)[sequence, phase]
         scale, lane = divmod(int(scores.argmax()), lanes)
         row, column = divmod(lane, self._shape[2])

@@ -112,11 +112,9 @@ class PlacementGrid:
         rows, columns = self.windows.image_shape
         pitch = box.height * float(self.scales[-1]) / self._body
         side = max(blur, 2 * math.ceil(pitch / 2 - 0.75) + 1) if pitch > 1 else blur
-        transforms = [self._transform(box, scale, angle) for scale in self.scales]
-        window = self._region(transforms[-1], likelihood.shape, side)
-        inside = known is None and all(
-            self._inside(transform, likelihood.shape) for transform in transforms
-        )
+        corners = self._corners(box, float(self.scales[-1]), angle)
+        window = _region(corners, likelihood.shape, side)
+        inside = known is None and _inside(corners, likelihood.shape)
         values = likelihood[window]
         seen = None if known is None else np.where(known[window] != 0, _ALL, 0).astype(np.uint8)
         if seen is not None:
@@ -134,10 +132,15 @@ class PlacementGrid:
             share = cv2.blur(seen, (side, side), borderType=cv2.BORDER_REPLICATE)
         if share is not None:
             values = cv2.divide(values, share, scale=_ALL)
-        for scale, transform in enumerate(transforms):
-            matrix = pixel_affine(invert(transform))
-            origin = np.array([window[1].start, window[0].start], np.float64)
-            matrix[:, 2] += matrix[:, :2] @ origin
+        to_grid = invert(self._transform(box, 1.0, angle))
+        origin = np.array([window[1].start, window[0].start], np.float64)
+        to_grid[:, 2] += to_grid[:, :2] @ origin
+        middle = np.array([columns / 2, rows / 2])
+        for scale, factor in enumerate(self.scales):
+            # All body heights share the centre of the box, which is the middle of each image.
+            scaled = to_grid / factor
+            scaled[:, 2] += middle - middle / factor
+            matrix = pixel_affine(scaled)
             size = (columns, rows)
             if masks is None:
                 cv2.warpAffine(values, matrix, size, images[scale], cv2.INTER_LINEAR)
@@ -164,24 +167,26 @@ class PlacementGrid:
         )
         return compose(outer, shift)
 
-    def _corners(self, transform: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _corners(self, box: Box, scale: float, angle: float) -> NDArray[np.float64]:
+        """Return where the corners of a padded image are in the likelihood, (2, 4)."""
         rows, columns = self.windows.image_shape
         corners = np.array(
             [[0.0, columns, columns, 0.0], [0.0, 0.0, rows, rows], [1.0, 1.0, 1.0, 1.0]]
         )
-        return transform @ corners
+        return self._transform(box, scale, angle) @ corners
 
-    def _inside(self, transform: NDArray[np.float64], shape: tuple[int, ...]) -> bool:
-        corners = self._corners(transform)
-        limit = np.array([[shape[1]], [shape[0]]])
-        return bool((corners >= 0.5).all() and (corners <= limit - 0.5).all())
 
-    def _region(
-        self, transform: NDArray[np.float64], shape: tuple[int, ...], side: int
-    ) -> tuple[slice, slice]:
-        """Return the part of the likelihood that the largest body height can see."""
-        corners = self._corners(transform)
-        left, top = corners.min(axis=1) - side - 1
-        right, bottom = corners.max(axis=1) + side + 1
-        box = Box(float(left), float(top), float(right - left), float(bottom - top))
-        return box.slices(shape[1], shape[0])
+def _inside(corners: NDArray[np.float64], shape: tuple[int, ...]) -> bool:
+    """Tell whether linear interpolation between the corners needs no pixel beyond the image."""
+    limit = np.array([[shape[1]], [shape[0]]])
+    return bool((corners >= 0.5).all() and (corners <= limit - 0.5).all())
+
+
+def _region(
+    corners: NDArray[np.float64], shape: tuple[int, ...], side: int
+) -> tuple[slice, slice]:
+    """Return the part of the likelihood that can matter between the corners."""
+    left, top = corners.min(axis=1) - side - 1
+    right, bottom = corners.max(axis=1) + side + 1
+    box = Box(float(left), float(top), float(right - left), float(bottom - top))
+    return box.slices(shape[1], shape[0])

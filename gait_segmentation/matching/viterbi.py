@@ -15,7 +15,7 @@ FLOOR = -12000
 """Worst score relative to the best: nearly six times a similarity of 1."""
 
 _WALL = 18000
-_GUARD = 64
+_HUGE = 2**29
 
 
 @njit(cache=True, nogil=True)
@@ -40,117 +40,143 @@ def advance(  # type: ignore[no-untyped-def]
     Compute the scores of a frame from those of the frame before.
 
     score = fading * max over predecessors (score before - cost of the transition) + similarity,
-    with the maximum taken axis by axis, which is exact because the costs add up.
+    with the maximum taken axis by axis, which is exact because the costs add up.  N = S * L
+    counts the placements with filling, L >= rows * columns for each of S body heights.
 
-    :param before: (V, P, S, L) int16 scores of the frame before; empty = no frame before.
+    :param before: (V, P, N) int16 scores of the frame before; (0, P, N) = no frame before.
     :param best: the largest of them.
     :param fading: factor on old scores, in 1/32768.
     :param phase_cost: (D,) int16, cost of advancing by 0, 1, ... phases.
     :param near: (V, M) int32 and ``near_cost`` (V, M) int16, see :func:`view_changes`.
-    :param move_cost: cost of moving the placement by one step.
-    :param shape: (S, rows, columns) of the placements; rows * columns <= L.
-    :param common: (V * P, S, L) int32, C.
-    :param window_area: (S, L) int32, F.
+    :param move_cost: int16, cost of moving the placement by one step.
+    :param shape: (S, rows, columns) of the placements.
+    :param common: (V * P, N) int32, C.
+    :param window_area: (N,) int32, F.
     :param template_area: (V * P,) int32, G.
-    :param visible: (V * P, S, L) int32, G over the known pixels; empty = all known.
+    :param visible: (V * P, N) int32, G over the known pixels; (0, N) = all known.
     :param minimum_visible: share of G below which a placement does not count.
-    :param after: (V, P, S, L) int16, result.
+    :param after: (V, P, N) int16, result.
     :param leading: (V, P) int16, largest score of each template, result.
     """
-    views, phases, scales, lanes = after.shape
-    rows, columns = shape[1], shape[2]
-    used = rows * columns
+    views, phases, size = after.shape
+    columns = shape[2]
+    lanes = size // shape[0]
     started = before.shape[0] > 0
-    left = np.full(lanes, move_cost, np.int16)
-    right = np.full(lanes, move_cost, np.int16)
-    for row in range(rows):
-        left[row * columns] = _WALL
-        right[row * columns + columns - 1] = _WALL
-    reached = np.empty((views, scales, lanes), np.int16)
-    row0 = np.full(lanes + 2 * _GUARD, FLOOR, np.int16)
-    row1 = np.full(lanes + 2 * _GUARD, FLOOR, np.int16)
-    moved = np.empty((scales, lanes), np.int16)
-    cost = np.int16(move_cost)
+    walls = _walls(shape, lanes, move_cost)
+    reached = np.empty((views, size), np.int16)
+    row0 = np.full(size + 2 * lanes, FLOOR, np.int16)
+    row1 = np.full(size + 2 * lanes, FLOOR, np.int16)
+    row2 = np.full(size + 2 * lanes, FLOOR, np.int16)
+    seen = np.empty(size, np.int32)
     for phase in range(phases):
         if started:
             for view in range(views):
-                for scale in range(scales):
-                    target = reached[view, scale]
-                    old = before[view, phase, scale]
-                    step_cost = phase_cost[0]
-                    for j in range(lanes):
-                        target[j] = old[j] - step_cost
-                    for step in range(1, len(phase_cost)):
-                        old = before[view, (phase - step) % phases, scale]
-                        step_cost = phase_cost[step]
-                        for j in range(lanes):
-                            target[j] = max(target[j], np.int16(old[j] - step_cost))
+                _earlier_phases(before[view], phase, phase_cost, reached[view])
         for view in range(views):
             template = view * phases + phase
+            result = after[view, phase]
             if started:
-                for scale in range(scales):
-                    own = reached[view, scale]
-                    for j in range(lanes):
-                        row0[_GUARD + j] = own[j]
-                    for m in range(near.shape[1]):
-                        if near[view, m] >= 0:
-                            other = reached[near[view, m], scale]
-                            turn = near_cost[view, m]
-                            for j in range(lanes):
-                                row0[_GUARD + j] = max(row0[_GUARD + j], np.int16(other[j] - turn))
-                    for j in range(lanes):
-                        value = max(
-                            np.int16(row0[_GUARD + j - 1] - left[j]),
-                            np.int16(row0[_GUARD + j + 1] - right[j]),
-                        )
-                        row1[_GUARD + j] = max(row0[_GUARD + j], value)
-                    for j in range(used, lanes):
-                        row1[_GUARD + j] = FLOOR
-                    target = moved[scale]
-                    for j in range(lanes):
-                        value = max(row1[_GUARD + j - columns], row1[_GUARD + j + columns])
-                        target[j] = max(row1[_GUARD + j], np.int16(value - cost))
-            largest = np.int16(-32768)
-            for scale in range(scales):
-                result = after[view, phase, scale]
-                if started:
-                    target = moved[scale]
-                    for j in range(lanes):
-                        result[j] = target[j]
-                    for beside in (scale - 1, scale + 1):
-                        if 0 <= beside < scales:
-                            other = moved[beside]
-                            for j in range(lanes):
-                                result[j] = max(result[j], np.int16(other[j] - cost))
-                    for j in range(lanes):
-                        value = np.int32(result[j]) - np.int32(best)
-                        value = max(value, np.int32(FLOOR))
-                        result[j] = np.int16((value * np.int32(fading)) >> np.int32(15))
-                else:
-                    for j in range(lanes):
-                        result[j] = 0
-                shared = common[template, scale]
-                area = window_area[scale]
-                whole = template_area[template]
-                if visible.shape[0] == 0:
-                    for j in range(lanes):
-                        joint = max(np.int32(area[j] + whole - shared[j]), np.int32(1))
-                        share = np.float32(shared[j]) / np.float32(joint)
-                        result[j] += np.int16(share * np.float32(UNIT) + np.float32(0.5))
-                else:
-                    seen = visible[template, scale]
-                    least = np.int32(minimum_visible * whole)
-                    for j in range(used):
-                        joint = max(np.int32(area[j] + seen[j] - shared[j]), np.int32(1))
-                        share = np.float32(shared[j]) / np.float32(joint)
-                        if seen[j] < least:
-                            share = np.float32(0.0)
-                        result[j] += np.int16(share * np.float32(UNIT) + np.float32(0.5))
-                for j in range(used, lanes):
-                    result[j] = FLOOR
-                for j in range(lanes):
-                    largest = max(largest, result[j])
-            leading[view, phase] = largest
+                own = row0[lanes : lanes + size]
+                own[:] = reached[view]
+                for m in range(near.shape[1]):
+                    if near[view, m] >= 0:
+                        other, turn = reached[near[view, m]], near_cost[view, m]
+                        for j in range(size):
+                            own[j] = max(own[j], np.int16(other[j] - turn))
+                _either_side(row0, lanes, 1, walls[0], walls[1], row1)
+                _either_side(row1, lanes, columns, walls[2], walls[3], row2)
+                _fade(row2, lanes, move_cost, best, fading, result)
+            else:
+                result[:] = 0
+            shared, whole = common[template], template_area[template]
+            if visible.shape[0] == 0:
+                _add_similarity(shared, window_area, whole, result)
+            else:
+                least = np.int32(minimum_visible * whole)
+                for j in range(size):
+                    # A template out of sight gets an area that no likelihood can be like.
+                    hidden = visible[template, j] < least
+                    seen[j] = _HUGE if hidden else visible[template, j]
+                _add_similarity_seen(shared, window_area, seen, result)
+            leading[view, phase] = _largest_used(result, shape, lanes)
+
+
+@njit(cache=True, nogil=True)
+def _walls(shape, lanes, move_cost):  # type: ignore[no-untyped-def]
+    """Return the costs of coming from the left, right, above and below, (4, N) int16."""
+    scales, rows, columns = shape
+    walls = np.full((4, scales * lanes), move_cost, np.int16)
+    for scale in range(scales):
+        first = scale * lanes
+        for row in range(rows):
+            walls[0, first + row * columns] = _WALL
+            walls[1, first + (row + 1) * columns - 1] = _WALL
+        for column in range(columns):
+            walls[2, first + column] = _WALL
+            walls[3, first + (rows - 1) * columns + column] = _WALL
+    return walls
+
+
+@njit(cache=True, nogil=True)
+def _earlier_phases(before, phase, phase_cost, reached):  # type: ignore[no-untyped-def]
+    phases = before.shape[0]
+    old, cost = before[phase], phase_cost[0]
+    for j in range(len(reached)):
+        reached[j] = old[j] - cost
+    for step in range(1, len(phase_cost)):
+        old, cost = before[(phase - step) % phases], phase_cost[step]
+        for j in range(len(reached)):
+            reached[j] = max(reached[j], np.int16(old[j] - cost))
+
+
+@njit(cache=True, nogil=True)
+def _either_side(row, first, offset, low_cost, high_cost, result):  # type: ignore[no-untyped-def]
+    """Let placements come from ``offset`` before or after."""
+    size = len(low_cost)
+    here, there = row[first : first + size], result[first : first + size]
+    low, high = row[first - offset : first - offset + size], row[first + offset :]
+    for j in range(size):
+        side = max(np.int16(low[j] - low_cost[j]), np.int16(high[j] - high_cost[j]))
+        there[j] = max(here[j], side)
+
+
+@njit(cache=True, nogil=True)
+def _fade(row, lanes, move_cost, best, fading, result):  # type: ignore[no-untyped-def]
+    """Let placements come from the next body heights, make scores relative, and fade them."""
+    size = len(result)
+    here, low, high = row[lanes : lanes + size], row[:size], row[2 * lanes :]
+    for j in range(size):
+        side = np.int16(max(low[j], high[j]) - move_cost)
+        value = np.int32(max(here[j], side)) - np.int32(best)
+        value = max(value, np.int32(FLOOR))
+        result[j] = np.int16((value * np.int32(fading)) >> np.int32(15))
+
+
+@njit(cache=True, nogil=True)
+def _add_similarity(shared, area, whole, result):  # type: ignore[no-untyped-def]
+    for j in range(len(result)):
+        joint = max(np.int32(area[j] + whole - shared[j]), np.int32(1))
+        share = np.float32(shared[j]) / np.float32(joint)
+        result[j] += np.int16(np.int32(share * np.float32(UNIT) + np.float32(0.5)))
+
+
+@njit(cache=True, nogil=True)
+def _add_similarity_seen(shared, area, whole, result):  # type: ignore[no-untyped-def]
+    for j in range(len(result)):
+        joint = max(np.int32(area[j] + whole[j] - shared[j]), np.int32(1))
+        share = np.float32(shared[j]) / np.float32(joint)
+        result[j] += np.int16(np.int32(share * np.float32(UNIT) + np.float32(0.5)))
+
+
+@njit(cache=True, nogil=True)
+def _largest_used(result, shape, lanes):  # type: ignore[no-untyped-def]
+    """Put the filling to the floor and return the largest score."""
+    for scale in range(shape[0]):
+        result[scale * lanes + shape[1] * shape[2] : (scale + 1) * lanes] = FLOOR
+    largest = result[0]
+    for j in range(len(result)):
+        largest = max(largest, result[j])
+    return largest
 
 
 @njit(cache=True, nogil=True)
@@ -158,12 +184,13 @@ def shifted(scores, shape, shift, result):  # type: ignore[no-untyped-def]
     """
     Move all scores by whole placements, for a box that jumped.
 
-    :param scores: (V, P, S, L) int16.
+    :param scores: (V, P, N) int16, N = S * L.
     :param shape: (S, rows, columns).
     :param shift: (3,) int64; the score of a placement is taken from placement + shift.
     :param result: like ``scores``; what comes from beyond the search range is at the floor.
     """
     scales, rows, columns = shape
+    lanes = scores.shape[2] // scales
     result[:] = FLOOR
     for view in range(scores.shape[0]):
         for phase in range(scores.shape[1]):
@@ -178,8 +205,8 @@ def shifted(scores, shape, shift, result):  # type: ignore[no-untyped-def]
                     for column in range(columns):
                         from_column = column + shift[2]
                         if 0 <= from_column < columns:
-                            result[view, phase, scale, row * columns + column] = scores[
-                                view, phase, other, from_row * columns + from_column
+                            result[view, phase, scale * lanes + row * columns + column] = scores[
+                                view, phase, other * lanes + from_row * columns + from_column
                             ]
 
 
@@ -199,7 +226,7 @@ def trace(  # type: ignore[no-untyped-def]
     """
     Follow the best predecessors back from the last state of a path.
 
-    :param ring: (slots, V, P, S, L) int16 scores.
+    :param ring: (slots, V, P, N) int16 scores, N = S * L.
     :param slots: (N,) int64, where in the ring the frames are, oldest first.
     :param phase_costs: (N, D) int16 and ``counts`` (N,) int64: costs of the step to each frame.
     :param shifts: (N, 3) int64, see :func:`shifted`.
@@ -207,6 +234,7 @@ def trace(  # type: ignore[no-untyped-def]
     """
     scales, rows, columns = shape
     phases = ring.shape[2]
+    lanes = ring.shape[3] // scales
     for frame in range(len(slots) - 1, 0, -1):
         scores = ring[slots[frame - 1]]
         view, phase = path[frame, 0], path[frame, 1]
@@ -228,7 +256,9 @@ def trace(  # type: ignore[no-untyped-def]
                     if not (0 <= scale < scales and 0 <= row < rows and 0 <= column < columns):
                         continue
                     value = (
-                        np.int64(scores[from_view, from_phase, scale, row * columns + column])
+                        np.int64(
+                            scores[from_view, from_phase, scale * lanes + row * columns + column]
+                        )
                         - known
                         - move_cost * (abs(ds) + abs(dy) + abs(dx))
                     )

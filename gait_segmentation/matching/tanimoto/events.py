@@ -5,14 +5,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.matching.tanimoto.program import make_program
-from gait_segmentation.matching.tanimoto.simd import LANES, RUN, apply_step, copy_run
+from gait_segmentation.matching.tanimoto.simd import LANES, RUN, gather, run_program
 from gait_segmentation.matching.tanimoto.windows import WindowGrid, check_templates
 
 __all__ = ['EventKernel']
+
+_CACHE_LINE = 64
 
 
 class EventKernel:
@@ -45,7 +46,7 @@ class EventKernel:
         self._pitch = self._blocks * LANES
         self._origins = _origins(self._program.pixels, grid)
         self._runs = [_runs(grid, block * LANES) for block in range(self._blocks)]
-        self._matrix = np.zeros((len(self._program.pixels) + 1) * LANES, np.uint8)
+        self._matrix = _aligned((len(self._program.pixels) + 1) * LANES)
         self._result = np.zeros((0, 0, 0), np.int32)
 
     @property
@@ -95,8 +96,8 @@ class EventKernel:
         for scale in range(len(images)):
             for block in range(self._blocks):
                 places, offsets = self._runs[block]
-                _gather(planes[scale], self._origins, places, offsets, self._matrix)
-                _run(
+                gather(planes[scale], self._origins, places, offsets, self._matrix)
+                run_program(
                     self._matrix,
                     program.source,
                     program.lo,
@@ -109,6 +110,13 @@ class EventKernel:
                     scale * self._pitch + block * LANES,
                 )
         return out[1:]
+
+
+def _aligned(size: int) -> NDArray[np.uint8]:
+    """Return zeros that start at a cache line, so that no row of lanes needs one more."""
+    memory = np.zeros(size + _CACHE_LINE, np.uint8)
+    first = -memory.ctypes.data % _CACHE_LINE
+    return memory[first : first + size]
 
 
 def _plane_shape(grid: WindowGrid) -> tuple[int, int]:
@@ -152,31 +160,3 @@ def _split_phases(images: NDArray[np.uint8], grid: WindowGrid) -> NDArray[np.uin
             part = images[:, y::step, x::step]
             planes[:, y * step + x, : part.shape[1], : part.shape[2]] = part
     return planes.reshape(len(images), -1)
-
-
-@njit(cache=True, nogil=True)
-def _gather(plane, origins, places, offsets, matrix):  # type: ignore[no-untyped-def]
-    """Put the windows of a block side by side for all pixels, run by run."""
-    for pixel in range(len(origins)):
-        origin = origins[pixel]
-        row = pixel * LANES
-        for run in range(len(places)):
-            copy_run(matrix, row + places[run], plane, origin + offsets[run])
-
-
-@njit(cache=True, nogil=True)
-def _run(matrix, source, lo, span, bounds, target, base, out, stride, first):  # type: ignore[no-untyped-def]
-    """Make the common areas of all templates for the gathered windows."""
-    for step in range(len(target)):
-        apply_step(
-            matrix,
-            source,
-            lo,
-            span,
-            bounds,
-            np.int64(step),
-            out,
-            np.int64(base[step] * stride + first),
-            out,
-            np.int64(target[step] * stride + first),
-        )

@@ -10,27 +10,30 @@ into what the processor has, so nothing here is bound to one kind of processor.
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numba.core.cgutils as cgutils
+import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
-from numba import types
+from numba import njit, types
 from numba.extending import intrinsic
 
 from gait_segmentation.matching.tanimoto.program import GROUP
 
-__all__ = ['LANES', 'RUN', 'apply_step', 'copy_run']
+__all__ = ['LANES', 'RUN', 'gather', 'run_program']
 
 LANES = 128
-"""Windows that one call of :func:`apply_step` treats."""
+"""Windows that one call of :func:`run_program` treats."""
 
 RUN = 16
-"""Bytes that one call of :func:`copy_run` copies."""
+"""Bytes that are copied at once."""
 
 _WIDTH = 32
 _PARTS = LANES // _WIDTH
 _I8, _I16, _I32, _I64 = (ir.IntType(bits) for bits in (8, 16, 32, 64))
-_V8, _V16, _V32 = (ir.VectorType(kind, _WIDTH) for kind in (_I8, _I16, _I32))
+_V8, _V32 = (ir.VectorType(kind, _WIDTH) for kind in (_I8, _I32))
+_V16 = ir.VectorType(_I16, _WIDTH // 2)
 
 
 def _address(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
@@ -51,7 +54,7 @@ def _splat(builder: Any, value: Any) -> Any:
 
 
 @intrinsic
-def copy_run(typing: Any, target: Any, where: Any, source: Any, origin: Any) -> Any:
+def _copy_run(typing: Any, target: Any, where: Any, source: Any, origin: Any) -> Any:
     """Copy ``RUN`` bytes from ``source[origin]`` on to ``target[where]`` on, both flat uint8."""
     signature = types.void(target, where, source, origin)
 
@@ -67,7 +70,7 @@ def copy_run(typing: Any, target: Any, where: Any, source: Any, origin: Any) -> 
 
 
 @intrinsic
-def apply_step(
+def _apply_step(
     typing: Any,
     matrix: Any,
     source: Any,
@@ -98,13 +101,19 @@ def apply_step(
         def constant(value: int) -> Any:
             return ir.Constant(_I64, value)
 
-        both = ir.FunctionType(_V8, [_V8, _V8])
+        eight = ir.Constant(_V16, [8] * (_WIDTH // 2))
+        in_turn = ir.Constant(_V32, [k // 2 + k % 2 * (_WIDTH // 2) for k in range(_WIDTH)])
+        binary = ir.FunctionType(_V8, [_V8, _V8])
         module = builder.module
-        minus = cgutils.get_or_insert_function(module, both, f'llvm.usub.sat.v{_WIDTH}i8')
-        least = cgutils.get_or_insert_function(module, both, f'llvm.umin.v{_WIDTH}i8')
-        sums = [cgutils.alloca_once(builder, _V16) for _ in range(_PARTS)]
-        for place in sums:
-            builder.store(ir.Constant(_V16, None), place)
+        minus = cgutils.get_or_insert_function(module, binary, f'llvm.usub.sat.v{_WIDTH}i8')
+        least = cgutils.get_or_insert_function(module, binary, f'llvm.umin.v{_WIDTH}i8')
+        sums = [
+            (cgutils.alloca_once(builder, _V16), cgutils.alloca_once(builder, _V16))
+            for _ in range(_PARTS)
+        ]
+        for total, upper in sums:
+            builder.store(ir.Constant(_V16, None), total)
+            builder.store(ir.Constant(_V16, None), upper)
 
         def changes(event: Any) -> list[Any]:
             pixel = builder.sext(builder.load(at(1, event)), _I64)
@@ -129,25 +138,75 @@ def apply_step(
                 _,
             ):
                 event = builder.mul(group, constant(GROUP))
-                added = changes(event)
-                if not narrow:
-                    added = [builder.zext(part, _V16) for part in added]
-                for member in range(1, GROUP):
-                    more = changes(builder.add(event, constant(member)))
-                    if not narrow:
-                        more = [builder.zext(part, _V16) for part in more]
-                    added = [builder.add(a, b) for a, b in zip(added, more, strict=True)]
+                members = [changes(builder.add(event, constant(k))) for k in range(GROUP)]
                 if narrow:
-                    added = [builder.zext(part, _V16) for part in added]
-                for place, part in zip(sums, added, strict=True):
-                    builder.store(combine(builder.load(place), part), place)
+                    members = [
+                        [
+                            functools.reduce(builder.add, part)
+                            for part in zip(*members, strict=True)
+                        ]
+                    ]
+                for member in members:
+                    for (total, upper), part in zip(sums, member, strict=True):
+                        pairs = builder.bitcast(part, _V16)
+                        high = builder.lshr(pairs, eight)
+                        builder.store(combine(builder.load(total), pairs), total)
+                        builder.store(combine(builder.load(upper), high), upper)
 
         read, write = at(6, args[7]), at(8, args[9])
-        for part, place in enumerate(sums):
+        for part, (total, upper) in enumerate(sums):
+            high = builder.load(upper)
+            low = builder.sub(builder.load(total), builder.shl(high, eight))
+            both = builder.shuffle_vector(low, high, in_turn)
             _, old = _vector_at(builder, read, part * _WIDTH, _V32, 4)
             goal = builder.gep(write, [constant(part * _WIDTH)])
-            new = builder.add(old, builder.sext(builder.load(place), _V32))
+            new = builder.add(old, builder.sext(both, _V32))
             builder.store(new, builder.bitcast(goal, _V32.as_pointer()), align=4)
         return context.get_dummy_value()
 
     return signature, generate
+
+
+@njit(cache=True, nogil=True)
+def gather(plane, origins, places, offsets, matrix):  # type: ignore[no-untyped-def]
+    """
+    Put the windows of a block side by side for all pixels, run by run.
+
+    :param plane: flat uint8 image, its pixels ordered so that windows are contiguous.
+    :param origins: (A,) int64, where in it the pixels of the first window are.
+    :param places: (R,) int64 lanes at which the runs begin.
+    :param offsets: (R,) int64, how far the runs' windows are from the first one.
+    :param matrix: flat uint8, result, ``LANES`` bytes a pixel and a run to spare.
+    """
+    for pixel in range(len(origins)):
+        origin = origins[pixel]
+        row = pixel * LANES
+        for run in range(len(places)):
+            _copy_run(matrix, row + places[run], plane, origin + offsets[run])
+
+
+@njit(cache=True, nogil=True)
+def run_program(  # type: ignore[no-untyped-def]
+    matrix, source, lo, span, bounds, target, base, out, stride, first
+):
+    """
+    Make the common areas of all templates for the gathered windows.
+
+    :param matrix: flat uint8, ``LANES`` bytes for each pixel of the program.
+    :param source: as the next five in :class:`EventProgram`, ``bounds`` flat.
+    :param out: flat int32, rows of ``stride``; row 0 must be zero.
+    :param first: where the windows' results begin in a row.
+    """
+    for step in range(len(target)):
+        _apply_step(
+            matrix,
+            source,
+            lo,
+            span,
+            bounds,
+            np.int64(step),
+            out,
+            np.int64(base[step] * stride + first),
+            out,
+            np.int64(target[step] * stride + first),
+        )

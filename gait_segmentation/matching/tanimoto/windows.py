@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -71,9 +72,7 @@ class WindowGrid:
         :raises InputError: if shape or type of the images is another.
         """
         self.check(images)
-        table = np.zeros((len(images), images.shape[1] + 1, images.shape[2] + 1), np.int32)
-        np.cumsum(images, axis=1, dtype=np.int32, out=table[:, 1:, 1:])
-        np.cumsum(table[:, 1:, 1:], axis=2, out=table[:, 1:, 1:])
+        table = np.stack([cv2.integral(image) for image in images])
         last_row = (self.rows - 1) * self.step + 1
         last_column = (self.columns - 1) * self.step + 1
         upper = table[:, : last_row : self.step]
