@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -122,20 +123,25 @@ def evaluation_window(truth: NDArray[np.uint8]) -> Window:
     )
 
 
+def _count(inside: NDArray[Any]) -> int:
+    # NumPy's own count is an integer of its own that JSON does not know.
+    return int(np.count_nonzero(inside))
+
+
 def jaccard(mask: NDArray[np.uint8], truth: NDArray[np.uint8]) -> float:
     """Return intersection over union off the ambiguous pixels, 1 if both are empty."""
     person = truth == PERSON
     found = (mask > 0) & (person | (truth == 0))
-    union = np.count_nonzero(found | person)
-    return np.count_nonzero(found & person) / union if union else 1.0
+    union = _count(found | person)
+    return _count(found & person) / union if union else 1.0
 
 
 def error_percent(mask: NDArray[np.uint8], truth: NDArray[np.uint8]) -> float:
     """Return the missegmented pixels in percent of those that are not ambiguous."""
     person = truth == PERSON
     known = person | (truth == 0)
-    wrong = np.count_nonzero(((mask > 0) != person) & known)
-    return 100 * wrong / max(np.count_nonzero(known), 1)
+    wrong = _count(((mask > 0) != person) & known)
+    return 100 * wrong / max(_count(known), 1)
 
 
 def boundary_f(
@@ -154,12 +160,12 @@ def boundary_f(
     ambiguous = (truth != PERSON) & (truth != 0)
     found = _boundary((mask > 0) & ~ambiguous)
     true = _boundary(truth == PERSON)
-    n_found, n_true = np.count_nonzero(found), np.count_nonzero(true)
+    n_found, n_true = _count(found), _count(true)
     if n_found == 0 or n_true == 0:
         return 1.0 if n_found == n_true else 0.0
     disk = _disk(tolerance)
-    precision = np.count_nonzero(found & cv2.dilate(true, disk)) / n_found
-    recall = np.count_nonzero(true & cv2.dilate(found, disk)) / n_true
+    precision = _count(found & cv2.dilate(true, disk)) / n_found
+    recall = _count(true & cv2.dilate(found, disk)) / n_true
     total = precision + recall
     return 2 * precision * recall / total if total > 0 else 0.0
 
@@ -191,7 +197,7 @@ def score_frame(mask: NDArray[np.uint8], box: Box | None, truth: NDArray[np.uint
     expected = true_box(truth)
     iou = centre = math.nan
     if expected is not None:
-        iou = 0.0 if box is None else box.iou(expected)
+        iou = 0.0 if box is None else float(box.iou(expected))
         if box is not None:
             dx, dy = box.center_x - expected.center_x, box.center_y - expected.center_y
             centre = math.hypot(dx, dy) / expected.height
@@ -202,7 +208,7 @@ def score_frame(mask: NDArray[np.uint8], box: Box | None, truth: NDArray[np.uint
         error_rate_image=error_percent(mask, truth),
         box_iou=iou,
         centre_error=centre,
-        lost=iou < LOST_IOU,
+        lost=bool(iou < LOST_IOU),
     )
 
 

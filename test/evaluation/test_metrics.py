@@ -186,3 +186,13 @@ def test_phases_that_cannot_be_scored_are_refused():
         phase_score(np.zeros(3), np.zeros(4))
     with pytest.raises(InputError):
         phase_score(np.zeros(0), np.zeros(0))
+
+
+def test_scores_are_plain_numbers_also_for_boxes_of_numpy_numbers():
+    truth = np.zeros((50, 50), np.uint8)
+    truth[10:30, 10:20] = 255
+    score = score_frame(truth, Box(*np.array([10.0, 10.0, 10.0, 20.0])), truth)
+    assert type(score.lost) is bool
+    assert {type(value) for value in (score.j, score.f, score.error_rate, score.box_iou)} == {
+        float
+    }
