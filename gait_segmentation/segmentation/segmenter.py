@@ -112,7 +112,10 @@ class Segmenter:
         given = decided(logit)
         links = contrast_links(lab, self.config.contrast, given)
         if terms.psi is not None:
-            distance_links(terms.psi, self.config.distance_weight, links)
+            weight = self.config.distance_weight
+            if self._paper is not None:
+                weight = self.config.paper_weight
+            distance_links(terms.psi, weight, links)
         labels = minimum_cut(logit, links, given)
         support = evidence.astype(np.float32)
         if terms.psi is not None:
