@@ -10,20 +10,14 @@ those of Drillis and Contini; the girths were chosen by the looks of real silhou
 
 from __future__ import annotations
 
-import itertools
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.build import Build
-from gait_segmentation.gait_model.skeleton import SHANK, SIDES, THIGH, Frame, Skeleton
+from gait_segmentation.gait_model.clothing import add_rucksack, add_skirt
+from gait_segmentation.gait_model.skeleton import SIDES, Frame, Points, Skeleton
+from gait_segmentation.gait_model.solid import Body, BodyMaker, upright
 
-__all__ = ['PARTS', 'Body', 'make_body']
-
-PARTS = ('head', 'torso', 'skirt', 'rucksack', 'arms', 'hands', 'legs', 'feet')
-
-Points = NDArray[np.float64]
+__all__ = ['make_body']
 
 # Trunk: height over the hip joint, half breadth, half depth, shift to the front.
 _TRUNK = (
@@ -52,64 +46,7 @@ _UPPER_ARM = ((0.000, 0.028, 0.029, 0.000), (0.500, 0.026, 0.031, 0.000))
 _ELBOW = (0.022, 0.023, 0.0)
 _FOREARM = ((0.300, 0.020, 0.020, 0.001), (0.970, 0.013, 0.013, 0.000))
 _HAND = (0.050, 0.013, 0.022, 0.040)  # distance from the wrist, half breadth, depth, length
-# Rucksack: height over the hip joint and share of the full depth.
-_RUCKSACK = ((0.085, 1.0), (0.195, 1.0), (0.255, 0.6))
 _SHOULDER_SLOPE = (0.85, 0.012, 0.022, 0.034, 0.020)  # share of the way to the arm, back, sizes
-
-
-@dataclass(frozen=True)
-class Body:
-    """
-    Ellipsoids and the pieces they span.
-
-    :param centers: (P, E, 3) centres in statures, axes of the body as in the skeleton.
-    :param axes: (P, E, 3, 3), semi-axes as columns.
-    :param pieces: the ellipsoids of every piece.
-    :param parts: the part of every piece, an index into :data:`PARTS`.
-    """
-
-    centers: Points
-    axes: Points
-    pieces: tuple[tuple[int, ...], ...]
-    parts: tuple[int, ...]
-
-
-class _Maker:
-    """Collects ellipsoids and pieces."""
-
-    def __init__(self) -> None:
-        self.centers: list[Points] = []
-        self.axes: list[Points] = []
-        self.pieces: list[tuple[int, ...]] = []
-        self.parts: list[int] = []
-
-    def ellipsoid(
-        self, center: Points, frame: Frame, breadth: float, depth: float, length: float = 0.0
-    ) -> int:
-        """Add an ellipsoid with half sizes along ``left``, ``front`` and ``along``."""
-        self.centers.append(center)
-        self.axes.append(
-            np.stack([breadth * frame.left, depth * frame.front, length * frame.along], axis=-1)
-        )
-        return len(self.centers) - 1
-
-    def hull(self, part: str, *members: int) -> None:
-        """Add the convex hull of some ellipsoids."""
-        self.pieces.append(members)
-        self.parts.append(PARTS.index(part))
-
-    def chain(self, part: str, members: list[int]) -> None:
-        """Add the hulls of neighbours."""
-        for first, second in itertools.pairwise(members):
-            self.hull(part, first, second)
-
-    def done(self) -> Body:
-        return Body(
-            np.stack(self.centers, axis=1),
-            np.stack(self.axes, axis=1),
-            tuple(self.pieces),
-            tuple(self.parts),
-        )
 
 
 def _blend(first: Frame, second: Frame, share: float) -> Frame:
@@ -120,13 +57,7 @@ def _blend(first: Frame, second: Frame, share: float) -> Frame:
     return Frame(first.along, front / np.linalg.norm(front, axis=-1, keepdims=True), left)
 
 
-def _upright(frame: Frame) -> Frame:
-    """Return the frame of the head: upright, looking ahead."""
-    one = np.broadcast_to(np.eye(3), (len(frame.along), 3, 3))
-    return Frame(one[:, 2], one[:, 0], one[:, 1])
-
-
-def _trunk(maker: _Maker, pose: Skeleton, build: Build) -> list[int]:
+def _trunk(maker: BodyMaker, pose: Skeleton, build: Build) -> list[int]:
     """Add trunk, neck and head; return the stations of the trunk from below."""
     stations = []
     axis = pose.pelvis_frame.along
@@ -142,7 +73,7 @@ def _trunk(maker: _Maker, pose: Skeleton, build: Build) -> list[int]:
             )
         )
     maker.chain('torso', stations)
-    head = _upright(pose.pelvis_frame)
+    head = upright(pose.pelvis_frame)
     neck = [
         maker.ellipsoid(
             pose.pelvis + height * axis + shift * head.front,
@@ -182,7 +113,7 @@ def _trunk(maker: _Maker, pose: Skeleton, build: Build) -> list[int]:
 
 
 def _limb(
-    maker: _Maker,
+    maker: BodyMaker,
     part: str,
     start: Points,
     end: Points,
@@ -204,14 +135,14 @@ def _limb(
 
 
 def _joint(
-    maker: _Maker, at: Points, frame: Frame, size: tuple, girth: float, cloth: float
+    maker: BodyMaker, at: Points, frame: Frame, size: tuple, girth: float, cloth: float
 ) -> int:
     breadth, depth, shift = size
     breadth, depth = girth * breadth + cloth, girth * depth + cloth
     return maker.ellipsoid(at + shift * frame.front, frame, breadth, depth, depth)
 
 
-def _foot(maker: _Maker, pose: Skeleton, side: str, ankle: int) -> None:
+def _foot(maker: BodyMaker, pose: Skeleton, side: str, ankle: int) -> None:
     """Add a shoe; ``front`` of a foot's frame is the sole."""
     joints, frame = pose.joints, pose.frames[f'{side}_foot']
     up = -frame.front
@@ -230,7 +161,7 @@ def _foot(maker: _Maker, pose: Skeleton, side: str, ankle: int) -> None:
     maker.hull('feet', ball, toe)
 
 
-def _leg(maker: _Maker, pose: Skeleton, side: str, build: Build) -> None:
+def _leg(maker: BodyMaker, pose: Skeleton, side: str, build: Build) -> None:
     joints = pose.joints
     hip, knee, ankle = (joints[f'{side}_{name}'] for name in ('hip', 'knee', 'ankle'))
     thigh_frame, shank_frame = pose.frames[f'{side}_thigh'], pose.frames[f'{side}_shank']
@@ -238,7 +169,6 @@ def _leg(maker: _Maker, pose: Skeleton, side: str, build: Build) -> None:
     thigh = _limb(maker, 'legs', hip, knee, thigh_frame, _THIGH, girth, cloth)
     middle = _joint(maker, knee, thigh_frame, _KNEE, (girth + 1) / 2, cloth)
     maker.hull('legs', thigh[-1], middle)
-    # Trousers hang: they follow the calf less than the thigh, and are widest at the hem.
     shank = _limb(maker, 'legs', knee, ankle, shank_frame, _SHANK, (girth + 1) / 2, cloth)
     maker.hull('legs', middle, shank[0])
     bone = _joint(maker, ankle, shank_frame, (0.021, 0.023, 0.0), 1.0, 0.0)
@@ -246,7 +176,7 @@ def _leg(maker: _Maker, pose: Skeleton, side: str, build: Build) -> None:
     _foot(maker, pose, side, bone)
 
 
-def _arm(maker: _Maker, pose: Skeleton, side: str, build: Build) -> None:
+def _arm(maker: BodyMaker, pose: Skeleton, side: str, build: Build) -> None:
     joints = pose.joints
     shoulder, elbow, wrist = (joints[f'{side}_{name}'] for name in ('shoulder', 'elbow', 'wrist'))
     upper_frame, lower_frame = pose.frames[f'{side}_upper_arm'], pose.frames[f'{side}_forearm']
@@ -261,44 +191,6 @@ def _arm(maker: _Maker, pose: Skeleton, side: str, build: Build) -> None:
     maker.hull('hands', bone, hand)
 
 
-def _on_leg(pose: Skeleton, side: str, below: float) -> tuple[Points, Frame]:
-    """Return the point ``below`` statures down the leg from the hip, and the frame there."""
-    joints = pose.joints
-    if below <= THIGH:
-        share, ends, name = below / THIGH, ('hip', 'knee'), 'thigh'
-    else:
-        share, ends, name = (below - THIGH) / SHANK, ('knee', 'ankle'), 'shank'
-    start, end = (joints[f'{side}_{end}'] for end in ends)
-    return start + share * (end - start), pose.frames[f'{side}_{name}']
-
-
-def _skirt(maker: _Maker, pose: Skeleton, build: Build, trunk: list[int]) -> None:
-    """Add a skirt, dress or coat: cloth spanned between the trunk and both legs."""
-    rings = [list(trunk[:2])]
-    for below in (0.5 * build.hem, build.hem):
-        out = build.flare * below / build.hem
-        ring = []
-        for side in SIDES:
-            center, frame = _on_leg(pose, side, below)
-            upright = _upright(frame)
-            width = build.girth * np.interp(below, (0.0, 0.245, 0.49), (0.055, 0.042, 0.034))
-            ring.append(maker.ellipsoid(center, upright, width + out, width + out))
-        rings.append(ring)
-    for upper, lower in itertools.pairwise(rings):
-        maker.hull('skirt', *upper, *lower)
-
-
-def _rucksack(maker: _Maker, pose: Skeleton, build: Build) -> None:
-    frame = pose.thorax_frame
-    depth = build.rucksack / 2
-    members = []
-    for height, share in _RUCKSACK:
-        back = build.girth * 0.055 + build.trunk_cloth + share * depth - 0.01
-        center = pose.pelvis + height * frame.along - back * frame.front
-        members.append(maker.ellipsoid(center, frame, 0.075, share * depth + 0.01, 0.035))
-    maker.chain('rucksack', members)
-
-
 def make_body(pose: Skeleton, build: Build) -> Body:
     """
     Put a body on a skeleton.
@@ -307,13 +199,13 @@ def make_body(pose: Skeleton, build: Build) -> Body:
     :param build: figure and clothes.
     :returns: its ellipsoids and pieces at the same phases.
     """
-    maker = _Maker()
+    maker = BodyMaker()
     trunk = _trunk(maker, pose, build)
     for side in SIDES:
         _leg(maker, pose, side, build)
         _arm(maker, pose, side, build)
     if build.hem > 0:
-        _skirt(maker, pose, build, trunk)
+        add_skirt(maker, pose, build, trunk)
     if build.rucksack > 0:
-        _rucksack(maker, pose, build)
+        add_rucksack(maker, pose, build)
     return maker.done()

@@ -25,6 +25,8 @@ MODEL_VERSION = 1
 _MODEL_SOURCES = (
     'kinematics.py',
     'skeleton.py',
+    'solid.py',
+    'clothing.py',
     'body.py',
     'build.py',
     'projection.py',

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.gait_model.body import Body
+from gait_segmentation.gait_model.solid import Body
 
 __all__ = ['extent', 'project', 'view_matrix']
 

@@ -19,11 +19,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gait_segmentation.errors import BankError
-from gait_segmentation.gait_model.body import PARTS, Body, make_body
+from gait_segmentation.gait_model.body import make_body
 from gait_segmentation.gait_model.build import Build, named_build
 from gait_segmentation.gait_model.projection import extent, project
 from gait_segmentation.gait_model.raster import draw
 from gait_segmentation.gait_model.skeleton import walk
+from gait_segmentation.gait_model.solid import PARTS, Body
 
 __all__ = ['Registration', 'register', 'render_cycle', 'render_parts', 'render_silhouette']
 
@@ -238,7 +239,7 @@ def render_parts(
     Parameters, size and registration are those of :func:`render_silhouette`.
 
     :returns: part -> (rows, columns) uint8 alpha, for all of
-        :data:`~gait_segmentation.gait_model.body.PARTS`; the alphas of a pixel add up to that of
+        :data:`~gait_segmentation.gait_model.solid.PARTS`; the alphas of a pixel add up to that of
         the silhouette, but for rounding.
     :raises BankError: for an unknown build or a size that is not positive.
     """

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gait_segmentation.gait_model.kinematics import joint_angle
 
-__all__ = ['SIDES', 'Frame', 'Skeleton', 'walk']
+__all__ = ['SHANK', 'SIDES', 'THIGH', 'Frame', 'Points', 'Skeleton', 'walk']
 
 Points = NDArray[np.float64]
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.gait_model.body import PARTS, make_body
+from gait_segmentation.gait_model.body import make_body
 from gait_segmentation.gait_model.build import BUILDS, Build
 from gait_segmentation.gait_model.projection import extent, project
 from gait_segmentation.gait_model.skeleton import walk
+from gait_segmentation.gait_model.solid import PARTS
 
 PHASES = np.arange(10) / 10
 

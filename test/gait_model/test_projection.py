@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from gait_segmentation.gait_model.body import Body
 from gait_segmentation.gait_model.projection import extent, project, view_matrix
+from gait_segmentation.gait_model.solid import Body
 
 angles = st.floats(-4, 4)
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import BankError
-from gait_segmentation.gait_model.body import PARTS
 from gait_segmentation.gait_model.build import BUILDS, Build
 from gait_segmentation.gait_model.render import (
     register,
@@ -14,6 +13,7 @@ from gait_segmentation.gait_model.render import (
     render_parts,
     render_silhouette,
 )
+from gait_segmentation.gait_model.solid import PARTS
 
 PHASES = np.arange(12) / 12
 
