@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The subscription to a camera, raw or compressed, reliable or best effort."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.qos import ReliabilityPolicy
+from sensor_msgs.msg import CompressedImage, Image
+
+from gait_segmentation.ros.image import read_bgr, read_compressed
+from gait_segmentation.ros.qos import image_profile
+
+if TYPE_CHECKING:
+    from rclpy.event_handler import QoSRequestedIncompatibleQoSInfo
+    from rclpy.node import Node
+
+    from gait_segmentation.ros.config import CameraConfig
+
+__all__ = ['CameraSubscription', 'claimed_shape', 'decode']
+
+_MOST_PIXELS = 1 << 26
+
+
+def decode(message: Image | CompressedImage) -> NDArray[np.uint8]:
+    """
+    Return the image of a message as (height, width, 3) uint8 BGR.
+
+    :raises InputError: if it cannot be read.
+    """
+    if isinstance(message, CompressedImage):
+        return read_compressed(message)
+    return read_bgr(message)
+
+
+def claimed_shape(message: Image | CompressedImage) -> tuple[int, int] | None:
+    """Return (height, width) that an image claims to have, None if it says nothing sensible."""
+    if isinstance(message, CompressedImage):
+        return None
+    shape = (message.height, message.width)
+    return shape if 0 < shape[0] * shape[1] <= _MOST_PIXELS else None
+
+
+class CameraSubscription:
+    """
+    A subscription that adapts to what the camera offers.
+
+    With ``reliability: auto`` it asks for reliable delivery; if a camera offers only best
+    effort, it says so once and is made anew as best effort.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        config: CameraConfig,
+        received: Callable[[Image | CompressedImage], None],
+    ) -> None:
+        """
+        Subscribe.
+
+        :param received: called with every message.
+        """
+        compressed = config.image_transport == 'compressed'
+        self._node = node
+        self._type = CompressedImage if compressed else Image
+        self.topic = 'image/compressed' if compressed else 'image'
+        self._received = received
+        self._adapts = config.reliability == 'auto'
+        self._renewal = node.create_guard_condition(self._renew)
+        self._subscribe(best_effort=config.reliability == 'best_effort' or self._offers_less())
+
+    @property
+    def best_effort(self) -> bool:
+        """Return whether messages may be lost on the way."""
+        return bool(self._subscription.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT)
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._node.destroy_subscription(self._subscription)
+        self._node.destroy_guard_condition(self._renewal)
+
+    def _offers_less(self) -> bool:
+        """Return whether a camera that is there already offers only best effort."""
+        if not self._adapts:
+            return False
+        name = self._node.resolve_topic_name(self.topic)
+        offers = self._node.get_publishers_info_by_topic(name)
+        return any(
+            each.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT for each in offers
+        )
+
+    def _subscribe(self, best_effort: bool) -> None:
+        events = SubscriptionEventCallbacks(
+            incompatible_qos=self._incompatible, use_default_callbacks=False
+        )
+        self._subscription = self._node.create_subscription(
+            self._type,
+            self.topic,
+            self._received,
+            image_profile(best_effort),
+            event_callbacks=events,
+        )
+
+    def _incompatible(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
+        if self._adapts and not self.best_effort:
+            # Not here: the executor is just calling this subscription's event.
+            self._renewal.trigger()
+            return
+        self._node.get_logger().warning(
+            f'a publisher on {self._subscription.topic_name} offers an incompatible QoS '
+            f'({event.last_policy_kind}); no messages come from it. Set the parameter '
+            'reliability to auto or best_effort'
+        )
+
+    def _renew(self) -> None:
+        if self.best_effort:
+            return
+        name = self._subscription.topic_name
+        self._node.get_logger().info(
+            f'the publisher on {name} offers best effort only: subscribing as best effort, '
+            'images may be lost'
+        )
+        self._node.destroy_subscription(self._subscription)
+        self._subscribe(best_effort=True)

@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Parameters of the nodes that no stage knows of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gait_segmentation.config import StageConfig, parameter
+
+__all__ = [
+    'BankConfig',
+    'CameraConfig',
+    'NodeConfig',
+    'SegmenterNodeConfig',
+    'SizeConfig',
+    'StartConfig',
+]
+
+
+@dataclass(frozen=True)
+class NodeConfig(StageConfig):
+    """Parameters of every node."""
+
+    autostart: bool = parameter(
+        True,
+        'Configure and activate the node when it starts, instead of waiting for a life cycle '
+        'manager.',
+        read_only=True,
+    )
+    max_people: int = parameter(
+        1, 'People tracked at a time (slots person_0, ...).', minimum=1, maximum=1, read_only=True
+    )
+    backlog: int = parameter(
+        10,
+        'Frames that may wait when the work falls behind; when more come, all but the newest '
+        'are dropped. Raising it loses less and lets the delay grow.',
+        unit='frames',
+        minimum=1,
+        maximum=1000,
+    )
+    num_threads: int = parameter(
+        1,
+        'Threads that OpenCV may use besides the ones of the node. 0 = as many as cores.',
+        minimum=0,
+        maximum=64,
+        read_only=True,
+    )
+
+
+@dataclass(frozen=True)
+class CameraConfig(StageConfig):
+    """Parameters of nodes that subscribe to the camera."""
+
+    reliability: str = parameter(
+        'auto',
+        'Reliability of the image subscription. auto = reliable, or best effort as soon as the '
+        'camera offers nothing better.',
+        choices=('auto', 'best_effort', 'reliable'),
+        read_only=True,
+    )
+    image_transport: str = parameter(
+        'raw',
+        'raw = sensor_msgs/Image on image, compressed = sensor_msgs/CompressedImage (JPEG or '
+        'PNG) on image/compressed.',
+        choices=('raw', 'compressed'),
+        read_only=True,
+    )
+
+
+@dataclass(frozen=True)
+class StartConfig(StageConfig):
+    """Parameters of nodes that start tracks; ``initial_box`` is declared beside them."""
+
+    initial_box_stamp: int = parameter(
+        0,
+        'Stamp of the frame that initial_box belongs to: it is applied at the first frame that '
+        'is not earlier. 0 = the first frame.',
+        unit='ns',
+        minimum=0,
+        read_only=True,
+    )
+
+
+@dataclass(frozen=True)
+class SizeConfig(StageConfig):
+    """Parameters of the matcher for likelihoods that do not come from gait_tracker."""
+
+    source_width: int = parameter(
+        0,
+        'Width of the source image that boxes are measured in. 0 = as told on image_size; if '
+        'nobody publishes that, the width of the likelihood.',
+        unit='px',
+        minimum=0,
+        maximum=65535,
+        read_only=True,
+    )
+    source_height: int = parameter(
+        0,
+        'Height of the source image, see source_width.',
+        unit='px',
+        minimum=0,
+        maximum=65535,
+        read_only=True,
+    )
+
+
+@dataclass(frozen=True)
+class SegmenterNodeConfig(StageConfig):
+    """Parameters of the segmenter's node."""
+
+    keep_images: int = parameter(
+        40,
+        'Images kept while they wait for their match. Must cover the lag of the matching and '
+        'the frames under way.',
+        unit='frames',
+        minimum=2,
+        maximum=1000,
+        read_only=True,
+    )
+
+
+@dataclass(frozen=True)
+class BankConfig(StageConfig):
+    """Parameters of nodes that use the templates."""
+
+    bank: str = parameter(
+        '',
+        'File of the template bank, as gait_bank writes it. Empty = the standard gait model.',
+        read_only=True,
+    )

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What happens to a frame before the tracking: jumps of time, changes of size, first boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import Box
+
+__all__ = ['Intake']
+
+
+class Intake:
+    """
+    Watches stamps and sizes, and starts tracks.
+
+    A box asked for by :meth:`request` starts a track at the next frame.  The initial box does so
+    at the first frame that is not earlier than its stamp, and again after time jumped back,
+    since a bag that loops begins anew.
+    """
+
+    def __init__(
+        self,
+        *,
+        reset: Callable[[], None],
+        initialize: Callable[[Box], None],
+        warn: Callable[[str, str], None],
+        initial_box: Box | None = None,
+        initial_stamp_ns: int = 0,
+    ) -> None:
+        """
+        Wait for the first frame.
+
+        :param reset: makes the stages forget everything.
+        :param initialize: starts a track at the frame taken in.
+        :param warn: logs a warning, given a key and a text.
+        """
+        self._reset = reset
+        self._initialize = initialize
+        self._warn = warn
+        self._initial_box = initial_box
+        self._initial_stamp_ns = initial_stamp_ns
+        self._armed = initial_box is not None
+        self._requested: Box | None = None
+        self._stamp_ns = 0
+        self.shape: tuple[int, int] | None = None
+
+    def request(self, box: Box) -> None:
+        """Start a track at the next frame."""
+        self._requested = box
+
+    def forget(self) -> None:
+        """Drop a box that was asked for and has not been used."""
+        self._requested = None
+
+    def take(self, image: NDArray[np.uint8], stamp_ns: int) -> None:
+        """
+        Prepare the stages for a frame.
+
+        :param image: (height, width, 3) uint8.
+        """
+        shape = (image.shape[0], image.shape[1])
+        if stamp_ns < self._stamp_ns:
+            self._warn(
+                'time',
+                f'the stamp went back by {(self._stamp_ns - stamp_ns) / 1e9:.3f} s '
+                '(a bag that loops?): everything is reset',
+            )
+            self._reset()
+            self._armed = self._initial_box is not None
+        elif self.shape not in (None, shape):
+            assert self.shape is not None
+            self._warn(
+                'size',
+                f'the image size changed from {self.shape[1]} x {self.shape[0]} to '
+                f'{shape[1]} x {shape[0]}: everything is reset',
+            )
+            self._reset()
+        self._stamp_ns = stamp_ns
+        self.shape = shape
+        box, self._requested = self._requested, None
+        if self._armed and stamp_ns >= self._initial_stamp_ns:
+            self._armed = False
+            box = box or self._initial_box
+        if box is None:
+            return
+        if box.clipped(shape[1], shape[0]) is None:
+            self._warn(
+                'box',
+                f'the box to start from, x {box.x:g}, y {box.y:g}, {box.width:g} x '
+                f'{box.height:g}, lies outside of the image of {shape[1]} x {shape[0]} pixels '
+                'and is ignored',
+            )
+            return
+        self._initialize(box)

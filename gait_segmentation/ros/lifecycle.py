@@ -1,0 +1,307 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The base of all nodes: life cycle, worker thread, services, diagnostics."""
+
+from __future__ import annotations
+
+import time
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
+
+import cv2
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.clock import Clock, ClockType
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.qos import QoSProfile
+from std_srvs.srv import SetBool, Trigger
+
+from gait_segmentation.config import StageConfig
+from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.ros.backlog import Backlog, Worker
+from gait_segmentation.ros.config import NodeConfig
+from gait_segmentation.ros.diagnostics import diagnostic_message
+from gait_segmentation.ros.parameters import NodeParameters
+from gait_segmentation.ros.qos import BETWEEN_NODES
+from gait_segmentation.ros.statistics import Statistics
+
+__all__ = ['GaitNode']
+
+_WARN_EVERY_S = 5.0
+_DRAIN_S = 5.0
+
+
+class GaitNode(LifecycleNode):
+    """
+    A node that works on frames in one thread of its own.
+
+    The executor's thread only receives messages and hands frames over; stages are touched by
+    the worker alone, so they need no locks.  Derived classes say what to do in the methods
+    from :meth:`build` to :meth:`status`.
+    """
+
+    groups: ClassVar[Sequence[tuple[str, type[StageConfig]]]] = ()
+    """Prefix and class of the configurations beside :class:`NodeConfig`."""
+
+    with_initial_box: ClassVar[bool] = False
+
+    def __init__(self, name: str, **options: Any) -> None:
+        """
+        Declare parameters and services; everything else waits for the life cycle.
+
+        :param options: passed on to rclpy's node.
+        :raises ConfigError: if a parameter has a value that is not allowed.
+        """
+        super().__init__(name, **options)
+        self.statistics = Statistics()
+        self.enabled = True
+        self._inputs: list[Any] = []
+        self._outputs: list[Any] = []
+        self._warned: dict[str, float] = {}
+        self._worker: Worker | None = None
+        self._failure: BaseException | None = None
+        self.parameters = NodeParameters(
+            self,
+            [('', NodeConfig), *self.groups],
+            with_initial_box=self.with_initial_box,
+            changed=self._parameters_changed,
+        )
+        self._alarm = self.create_guard_condition(self._raise_failure)
+        self.create_service(SetBool, '~/enable', self._enable)
+        self.create_service(Trigger, '~/reset', self._reset)
+        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        # Steady, so that a simulation that stands still is still reported on.
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(1.0, self._report, clock=steady)
+
+    # What derived classes do.
+
+    @abstractmethod
+    def build(self) -> None:
+        """Make stages and publishers and compile the kernels."""
+
+    @abstractmethod
+    def connect(self) -> None:
+        """Make the subscriptions."""
+
+    @abstractmethod
+    def process(self, frame: Any) -> None:
+        """Work on a frame and publish its outputs (worker)."""
+
+    @abstractmethod
+    def process_unusable(self, frame: Any) -> None:
+        """Publish the empty outputs of a frame that cannot be worked on (worker)."""
+
+    @abstractmethod
+    def forget(self) -> None:
+        """Forget the person (worker)."""
+
+    @abstractmethod
+    def apply(self, group: str, config: StageConfig) -> None:
+        """Put a changed configuration into force (worker)."""
+
+    def finish(self) -> None:
+        """Publish what is held back, before the node is deactivated (worker)."""
+
+    def release(self) -> None:
+        """Let go of the stages."""
+
+    def status(self) -> dict[str, str]:
+        """Return what the diagnostics are to report besides the usual."""
+        return {}
+
+    # What derived classes use.
+
+    def output(self, kind: Any, topic: str, profile: QoSProfile = BETWEEN_NODES) -> Any:
+        """Make a publisher that lives until the clean-up."""
+        publisher = self.create_publisher(kind, topic, profile)
+        self._outputs.append(publisher)
+        return publisher
+
+    def input(
+        self,
+        kind: Any,
+        topic: str,
+        received: Callable[[Any], None],
+        profile: QoSProfile = BETWEEN_NODES,
+    ) -> None:
+        """Make a subscription that lives until the deactivation."""
+        self._inputs.append(self.create_subscription(kind, topic, received, profile))
+
+    def accept(self, stamp_ns: int) -> bool:
+        """Return whether a frame is to be taken in; a zero stamp is refused with a warning."""
+        if stamp_ns <= 0:
+            self.warn(
+                'zero stamp',
+                'an image with stamp zero is ignored: stamps tell frames apart, so the camera '
+                'driver must set header.stamp',
+            )
+            return False
+        return self.enabled
+
+    def hand_over(self, stamp_ns: int, frame: Any) -> None:
+        """Give a frame to the worker."""
+        if self._worker is None:
+            return
+        now = time.monotonic()
+        self.statistics.arrived(now, stamp_ns)
+        dropped = self._worker.backlog.put((now, frame))
+        if dropped:
+            self.statistics.skipped += dropped
+            self.warn('overflow', f'cannot keep up: {dropped} waiting frames dropped')
+
+    def later(self, call: Callable[[], None]) -> None:
+        """Have something done by the worker before the next frame."""
+        if self._worker is not None:
+            self._worker.backlog.call(call)
+
+    def warn(self, key: str, text: str) -> None:
+        """Log a warning, those of one key at most every 5 seconds."""
+        now = time.monotonic()
+        if now - self._warned.get(key, -_WARN_EVERY_S) >= _WARN_EVERY_S:
+            self._warned[key] = now
+            self.get_logger().warning(text)
+
+    @property
+    def state(self) -> str:
+        """Return the state of the life cycle in words."""
+        return str(self._state_machine.current_state[1])
+
+    def start(self) -> bool:
+        """Configure and activate if the node starts itself; return whether that went well."""
+        if not self.parameters.get(NodeConfig).autostart:
+            return True
+        success = TransitionCallbackReturn.SUCCESS
+        return self.trigger_configure() == success and self.trigger_activate() == success
+
+    def close(self) -> None:
+        """Stop the worker and let go of everything."""
+        self._disconnect(drain=False)
+        self._tear_down()
+
+    # Life cycle.
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Build stages, publishers and the worker."""
+        result = self._transition('configuring', self._configure)
+        if result != TransitionCallbackReturn.SUCCESS:
+            self._tear_down()
+        return result
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Subscribe."""
+        result = self._transition('activating', self.connect)
+        if result != TransitionCallbackReturn.SUCCESS:
+            self._disconnect(drain=False)
+        return result
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Unsubscribe and finish what was taken in."""
+        return self._transition('deactivating', lambda: self._disconnect(drain=True))
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Let go of stages, publishers and worker."""
+        return self._transition('cleaning up', self._tear_down)
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Let go of everything."""
+        return self._transition('shutting down', self.close)
+
+    def _transition(self, what: str, action: Callable[[], None]) -> TransitionCallbackReturn:
+        try:
+            action()
+        except Exception as error:  # rclpy would swallow it without a word.
+            self.get_logger().error(f'{what} failed: {type(error).__name__}: {error}')
+            return TransitionCallbackReturn.FAILURE
+        return TransitionCallbackReturn.SUCCESS
+
+    def _configure(self) -> None:
+        config = self.parameters.get(NodeConfig)
+        # OpenCV takes 0 as "no threads at all" and a negative number as its default.
+        cv2.setNumThreads(config.num_threads or -1)
+        self.statistics = Statistics()
+        self.build()
+        self._worker = Worker(Backlog(config.backlog), self._work, self._worker_failed)
+
+    def _disconnect(self, drain: bool) -> None:
+        for subscription in self._inputs:
+            if hasattr(subscription, 'close'):
+                subscription.close()
+            else:
+                self.destroy_subscription(subscription)
+        self._inputs.clear()
+        if drain and self._worker is not None:
+            self._worker.backlog.drain(_DRAIN_S)
+            self.later(self.finish)
+            self.later(self.forget)
+            self._worker.backlog.drain(_DRAIN_S)
+
+    def _tear_down(self) -> None:
+        if self._worker is not None:
+            self._worker.stop()
+            self._worker = None
+        for publisher in self._outputs:
+            self.destroy_publisher(publisher)
+        self._outputs.clear()
+        self.release()
+
+    # The worker's thread.
+
+    def _work(self, item: tuple[float, Any]) -> None:
+        arrived_s, frame = item
+        try:
+            self.process(frame)
+        except GaitSegmentationError as error:
+            self.statistics.failed += 1
+            self.warn(f'frame {type(error).__name__}', f'a frame cannot be used: {error}')
+            self.process_unusable(frame)
+        self.statistics.finished(time.monotonic() - arrived_s)
+
+    def _worker_failed(self, error: BaseException) -> None:
+        if self.context.ok():
+            self._failure = error
+            self._alarm.trigger()
+
+    def _raise_failure(self) -> None:
+        """End the process, in the executor's thread: a node whose worker died is no use."""
+        if self._failure is not None:
+            raise self._failure
+
+    # Services, parameters and diagnostics.
+
+    def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        self.enabled = bool(request.data)
+        if not self.enabled:
+            self.later(self.forget)
+        response.success = True
+        response.message = 'enabled' if self.enabled else 'disabled: frames are ignored'
+        return response
+
+    def _reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self.later(self.forget)
+        response.success = self._worker is not None
+        response.message = 'reset' if response.success else f'the node is {self.state}'
+        return response
+
+    def _parameters_changed(self, group: str, config: StageConfig) -> None:
+        if isinstance(config, NodeConfig) and self._worker is not None:
+            self._worker.backlog.limit = config.backlog
+        self.later(lambda: self.apply(group, config))
+
+    def _report(self) -> None:
+        details = self.status()
+        details['kernels ready'] = str(self._worker is not None).lower()
+        for publisher in self._outputs:
+            details[f'subscribers of {publisher.topic_name}'] = str(
+                publisher.get_subscription_count()
+            )
+        self._diagnostics.publish(
+            diagnostic_message(
+                self.get_fully_qualified_name(),
+                self.state,
+                self.statistics,
+                time.monotonic(),
+                self.get_clock().now().to_msg(),
+                details,
+            )
+        )

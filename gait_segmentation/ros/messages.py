@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Boxes and gait as messages: one place for what each field means."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from geometry_msgs.msg import Point32, PolygonInstanceStamped
+from sensor_msgs.msg import JointState, RegionOfInterest
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import BodyFrame, Box
+
+if TYPE_CHECKING:
+    from std_msgs.msg import Header
+
+    from gait_segmentation.results import MatchResult
+
+__all__ = [
+    'GAIT_NAMES',
+    'box_message',
+    'gait_message',
+    'points_of',
+    'read_body',
+    'read_box',
+    'read_gait',
+    'read_region',
+    'stamp_of',
+]
+
+GAIT_NAMES = ('gait_phase', 'view_azimuth')
+"""Joints of the gait message: radians of the stride with their rate, and walking direction."""
+
+Corners = tuple[tuple[float, float], ...]
+
+
+def stamp_of(header: Header) -> int:
+    """Return the stamp of a header in nanoseconds."""
+    return int(header.stamp.sec) * 1_000_000_000 + int(header.stamp.nanosec)
+
+
+def box_message(corners: Corners, track_id: int, header: Header) -> PolygonInstanceStamped:
+    """
+    Make a message from corners in source pixels.
+
+    :param corners: four (x, y) clockwise from the top left, none if nobody is tracked.
+    """
+    message = PolygonInstanceStamped(header=header)
+    message.polygon.id = track_id
+    message.polygon.polygon.points = [Point32(x=float(x), y=float(y)) for x, y in corners]
+    return message
+
+
+def points_of(message: PolygonInstanceStamped) -> Corners:
+    """
+    Return the corners of a box message, none if nobody is tracked.
+
+    :raises InputError: if there are neither 0 nor 4 points, or one is not finite.
+    """
+    points = tuple((point.x, point.y) for point in message.polygon.polygon.points)
+    if len(points) not in (0, 4):
+        raise InputError(f'a box must have 4 points, or none for nobody, got {len(points)}')
+    if not all(math.isfinite(value) for point in points for value in point):
+        raise InputError(f'box points must be finite, got {points}')
+    return points
+
+
+def read_box(message: PolygonInstanceStamped) -> Box | None:
+    """
+    Return the upright box about the corners, None if nobody is tracked.
+
+    :raises InputError: see :func:`points_of`; also if the box has no size.
+    """
+    points = points_of(message)
+    if not points:
+        return None
+    columns = [x for x, _ in points]
+    rows = [y for _, y in points]
+    left, top = min(columns), min(rows)
+    return Box(left, top, max(columns) - left, max(rows) - top)
+
+
+def read_body(message: PolygonInstanceStamped) -> BodyFrame | None:
+    """
+    Return the body a matched box stands for, None if nobody is tracked.
+
+    :raises InputError: see :func:`points_of`; also if the rectangle has no size.
+    """
+    points = points_of(message)
+    return BodyFrame.from_corners(points)[0] if points else None
+
+
+def read_region(message: RegionOfInterest) -> Box:
+    """
+    Return the box of a region of interest.
+
+    :raises InputError: if it has no size.
+    """
+    return Box(message.x_offset, message.y_offset, message.width, message.height)
+
+
+def gait_message(match: MatchResult, header: Header) -> JointState:
+    """Make the gait message of a match; it has no joints if nobody is tracked."""
+    message = JointState(header=header)
+    if match.body is not None:
+        message.name = list(GAIT_NAMES)
+        message.position = [2 * math.pi * match.phase, match.azimuth]
+        message.velocity = [2 * math.pi * match.phase_rate, 0.0]
+    return message
+
+
+def read_gait(message: JointState) -> tuple[float, float, float]:
+    """
+    Return phase in strides [0, 1), its rate in strides per second, and azimuth in radians.
+
+    All are 0 if the message has no joints.
+
+    :raises InputError: if joints are missing or have no position.
+    """
+    if not message.name:
+        return 0.0, 0.0, 0.0
+    named = dict(zip(message.name, range(len(message.position)), strict=False))
+    missing = [name for name in GAIT_NAMES if name not in named]
+    if missing:
+        raise InputError(
+            f'gait must have positions of {" and ".join(GAIT_NAMES)}, got {list(message.name)} '
+            f'with {len(message.position)} positions'
+        )
+    phase, azimuth = (named[name] for name in GAIT_NAMES)
+    rate = message.velocity[phase] if len(message.velocity) > phase else 0.0
+    turn = 2 * math.pi
+    return (message.position[phase] / turn) % 1.0, rate / turn, message.position[azimuth]

@@ -1,0 +1,64 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Counters and times of a node, without ROS and without a clock of their own."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+
+import numpy as np
+
+__all__ = ['Statistics']
+
+_WINDOW = 150
+"""Frames that rates and latencies are taken over."""
+
+
+class Statistics:
+    """
+    What the diagnostics report of the frames of a node.
+
+    Times are seconds of any steady clock.  May be used by several threads.
+    """
+
+    def __init__(self) -> None:
+        """Begin with nothing received."""
+        self.received = 0
+        self.processed = 0
+        self.skipped = 0
+        self.failed = 0
+        self.last_stamp_ns = 0
+        self._arrivals: deque[float] = deque(maxlen=_WINDOW)
+        self._latencies_s: deque[float] = deque(maxlen=_WINDOW)
+        self._lock = threading.Lock()
+
+    def arrived(self, now_s: float, stamp_ns: int) -> None:
+        """Count a frame received."""
+        with self._lock:
+            self.received += 1
+            self.last_stamp_ns = stamp_ns
+            self._arrivals.append(now_s)
+
+    def finished(self, latency_s: float) -> None:
+        """Count a frame whose output is published, ``latency_s`` after its arrival."""
+        with self._lock:
+            self.processed += 1
+            self._latencies_s.append(latency_s)
+
+    def rate_hz(self, now_s: float) -> float:
+        """Return the rate of the frames of the last 5 seconds, 0 without."""
+        with self._lock:
+            recent = [each for each in self._arrivals if now_s - each <= 5.0]
+        if len(recent) < 2 or recent[-1] <= recent[0]:
+            return 0.0
+        return (len(recent) - 1) / (recent[-1] - recent[0])
+
+    def latency_ms(self) -> tuple[float, float]:
+        """Return median and 95th percentile of the time from arrival to output, NaN without."""
+        with self._lock:
+            values = list(self._latencies_s)
+        if not values:
+            return float('nan'), float('nan')
+        median, high = np.percentile(values, (50, 95)) * 1e3
+        return float(median), float(high)

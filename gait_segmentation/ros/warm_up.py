@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Running the stages once before the first frame comes.
+
+Numba compiles a kernel, or loads it from its cache, when it is first called; that takes up to
+seconds and must not happen while a camera waits.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.gait_model import TemplateBank, default_bank
+from gait_segmentation.geometry import BodyFrame, Box, pixel_affine, template_to_image
+from gait_segmentation.matching import MatchingConfig, SequenceMatcher
+from gait_segmentation.results import Feedback, MatchResult
+from gait_segmentation.segmentation import SegmentationConfig, Segmenter
+from gait_segmentation.tracking import PersonTracker, TrackingConfig
+
+__all__ = ['open_bank', 'warm_up_matcher', 'warm_up_segmenter', 'warm_up_tracker']
+
+_WIDTH, _HEIGHT, _BODY = 160, 120, 80
+_FRAMES = 7
+_STEP_NS = 33_000_000
+
+
+def open_bank(path: str) -> TemplateBank:
+    """
+    Return the bank of a file, the standard one for an empty path.
+
+    :raises BankError: if it cannot be read.
+    """
+    return TemplateBank.load(path) if path else default_bank()
+
+
+def warm_up_tracker(bank: TemplateBank, config: TrackingConfig) -> None:
+    """Call everything that the tracking stage calls in its first frames."""
+    tracker = PersonTracker(bank, config)
+    for index in range(_FRAMES):
+        image, mask, body = _scene(bank, index)
+        box = Box.around(mask)
+        if index == 0 and box is not None:
+            tracker.initialize(box)
+        track = tracker.update(image, (index + 1) * _STEP_NS)
+        size = track.likelihood.shape[::-1]
+        prior = np.asarray(cv2.resize(mask, size, interpolation=cv2.INTER_AREA))
+        tracker.learn(Feedback(track.stamp_ns, track.track_id, mask, body, prior))
+
+
+def warm_up_matcher(bank: TemplateBank, config: MatchingConfig) -> None:
+    """Call everything that the matching stage calls in its first frames."""
+    matcher = SequenceMatcher(bank, config)
+    for index in range(_FRAMES):
+        _, mask, _ = _scene(bank, index)
+        matcher.update(
+            mask,
+            Box.around(mask),
+            (index + 1) * _STEP_NS,
+            track_id=1,
+            source_size=(_WIDTH, _HEIGHT),
+        )
+    matcher.flush()
+
+
+def warm_up_segmenter(bank: TemplateBank, config: SegmentationConfig) -> None:
+    """Call everything that the segmentation stage calls in its first frames."""
+    segmenter = Segmenter(config)
+    for index in range(_FRAMES):
+        image, mask, body = _scene(bank, index)
+        # Half the size, so that the outline is refined at full resolution as well.
+        small = np.asarray(cv2.resize(mask, (_WIDTH // 2, _HEIGHT // 2)))
+        likelihood = cv2.blur(small, (5, 5))
+        stamp = (index + 1) * _STEP_NS
+        match = MatchResult(
+            stamp, 1, body, None, 0, index, index / bank.phases, 1.0, 0.0, 1.0, 1.0, small
+        )
+        segmenter.update(image, likelihood, match)
+
+
+def _scene(
+    bank: TemplateBank, index: int
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8], BodyFrame]:
+    """Return image, mask and body of a template that walks over noise."""
+    rng = np.random.default_rng(index)
+    image = rng.integers(60, 120, (_HEIGHT, _WIDTH, 3)).astype(np.uint8)
+    body = BodyFrame(60.0 + 3 * index, _HEIGHT / 2, _BODY)
+    template = bank.templates[0, index % bank.phases]
+    matrix = pixel_affine(template_to_image(body, *bank.grid, bank.fill))
+    mask = np.asarray(cv2.warpAffine(template, matrix, (_WIDTH, _HEIGHT)))
+    mask = np.where(mask > 127, 255, 0).astype(np.uint8)
+    image[mask > 0] = (40, 40, 200)
+    return image, mask, body
