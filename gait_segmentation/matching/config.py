@@ -37,7 +37,7 @@ class MatchingConfig(StageConfig):
         maximum=5.0,
     )
     memory: float = parameter(
-        0.6,
+        0.8,
         'Time constant with which the evidence of past frames fades in the path score.',
         unit='s',
         minimum=0.05,
@@ -100,7 +100,7 @@ class MatchingConfig(StageConfig):
         160.0, 'Fastest walk possible.', unit='steps/min', minimum=30.0, maximum=400.0
     )
     rate_cost: float = parameter(
-        0.3,
+        0.5,
         'Cost, in similarity, of a step that differs from the expected one by a whole stride.',
         minimum=0.0,
         maximum=10.0,
@@ -110,6 +110,13 @@ class MatchingConfig(StageConfig):
         'Cost, in similarity, of moving the placement by one step in one direction.',
         minimum=0.0,
         maximum=1.0,
+    )
+    scale_cost: float = parameter(
+        0.2,
+        'Cost, in similarity, of a body height that differs from the height of the box, times '
+        'the logarithm of their ratio.',
+        minimum=0.0,
+        maximum=2.0,
     )
     view_cost: float = parameter(
         0.05,

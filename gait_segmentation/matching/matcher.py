@@ -27,6 +27,12 @@ from gait_segmentation.results import MatchResult
 
 __all__ = ['SequenceMatcher']
 
+_STAND = 0.1
+"""A phase that falls back by less, in strides, stands still instead."""
+
+_SMOOTHING = 0.2
+"""Share of the newest frame in the mean similarity along the path."""
+
 
 @dataclass(frozen=True)
 class _Frame:
@@ -65,7 +71,12 @@ class SequenceMatcher:
         self._kernel = EventKernel(templates, self._placements.windows)
         area = templates.sum(axis=(1, 2), dtype=np.int32)
         self._path = PathSearch(
-            bank, area, self._placements.shape, self._kernel.pitch, self.config
+            bank,
+            area,
+            self._placements.shape,
+            self.config.scale_cost * np.abs(np.log(self._placements.scales)),
+            self._kernel.pitch,
+            self.config,
         )
         self._visible: NDArray[np.int32] | None = None
         self._motion = BoxMotion()
@@ -83,6 +94,7 @@ class SequenceMatcher:
         self._motion.reset()
         self._waiting: deque[_Frame] = deque()
         self._similarity = 0.0
+        self._phase: float | None = None
 
     def update(
         self,
@@ -244,10 +256,13 @@ class SequenceMatcher:
         share = ((phase + offsets[1]) / bank.phases) % 1.0
         if math.cos(azimuth) < -1e-9:
             share = (share + 0.5) % 1.0
+        if found:
+            share = self._forward(share)
         body = placement.body(frame.box, frame.angle)
-        self._similarity += (
-            0.2 * (similarity - self._similarity) if self._similarity else similarity
-        )
+        if self._similarity:
+            self._similarity += _SMOOTHING * (similarity - self._similarity)
+        else:
+            self._similarity = similarity
         return MatchResult(
             stamp_ns=frame.stamp_ns,
             track_id=frame.track_id,
@@ -267,6 +282,13 @@ class SequenceMatcher:
                 frame.shape,
             ),
         )
+
+    def _forward(self, phase: float) -> float:
+        """Return a phase that is not a little behind the last one: nobody walks backwards."""
+        if self._phase is not None and 0 < (self._phase - phase) % 1.0 < _STAND:
+            phase = self._phase
+        self._phase = phase
+        return phase
 
     def _similarity_at(
         self, sampled: Sampled, sequence: int, phase: int, scale: int, row: int, column: int

@@ -66,6 +66,7 @@ class PathSearch:
         bank: TemplateBank,
         template_area: NDArray[np.int32],
         shape: tuple[int, int, int],
+        scale_cost: NDArray[np.float64],
         lanes: int,
         config: MatchingConfig,
     ) -> None:
@@ -74,6 +75,7 @@ class PathSearch:
 
         :param template_area: (K,) int32, G.
         :param shape: number of body heights, vertical and horizontal shifts.
+        :param scale_cost: (S,) similarity that a body height costs in every frame.
         :param lanes: L, windows of one body height with filling.
         """
         self._config = config
@@ -81,6 +83,7 @@ class PathSearch:
         self._shape = shape
         self._near, self._near_cost = view_changes(bank, config)
         self._move_cost = round(UNIT * config.move_cost)
+        self._placement_cost = np.repeat(np.round(UNIT * scale_cost), lanes).astype(np.int16)
         states = (bank.sequences, bank.phases, shape[0] * lanes)
         size = 2 * math.prod(states)
         slots = max(config.lag + 2, min(64, _MOST_BYTES // size))
@@ -155,6 +158,7 @@ class PathSearch:
             self._template_area,
             areas.visible,
             config.minimum_visible,
+            self._placement_cost,
             self._ring[slot],
             self.leading,
         )

@@ -33,6 +33,7 @@ def advance(  # type: ignore[no-untyped-def]
     template_area,
     visible,
     minimum_visible,
+    placement_cost,
     after,
     leading,
 ):
@@ -55,6 +56,7 @@ def advance(  # type: ignore[no-untyped-def]
     :param template_area: (V * P,) int32, G.
     :param visible: (V * P, N) int32, G over the known pixels; (0, N) = all known.
     :param minimum_visible: share of G below which a placement does not count.
+    :param placement_cost: (N,) int16, what a placement costs in every frame.
     :param after: (V, P, N) int16, result.
     :param leading: (V, P) int16, largest score of each template, result.
     """
@@ -90,14 +92,14 @@ def advance(  # type: ignore[no-untyped-def]
                 result[:] = 0
             shared, whole = common[template], template_area[template]
             if visible.shape[0] == 0:
-                _add_similarity(shared, window_area, whole, result)
+                _add_similarity(shared, window_area, whole, placement_cost, result)
             else:
                 least = np.int32(minimum_visible * whole)
                 for j in range(size):
                     # A template out of sight gets an area that no likelihood can be like.
                     hidden = visible[template, j] < least
                     seen[j] = _HUGE if hidden else visible[template, j]
-                _add_similarity_seen(shared, window_area, seen, result)
+                _add_similarity_seen(shared, window_area, seen, placement_cost, result)
             leading[view, phase] = _largest_used(result, shape, lanes)
 
 
@@ -153,19 +155,19 @@ def _fade(row, lanes, move_cost, best, fading, result):  # type: ignore[no-untyp
 
 
 @njit(cache=True, nogil=True)
-def _add_similarity(shared, area, whole, result):  # type: ignore[no-untyped-def]
+def _add_similarity(shared, area, whole, cost, result):  # type: ignore[no-untyped-def]
     for j in range(len(result)):
         joint = max(np.int32(area[j] + whole - shared[j]), np.int32(1))
         share = np.float32(shared[j]) / np.float32(joint)
-        result[j] += np.int16(np.int32(share * np.float32(UNIT) + np.float32(0.5)))
+        result[j] += np.int16(np.int32(share * np.float32(UNIT) + np.float32(0.5)) - cost[j])
 
 
 @njit(cache=True, nogil=True)
-def _add_similarity_seen(shared, area, whole, result):  # type: ignore[no-untyped-def]
+def _add_similarity_seen(shared, area, whole, cost, result):  # type: ignore[no-untyped-def]
     for j in range(len(result)):
         joint = max(np.int32(area[j] + whole[j] - shared[j]), np.int32(1))
         share = np.float32(shared[j]) / np.float32(joint)
-        result[j] += np.int16(np.int32(share * np.float32(UNIT) + np.float32(0.5)))
+        result[j] += np.int16(np.int32(share * np.float32(UNIT) + np.float32(0.5)) - cost[j])
 
 
 @njit(cache=True, nogil=True)
