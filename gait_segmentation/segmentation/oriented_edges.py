@@ -84,7 +84,7 @@ def image_gradient(grey: NDArray[np.uint8]) -> Gradient:
     :param grey: (h, w) uint8.
     """
     dx, dy = _sobel(grey, 1.0)
-    median = float(np.median(grey)) / _SOBEL_GAIN
+    median = _median(grey) / _SOBEL_GAIN
     low, high = max(_IMAGE_LOW * median, _NOISE), max(_IMAGE_HIGH * median, 2 * _NOISE)
     x, y = dx.astype(np.float32), dy.astype(np.float32)
     visible = x * x + y * y > np.float32((_SOBEL_GAIN * low) ** 2)
@@ -106,5 +106,15 @@ def _canny(
 
 
 def _orientation(dx: NDArray[np.int16], dy: NDArray[np.int16]) -> NDArray[np.float32]:
-    angle = np.arctan2(dy.astype(np.float32), dx.astype(np.float32))
-    return np.asarray(np.where(angle < 0, angle + np.float32(np.pi), angle) % np.float32(np.pi))
+    shape = dx.shape
+    if dx.size == 0:
+        return np.zeros(shape, np.float32)
+    # cv2.phase is many times faster than arctan2, and exact to 0.01 degrees.
+    angle = cv2.phase(dx.astype(np.float32), dy.astype(np.float32)).reshape(shape)
+    half = np.float32(np.pi)
+    return np.asarray(np.where(angle >= half, angle - half, angle))
+
+
+def _median(grey: NDArray[np.uint8]) -> int:
+    counts = cv2.calcHist([np.ascontiguousarray(grey)], [0], None, [256], [0, 256])
+    return int(np.searchsorted(np.cumsum(counts), grey.size / 2))
