@@ -10,10 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,8 +25,8 @@ __all__ = [
     'Silhouette',
     'VocabularySpec',
     'bank_silhouettes',
-    'folder_silhouettes',
     'learn_vocabulary',
+    'mask_silhouettes',
     'model_bank',
     'outline_features',
 ]
@@ -36,7 +34,7 @@ __all__ = [
 _COVARIANCE_FLOOR = 1e-4
 _KMEANS_STARTS = 10
 _EM_STEPS = 200
-_IMAGE_ENDINGS = {'.png', '.bmp', '.jpg', '.jpeg', '.pgm', '.tif', '.tiff'}
+_MARGIN = 3
 _LEAST_HEIGHT = 16
 
 
@@ -87,41 +85,31 @@ def bank_silhouettes(bank: TemplateBank) -> Iterator[Silhouette]:
         yield Silhouette(template, body)
 
 
-def folder_silhouettes(folder: Path) -> Iterator[Silhouette]:
+def mask_silhouettes(masks: NDArray[np.uint8]) -> Iterator[Silhouette]:
     """
-    Yield the silhouettes in a folder's image files, in the order of their names.
+    Yield masks of people with the bodies in them.
 
     The body's axis is the median column of its pixels, top and bottom are the outermost rows.
-    Black images are passed over.
 
-    :raises VocabularyError: if the folder or a file cannot be read, holds no images, or a
-        silhouette is less than 16 pixels tall.
+    :param masks: (N, h, w) uint8 0/255, none of them empty.
+    :raises VocabularyError: if a silhouette is less than 16 pixels tall.
     """
-    try:
-        paths = sorted(p for p in folder.iterdir() if p.suffix.lower() in _IMAGE_ENDINGS)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise VocabularyError(f'cannot read the folder {folder}: {reason}') from error
-    if not paths:
-        raise VocabularyError(f'{folder} must hold images of silhouettes, got none')
-    for path in paths:
-        mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-        if mask is None:
-            raise VocabularyError(f'cannot read the image {path}')
-        mask = np.where(mask > 127, np.uint8(255), np.uint8(0))
+    for index, mask in enumerate(masks):
         rows, columns = np.nonzero(mask)
-        if rows.size == 0:
-            continue
         height = int(rows[-1] - rows[0]) + 1
         if height < _LEAST_HEIGHT:
             raise VocabularyError(
-                f'silhouettes must be at least {_LEAST_HEIGHT} px tall, got {height} px in {path}'
+                f'silhouettes must be at least {_LEAST_HEIGHT} px tall, number {index} has '
+                f'{height} px'
             )
-        middle = float(np.median(columns)) + 0.5
-        # A silhouette may fill its image; without a margin its outline is the border.
-        mask = cv2.copyMakeBorder(mask, 3, 3, 3, 3, cv2.BORDER_CONSTANT, value=0)
-        center_y = (float(rows[0]) + float(rows[-1]) + 1) / 2 + 3
-        yield Silhouette(mask, BodyFrame(middle + 3, center_y, float(height)))
+        # A silhouette may fill its image; its outline then needs a margin to be an edge.
+        wide = np.pad(mask, _MARGIN)
+        body = BodyFrame(
+            float(np.median(columns)) + 0.5 + _MARGIN,
+            float(rows[0]) + height / 2 + _MARGIN,
+            float(height),
+        )
+        yield Silhouette(wide, body)
 
 
 def outline_features(

@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``gait_bank vocabulary``: learn the words of the paper's shape prior."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from gait_segmentation.config import parameters_of
+from gait_segmentation.gait_model.silhouettes import read_silhouettes
+from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
+from gait_segmentation.segmentation.vocabulary_picture import draw_vocabulary
+from gait_segmentation.segmentation.vocabulary_training import (
+    Silhouette,
+    VocabularySpec,
+    bank_silhouettes,
+    learn_vocabulary,
+    mask_silhouettes,
+    model_bank,
+)
+
+__all__ = ['add_parser', 'run']
+
+_TEXT = """\
+The words are Gaussians over position and orientation of outline points, found by K-means and
+then EM.  They split the outline of a template where segmentation.prior is 'paper'; name the file
+in segmentation.vocabulary to use it.  Learning needs scikit-learn:
+pip install gait_segmentation[learn]
+
+Without --from, the silhouettes are drawn from the package's gait model (576: 6 builds, 16 views,
+6 phases).  With --from, they are the images in the folders: grey value 128 or more is the person;
+in one folder all have the same size.  A few hundred of varied people, views and phases are needed
+for words that fit everybody.
+
+examples:
+  gait_bank vocabulary words.json --picture words.png
+  gait_bank vocabulary mine.json --from walk1 walk2 --words 12
+"""
+_SHOWN = 6
+
+
+def add_parser(commands: Any) -> argparse.ArgumentParser:
+    """
+    Add the subcommand ``vocabulary``.
+
+    :param commands: what ``argparse.ArgumentParser.add_subparsers`` returned.
+    """
+    made: argparse.ArgumentParser = commands.add_parser(
+        'vocabulary',
+        help="learn the words of the paper's shape prior",
+        description="Learn the vocabulary of the paper's oriented shape prior from silhouettes.",
+        epilog=_TEXT,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    made.add_argument('output', help='the vocabulary file to write (.json)')
+    made.add_argument(
+        '--from', dest='folders', nargs='+', metavar='FOLDER', help='folders of silhouettes'
+    )
+    made.add_argument('--picture', metavar='FILE', help='write a picture of the words, too')
+    made.add_argument('--quiet', action='store_true', help='no line about the result')
+    group = made.add_argument_group('the words')
+    for about in parameters_of(VocabularySpec):
+        group.add_argument(
+            f'--{about.name.replace("_", "-")}',
+            dest=about.name,
+            type=about.type,
+            default=about.default,
+            metavar={int: 'N', float: 'X'}[about.type],
+            help=f'{about.description} Default: {about.default:g}.',
+        )
+    return made
+
+
+def run(options: argparse.Namespace) -> None:
+    """
+    Learn and write a vocabulary.
+
+    :param options: what the parser of :func:`add_parser` read.
+    :raises GaitSegmentationError: if an option, folder or file cannot be used, or scikit-learn is
+        missing.
+    """
+    names = [field.name for field in dataclasses.fields(VocabularySpec)]
+    spec = VocabularySpec(**{name: getattr(options, name) for name in names})
+    output = Path(options.output)
+    for path in (output, Path(options.picture or output)):
+        if not path.parent.is_dir():
+            raise VocabularyError(f'cannot write {path}: {path.parent} is not a folder')
+    silhouettes, source = _silhouettes(options.folders)
+    vocabulary = learn_vocabulary(silhouettes, spec, source)
+    vocabulary.save(output)
+    if options.picture is not None:
+        chosen = np.linspace(0, len(silhouettes) - 1, _SHOWN + 2).astype(int)[1:-1]
+        _write_picture(options.picture, vocabulary, [silhouettes[k] for k in chosen])
+    if not options.quiet:
+        about = vocabulary.provenance
+        print(
+            f'{output}: {vocabulary.words} words from {about["silhouettes"]} silhouettes '
+            f'({about["outline points"]} outline points)'
+        )
+
+
+def _silhouettes(folders: list[str] | None) -> tuple[list[Silhouette], str]:
+    """Return the silhouettes to learn from, and in words where they are from."""
+    if folders is None:
+        bank = model_bank()
+        return list(bank_silhouettes(bank)), f'gait model, {bank.provenance["model"]}'
+    found = [s for folder in folders for s in mask_silhouettes(read_silhouettes(folder))]
+    return found, 'folders ' + ', '.join(Path(folder).name for folder in folders)
+
+
+def _write_picture(name: str, vocabulary: Vocabulary, chosen: list[Silhouette]) -> None:
+    try:
+        written = cv2.imwrite(name, draw_vocabulary(vocabulary, chosen))
+    except cv2.error as error:
+        raise VocabularyError(
+            f'cannot write the picture {name}: its name must end in .png or another format '
+            'OpenCV writes'
+        ) from error
+    if not written:
+        raise VocabularyError(f'cannot write the picture {name}')
