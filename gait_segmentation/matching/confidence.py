@@ -15,7 +15,8 @@ __all__ = ['confidence', 'phase_evidence']
 
 _TEMPERATURE = 0.06
 _TOLERANCE = 0.05
-_OFFSET, _EVIDENCE_WEIGHT, _SIMILARITY_WEIGHT = -2.0, 1.0, 3.0
+_OFFSET, _WEIGHT = 3.13, 2.85
+"""Logistic fit on drawn walkers of all directions, sizes and cadences with up to 38 % noise."""
 
 
 def phase_evidence(leading: NDArray[np.int16], sequence: int, phase: int) -> float:
@@ -37,14 +38,11 @@ def phase_evidence(leading: NDArray[np.int16], sequence: int, phase: int) -> flo
     return math.log((near + 1e-6) / (rest + 1e-6))
 
 
-def confidence(evidence: float, similarity: float) -> float:
+def confidence(evidence: float) -> float:
     """
     Return the probability that the phase is right to 5 % of a stride, apart from half strides.
 
     :param evidence: from :func:`phase_evidence`.
-    :param similarity: mean similarity along the path.
     """
-    if similarity <= 0:
-        return 0.0
-    logit = _OFFSET + _EVIDENCE_WEIGHT * evidence + _SIMILARITY_WEIGHT * similarity
+    logit = _OFFSET + _WEIGHT * evidence
     return 1 / (1 + math.exp(-max(min(logit, 30.0), -30.0)))

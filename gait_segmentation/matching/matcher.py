@@ -30,9 +30,6 @@ __all__ = ['SequenceMatcher']
 _STAND = 0.1
 """A phase that falls back by less, in strides, stands still instead."""
 
-_SMOOTHING = 0.2
-"""Share of the newest frame in the mean similarity along the path."""
-
 
 @dataclass(frozen=True)
 class _Frame:
@@ -73,6 +70,7 @@ class SequenceMatcher:
         self._path = PathSearch(
             bank,
             area,
+            self._kernel.row,
             self._placements.shape,
             self.config.scale_cost * np.abs(np.log(self._placements.scales)),
             self._kernel.pitch,
@@ -93,7 +91,6 @@ class SequenceMatcher:
         self._path.reset()
         self._motion.reset()
         self._waiting: deque[_Frame] = deque()
-        self._similarity = 0.0
         self._phase: float | None = None
 
     def update(
@@ -204,27 +201,18 @@ class SequenceMatcher:
         grid = self._placements
         sampled = grid.sample(likelihood, known, box.scaled(scale), self.config.blur, angle)
         common = self._kernel.common_rows(sampled.images)
-        lanes = common.shape[2]
-        window = np.zeros(common.shape[1:], np.int32)
-        areas = grid.windows.areas(sampled.images)
-        window[:, : areas[0].size] = areas.reshape(len(areas), -1)
-        visible = np.empty((0, len(areas), lanes), np.int32)
+        scales, rows, lanes = common.shape
+        window = np.zeros((scales, lanes), np.int32)
+        areas = grid.windows.areas(sampled.images).reshape(scales, -1)
+        window[:, : areas.shape[1]] = areas
+        visible = np.empty((0, rows, lanes), np.int32)
         if sampled.known is not None:
             if self._visible is None:
-                shape = (len(self._templates) + 1, *common.shape[1:])
-                self._visible = np.empty(shape, np.int32)
+                self._visible = self._kernel.new_rows(scales)
             visible = self._kernel.common_rows(sampled.known, self._visible)
         seconds = (self._stamp_ns - self._origin_ns) / 1e9
         jump = self._motion.update(box, seconds, grid.shift, grid.log_step)
-        self._path.step(
-            Areas(
-                common.reshape(len(common), -1),
-                window.reshape(-1),
-                visible.reshape(len(visible), window.size),
-            ),
-            seconds,
-            jump,
-        )
+        self._path.step(Areas(common, window.reshape(-1), visible), seconds, jump)
         leading = self._path.leading
         best = divmod(int(leading.argmax()), leading.shape[1])
         self._waiting.append(
@@ -259,10 +247,6 @@ class SequenceMatcher:
         if found:
             share = self._forward(share)
         body = placement.body(frame.box, frame.angle)
-        if self._similarity:
-            self._similarity += _SMOOTHING * (similarity - self._similarity)
-        else:
-            self._similarity = similarity
         return MatchResult(
             stamp_ns=frame.stamp_ns,
             track_id=frame.track_id,
@@ -274,7 +258,7 @@ class SequenceMatcher:
             phase_rate=path.rate,
             azimuth=azimuth,
             similarity=similarity,
-            confidence=confidence(frame.evidence, self._similarity) if found else 0.0,
+            confidence=confidence(frame.evidence) if found else 0.0,
             shape_prior=warp_template(
                 bank.templates[sequence, phase],
                 body.scaled(frame.scale),

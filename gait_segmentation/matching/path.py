@@ -28,8 +28,8 @@ class Areas:
     """
     What the kernels found for a frame.
 
-    ``common`` is C, (K, N) int32, ``window`` F, (N,) int32, and ``visible`` G over the known
-    pixels, (K, N) int32, or (0, N) where everything is known; N = S * L with filling.
+    ``common`` is C, (S, R, L) int32, ``window`` F, (S * L,) int32, and ``visible`` G over the
+    known pixels, like C, or with no scales where everything is known.
     """
 
     common: NDArray[np.int32]
@@ -65,6 +65,7 @@ class PathSearch:
         self,
         bank: TemplateBank,
         template_area: NDArray[np.int32],
+        row: NDArray[np.int32],
         shape: tuple[int, int, int],
         scale_cost: NDArray[np.float64],
         lanes: int,
@@ -74,12 +75,14 @@ class PathSearch:
         Prepare the search.
 
         :param template_area: (K,) int32, G.
+        :param row: (K,) int32, where the kernel puts a template's areas.
         :param shape: number of body heights, vertical and horizontal shifts.
         :param scale_cost: (S,) similarity that a body height costs in every frame.
         :param lanes: L, windows of one body height with filling.
         """
         self._config = config
         self._template_area = template_area
+        self._row = row
         self._shape = shape
         self._near, self._near_cost = view_changes(bank, config)
         self._move_cost = round(UNIT * config.move_cost)
@@ -154,6 +157,7 @@ class PathSearch:
             np.int16(self._move_cost),
             self._shape,
             areas.common,
+            self._row,
             areas.window,
             self._template_area,
             areas.visible,

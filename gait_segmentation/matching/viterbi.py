@@ -29,6 +29,7 @@ def advance(  # type: ignore[no-untyped-def]
     move_cost,
     shape,
     common,
+    common_row,
     window_area,
     template_area,
     visible,
@@ -51,10 +52,11 @@ def advance(  # type: ignore[no-untyped-def]
     :param near: (V, M) int32 and ``near_cost`` (V, M) int16, see :func:`view_changes`.
     :param move_cost: int16, cost of moving the placement by one step.
     :param shape: (S, rows, columns) of the placements.
-    :param common: (V * P, N) int32, C.
+    :param common: (S, R, L) int32, C.
+    :param common_row: (V * P,) int32, where in it a template is.
     :param window_area: (N,) int32, F.
     :param template_area: (V * P,) int32, G.
-    :param visible: (V * P, N) int32, G over the known pixels; (0, N) = all known.
+    :param visible: (S, R, L) int32, G over the known pixels; (0, R, L) = all known.
     :param minimum_visible: share of G below which a placement does not count.
     :param placement_cost: (N,) int16, what a placement costs in every frame.
     :param after: (V, P, N) int16, result.
@@ -69,7 +71,7 @@ def advance(  # type: ignore[no-untyped-def]
     row0 = np.full(size + 2 * lanes, FLOOR, np.int16)
     row1 = np.full(size + 2 * lanes, FLOOR, np.int16)
     row2 = np.full(size + 2 * lanes, FLOOR, np.int16)
-    seen = np.empty(size, np.int32)
+    seen = np.empty(lanes, np.int32)
     for phase in range(phases):
         if started:
             for view in range(views):
@@ -90,16 +92,19 @@ def advance(  # type: ignore[no-untyped-def]
                 _fade(row2, lanes, move_cost, best, fading, result)
             else:
                 result[:] = 0
-            shared, whole = common[template], template_area[template]
-            if visible.shape[0] == 0:
-                _add_similarity(shared, window_area, whole, placement_cost, result)
-            else:
-                least = np.int32(minimum_visible * whole)
-                for j in range(size):
+            row, whole = common_row[template], template_area[template]
+            least = np.int32(minimum_visible * whole)
+            for scale in range(shape[0]):
+                part = slice(scale * lanes, (scale + 1) * lanes)
+                shared, area, costs = common[scale, row], window_area[part], placement_cost[part]
+                if visible.shape[0] == 0:
+                    _add_similarity(shared, area, whole, costs, result[part])
+                    continue
+                for j in range(lanes):
                     # A template out of sight gets an area that no likelihood can be like.
-                    hidden = visible[template, j] < least
-                    seen[j] = _HUGE if hidden else visible[template, j]
-                _add_similarity_seen(shared, window_area, seen, placement_cost, result)
+                    part_seen = visible[scale, row, j]
+                    seen[j] = _HUGE if part_seen < least else part_seen
+                _add_similarity_seen(shared, area, seen, costs, result[part])
             leading[view, phase] = _largest_used(result, shape, lanes)
 
 

@@ -27,7 +27,8 @@ class EventKernel:
 
     The number of events of binary templates sampled from a closed motion tends to a constant, the
     number of times the pixels flip during the motion, however finely the motion is sampled.
-    Writing K results for each window remains.
+    Writing a result for each template and window remains; equal templates, as the half-cycle
+    twins of a profile, share theirs.
     """
 
     def __init__(self, templates: NDArray[np.uint8], grid: WindowGrid) -> None:
@@ -39,25 +40,27 @@ class EventKernel:
         """
         check_templates(templates, grid)
         self._grid = grid
-        self._count = len(templates)
-        self._program = make_program(templates)
+        pixels = templates.reshape(len(templates), -1)
+        different, first, row = np.unique(
+            np.ascontiguousarray(pixels).view(np.dtype((np.void, pixels.shape[1]))),
+            return_index=True,
+            return_inverse=True,
+        )
+        self.row: NDArray[np.int32] = row.reshape(-1).astype(np.int32)
+        self._rows = len(different)
+        self._program = make_program(templates[first])
         windows = grid.rows * grid.columns
         self._blocks = -(-windows // LANES)
-        self._pitch = self._blocks * LANES
+        self.pitch = self._blocks * LANES
+        self._matrix = _aligned((len(self._program.pixels) + 1) * LANES)
         self._origins = _origins(self._program.pixels, grid)
         self._runs = [_runs(grid, block * LANES) for block in range(self._blocks)]
-        self._matrix = _aligned((len(self._program.pixels) + 1) * LANES)
         self._result = np.zeros((0, 0, 0), np.int32)
 
     @property
     def events(self) -> int:
         """Return the number of events of all templates."""
         return self._program.events
-
-    @property
-    def pitch(self) -> int:
-        """Return the windows of one image, filled up."""
-        return self._pitch
 
     @property
     def nbytes(self) -> int:
@@ -67,33 +70,32 @@ class EventKernel:
     def common_area(self, images: NDArray[np.uint8]) -> NDArray[np.int32]:
         """Return C for every template and window, see :class:`Kernel`."""
         grid = self._grid
-        rows = self.common_rows(images)
-        used = rows[:, :, : grid.rows * grid.columns]
-        return used.reshape(self._count, len(images), grid.rows, grid.columns)
+        rows = self.common_rows(images)[:, self.row, : grid.rows * grid.columns]
+        return rows.swapaxes(0, 1).reshape(len(self.row), len(images), grid.rows, grid.columns)
 
     def common_rows(
         self, images: NDArray[np.uint8], out: NDArray[np.int32] | None = None
     ) -> NDArray[np.int32]:
         """
-        Return the same as it is computed: the windows of a scale in one row, filled up.
+        Return the same as it is computed: equal templates share a row of windows, filled up.
 
         :param images: (S, height, width) uint8 of the grid's padded size.
-        :param out: (K + 1, S, pitch) int32 to work in; None for an array of the kernel's own,
-            which the next call overwrites.
-        :returns: (K, S, pitch) int32, a view; what follows after rows * columns is undefined.
+        :param out: from :meth:`new_rows`, to work in; None for the kernel's own, which the next
+            call overwrites.
+        :returns: (S, R, pitch) int32, a view, C of template k in row ``row[k]``; what follows
+            after rows * columns is undefined.
         :raises InputError: if the images do not fit the grid.
         """
         grid = self._grid
         grid.check(images)
-        shape = (self._count + 1, len(images), self._pitch)
         if out is None:
-            if self._result.shape != shape:
-                self._result = np.zeros(shape, np.int32)
+            if len(self._result) != len(images):
+                self._result = self.new_rows(len(images))
             out = self._result
-        out[0] = 0
         program = self._program
         planes = _split_phases(images, grid)
         for scale in range(len(images)):
+            out[scale, 0] = 0
             for block in range(self._blocks):
                 places, offsets = self._runs[block]
                 gather(planes[scale], self._origins, places, offsets, self._matrix)
@@ -105,11 +107,15 @@ class EventKernel:
                     program.bounds.reshape(-1),
                     program.target,
                     program.base,
-                    out.reshape(-1),
-                    out.strides[0] // out.itemsize,
-                    scale * self._pitch + block * LANES,
+                    out[scale].reshape(-1),
+                    self.pitch,
+                    block * LANES,
                 )
-        return out[1:]
+        return out[:, 1:]
+
+    def new_rows(self, images: int) -> NDArray[np.int32]:
+        """Return an array for ``out`` of :meth:`common_rows` for a number of images."""
+        return np.zeros((images, self._rows + 1, self.pitch), np.int32)
 
 
 def _aligned(size: int) -> NDArray[np.uint8]:

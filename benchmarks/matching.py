@@ -1,0 +1,262 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Time of the matching kernels against the number of templates.
+
+Every kernel gets the same input, one padded likelihood image for each of 5 body heights, and
+has to produce the common area of K templates of 96 x 64 pixels with all 605 windows, preparation
+included.  The templates are one walk in profile sampled at K phases, binary (``events``,
+``gemm``) or with 8 grey levels (``events_soft``, ``direct_access_table``, ``reference``).
+``gemm`` is one float32 matrix product on one thread, the honest rival for binary templates.
+``events_views`` is 16 views of K / 16 phases with 8 grey levels.  ``update_ms`` is a whole
+update of the matcher: resampling, kernel, path, result.
+
+Times are medians of interleaved repeats, of the processor time of the one thread that works, so
+that other programs on the machine disturb them little; ``--wall`` takes the clock instead.
+Prints the table, writes it with ``--json`` and draws docs/images/matching_scaling.png with
+``--plots``.
+"""
+
+from __future__ import annotations
+
+import os
+
+for _name in ('OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS', 'OMP_NUM_THREADS'):
+    os.environ[_name] = '1'  # before NumPy is loaded
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from gait_segmentation.gait_model import default_bank
+from gait_segmentation.gait_model.builder import quantize
+from gait_segmentation.gait_model.render import render_cycle, render_silhouette
+from gait_segmentation.geometry import Box
+from gait_segmentation.matching import SequenceMatcher
+from gait_segmentation.matching.tanimoto import (
+    DirectAccessTableKernel,
+    EventKernel,
+    Kernel,
+    ReferenceKernel,
+    WindowGrid,
+)
+
+ROOT = Path(__file__).resolve().parents[1]
+COUNTS = (30, 60, 120, 240, 480, 960)
+GRID = WindowGrid(96, 64, 11, 11, 2)
+SCALES = 5
+SLOW = 2_000_000  # templates x windows above which the slow kernels see only a part
+Images = NDArray[np.uint8]
+
+
+class MatrixProduct:
+    """Common areas of binary templates as one float32 matrix product; exact below 2**24."""
+
+    def __init__(self, templates: Images, grid: WindowGrid) -> None:
+        self._templates = (templates.reshape(len(templates), -1) > 0).astype(np.float32)
+        self._grid = grid
+
+    def common_area(self, images: Images) -> NDArray[np.int32]:
+        """Gather all windows and multiply."""
+        windows = self._grid.windows(images)
+        pixels = windows.reshape(-1, self._templates.shape[1]).astype(np.float32)
+        common = self._templates @ pixels.T
+        return common.astype(np.int32).reshape(len(common), *windows.shape[:3])
+
+
+def likelihoods() -> Images:
+    """Return noisy likelihoods of a walker, one image for each body height."""
+    rng = np.random.default_rng(0)
+    drawn = render_silhouette(0.2, 0.0, 86.0)
+    rows, columns = GRID.image_shape
+    image = np.zeros((rows, columns), np.uint8)
+    y, x = (rows - drawn.shape[0]) // 2, (columns - drawn.shape[1]) // 2
+    image[y : y + drawn.shape[0], max(x, 0) : max(x, 0) + drawn.shape[1]] = drawn[:, :columns]
+    noise = rng.integers(0, 256, (SCALES, rows, columns))
+    return np.where(rng.random(noise.shape) < 0.3, noise, image).astype(np.uint8)
+
+
+def templates(count: int) -> dict[str, Images]:
+    """Return the banks of one size."""
+    walk = render_cycle(np.arange(count) / count, 0.0)
+    turns = 16 if count % 16 == 0 else 10 if count % 10 == 0 else 1
+    phases = np.arange(count // turns) / (count // turns)
+    views = [render_cycle(phases, 2 * np.pi * k / turns) for k in range(turns)]
+    return {
+        'binary': np.where(walk > 127, 255, 0).astype(np.uint8),
+        'soft': quantize(walk, 8),
+        'views': quantize(np.concatenate(views), 8),
+    }
+
+
+def cost(action: Callable[[], object], clock: Callable[[], float]) -> float:
+    """Return the milliseconds of one call."""
+    started = clock()
+    action()
+    return 1e3 * (clock() - started)
+
+
+def equal_results(banks: dict[str, Images], images: Images) -> bool:
+    """Tell whether all kernels give the same bits, on a part of the templates and windows."""
+    small = images[:1]
+    same = True
+    for name, bank in banks.items():
+        some = bank[:: max(1, len(bank) // 8)]
+        kernels: list[Kernel] = [DirectAccessTableKernel(some, GRID), EventKernel(some, GRID)]
+        if name == 'binary':
+            kernels.append(MatrixProduct(some, GRID))
+        expected = ReferenceKernel(some, GRID).common_area(small)
+        same &= all(np.array_equal(expected, kernel.common_area(small)) for kernel in kernels)
+    full = EventKernel(banks['binary'], GRID).common_area(images).copy()
+    return bool(
+        same and np.array_equal(full, MatrixProduct(banks['binary'], GRID).common_area(images))
+    )
+
+
+def measure_kernels(repeats: int, clock: Callable[[], float]) -> dict[str, Any]:
+    """Time all kernels at all sizes."""
+    images = likelihoods()
+    runs: dict[tuple[str, int], Callable[[], object]] = {}
+    parts: dict[tuple[str, int], float] = {}
+    events: dict[str, dict[str, int]] = {'binary': {}, 'soft': {}, 'views': {}}
+    megabytes: dict[str, float] = {}
+    equal = True
+    for count in COUNTS:
+        banks = templates(count)
+        equal &= equal_results(banks, images)
+        for name, bank in banks.items():
+            kernel = EventKernel(bank, GRID)
+            events[name][str(count)] = kernel.events
+            label = {'binary': 'events', 'soft': 'events_soft', 'views': 'events_views'}[name]
+            megabytes[f'{label} {count}'] = round(kernel.nbytes / 2**20, 2)
+            runs[label, count] = lambda kernel=kernel: kernel.common_rows(images)
+        product = MatrixProduct(banks['binary'], GRID)
+        runs['gemm', count] = lambda product=product: product.common_area(images)
+        # The slow kernels treat the windows one by one: a part of them tells the time of all.
+        windows = WindowGrid(96, 64, 1, max(1, min(11, SLOW // (count * 11000))), 2)
+        rows, columns = windows.image_shape
+        part = np.ascontiguousarray(images[:1, :rows, :columns])
+        for label, kind in (
+            ('reference', ReferenceKernel),
+            ('direct_access_table', DirectAccessTableKernel),
+        ):
+            slow = kind(banks['soft'], windows)
+            runs[label, count] = lambda slow=slow, part=part: slow.common_area(part)
+            parts[label, count] = SCALES * GRID.rows * GRID.columns / windows.columns
+    times: dict[tuple[str, int], list[float]] = {key: [] for key in runs}
+    for action in runs.values():
+        action()
+    for repeat in range(repeats):
+        for key, action in runs.items():
+            heavy = key[0] in ('gemm', 'reference', 'direct_access_table')
+            if not heavy or repeat < max(3, repeats // 10):
+                times[key].append(cost(action, clock))
+    table: dict[str, dict[str, float]] = {}
+    for (label, count), values in times.items():
+        middle = float(np.median(values)) * parts.get((label, count), 1.0)
+        table.setdefault(label, {})[str(count)] = round(middle, 4)
+    return {'ms': table, 'events': events['binary'], 'events_soft': events['soft'],
+            'events_views': events['views'], 'megabytes': megabytes, 'equal': equal}  # fmt: skip
+
+
+def measure_update(repeats: int, clock: Callable[[], float]) -> dict[str, float]:
+    """Time whole updates with the standard bank, 16 views of 30 phases."""
+    cv2.setNumThreads(1)
+    bank = default_bank()
+    matcher = SequenceMatcher(bank)
+    rng = np.random.default_rng(0)
+    times = []
+    for number in range(repeats + 40):
+        drawn = render_silhouette(0.95 * number / 30, 0.2, 120.0)
+        image = np.zeros((240, 320), np.uint8)
+        image[40 : 40 + drawn.shape[0], 100 : 100 + drawn.shape[1]] = drawn
+        box = Box.around(image > 127)
+        likelihood = np.where(rng.random(image.shape) < 0.2, 255 - image, image).astype(np.uint8)
+        stamp = 10**9 + number * 10**9 // 30
+        times.append(
+            cost(
+                lambda likelihood=likelihood, box=box, stamp=stamp: matcher.update(
+                    likelihood, box, stamp, track_id=1, source_size=(320, 240)
+                ),
+                clock,
+            )
+        )
+    return {str(bank.sequences * bank.phases): round(float(np.median(times[40:])), 3)}
+
+
+def draw(table: dict[str, dict[str, float]]) -> None:
+    """Draw times against the number of templates."""
+    import matplotlib
+
+    matplotlib.use('Agg')
+    import matplotlib.pyplot as plt
+
+    figure, axis = plt.subplots(figsize=(5.2, 3.6))
+    for label, values in table.items():
+        axis.loglog([int(k) for k in values], list(values.values()), 'o-', ms=3, label=label)
+    axis.set_xlabel('templates')
+    axis.set_ylabel('ms for 605 windows of 96 x 64')
+    axis.legend(fontsize=7)
+    axis.grid(alpha=0.3)
+    figure.tight_layout()
+    figure.savefig(ROOT / 'docs' / 'images' / 'matching_scaling.png', dpi=80)
+
+
+def bars(report: dict[str, Any]) -> dict[str, tuple[float, str, float]]:
+    """Return what is promised: value, relation, limit."""
+    ms = report['ms']
+    return {
+        'events, 960 over 30': (ms['events']['960'] / ms['events']['30'], '<=', 1.5),
+        'gemm over events, 30': (ms['gemm']['30'] / ms['events']['30'], '>=', 5.0),
+        'gemm over events, 960': (ms['gemm']['960'] / ms['events']['960'], '>=', 100.0),
+        'events_soft, 960 over 30': (
+            ms['events_soft']['960'] / ms['events_soft']['30'],
+            '<=',
+            6.0,
+        ),
+        'update, 480 templates, ms': (report['update_ms']['480'], '<=', 4.0),
+    }
+
+
+def main() -> int:
+    """Measure, print, and say whether what is promised holds."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument('--json', type=Path, help='write the figures here')
+    parser.add_argument('--plots', action='store_true', help='draw the figure of the docs')
+    parser.add_argument('--repeats', type=int, default=61)
+    parser.add_argument('--wall', action='store_true', help='time by the clock')
+    arguments = parser.parse_args()
+    clock = time.perf_counter if arguments.wall else time.thread_time
+    report = measure_kernels(arguments.repeats, clock)
+    report['update_ms'] = measure_update(max(arguments.repeats, 100), clock)
+    for label, values in report['ms'].items():
+        print(f'{label:20s}', *(f'{k:>4s}: {v:9.3f}' for k, v in values.items()))
+    print('events', report['events'], 'soft', report['events_soft'], report['events_views'])
+    print('update', report['update_ms'], 'equal', report['equal'])
+    fine = report['equal']
+    for name, (value, relation, limit) in bars(report).items():
+        holds = value <= limit if relation == '<=' else value >= limit
+        fine &= holds
+        print(f'{"ok  " if holds else "MISS"} {name}: {value:.2f} {relation} {limit:g}')
+    if arguments.json:
+        arguments.json.write_text(json.dumps(report, indent=1) + '\n')
+    if arguments.plots:
+        draw(report['ms'])
+    return 0 if fine else 1
+
+
+if __name__ == '__main__':
+    sys.exit(main())
