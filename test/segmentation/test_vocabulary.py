@@ -1,0 +1,185 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.segmentation.vocabulary import (
+    Vocabulary,
+    VocabularyError,
+    default_vocabulary,
+)
+
+BODY = BodyFrame(50.0, 80.0, 90.0)
+
+
+def two_words() -> Vocabulary:
+    return Vocabulary(
+        np.array([0.25, 0.75]),
+        np.array([[0.5, 0.2, 0.35, 0.0], [0.5, 0.8, -0.35, 0.0]]),
+        np.array([np.diag([0.01, 0.02, 0.03, 0.04]), 0.02 * np.eye(4)]),
+        0.35,
+        0.9,
+        2 / 3,
+        {'source': 'a test'},
+    )
+
+
+def points(seed: int, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return rng.uniform(0, 100, count), rng.uniform(0, 160, count), rng.uniform(0, 7, count)
+
+
+def test_the_shipped_vocabulary_has_ten_words_of_several_hundred_silhouettes() -> None:
+    vocabulary = default_vocabulary()
+    assert vocabulary.words == 10
+    assert int(vocabulary.provenance['silhouettes']) >= 400
+    assert (np.diff(vocabulary.means[:, 1]) >= 0).all()
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 1000), st.integers(0, 60))
+def test_posteriors_add_up_to_one(seed: int, count: int) -> None:
+    vocabulary = default_vocabulary()
+    posteriors = vocabulary.posteriors(vocabulary.features(*points(seed, count), BODY))
+    assert posteriors.shape == (count, 10)
+    assert (posteriors >= 0).all()
+    np.testing.assert_allclose(posteriors.sum(axis=1), 1, atol=1e-5)
+
+
+def test_posteriors_are_those_of_the_mixture() -> None:
+    vocabulary = two_words()
+    z = vocabulary.features(*points(3, 40), BODY)
+    shares = []
+    for weight, mean, covariance in zip(
+        vocabulary.weights, vocabulary.means, vocabulary.covariances, strict=True
+    ):
+        away = z - mean
+        exponent = -0.5 * np.einsum('ni,ij,nj->n', away, np.linalg.inv(covariance), away)
+        shares.append(weight * np.exp(exponent) / math.sqrt(np.linalg.det(covariance)))
+    expected = np.array(shares).T
+    expected /= expected.sum(axis=1, keepdims=True)
+    np.testing.assert_allclose(vocabulary.posteriors(z), expected, rtol=1e-3, atol=1e-5)
+    assert (vocabulary.nearest(z) == expected.argmax(axis=1)).all()
+
+
+def test_features_are_the_place_in_the_frame_and_the_doubled_orientation() -> None:
+    # The frame of a body 90 px tall is 100 px high and 66.7 wide; its top left is at (16.7, 30).
+    z = two_words().features(np.array([50.0]), np.array([30.0]), np.array([math.pi / 2]), BODY)
+    np.testing.assert_allclose(z, [[0.5, 0, -0.35, 0]], atol=1e-6)
+    z = two_words().features(np.array([150 / 9]), np.array([105.0]), np.array([math.pi / 4]), BODY)
+    np.testing.assert_allclose(z, [[0, 0.75, 0, 0.35]], atol=1e-6)
+
+
+def test_orientation_is_undirected() -> None:
+    x, y, theta = points(5, 30)
+    z = two_words().features(x, y, theta, BODY)
+    np.testing.assert_allclose(z, two_words().features(x, y, theta + math.pi, BODY), atol=1e-5)
+
+
+def test_features_turn_and_scale_with_the_body() -> None:
+    x, y, theta = points(6, 30)
+    angle, factor = 0.3, 1.7
+    cos, sin = math.cos(angle), math.sin(angle)
+    dx, dy = x - BODY.center_x, y - BODY.center_y
+    turned = two_words().features(
+        factor * (cos * dx - sin * dy),
+        factor * (sin * dx + cos * dy),
+        theta + angle,
+        BodyFrame(0.0, 0.0, factor * BODY.height, angle),
+    )
+    np.testing.assert_allclose(turned, two_words().features(x, y, theta, BODY), atol=1e-5)
+
+
+def test_what_is_saved_is_loaded(tmp_path: Path) -> None:
+    path = tmp_path / 'words.json'
+    two_words().save(path)
+    loaded = Vocabulary.load(path)
+    np.testing.assert_allclose(loaded.covariances, two_words().covariances)
+    np.testing.assert_allclose(loaded.means, two_words().means)
+    assert loaded.provenance == {'source': 'a test'}
+    assert (loaded.fill, loaded.orientation_scale) == (0.9, 0.35)
+    assert max(len(line) for line in path.read_text().splitlines()) < 99
+
+
+def change(key: str, value: Any) -> Callable[[dict[str, Any]], None]:
+    def apply(entries: dict[str, Any]) -> None:
+        entries[key] = value
+
+    return apply
+
+
+def remove(key: str) -> Callable[[dict[str, Any]], None]:
+    def apply(entries: dict[str, Any]) -> None:
+        del entries[key]
+
+    return apply
+
+
+def change_word(key: str, value: Any) -> Callable[[dict[str, Any]], None]:
+    def apply(entries: dict[str, Any]) -> None:
+        entries['words'][0][key] = value
+
+    return apply
+
+
+@pytest.mark.parametrize(
+    ('damage', 'message'),
+    [
+        (change('format', 'another'), 'format must be'),
+        (change('version', 7), 'version must be 1, got 7'),
+        (remove('fill'), r"missing: \['fill'\]"),
+        (change('words', 3), 'words must be a list'),
+        (change('words', []), 'at least one word'),
+        (change('words', [4]), 'a word must have'),
+        (change('fill', 1.5), r'fill must be in \(0, 1\], got 1.5'),
+        (change('aspect', 'wide'), 'must hold numbers'),
+        (change('orientation_scale', 0), 'orientation_scale must be'),
+        (change_word('weight', -0.25), 'weights must be positive'),
+        (change_word('weight', 0.5), 'add up to 1'),
+        (change_word('mean', [1.0, 2.0]), 'must hold numbers'),
+        (change_word('mean', [0.5, 0.2, float('nan'), 0.0]), 'means must be finite'),
+        (change_word('covariance', np.ones((4, 4)).tolist()), 'covariance of word 0 must be'),
+        (change_word('covariance', np.triu(np.ones((4, 4))).tolist()), 'symmetric'),
+    ],
+)
+def test_a_damaged_file_is_refused(
+    tmp_path: Path, damage: Callable[[dict[str, Any]], None], message: str
+) -> None:
+    path = tmp_path / 'words.json'
+    two_words().save(path)
+    entries = json.loads(path.read_text())
+    damage(entries)
+    path.write_text(json.dumps(entries))
+    with pytest.raises(VocabularyError, match=message) as caught:
+        Vocabulary.load(path)
+    assert str(path) in str(caught.value)
+
+
+def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(VocabularyError, match='cannot read the vocabulary'):
+        Vocabulary.load(tmp_path / 'missing.json')
+    path = tmp_path / 'words.json'
+    path.write_text('{')
+    with pytest.raises(VocabularyError, match='is not a JSON file'):
+        Vocabulary.load(path)
+    path.write_bytes(b'\xff\xfe\x00')
+    with pytest.raises(VocabularyError, match='is not a JSON file'):
+        Vocabulary.load(path)
+    with pytest.raises(VocabularyError, match='cannot write'):
+        two_words().save(tmp_path / 'missing' / 'words.json')
+
+
+def test_shapes_are_checked() -> None:
+    with pytest.raises(VocabularyError, match=r'means must have the shape \(2, 4\)'):
+        dataclasses.replace(two_words(), means=np.zeros((3, 4)))

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import importlib.util
+import sys
+
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import ConfigError
+from gait_segmentation.gait_model import BankSpec, build_bank
+from gait_segmentation.segmentation.vocabulary import VocabularyError
+from gait_segmentation.segmentation.vocabulary_picture import draw_vocabulary
+from gait_segmentation.segmentation.vocabulary_training import (
+    Silhouette,
+    VocabularySpec,
+    bank_silhouettes,
+    learn_vocabulary,
+    mask_silhouettes,
+    outline_features,
+)
+
+needs_sklearn = pytest.mark.skipif(
+    importlib.util.find_spec('sklearn') is None, reason='scikit-learn is not installed'
+)
+SPEC = VocabularySpec(words=4, points=1500)
+
+
+@pytest.fixture(scope='module')
+def silhouettes() -> list[Silhouette]:
+    return list(bank_silhouettes(build_bank(BankSpec(azimuths=4, phases=4, levels=256))))
+
+
+@needs_sklearn
+def test_words_are_deterministic(silhouettes: list[Silhouette]) -> None:
+    first, second = (learn_vocabulary(silhouettes, SPEC, 'a test') for _ in range(2))
+    np.testing.assert_array_equal(first.means, second.means)
+    np.testing.assert_array_equal(first.covariances, second.covariances)
+    np.testing.assert_array_equal(first.weights, second.weights)
+    assert first.words == 4
+    assert (np.diff(first.means[:, 1]) >= 0).all()
+    assert first.provenance['source'] == 'a test'
+    assert first.provenance['silhouettes'] == '16'
+
+
+@needs_sklearn
+def test_words_part_the_outline(silhouettes: list[Silhouette]) -> None:
+    vocabulary = learn_vocabulary(silhouettes, SPEC)
+    z, _ = outline_features(silhouettes, SPEC)
+    shares = np.bincount(vocabulary.nearest(z), minlength=4) / len(z)
+    assert shares.min() > 0.03
+    picture = draw_vocabulary(vocabulary, silhouettes[:2])
+    assert picture.shape == (384, 3 * 256, 3)
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 4
+
+
+def test_a_square_has_its_outline_at_its_place() -> None:
+    mask = np.zeros((120, 100), np.uint8)
+    mask[10:100, 35:65] = 255
+    (silhouette,) = mask_silhouettes(mask[None])
+    assert silhouette.body.height == 90
+    z, count = outline_features([silhouette], SPEC)
+    assert count == 1
+    # In the frame of 100 x 66.7 px the square is 0.9 high and 0.45 wide about the middle.
+    np.testing.assert_allclose(z[:, 1].min(), 0.05, atol=0.02)
+    np.testing.assert_allclose(z[:, 1].max(), 0.95, atol=0.02)
+    np.testing.assert_allclose(z[:, 0].min(), 0.275, atol=0.03)
+    np.testing.assert_allclose(z[:, 0].max(), 0.725, atol=0.03)
+    side = np.abs(z[:, 1] - 0.5) < 0.3
+    np.testing.assert_allclose(z[side, 2], 0.35, atol=1e-4)
+
+
+def test_a_mask_that_fills_its_image_keeps_its_outline() -> None:
+    (silhouette,) = mask_silhouettes(np.full((1, 60, 20), 255, np.uint8))
+    z, _ = outline_features([silhouette], SPEC)
+    assert z[:, 1].min() < 0.1
+    assert z[:, 1].max() > 0.9
+
+
+def test_what_is_too_little_is_refused(silhouettes: list[Silhouette]) -> None:
+    small = np.zeros((1, 40, 40), np.uint8)
+    small[0, 10:20, 10:15] = 255
+    with pytest.raises(VocabularyError, match='at least 16 px tall, number 0 has 10 px'):
+        list(mask_silhouettes(small))
+    with pytest.raises(VocabularyError, match='at least 40 outline points, got 0'):
+        outline_features([], SPEC)
+    with pytest.raises(ConfigError, match='words must be'):
+        VocabularySpec(words=0)
+
+
+def test_a_missing_scikit_learn_is_named(
+    monkeypatch: pytest.MonkeyPatch, silhouettes: list[Silhouette]
+) -> None:
+    monkeypatch.setitem(sys.modules, 'sklearn.cluster', None)
+    with pytest.raises(VocabularyError, match=r'pip install gait_segmentation\[learn\]'):
+        learn_vocabulary(silhouettes, SPEC)
