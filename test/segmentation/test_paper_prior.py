@@ -1,0 +1,217 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.gait_model import render_silhouette
+from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.results import MatchResult
+from gait_segmentation.segmentation import SegmentationConfig, Segmenter
+from gait_segmentation.segmentation.energy import distance_links
+from gait_segmentation.segmentation.graph_cut import CAPACITY, NEIGHBOURS
+from gait_segmentation.segmentation.oriented_edges import (
+    EdgePoints,
+    Gradient,
+    image_gradient,
+    silhouette_edges,
+)
+from gait_segmentation.segmentation.paper_prior import (
+    PaperPrior,
+    confirmed,
+    oriented_distance,
+    word_distances,
+)
+from gait_segmentation.segmentation.vocabulary import VocabularyError, default_vocabulary
+
+HEIGHT = 100
+SHAPE = (124, 96)
+BODY = BodyFrame(SHAPE[1] / 2, SHAPE[0] / 2, HEIGHT)
+
+
+def template() -> np.ndarray:
+    drawn = render_silhouette(0.1, 0.0, HEIGHT, fill=0.9)
+    prior = np.zeros(SHAPE, np.uint8)
+    top, left = (SHAPE[0] - drawn.shape[0]) // 2, (SHAPE[1] - drawn.shape[1]) // 2
+    prior[top : top + drawn.shape[0], left : left + drawn.shape[1]] = drawn
+    return prior
+
+
+def clutter() -> np.ndarray:
+    image = np.full(SHAPE, 120, np.uint8)
+    rng = np.random.default_rng(2)
+    for _ in range(40):
+        ends = rng.integers(0, 120, 4).tolist()
+        cv2.line(image, ends[:2], ends[2:], int(rng.integers(0, 255)), 2)
+    return image
+
+
+def terms(prior: np.ndarray, grey: np.ndarray, **changes: Any) -> Any:
+    return PaperPrior(SegmentationConfig(prior='paper', **changes)).terms(prior, grey, BODY)
+
+
+def plain_distance(points: EdgePoints) -> np.ndarray:
+    mask = np.ones(SHAPE, np.uint8)
+    mask[points.rows, points.columns] = 0
+    return cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+
+
+def shape_energy(psi: np.ndarray, labels: np.ndarray) -> float:
+    """Sum of the links between pixels of different labels, a link of psi = 1 counting 1."""
+    links = np.zeros((4, *psi.shape), np.int32)
+    distance_links(psi, 1.0, links)
+    total = 0
+    for direction, (d_row, d_column) in enumerate(NEIGHBOURS):
+        for row in range(psi.shape[0] - d_row):
+            for column in range(max(0, -d_column), psi.shape[1] - max(0, d_column)):
+                if labels[row, column] != labels[row + d_row, column + d_column]:
+                    total += links[direction, row, column]
+    return total / CAPACITY
+
+
+def test_word_distances_are_the_distance_transforms_of_the_words() -> None:
+    points = silhouette_edges(template(), HEIGHT)
+    words = np.arange(len(points.rows)) * 3 // len(points.rows)
+    found = word_distances(points, words, 4, SHAPE, 15.0)
+    for word in range(3):
+        own = words == word
+        part = EdgePoints(points.rows[own], points.columns[own], points.orientation[own])
+        np.testing.assert_allclose(found[word], np.minimum(plain_distance(part), 15), atol=1e-4)
+    assert (found[3] == 15).all()
+    np.testing.assert_allclose(
+        found.min(axis=0), np.minimum(plain_distance(points), 15), atol=1e-4
+    )
+
+
+def test_without_a_penalty_it_is_the_distance_of_freedman_and_zhang() -> None:
+    points, gradient = silhouette_edges(template(), HEIGHT), image_gradient(clutter())
+    assert gradient.visible.any()
+    found = oriented_distance(default_vocabulary(), points, gradient, BODY, 0.0, 12.0)
+    np.testing.assert_allclose(found, np.minimum(plain_distance(points), 12), atol=1e-4)
+
+
+def test_a_penalty_only_adds_and_only_at_image_edges() -> None:
+    points, gradient = silhouette_edges(template(), HEIGHT), image_gradient(clutter())
+    plain = np.minimum(plain_distance(points), 12)
+    found = oriented_distance(default_vocabulary(), points, gradient, BODY, 3.0, 12.0)
+    assert (found >= plain - 1e-4).all()
+    assert (found <= plain + 3 + 1e-4).all()
+    np.testing.assert_allclose(found[~gradient.visible], plain[~gradient.visible], atol=1e-4)
+    assert found.max() <= 12
+
+
+def test_an_edge_of_the_right_orientation_is_nearer_than_one_of_the_wrong() -> None:
+    points = silhouette_edges(template(), HEIGHT)
+    visible = np.ones(SHAPE, bool)
+    # The back in the middle of the trunk: its gradient is horizontal, theta = 0.
+    row = SHAPE[0] // 2 - 15
+    column = int(points.columns[points.rows == row].min()) - 2
+    costs = []
+    for theta in (0.0, np.pi / 2):
+        gradient = Gradient(np.full(SHAPE, theta, np.float32), visible, visible)
+        found = oriented_distance(default_vocabulary(), points, gradient, BODY, 3.0, 12.0)
+        costs.append(found[row, column])
+    assert costs[0] == pytest.approx(2, abs=0.7)
+    assert costs[1] > costs[0] + 2
+
+
+def test_the_templates_own_outline_costs_next_to_nothing() -> None:
+    prior = template()
+    psi = terms(prior, 60 + prior // 2).psi
+    inside = prior > 127
+    own = shape_energy(psi, inside)
+    shifted = shape_energy(psi, np.roll(inside, 6, axis=1))
+    assert own < 0.05 * shifted
+    assert shape_energy(psi, np.zeros(SHAPE, bool)) == 0
+
+
+def test_psi_is_saturated_and_far_pixels_are_background() -> None:
+    prior = template()
+    found = terms(prior, np.full(SHAPE, 90, np.uint8), paper_background=0.1)
+    assert found.psi.min() == 0
+    assert found.psi.max() == 1
+    away = cv2.distanceTransform((prior <= 127).astype(np.uint8), cv2.DIST_L2, 5)
+    np.testing.assert_array_equal(found.logit < 0, away > 10)
+    # Inside nothing is forced, however far from the outline.
+    assert (found.logit[prior > 127] == 0).all()
+
+
+def test_what_is_far_stays_background_against_all_evidence() -> None:
+    config = SegmentationConfig(prior='paper', contrast=30.0, paper_weight=20.0)
+    found = PaperPrior(config).terms(template(), np.full(SHAPE, 90, np.uint8), BODY)
+    strongest = np.log(511) + (4 + 4 / np.sqrt(2)) * (30 + 20)
+    assert found.logit.min() < -strongest
+
+
+def test_an_unconfirmed_outline_costs_less() -> None:
+    prior = template()
+    flat = np.full(SHAPE, 90, np.uint8)
+    full = terms(prior, flat, paper_unconfirmed=1.0).psi
+    less = terms(prior, flat, paper_unconfirmed=0.8).psi
+    near = (full > 0) & (full < 0.9)
+    np.testing.assert_allclose(less[near], 0.8 * full[near], rtol=1e-5)
+    # Where the image has the outline itself, it is confirmed nearly everywhere.
+    points = silhouette_edges(prior, HEIGHT)
+    assert confirmed(points, image_gradient(60 + prior // 2), 1.5).mean() > 0.9
+    assert not confirmed(points, image_gradient(flat), 1.5).any()
+
+
+def test_an_edge_across_the_outline_does_not_confirm_it() -> None:
+    points = EdgePoints(np.array([5]), np.array([5]), np.array([0.0], np.float32))
+    edges = np.zeros((11, 11), bool)
+    edges[5, 6] = True
+    results = []
+    for theta in (0.1, np.pi - 0.1, np.pi / 2):
+        gradient = Gradient(np.full((11, 11), theta, np.float32), edges, edges)
+        results.append(bool(confirmed(points, gradient, 1.0)[0]))
+    assert results == [True, True, False]
+    far = Gradient(np.zeros((11, 11), np.float32), np.roll(edges, 1, axis=1), edges)
+    assert confirmed(points, far, 1.0)[0]
+    gone = Gradient(far.orientation, edges, np.roll(edges, 1, axis=1))
+    assert not confirmed(points, gone, 1.0)[0]
+
+
+@pytest.mark.parametrize('rows', [slice(0, 0), slice(0, 124)])
+def test_a_template_without_an_outline_adds_nothing(rows: slice) -> None:
+    prior = np.zeros(SHAPE, np.uint8)
+    prior[rows] = 255
+    found = terms(prior, clutter())
+    assert found.logit is None
+    assert found.psi is None
+
+
+def test_the_search_takes_its_distance_off() -> None:
+    flat = np.full(SHAPE, 90, np.uint8)
+    narrow = terms(template(), flat, paper_search=0.0, paper_unconfirmed=1.0).psi
+    wide = terms(template(), flat, paper_search=0.03, paper_unconfirmed=1.0).psi
+    # The least that is taken off is one pixel, of the eight in which psi rises to 1.
+    middle = (narrow > 0.4) & (narrow < 1)
+    np.testing.assert_allclose(narrow[middle] - wide[middle], 2 / 8, atol=1e-4)
+
+
+def test_a_vocabulary_that_cannot_be_used_is_refused_at_once() -> None:
+    config = SegmentationConfig(prior='paper', vocabulary='missing.json')
+    with pytest.raises(VocabularyError, match=r'cannot read the vocabulary missing\.json'):
+        Segmenter(config)
+
+
+def test_the_segmenter_cuts_off_what_is_far_from_the_template() -> None:
+    prior = template()
+    image = np.full((*SHAPE, 3), 70, np.uint8)
+    image[prior > 127] = 180
+    image[30:36, 50:94] = 180
+    likelihood = cv2.GaussianBlur(image[:, :, 0], (3, 3), 0)
+    match = MatchResult(1, 1, BODY, None, 0, 0, 0.1, 1.0, 0.0, 0.9, 1.0, prior)
+    masks = {
+        name: Segmenter(SegmentationConfig(prior=name)).update(image, likelihood, match).mask
+        for name in ('none', 'paper')
+    }
+    assert masks['none'][33, 90] == 255
+    assert masks['paper'][33, 90] == 0
+    inside = prior > 127
+    overlap = (masks['paper'] > 0) & inside
+    assert overlap.sum() > 0.97 * inside.sum()
