@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 import time
 from collections.abc import Iterator
@@ -80,8 +81,7 @@ def publish_film(options: argparse.Namespace, node: Node) -> int:
     publisher = node.create_publisher(Image, 'image', BETWEEN_NODES)
     _wait_for(publisher, options.wait_for, options.wait_timeout)
     published = 0
-    stamps = open(options.stamps, 'w', encoding='ascii') if options.stamps else None
-    try:
+    with open(options.stamps or os.devnull, 'w', encoding='ascii') as stamps:
         due = time.monotonic()
         for image in frames:
             # Copied into the message before the frame is due, stamped when it is.
@@ -89,15 +89,11 @@ def publish_film(options: argparse.Namespace, node: Node) -> int:
             time.sleep(max(due - time.monotonic(), 0.0))
             message.header.stamp = node.get_clock().now().to_msg()
             publisher.publish(message)
-            if stamps is not None:
-                stamps.write(f'{film.start + published} {stamp_of(message.header)}\n')
-                stamps.flush()
+            stamps.write(f'{film.start + published} {stamp_of(message.header)}\n')
+            stamps.flush()
             published += 1
             # A camera that was held up does not catch up.
             due = max(due + period, time.monotonic())
-    finally:
-        if stamps is not None:
-            stamps.close()
     publisher.wait_for_all_acked(Duration(seconds=_FLOW_OUT_S))
     return published
 

@@ -181,5 +181,5 @@ def image_message(image: NDArray[np.uint8], header: Header) -> Image:
     message.is_bigendian = int(sys.byteorder == 'big')
     # The only fast way: assigning an array, bytes or a memoryview checks every element.
     if image.size:
-        message.data.frombytes(memoryview(np.ascontiguousarray(image)).cast('B'))
+        message.data.frombytes(np.ascontiguousarray(image).data.cast('B'))
     return message

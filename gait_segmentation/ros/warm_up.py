@@ -83,10 +83,10 @@ def warm_up_segmenter(bank: TemplateBank, config: SegmentationConfig) -> None:
 def _scene(
     bank: TemplateBank, index: int
 ) -> tuple[NDArray[np.uint8], NDArray[np.uint8], BodyFrame]:
-    """Return image, mask and body of a template that walks over noise."""
+    """Return image, mask and body of a template that runs over noise."""
     rng = np.random.default_rng(index)
     image = rng.integers(60, 120, (_HEIGHT, _WIDTH, 3)).astype(np.uint8)
-    body = BodyFrame(60.0 + 3 * index, _HEIGHT / 2, _BODY)
+    body = BodyFrame(30.0 + 15 * index, _HEIGHT / 2, _BODY)
     template = bank.templates[0, index % bank.phases]
     matrix = pixel_affine(template_to_image(body, *bank.grid, bank.fill))
     mask = np.asarray(cv2.warpAffine(template, matrix, (_WIDTH, _HEIGHT)))

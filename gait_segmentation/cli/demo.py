@@ -1,0 +1,257 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``gait_demo``: a film as a live camera, the three nodes over DDS, pictures and a report."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+import time
+from collections.abc import MutableMapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tqdm import tqdm
+
+from gait_segmentation.cli.clip import CLIP_BOX, CLIP_START, demo_clip
+from gait_segmentation.cli.film import Film
+from gait_segmentation.cli.processes import ProcessError, ProcessGroup
+from gait_segmentation.errors import ConfigError, GaitSegmentationError
+from gait_segmentation.geometry import Box
+from gait_segmentation.ros.files import use_shared_memory
+
+if TYPE_CHECKING:
+    from gait_segmentation.cli.recorder import Recorder
+
+__all__ = ['main', 'parser']
+
+_NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')
+_START_TIMEOUT_S = 120.0
+_FLOW_OUT_S = 5.0
+_POLL_S = 0.05
+
+# A demonstration on a busy computer is to be late rather than to have gaps.
+_PATIENT = ('-p', 'backlog:=90')
+_KEEP = ('-p', 'keep_images:=300')
+
+DESCRIPTION = """\
+Show the package at work on this computer.
+
+A film is played as a live camera at its own rate; gait_tracker, gait_matcher
+and gait_segmenter run as processes of their own, as on a robot, and all they
+publish is recorded. The film is a woman who walks past a standing camera
+(from the package Sports2D, BSD-3-Clause, fetched once), or one of yours.
+"""
+
+EPILOG = """\
+writes to the output folder
+  masks/NNNN.png     the silhouettes, named by the frame's number in the film
+  overlay.mp4        the film with outline, box, direction and phase
+  contact_sheet.png  30 frames of the person with outline
+  phase.png          gait phase and direction over time
+  report.json        frames in and out, dropped, fps, latency from the frame's
+                     stamp to its mask, frames tracked
+  logs/NAME.log      what the processes said
+
+examples
+  gait_demo
+  gait_demo --clip walk.mp4 --box 400 120 80 260 --start 15 --out out/walk
+"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    made = argparse.ArgumentParser(
+        prog='gait_demo',
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = made.add_argument
+    add('--out', type=Path, default=Path('out/demo'), help='output folder (%(default)s)')
+    add('--clip', type=Path, metavar='FILE', help='a film or folder of images of your own')
+    add(
+        '--box',
+        type=float,
+        nargs=4,
+        metavar=('X', 'Y', 'W', 'H'),
+        help='tight box of the person in the first frame played, in pixels of the film',
+    )
+    add('--start', type=int, metavar='N', help='first frame played, counted from 0')
+    add('--count', type=int, metavar='M', help='number of frames played (all)')
+    add('--width', type=int, default=960, metavar='PX', help='width played (%(default)s)')
+    add('--rate', type=float, default=0.0, metavar='HZ', help="frames per second (the film's)")
+    return made
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command and return its exit code."""
+    options = parser().parse_args(arguments)
+    # Stopping the demonstration must stop its processes.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        report = run(options)
+    except GaitSegmentationError as error:
+        print(f'gait_demo: error: {error}', file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print('gait_demo: interrupted', file=sys.stderr)
+        return 130
+    latency = report['latency_ms']
+    print(
+        f'{report["frames_out"]} of {report["frames_in"]} frames at {report["fps"]:.1f} fps, '
+        f'{report["tracked_frames"]} with a silhouette; latency {latency["p50"]:.0f} ms, '
+        f'95 % within {latency["p95"]:.0f} ms; see {options.out}'
+    )
+    return 0
+
+
+def run(options: argparse.Namespace) -> dict[str, Any]:
+    """
+    Play the film through the nodes and write everything.
+
+    :returns: the report.
+    :raises GaitSegmentationError: if the film cannot be used or a process fails.
+    """
+    film, box = _film_and_box(options)
+    _prepare_environment(os.environ)
+    # Here, so that it finds the environment prepared and --help needs no ROS.
+    import rclpy
+    from rclpy.signals import SignalHandlerOptions
+
+    from gait_segmentation.cli.demo_output import (
+        make_report,
+        write_film,
+        write_masks,
+        write_phase,
+        write_report,
+        write_sheet,
+    )
+    from gait_segmentation.cli.recorder import Recorder
+
+    options.out.mkdir(parents=True, exist_ok=True)
+    logs = options.out / 'logs'
+    stamps = logs / 'stamps.txt'
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        with ProcessGroup(os.environ, logs) as processes:
+            _start_nodes(processes, box)
+            recorder = Recorder()
+            try:
+                _play(processes, recorder, film, options, stamps)
+            finally:
+                recorder.close()
+    finally:
+        rclpy.try_shutdown()
+    published = _read_stamps(stamps)
+    frames = _frames_shown(published, recorder)
+    images = dict(zip(published, film.frames(), strict=False))
+    write_masks(options.out / 'masks', frames)
+    write_film(options.out / 'overlay.mp4', frames, images, options.rate or film.fps)
+    write_sheet(options.out / 'contact_sheet.png', frames, images)
+    write_phase(options.out / 'phase.png', frames)
+    topics = {topic: recorder.received(topic) for topic in recorder.topics}
+    report = make_report(len(published), frames, topics)
+    write_report(options.out / 'report.json', report)
+    return report
+
+
+def _film_and_box(options: argparse.Namespace) -> tuple[Film, Box]:
+    """Return the film and the person's box in the pixels that are played."""
+    if options.clip is None:
+        path, start, box = demo_clip(), CLIP_START, CLIP_BOX
+        if options.box is not None or options.start is not None:
+            raise ConfigError('--box and --start belong to a film of your own: give --clip too')
+    else:
+        if options.box is None:
+            raise ConfigError('--clip needs --box X Y W H, the person in the first frame played')
+        path, start, box = options.clip, options.start or 0, Box(*options.box)
+    if options.width < 64 or options.rate < 0:
+        raise ConfigError(
+            f'--width must be at least 64 and --rate positive, got {options.width} and '
+            f'{options.rate:g}'
+        )
+    film = Film(path, width=options.width, start=start, count=options.count)
+    scaled = box.scaled(film.scale)
+    if scaled.clipped(*film.size) is None:
+        raise ConfigError(f'the box {options.box} lies outside of the film {path}')
+    return film, scaled
+
+
+def _prepare_environment(environment: MutableMapping[str, str]) -> None:
+    """Keep the demonstration to this computer and apart from other ROS systems on it."""
+    environment.setdefault('ROS_DOMAIN_ID', str(20 + os.getpid() % 80))
+    environment.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    environment.setdefault('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp')
+    use_shared_memory(environment)
+
+
+def _start_nodes(processes: ProcessGroup, box: Box) -> None:
+    numbers = ', '.join(f'{value:.2f}' for value in (box.x, box.y, box.width, box.height))
+    package = 'gait_segmentation.nodes'
+    start = ('-p', f'initial_box:=[{numbers}]')
+    processes.start('gait_tracker', f'{package}.tracker_node', '--ros-args', *_PATIENT, *start)
+    processes.start('gait_matcher', f'{package}.matcher_node', '--ros-args', *_PATIENT)
+    processes.start('gait_segmenter', f'{package}.segmenter_node', '--ros-args', *_PATIENT, *_KEEP)
+
+
+def _play(
+    processes: ProcessGroup,
+    recorder: Recorder,
+    film: Film,
+    options: argparse.Namespace,
+    stamps: Path,
+) -> None:
+    """Play the film and wait until everything has come."""
+    stamps.unlink(missing_ok=True)
+    print('gait_demo: starting the nodes', file=sys.stderr)
+    deadline = time.monotonic() + _START_TIMEOUT_S
+    while not recorder.connected(*_NODES):
+        processes.check_running(*_NODES)
+        if time.monotonic() > deadline:
+            raise ProcessError(f'the nodes did not connect within {_START_TIMEOUT_S:g} s')
+        time.sleep(_POLL_S)
+    source = [str(film.path), '--width', str(options.width), '--start', str(film.start)]
+    source += ['--wait-for', '2', '--preload', '--stamps', str(stamps)]
+    source += ['--rate', str(options.rate)] if options.rate else []
+    source += ['--count', str(options.count)] if options.count else []
+    processes.start('gait_source', 'gait_segmentation.nodes.source_node', *source)
+    # disable=None: no bar where stderr is not a terminal.
+    with tqdm(unit='frame', disable=None, desc='gait_demo') as bar:
+        quiet_since = time.monotonic()
+        while True:
+            processes.check_running(*_NODES)
+            seen = recorder.complete()
+            if seen > bar.n or not processes.ended('gait_source'):
+                quiet_since = time.monotonic()
+            bar.update(seen - bar.n)
+            bar.n = seen
+            if processes.ended('gait_source'):
+                done = seen >= len(_read_stamps(stamps))
+                if done or time.monotonic() - quiet_since > _FLOW_OUT_S:
+                    return
+            time.sleep(_POLL_S)
+
+
+def _read_stamps(path: Path) -> dict[int, int]:
+    """Return the stamps in nanoseconds by frame number."""
+    pairs = (line.split() for line in path.read_text(encoding='ascii').splitlines())
+    return {int(number): int(stamp_ns) for number, stamp_ns in pairs}
+
+
+def _frames_shown(published: dict[int, int], recorder: Recorder) -> list[Any]:
+    from gait_segmentation.cli.demo_output import Shown
+
+    first = min(published.values(), default=0)
+    found = ((number, stamp, recorder.records.get(stamp)) for number, stamp in published.items())
+    return [
+        Shown(number, (stamp - first) / 1e9, record)
+        for number, stamp, record in found
+        if record is not None and record.packed is not None
+    ]
+
+
+if __name__ == '__main__':
+    sys.exit(main())

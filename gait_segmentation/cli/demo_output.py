@@ -1,0 +1,192 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What gait_demo writes: masks, film, contact sheet, plot and report."""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.cli.recorder import Record
+from gait_segmentation.drawing import (
+    contact_sheet,
+    crop,
+    draw_label,
+    draw_outline,
+    draw_person,
+    track_colour,
+)
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.geometry import Box
+
+__all__ = ['Shown', 'make_report', 'write_film', 'write_masks', 'write_phase', 'write_sheet']
+
+_SHEET_FRAMES = 30
+_SHEET_COLUMNS = 10
+_TILE = (150, 225)
+_MP4V = int.from_bytes(b'mp4v', 'little')
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A frame of the film with its number, its time in seconds and what was recorded."""
+
+    number: int
+    time_s: float
+    record: Record
+
+
+def write_masks(folder: Path, frames: Sequence[Shown]) -> None:
+    """
+    Write ``NNNN.png`` for every frame, named by its number in the film.
+
+    :raises SequenceError: if a file cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for old in folder.glob('*.png'):
+        old.unlink()
+    for shown in frames:
+        _write_image(folder / f'{shown.number:04d}.png', shown.record.mask)
+
+
+def write_film(
+    path: Path, frames: Sequence[Shown], images: dict[int, NDArray[np.uint8]], fps: float
+) -> None:
+    """
+    Write a film with outline, box, view and phase, and read it again to be sure.
+
+    :raises SequenceError: if it cannot be written or read.
+    """
+    if not frames:
+        raise SequenceError('there are no frames to write a film of')
+    height, width = images[frames[0].number].shape[:2]
+    writer = cv2.VideoWriter(str(path), _MP4V, fps, (width, height))
+    for shown in frames:
+        picture = images[shown.number].copy()
+        record = shown.record
+        if record.box is not None:
+            draw_person(
+                picture,
+                mask=record.mask,
+                box=record.box,
+                track_id=record.track_id,
+                phase=record.phase,
+                azimuth=record.azimuth,
+            )
+        draw_label(picture, f'{shown.number}', (4, 4))
+        writer.write(picture)
+    writer.release()
+    capture = cv2.VideoCapture(str(path))
+    readable = 0
+    while capture.grab():
+        readable += 1
+    capture.release()
+    if readable != len(frames):
+        raise SequenceError(f'{path} must have {len(frames)} frames, {readable} can be read')
+
+
+def write_sheet(path: Path, frames: Sequence[Shown], images: dict[int, NDArray[np.uint8]]) -> None:
+    """
+    Write a contact sheet of the person: about 30 frames with outline.
+
+    :raises SequenceError: if the file cannot be written.
+    """
+    tracked = [shown for shown in frames if shown.record.mask.any()] or list(frames)
+    places = np.linspace(0, len(tracked) - 1, min(_SHEET_FRAMES, len(tracked)))
+    chosen = [tracked[index] for index in dict.fromkeys(places.round().astype(int).tolist())]
+    tiles = []
+    for shown in chosen:
+        record = shown.record
+        image = images[shown.number]
+        box = record.box or Box(0, 0, image.shape[1], image.shape[0])
+        tall = 1.25 * max(box.height, box.width * _TILE[1] / _TILE[0])
+        region = Box.from_center(box.center_x, box.center_y, tall * _TILE[0] / _TILE[1], tall)
+        # Cropped and enlarged first, so that the outline is drawn at full sharpness.
+        tile = crop(image, region, _TILE)
+        draw_outline(tile, crop(record.mask, region, _TILE), track_colour(record.track_id))
+        phase = '' if math.isnan(record.phase) else f' {record.phase:.2f}'
+        draw_label(tile, f'{shown.number}{phase}', (2, 2))
+        tiles.append(tile)
+    _write_image(path, contact_sheet(tiles, _SHEET_COLUMNS))
+
+
+def write_phase(path: Path, frames: Sequence[Shown]) -> None:
+    """Plot gait phase and walking direction over time."""
+    import matplotlib
+
+    matplotlib.use('Agg')
+    from matplotlib import pyplot as plt
+
+    times = np.array([shown.time_s for shown in frames])
+    phase = np.array([shown.record.phase for shown in frames])
+    # No line where the phase begins anew.
+    line = np.where(np.abs(np.diff(phase, prepend=phase[:1])) > 0.5, np.nan, phase)
+    azimuth = np.rad2deg([shown.record.azimuth for shown in frames]) % 360
+    figure, axes = plt.subplots(2, 1, sharex=True, figsize=(8, 5), height_ratios=(2, 1))
+    axes[0].plot(times, line, color='tab:blue')
+    axes[0].plot(times, phase, '.', color='tab:blue', markersize=3)
+    axes[0].set(ylabel='gait phase (strides)', ylim=(0, 1), title='0 = heel contact of near leg')
+    axes[1].plot(times, azimuth, '.', color='tab:orange', markersize=3)
+    axes[1].set(xlabel='time (s)', ylabel='direction (degrees)', ylim=(0, 360))
+    axes[1].set_yticks([0, 90, 180, 270, 360])
+    for each in axes:
+        each.grid(alpha=0.3)
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
+
+
+def make_report(frames_in: int, frames: Sequence[Shown], topics: dict[str, int]) -> dict[str, Any]:
+    """
+    Sum up a run.
+
+    :param frames_in: frames that the source published.
+    :param frames: frames whose mask came.
+    :param topics: messages received on each topic.
+    """
+    latency = [1e3 * shown.record.latency_s for shown in frames]
+    # From the first frame taken to the last mask received, so that lateness counts.
+    first = min((s.record.arrived_s - s.record.latency_s for s in frames), default=0.0)
+    seconds = max((s.record.arrived_s for s in frames), default=0.0) - first
+    median, high = np.percentile(latency, (50, 95)) if latency else (math.nan, math.nan)
+    return {
+        'frames_in': frames_in,
+        'frames_out': len(frames),
+        'dropped': frames_in - len(frames),
+        'fps': round(len(frames) / seconds, 2) if seconds > 0 else 0.0,
+        'latency_ms': {'p50': round(float(median), 1), 'p95': round(float(high), 1)},
+        'tracked_frames': sum(bool(shown.record.mask.any()) for shown in frames),
+        'messages': topics,
+        'versions': _versions(),
+    }
+
+
+def write_report(path: Path, report: dict[str, Any]) -> None:
+    """Write a report as JSON."""
+    path.write_text(json.dumps(report, indent=2) + '\n', encoding='utf-8')
+
+
+def _versions() -> dict[str, str]:
+    found = {'python': platform.python_version(), 'machine': platform.machine()}
+    for name in ('gait_segmentation', 'numpy', 'opencv-python-headless', 'numba', 'rclpy'):
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    found['opencv'] = cv2.__version__
+    return found
+
+
+def _write_image(path: Path, image: NDArray[np.uint8]) -> None:
+    if not cv2.imwrite(str(path), image):
+        raise SequenceError(f'{path} cannot be written')

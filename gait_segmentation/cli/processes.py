@@ -1,0 +1,144 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Child processes that never outlive their parent."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+
+from gait_segmentation.errors import GaitSegmentationError
+
+__all__ = ['ProcessError', 'ProcessGroup']
+
+_PR_SET_PDEATHSIG = 1
+_GRACE_S = 5.0
+_LAST_LINES = 15
+
+
+class ProcessError(GaitSegmentationError):
+    """A process that should run has ended, or ended with an error."""
+
+
+@dataclass
+class _Child:
+    process: subprocess.Popen[bytes]
+    log: Path
+
+
+class ProcessGroup:
+    """
+    Named Python processes whose output goes to log files.
+
+    As a context manager it stops all of them at the end, whatever happened: first with SIGINT,
+    those that are still there after 5 seconds with SIGKILL.  If the parent is killed the kernel
+    ends them.
+    """
+
+    def __init__(self, environment: Mapping[str, str], logs: Path) -> None:
+        """
+        Begin without processes.
+
+        :param environment: of the processes.
+        :param logs: folder for ``NAME.log``.
+        """
+        self._environment = dict(environment)
+        root = str(Path(__file__).resolve().parents[2])
+        paths = [root, *filter(None, [self._environment.get('PYTHONPATH')])]
+        self._environment['PYTHONPATH'] = os.pathsep.join(paths)
+        self._logs = logs
+        self._children: dict[str, _Child] = {}
+
+    def __enter__(self) -> ProcessGroup:
+        """Return the group."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Stop all processes."""
+        self.stop()
+
+    def start(self, name: str, module: str, *arguments: str) -> None:
+        """Start ``python -m module arguments``."""
+        self._logs.mkdir(parents=True, exist_ok=True)
+        log = self._logs / f'{name}.log'
+        with open(log, 'wb') as output:
+            process = subprocess.Popen(
+                [sys.executable, '-m', module, *arguments],
+                env=self._environment,
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+                preexec_fn=_die_with_parent,
+            )
+        self._children[name] = _Child(process, log)
+
+    def check(self) -> None:
+        """
+        Make sure that all processes run or have ended well.
+
+        :raises ProcessError: with the name and the last lines of one that has not.
+        """
+        for name, child in self._children.items():
+            code = child.process.poll()
+            if code:
+                how = f'was killed by signal {-code}' if code < 0 else f'ended with code {code}'
+                raise ProcessError(f'{name} {how}\n{self.last_lines(name)}')
+
+    def check_running(self, *names: str) -> None:
+        """
+        Make sure that processes still run.
+
+        :raises ProcessError: with the name and the last lines of one that does not.
+        """
+        self.check()
+        for name in names:
+            if self.ended(name):
+                raise ProcessError(f'{name} ended too early\n{self.last_lines(name)}')
+
+    def ended(self, name: str) -> bool:
+        """Return whether a process has ended."""
+        return self._children[name].process.poll() is not None
+
+    def last_lines(self, name: str) -> str:
+        """Return the end of a process's output, indented."""
+        log = self._children[name].log
+        lines = log.read_text(encoding='utf-8', errors='replace').splitlines()[-_LAST_LINES:]
+        return '\n'.join(f'    {line}' for line in lines) or '    (no output)'
+
+    def stop(self) -> None:
+        """Stop all processes and wait until they are gone."""
+        for child in self._children.values():
+            _signal(child.process, signal.SIGINT)
+        deadline = time.monotonic() + _GRACE_S
+        for child in self._children.values():
+            try:
+                child.process.wait(max(deadline - time.monotonic(), 0.0))
+            except subprocess.TimeoutExpired:
+                _signal(child.process, signal.SIGKILL)
+                child.process.wait()
+
+
+def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
+    if process.poll() is None:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, number)
+
+
+def _die_with_parent() -> None:
+    if sys.platform == 'linux':
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
