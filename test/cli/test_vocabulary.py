@@ -55,7 +55,7 @@ def test_words_of_a_folder(
 
 @needs_sklearn
 def test_a_picture_of_no_known_format_is_refused(tmp_path: Path, folder: Path) -> None:
-    with pytest.raises(VocabularyError, match='must end in .png'):
+    with pytest.raises(VocabularyError, match=r'must end in \.png'):
         run(
             str(tmp_path / 'words.json'),
             '--from',
