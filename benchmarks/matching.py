@@ -14,24 +14,26 @@ update of the matcher: resampling, kernel, path, result.
 
 Times are medians of interleaved repeats, of the processor time of the one thread that works, so
 that other programs on the machine disturb them little; ``--wall`` takes the clock instead.
+A call that is not timed goes before each that is, so that all find their own caches warm.
 Prints the table, writes it with ``--json`` and draws docs/images/matching_scaling.png with
 ``--plots``.
 """
 
+# ruff: noqa: E402 (threads are limited before NumPy is loaded)
+
 from __future__ import annotations
-
-import os
-
-for _name in ('OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS', 'OMP_NUM_THREADS'):
-    os.environ[_name] = '1'  # before NumPy is loaded
 
 import argparse
 import json
+import os
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+
+for _name in ('OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS', 'OMP_NUM_THREADS'):
+    os.environ[_name] = '1'  # before NumPy is loaded
 
 import cv2
 import numpy as np
@@ -161,6 +163,7 @@ def measure_kernels(repeats: int, clock: Callable[[], float]) -> dict[str, Any]:
         for key, action in runs.items():
             heavy = key[0] in ('gemm', 'reference', 'direct_access_table')
             if not heavy or repeat < max(3, repeats // 10):
+                action()
                 times[key].append(cost(action, clock))
     table: dict[str, dict[str, float]] = {}
     for (label, count), values in times.items():

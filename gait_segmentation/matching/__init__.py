@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sequence matching: Tanimoto kernels, placements and the path search."""
 
+from gait_segmentation.matching.batch import ClipFrame, match_clip
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.matcher import SequenceMatcher
 
-__all__ = ['MatchingConfig', 'SequenceMatcher']
+__all__ = ['ClipFrame', 'MatchingConfig', 'SequenceMatcher', 'match_clip']

@@ -26,7 +26,7 @@ class MatchingConfig(StageConfig):
         'earlier ones.',
         unit='frames',
         minimum=0,
-        maximum=60,
+        maximum=300,
         read_only=True,
     )
     window: float = parameter(

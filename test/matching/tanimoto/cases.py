@@ -1,0 +1,36 @@
+"""Banks and images that kernels must treat alike."""
+
+import numpy as np
+from hypothesis import strategies as st
+
+from gait_segmentation.matching.tanimoto import WindowGrid
+
+
+@st.composite
+def banks(draw):
+    """Draw templates (ties, all black, all white, duplicates, few levels), images and a grid."""
+    height, width = draw(st.integers(1, 9)), draw(st.integers(1, 9))
+    grid = WindowGrid(
+        height, width, draw(st.integers(1, 13)), draw(st.integers(1, 20)), draw(st.integers(1, 3))
+    )
+    rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
+    count = draw(st.integers(1, 6))
+    kind = draw(st.sampled_from(['any', 'binary', 'levels', 'black', 'white', 'same']))
+    templates = rng.integers(0, 256, (count, height, width), dtype=np.uint8)
+    if kind == 'binary':
+        templates = np.where(templates > 127, 255, 0).astype(np.uint8)
+    elif kind == 'levels':
+        templates = (templates // 37 * 36).astype(np.uint8)
+    elif kind == 'black':
+        templates[:] = 0
+    elif kind == 'white':
+        templates[:] = 255
+    elif kind == 'same':
+        templates[:] = templates[0]
+    images = rng.integers(0, 256, (draw(st.integers(1, 3)), *grid.image_shape), dtype=np.uint8)
+    look = draw(st.sampled_from(['any', 'black', 'white', 'ties']))
+    if look in ('black', 'white'):
+        images[:] = 0 if look == 'black' else 255
+    elif look == 'ties':
+        images = templates.ravel()[rng.integers(0, templates.size, images.shape)]
+    return templates, images, grid

@@ -1,0 +1,15 @@
+import numpy as np
+from hypothesis import given, settings
+
+from gait_segmentation.matching.tanimoto import DirectAccessTableKernel, ReferenceKernel
+from test.matching.tanimoto.cases import banks
+
+
+@settings(max_examples=60, deadline=None)
+@given(banks())
+def test_equals_the_reference(case):
+    templates, images, grid = case
+    expected = ReferenceKernel(templates, grid).common_area(images)
+    np.testing.assert_array_equal(
+        DirectAccessTableKernel(templates, grid).common_area(images), expected
+    )

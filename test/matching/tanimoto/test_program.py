@@ -1,0 +1,25 @@
+import numpy as np
+
+from gait_segmentation.matching.tanimoto.program import GROUP, make_program
+
+
+def test_narrow_groups_fit_8_bits_and_steps_16():
+    rng = np.random.default_rng(0)
+    templates = (rng.integers(0, 8, (5, 40, 40)) * 36).astype(np.uint8)
+    templates[3] = 255
+    program = make_program(templates)
+    sums = program.span.reshape(-1, GROUP).sum(axis=1, dtype=np.int64)
+    assert len(program.source) == len(program.lo) == len(program.span)
+    for bounds in program.bounds:
+        for kind in (0, 2):
+            assert (sums[bounds[kind] : bounds[kind + 1]] <= 255).all()
+            assert sums[bounds[kind] : bounds[kind + 2]].sum() <= 32767
+    assert program.events == np.count_nonzero(program.span)
+    assert set(program.target.tolist()) == {1, 2, 3, 4, 5}
+
+
+def test_an_empty_template_has_a_step_without_events():
+    program = make_program(np.zeros((1, 3, 3), np.uint8))
+    assert program.events == 0
+    assert program.target.tolist() == [1]
+    assert program.base.tolist() == [0]
