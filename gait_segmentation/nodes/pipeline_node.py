@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import sys
 from collections import deque
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,7 @@ from gait_segmentation.tracking import TrackingConfig
 
 __all__ = ['PipelineNode', 'main']
 
-Message = Image | CompressedImage
+Message: TypeAlias = Image | CompressedImage
 
 
 class PipelineNode(GaitNode):

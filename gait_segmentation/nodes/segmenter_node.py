@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PolygonInstanceStamped
@@ -71,9 +72,7 @@ class SegmenterNode(GaitNode):
             (Image, 'shape_prior', 'prior'),
             (JointState, 'gait', 'gait'),
         ):
-            self.input(
-                kind, f'{SLOT}/{topic}', lambda message, part=part: self._part(part, message)
-            )
+            self.input(kind, f'{SLOT}/{topic}', partial(self._part, part))
         camera = CameraSubscription(
             self,
             self.parameters.get(CameraConfig),

@@ -141,7 +141,7 @@ class SegmentationOutputs:
         message = image_message(mask, header)
         self._person.publish(message)
         self._mask.publish(message)
-        self._labels.publish(image_message(mask & 1, header))
+        self._labels.publish(image_message(mask & np.uint8(1), header))
 
 
 def tracking_picture(image: NDArray[np.uint8], track: TrackResult) -> NDArray[np.uint8]:
