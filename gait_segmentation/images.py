@@ -40,11 +40,16 @@ def shrink(image: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8
 
 
 def signed_distance(inside: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Return the distance to the edge of a region in pixels, positive inside, (h, w) float32."""
+    """
+    Return the distance to the edge of a region in pixels, positive inside, (h, w) float32.
+
+    Without an edge in the image it is the image's diagonal.
+    """
     region = inside.astype(np.uint8)
     within = cv2.distanceTransform(region, cv2.DIST_L2, 5)
     without = cv2.distanceTransform(1 - region, cv2.DIST_L2, 5)
-    return np.asarray(within - without)
+    diagonal = np.float32(np.hypot(*inside.shape))
+    return np.clip(within - without, -diagonal, diagonal)
 
 
 def warp_window(

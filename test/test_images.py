@@ -40,6 +40,12 @@ def test_signed_distance_is_positive_inside() -> None:
     assert distance[0, 10] == pytest.approx(-8, abs=0.3)
 
 
+@pytest.mark.parametrize('value', [True, False])
+def test_without_an_edge_the_distance_is_the_diagonal(value: bool) -> None:
+    distance = signed_distance(np.full((30, 40), value))
+    assert distance == pytest.approx(np.full((30, 40), 50 if value else -50))
+
+
 def test_a_window_of_a_warp_is_the_warps_window() -> None:
     image = np.random.default_rng(0).integers(0, 255, (40, 50), np.uint8)
     motion = np.array([[1.0, 0.0, 3.0], [0.0, 1.0, -2.0]])

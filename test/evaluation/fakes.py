@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A pipeline that knows the answer more or less, and small sequences on disk."""
 
 from __future__ import annotations

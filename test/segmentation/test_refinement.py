@@ -1,0 +1,38 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from gait_segmentation.segmentation.refinement import refine, upsample
+
+
+def test_upsampling_interpolates_the_outline() -> None:
+    labels = np.zeros((10, 10), np.bool_)
+    labels[3:7, 3:7] = True
+    large = upsample(labels, (30, 30))
+    assert large.shape == (30, 30)
+    assert large[10:20, 10:20].all()
+    assert 0.8 < large.sum() / (9 * labels.sum()) < 1.1
+    assert upsample(labels, (10, 10)) is labels
+
+
+def test_the_outline_moves_to_the_edge_of_the_image() -> None:
+    rng = np.random.default_rng(0)
+    true = np.zeros((120, 90), np.bool_)
+    cv2.ellipse(image := np.zeros((120, 90), np.uint8), (45, 60), (25, 45), 0, 0, 360, 1, -1)
+    true = image > 0
+    picture = np.where(true[:, :, None], (60, 60, 200), (160, 160, 90)).astype(np.int16)
+    picture = np.clip(picture + rng.normal(0, 4, picture.shape), 0, 255).astype(np.uint8)
+    coarse = cv2.resize(image, (30, 40), interpolation=cv2.INTER_AREA) > 0
+    logit = np.where(coarse, 1.0, -1.0).astype(np.float32) * 0.2
+    plain = upsample(coarse, true.shape)
+    fine = refine(picture, coarse, logit, 2.0)
+    assert (fine != true).sum() < 0.5 * (plain != true).sum()
+
+
+def test_nothing_to_refine_stays() -> None:
+    labels = np.zeros((10, 10), np.bool_)
+    picture = np.zeros((20, 20, 3), np.uint8)
+    assert not refine(picture, labels, np.zeros((10, 10), np.float32), 2.0).any()

@@ -1,0 +1,147 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import BodyFrame, Placement
+from gait_segmentation.results import MatchResult
+from gait_segmentation.segmentation import SegmentationConfig, Segmenter
+
+SHAPE = (160, 120)
+BODY = BodyFrame(60, 80, 120)
+
+
+def person(factor: int = 1) -> np.ndarray:
+    mask = np.zeros((SHAPE[0] * factor, SHAPE[1] * factor), np.uint8)
+    cv2.ellipse(mask, (60 * factor, 80 * factor), (20 * factor, 58 * factor), 0, 0, 360, 255, -1)
+    return mask
+
+
+def picture(factor: int = 1) -> np.ndarray:
+    rng = np.random.default_rng(1)
+    inside = person(factor) > 0
+    image = np.where(inside[:, :, None], (60, 60, 200), (150, 150, 100))
+    return np.clip(image + rng.normal(0, 6, image.shape), 0, 255).astype(np.uint8)
+
+
+def match(prior: np.ndarray | None = None, stamp: int = 1, **changes) -> MatchResult:
+    values = {
+        'stamp_ns': stamp,
+        'track_id': 1,
+        'body': BODY,
+        'placement': Placement(0, 0, 1),
+        'sequence': 0,
+        'phase_index': 0,
+        'phase': 0.2,
+        'phase_rate': 0.9,
+        'azimuth': 0.0,
+        'similarity': 0.8,
+        'confidence': 0.8,
+        'shape_prior': person() if prior is None else prior,
+    }
+    return MatchResult(**{**values, **changes})
+
+
+def noisy(seed: int = 0) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    values = np.where(person() > 0, 190.0, 60.0) + rng.normal(0, 40, SHAPE)
+    return np.clip(values, 0, 255).astype(np.uint8)
+
+
+def iou(a: np.ndarray, b: np.ndarray) -> float:
+    return float(((a > 0) & (b > 0)).sum() / max(((a > 0) | (b > 0)).sum(), 1))
+
+
+@pytest.mark.parametrize('prior', ['none', 'distance', 'default', 'paper'])
+def test_a_noisy_likelihood_becomes_a_clean_mask(prior: str) -> None:
+    result = Segmenter(SegmentationConfig(prior=prior)).update(picture(), noisy(), match())
+    assert result.reason == ''
+    assert set(np.unique(result.mask)) == {0, 255}
+    assert iou(result.mask, person()) > 0.93
+
+
+def test_the_mask_has_the_sources_size() -> None:
+    large = picture(3)
+    result = Segmenter().update(large, noisy(), match(body=BODY.scaled(3)))
+    assert result.mask.shape == large.shape[:2]
+    assert iou(result.mask, person(3)) > 0.95
+
+
+def test_refinement_follows_the_full_resolution_better() -> None:
+    plain = SegmentationConfig(use_refinement=False)
+    large, body = picture(3), BODY.scaled(3)
+    coarse = Segmenter(plain).update(large, noisy(), match(body=body)).mask
+    fine = Segmenter().update(large, noisy(), match(body=body)).mask
+    assert iou(fine, person(3)) > iou(coarse, person(3))
+
+
+def test_the_prior_fills_what_the_likelihood_lost() -> None:
+    likelihood = noisy()
+    likelihood[60:90, 50:70] = 90
+    image = np.full((*SHAPE, 3), 120, np.uint8)
+    without = Segmenter(SegmentationConfig(prior='none', contrast=0.5))
+    with_prior = Segmenter(SegmentationConfig(contrast=0.5))
+    lost = without.update(image, likelihood, match()).mask
+    kept = with_prior.update(image, likelihood, match()).mask
+    assert iou(kept, person()) > iou(lost, person())
+
+
+@pytest.mark.parametrize('value', [0, 255])
+@pytest.mark.parametrize('prior', ['none', 'distance', 'default', 'paper'])
+def test_a_likelihood_that_says_nothing_gives_a_mask_or_a_reason(value: int, prior: str) -> None:
+    likelihood = np.full(SHAPE, value, np.uint8)
+    result = Segmenter(SegmentationConfig(prior=prior)).update(picture(), likelihood, match())
+    assert result.mask.any() == (result.reason == '')
+
+
+def test_nobody_and_outside_are_empty_with_the_reason() -> None:
+    segmenter = Segmenter()
+    result = segmenter.update(picture(), noisy(), match(body=None))
+    assert not result.mask.any()
+    assert result.reason == 'nobody is tracked'
+    away = match(body=BodyFrame(900, 900, 100), prior=np.zeros(SHAPE, np.uint8))
+    result = segmenter.update(picture(), noisy(), away)
+    assert not result.mask.any()
+    assert result.reason == 'the person is outside of the image'
+
+
+@pytest.mark.parametrize('height', [20, 2000])
+def test_tiny_and_huge_people_give_a_mask_or_a_reason(height: int) -> None:
+    result = Segmenter().update(picture(), noisy(), match(body=BodyFrame(60, 80, height)))
+    assert result.mask.shape == SHAPE
+    assert result.mask.any() == (result.reason == '')
+
+
+def test_a_constant_image_is_no_problem() -> None:
+    image = np.full((*SHAPE, 3), 77, np.uint8)
+    assert iou(Segmenter().update(image, noisy(), match()).mask, person()) > 0.9
+
+
+@pytest.mark.parametrize(
+    ('likelihood', 'prior', 'message'),
+    [
+        (np.zeros(SHAPE, np.float32), None, 'likelihood must be'),
+        (np.zeros((*SHAPE, 3), np.uint8), None, 'likelihood must be'),
+        (np.zeros((10, 10), np.uint8), None, 'same size'),
+        (np.zeros((10, 90), np.uint8), np.zeros((10, 90), np.uint8), 'proportions'),
+        (np.zeros((320, 240), np.uint8), np.zeros((320, 240), np.uint8), 'no larger'),
+    ],
+)
+def test_what_does_not_fit_is_refused(
+    likelihood: np.ndarray, prior: np.ndarray | None, message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        Segmenter().update(picture(), likelihood, match(prior))
+
+
+def test_a_new_track_forgets_the_last_persons_shape() -> None:
+    segmenter, fresh = Segmenter(), Segmenter()
+    for stamp in range(1, 9):
+        segmenter.update(picture(), noisy(stamp), match(stamp=stamp))
+    later = match(stamp=9, track_id=2)
+    again = segmenter.update(picture(), noisy(9), later).mask
+    assert np.array_equal(again, fresh.update(picture(), noisy(9), later).mask)

@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.starting import estimate_start
+from test.walkers import clip, overlap, small_bank
+
+
+def start(frame_number: int = 0, grow: float = 0.0):
+    frame = clip()[frame_number]
+    lab = cv2.cvtColor(frame.image, cv2.COLOR_BGR2Lab)
+    box = frame.boxes[0]
+    assert box is not None
+    return frame, estimate_start(lab, box.padded(grow, grow), small_bank())
+
+
+def test_the_first_mask_resembles_the_person() -> None:
+    frame, found = start()
+    assert found.mask.shape == frame.image.shape[:2]
+    assert set(np.unique(found.mask)) <= {0, 255}
+    assert overlap(found.mask, frame.truths[0]) > 0.7
+
+
+def test_the_body_stands_in_the_box() -> None:
+    frame, found = start()
+    box = frame.boxes[0]
+    assert box is not None
+    assert found.body.height == pytest.approx(box.height, rel=0.1)
+    assert abs(found.body.center_x - box.center_x) < 0.15 * box.height
+    assert abs(found.body.center_y - box.center_y) < 0.1 * box.height
+
+
+def test_nothing_outside_of_the_box_is_person() -> None:
+    frame, found = start()
+    box = frame.boxes[0]
+    assert box is not None
+    rows, columns = box.padded(2, 2).slices(frame.image.shape[1], frame.image.shape[0])
+    rest = found.mask.copy()
+    rest[rows, columns] = 0
+    assert not rest.any()
+
+
+def test_it_is_deterministic() -> None:
+    assert np.array_equal(start()[1].mask, start()[1].mask)
+
+
+@pytest.mark.parametrize(
+    'box', [Box(-30, 20, 60, 150), Box(100, 150, 60, 150), Box(5, 5, 1, 1), Box(0, 0, 320, 240)]
+)
+def test_boxes_at_borders_and_of_odd_sizes_give_a_mask(box: Box) -> None:
+    lab = cv2.cvtColor(clip()[0].image, cv2.COLOR_BGR2Lab)
+    found = estimate_start(lab, box, small_bank(), rounds=2)
+    assert found.mask.shape == lab.shape[:2]
+    assert found.body.height >= 1
+
+
+def test_a_constant_image_gives_a_mask() -> None:
+    lab = np.full((100, 100, 3), 128, np.uint8)
+    found = estimate_start(lab, Box(30, 20, 30, 70), small_bank(), rounds=2)
+    assert found.mask.shape == (100, 100)

@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.starting.templates import fit_views
+from test.walkers import small_bank
+
+SHAPE = (120, 90)
+
+
+def fit(box: Box, top: bool = False, bottom: bool = False, side: bool = False) -> list:
+    return fit_views(small_bank(), box, SHAPE, top, bottom, side)
+
+
+def test_templates_fill_the_box() -> None:
+    box = Box(25, 10, 40, 100)
+    for hypothesis in fit(box):
+        for template in hypothesis.templates:
+            extent = Box.around(template > 127)
+            assert extent is not None
+            assert extent.y == pytest.approx(10, abs=1.5)
+            assert extent.bottom == pytest.approx(110, abs=1.5)
+            assert extent.center_x == pytest.approx(45, abs=1.5)
+
+
+def test_stretching_is_limited_and_unlikely_aspects_weigh_little() -> None:
+    wide = fit(Box(5, 10, 80, 100))[2]
+    assert wide.azimuth == pytest.approx(np.pi / 2)
+    assert wide.weight.max() < 0.2
+    for template in wide.templates:
+        extent = Box.around(template > 127)
+        assert extent is not None
+        assert extent.width < 75
+
+
+def test_at_the_lower_border_taller_bodies_are_tried() -> None:
+    box = Box(25, 60, 30, 60)
+    plain, cut = fit(box)[0], fit(box, bottom=True)[0]
+    assert len(cut.templates) == 3 * len(plain.templates)
+    assert cut.height.max() == pytest.approx(1.5 * plain.height.max(), rel=0.01)
+    assert np.allclose(cut.top, 60)
+
+
+def test_at_the_upper_border_bodies_reach_up() -> None:
+    cut = fit(Box(25, 0, 30, 60), top=True)[0]
+    assert cut.top.min() == pytest.approx(-30)

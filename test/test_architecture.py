@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the layout promises: algorithms know nothing of ROS, of clocks and of files."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parent.parent / 'gait_segmentation'
+ADAPTERS = {'ros', 'nodes', 'cli'}
+MESSAGES = {'rclpy', 'builtin_interfaces', 'rcl_interfaces', 'launch', 'launch_ros'}
+CLOCKS = {'time', 'datetime'}
+ALGORITHMS = ('tracking', 'matching', 'segmentation', 'starting')
+
+
+def modules(*parts: str) -> list[Path]:
+    roots = [PACKAGE / part for part in parts] if parts else [PACKAGE]
+    return sorted(
+        path
+        for root in roots
+        for path in root.rglob('*.py')
+        if not ADAPTERS & set(path.relative_to(PACKAGE).parts)
+    )
+
+
+def imported(path: Path) -> set[str]:
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            names.add(node.module)
+    return names
+
+
+@pytest.mark.parametrize('path', modules(), ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_only_adapters_import_ros(path: Path) -> None:
+    roots = {name.split('.')[0] for name in imported(path)}
+    assert not roots & MESSAGES
+    assert not {root for root in roots if root.endswith('_msgs') or root.endswith('_srvs')}
+    adapters = {f'gait_segmentation.{name}' for name in ADAPTERS}
+    assert not {name for name in imported(path) if name.startswith(tuple(adapters))}
+
+
+@pytest.mark.parametrize('path', modules(), ids=lambda path: str(path.relative_to(PACKAGE)))
+def test_only_adapters_read_clocks(path: Path) -> None:
+    assert not {name.split('.')[0] for name in imported(path)} & CLOCKS
+
+
+@pytest.mark.parametrize(
+    'path', modules(*ALGORITHMS), ids=lambda path: str(path.relative_to(PACKAGE))
+)
+def test_the_stages_open_no_files(path: Path) -> None:
+    calls = {
+        node.func.id
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+    }
+    assert not calls & {'open', 'print', 'input'}
+
+
+def test_every_module_has_its_licence() -> None:
+    for path in [*PACKAGE.rglob('*.py'), *Path(__file__).parent.rglob('*.py')]:
+        text = path.read_text()
+        if text:
+            assert 'SPDX-License-Identifier: GPL-3.0-or-later' in text.split('\n\n')[0], path
+
+
+def test_stages_do_not_know_each_other_but_for_the_start() -> None:
+    """The open door: each stage works on what anybody may publish."""
+    allowed = {'tracking': {'starting'}, 'starting': {'segmentation'}}
+    for stage in ALGORITHMS:
+        others = set(ALGORITHMS) - {stage} - allowed.get(stage, set())
+        for path in modules(stage):
+            used = {name.split('.')[1] for name in imported(path) if name.count('.') >= 1}
+            assert not used & others, path

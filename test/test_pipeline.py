@@ -1,0 +1,139 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import Box
+from gait_segmentation.matching import MatchingConfig
+from gait_segmentation.pipeline import PersonResult, Pipeline, PipelineConfig
+from gait_segmentation.tracking import TrackingConfig
+from test.walkers import clip, overlap, small_bank
+
+
+def pipeline(lag: int = 0) -> Pipeline:
+    config = PipelineConfig(TrackingConfig(start_rounds=3), MatchingConfig(lag=lag))
+    return Pipeline(config, small_bank())
+
+
+def run(lag: int = 0, frames: int = 16) -> list[PersonResult]:
+    pipe = pipeline(lag)
+    box = clip()[0].boxes[0]
+    assert box is not None
+    pipe.initialize(box)
+    results = []
+    for frame in clip()[:frames]:
+        results += pipe.update(frame.image, frame.stamp_ns)
+    return results + pipe.flush()
+
+
+def test_a_walker_is_segmented_from_the_first_box_alone() -> None:
+    results = run()
+    assert [each.stamp_ns for each in results] == [frame.stamp_ns for frame in clip()]
+    scores = [
+        overlap(each.segmentation.mask, frame.truths[0])
+        for each, frame in zip(results, clip(), strict=True)
+    ]
+    assert np.mean(scores) > 0.8
+    assert np.mean(scores[-5:]) > 0.85
+
+
+def test_every_stage_speaks_of_the_same_frame_and_person() -> None:
+    for each in run(frames=5):
+        assert each.track.stamp_ns == each.match.stamp_ns == each.segmentation.stamp_ns
+        assert each.track.track_id == each.match.track_id == each.segmentation.track_id == 1
+        assert each.match.shape_prior.shape == each.track.likelihood.shape
+
+
+def test_two_runs_give_the_same_bits() -> None:
+    for one, two in zip(run(frames=8), run(frames=8), strict=True):
+        assert np.array_equal(one.segmentation.mask, two.segmentation.mask)
+        assert np.array_equal(one.track.likelihood, two.track.likelihood)
+        assert one.match.phase == two.match.phase
+
+
+def test_a_lag_delays_but_loses_no_frame() -> None:
+    pipe = pipeline(lag=3)
+    box = clip()[0].boxes[0]
+    assert box is not None
+    pipe.initialize(box)
+    counts = [len(pipe.update(frame.image, frame.stamp_ns)) for frame in clip()[:8]]
+    assert counts == [0, 0, 0, 1, 1, 1, 1, 1]
+    assert len(pipe.flush()) == 3
+    results = run(lag=3)
+    assert [each.stamp_ns for each in results] == [frame.stamp_ns for frame in clip()]
+    assert overlap(results[-1].segmentation.mask, clip()[-1].truths[0]) > 0.7
+
+
+def test_a_loop_of_the_clip_starts_anew() -> None:
+    pipe = pipeline()
+    box = clip()[0].boxes[0]
+    assert box is not None
+    first, second = [], []
+    for results in (first, second):
+        pipe.initialize(box)
+        for frame in clip()[:6]:
+            results += pipe.update(frame.image, frame.stamp_ns)
+    for one, two in zip(first, second, strict=True):
+        assert np.array_equal(one.segmentation.mask, two.segmentation.mask)
+    assert first[0].track.track_id != second[0].track.track_id
+
+
+def test_nobody_gives_empty_results() -> None:
+    [result] = pipeline().update(clip()[0].image, 5)
+    assert result.track.box is None
+    assert result.match.body is None
+    assert not result.segmentation.mask.any()
+    assert result.segmentation.reason == 'nobody is tracked'
+
+
+def test_bad_frames_leave_the_stream_going() -> None:
+    pipe = pipeline()
+    box = clip()[0].boxes[0]
+    assert box is not None
+    pipe.initialize(box)
+    pipe.update(clip()[0].image, clip()[0].stamp_ns)
+    with pytest.raises(InputError):
+        pipe.update(clip()[1].image.astype(np.float32), clip()[1].stamp_ns)  # type: ignore[arg-type]
+    with pytest.raises(InputError):
+        pipe.update(clip()[1].image, 0)
+    [result] = pipe.update(clip()[1].image, clip()[1].stamp_ns)
+    assert result.segmentation.mask.any()
+
+
+def test_an_outer_likelihood_takes_the_place_of_the_trackers() -> None:
+    pipe = pipeline()
+    box = clip()[0].boxes[0]
+    assert box is not None
+    pipe.initialize(box)
+    rng = np.random.default_rng(0)
+    for frame in clip()[:6]:
+        noisy = np.where(rng.random(frame.masks[0].shape) < 0.15, 128, frame.masks[0])
+        [result] = pipe.update(frame.image, frame.stamp_ns, likelihood=noisy.astype(np.uint8))
+        assert overlap(result.segmentation.mask, frame.truths[0]) > 0.85
+    with pytest.raises(InputError, match='likelihood must be'):
+        pipe.update(frame.image, frame.stamp_ns + 1, likelihood=np.zeros((5, 5, 3), np.uint8))
+
+
+def test_timings_come_from_the_clock_given() -> None:
+    ticks = iter(range(1000))
+    pipe = Pipeline(replace(PipelineConfig()), small_bank(), clock=lambda: float(next(ticks)))
+    [result] = pipe.update(clip()[0].image, 5)
+    assert result.timings_ms['matching'] == 1000
+    assert result.timings_ms['total'] >= 3000
+    assert pipeline().update(clip()[0].image, 5)[0].timings_ms['total'] == 0
+
+
+@pytest.mark.parametrize(
+    'box', [Box(-20, 50, 60, 150), Box(290, 100, 60, 150), Box(100, 80, 1, 1)]
+)
+def test_boxes_at_the_border_or_of_one_pixel_are_no_problem(box: Box) -> None:
+    pipe = pipeline()
+    pipe.initialize(box)
+    for frame in clip()[:4]:
+        [result] = pipe.update(frame.image, frame.stamp_ns)
+    assert result.segmentation.mask.shape == frame.image.shape[:2]

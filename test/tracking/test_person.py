@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.person import Person, new_colours
+
+SHAPE = (240, 320)
+
+
+def ellipse(x: float, y: float, height: float, degrees: float = 0.0) -> np.ndarray:
+    mask = np.zeros(SHAPE, np.uint8)
+    axes = (round(height / 6), round(height / 2))
+    cv2.ellipse(mask, (round(x), round(y)), axes, degrees, 0, 360, 255, -1)
+    return mask
+
+
+def person(x: float = 100, y: float = 120, height: float = 100) -> Person:
+    colours = new_colours(TrackingConfig())
+    return Person(1, x, y, height, 20, 20, ellipse(x, y, height), *colours)
+
+
+def test_place_and_size_follow_the_masks() -> None:
+    state = person()
+    for _ in range(40):
+        state.learn_place(ellipse(110, 125, 110), BodyFrame(110, 125, 110))
+    assert state.center_x == pytest.approx(110, abs=1)
+    assert state.center_y == pytest.approx(125, abs=1)
+    assert state.height == pytest.approx(110, abs=2)
+    assert state.box.width == pytest.approx(37, abs=3)
+
+
+def test_a_single_bad_mask_cannot_change_the_size_much() -> None:
+    state = person()
+    state.learn_place(ellipse(100, 120, 20), BodyFrame(100, 120, 20))
+    assert state.height >= 98
+
+
+def test_a_body_that_leaves_below_keeps_its_height_and_hangs_from_the_head() -> None:
+    state = person(y=180, height=100)
+    for top in (140, 150, 160):
+        mask = np.zeros(SHAPE, np.uint8)
+        mask[top:, 90:110] = 255
+        state.learn_place(mask, BodyFrame(100, top + 50, 100))
+    assert state.height == pytest.approx(100, abs=3)
+    assert state.center_y - state.height / 2 == pytest.approx(160, abs=3)
+
+
+def test_without_a_measurement_the_person_moves_on_with_the_camera() -> None:
+    state = person()
+    for _ in range(30):
+        state.predict((1.0, 0.0), (4.0, 0.0))
+    assert state.predict((-2.0, 0.0), None) == pytest.approx((1.0, 0.0), abs=0.01)
+
+
+@pytest.mark.parametrize('degrees', [-20, 20])
+def test_a_tilted_body_is_followed_only_when_it_leans_clearly(degrees: int) -> None:
+    state = person()
+    for _ in range(20):
+        state.learn_angle(ellipse(100, 120, 100, degrees))
+    assert np.degrees(state.angle) == pytest.approx(degrees, abs=2)
+    upright = person()
+    for _ in range(20):
+        upright.learn_angle(ellipse(100, 120, 100, degrees / 4))
+    assert upright.angle == 0
+
+
+def test_place_is_kept_in_the_frame_of_a_tilted_body() -> None:
+    state = person()
+    state.tilt = state.angle = np.radians(20)
+    for _ in range(40):
+        state.learn_place(ellipse(105, 118, 104, 20), BodyFrame(105, 118, 104, np.radians(20)))
+    assert state.center_x == pytest.approx(105, abs=1)
+    assert state.center_y == pytest.approx(118, abs=1)
+    assert state.height == pytest.approx(104, abs=3)
+
+
+def test_colours_far_outside_of_the_template_are_not_learnt() -> None:
+    state = person()
+    lab = np.full((*SHAPE, 3), 100, np.uint8)
+    lab[:, 150:] = (200, 60, 60)
+    mask = ellipse(100, 120, 100)
+    mask[100:140, 150:165] = 255
+    state.learn_colours(lab, mask, ellipse(100, 120, 100), 1.0)
+    assert np.count_nonzero(state.person.whole()) == 1
+    state.learn_colours(lab, mask, None, 1.0)
+    assert np.count_nonzero(state.person.whole()) == 2
+
+
+def test_small_masks_teach_nothing() -> None:
+    state = person()
+    prior = ellipse(100, 120, 100)
+    assert state.teaches(prior, prior)
+    assert not state.teaches(ellipse(100, 120, 30), prior)
+    assert not state.teaches(np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8))

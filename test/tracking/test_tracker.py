@@ -1,0 +1,171 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import Box
+from gait_segmentation.results import Feedback, TrackResult
+from gait_segmentation.tracking import PersonTracker, TrackingConfig
+from test.walkers import clip, small_bank
+
+
+def tracker(**changes) -> PersonTracker:
+    return PersonTracker(small_bank(), TrackingConfig(start_rounds=3, **changes))
+
+
+def feedback(frame, result: TrackResult) -> Feedback:
+    mask = frame.masks[0]
+    prior = mask[: result.likelihood.shape[0], : result.likelihood.shape[1]]
+    return Feedback(frame.stamp_ns, result.track_id, mask, None, prior)
+
+
+def started(**changes) -> tuple[PersonTracker, TrackResult]:
+    track = tracker(**changes)
+    box = clip()[0].boxes[0]
+    assert box is not None
+    track.initialize(box)
+    return track, track.update(clip()[0].image, clip()[0].stamp_ns)
+
+
+def test_nobody_gives_a_black_likelihood_and_no_box() -> None:
+    result = tracker().update(clip()[0].image, 5)
+    assert (result.track_id, result.box, result.stamp_ns) == (0, None, 5)
+    assert not result.likelihood.any()
+    assert result.likelihood.shape == clip()[0].image.shape[:2]
+
+
+def test_the_working_size_limits_the_likelihood() -> None:
+    result = tracker(working_size=160).update(clip()[0].image, 5)
+    assert result.likelihood.shape == (120, 160)
+
+
+def test_it_follows_a_walker_from_the_first_box_with_feedback() -> None:
+    track, result = started()
+    for before, frame in zip(clip(), clip()[1:], strict=False):
+        track.learn(feedback(before, result))
+        result = track.update(frame.image, frame.stamp_ns)
+        assert result.track_id == 1
+        assert result.box is not None
+        assert frame.boxes[0] is not None
+        assert result.box.iou(frame.boxes[0]) > 0.6
+    inside = frame.truths[0] == 255
+    outside = frame.truths[0] == 0
+    assert result.likelihood[inside].mean() > 200
+    assert result.likelihood[outside].mean() < 20
+    assert result.confidence > 0.6
+
+
+def test_late_feedback_teaches_as_well() -> None:
+    track, result = started()
+    waiting = []
+    for frame in clip()[1:]:
+        waiting.append((frame, track.update(frame.image, frame.stamp_ns)))
+        if len(waiting) > 3:
+            track.learn(feedback(*waiting.pop(0)))
+    last, result = waiting[-1]
+    assert result.box is not None
+    assert last.boxes[0] is not None
+    assert result.box.iou(last.boxes[0]) > 0.6
+    assert result.likelihood[last.truths[0] == 255].mean() > 180
+
+
+def test_without_any_feedback_it_goes_on_for_longer_than_it_keeps_frames() -> None:
+    track, _ = started()
+    for number in range(40):
+        frame = clip()[1 + number % 15]
+        result = track.update(frame.image, clip()[0].stamp_ns + (number + 1) * 10_000_000)
+    assert result.box is not None
+
+
+def test_feedback_of_others_and_of_forgotten_frames_is_ignored() -> None:
+    track, result = started()
+    good = feedback(clip()[0], result)
+    track.learn(replace(good, stamp_ns=123))
+    track.learn(replace(good, track_id=99))
+    track.learn(good)
+    track.learn(good)
+
+
+def test_a_mask_of_another_size_is_refused() -> None:
+    track, result = started()
+    wrong = replace(feedback(clip()[0], result), mask=np.zeros((5, 5), np.uint8))
+    with pytest.raises(InputError, match=r'source size \(240, 320\)'):
+        track.learn(wrong)
+
+
+def test_a_stamp_that_goes_back_or_another_size_forgets_the_person() -> None:
+    track, _ = started()
+    assert track.update(clip()[1].image, 7).box is None
+    track, _ = started()
+    assert track.update(clip()[1].image[:200], clip()[1].stamp_ns).box is None
+
+
+def test_ids_are_never_used_twice() -> None:
+    track, first = started()
+    track.reset()
+    assert track.update(clip()[1].image, clip()[1].stamp_ns).track_id == 0
+    box = clip()[2].boxes[0]
+    assert box is not None
+    track.initialize(box)
+    assert track.update(clip()[2].image, clip()[2].stamp_ns).track_id == first.track_id + 1
+
+
+@pytest.mark.parametrize(
+    ('image', 'stamp', 'message'),
+    [
+        (np.zeros((4, 4), np.uint8), 1, 'image must'),
+        (np.zeros((4, 4, 3), np.float32), 1, 'uint8'),
+        (np.zeros((4, 4, 3), np.uint8), 0, 'stamp must be positive'),
+    ],
+)
+def test_bad_frames_are_refused(image: np.ndarray, stamp: int, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        tracker().update(image, stamp)
+
+
+def test_the_same_stamp_twice_is_refused_and_loses_nothing() -> None:
+    track, _ = started()
+    with pytest.raises(InputError, match='twice'):
+        track.update(clip()[0].image, clip()[0].stamp_ns)
+    assert track.update(clip()[1].image, clip()[1].stamp_ns).track_id == 1
+
+
+def test_a_box_outside_of_the_image_is_refused_and_the_stream_goes_on() -> None:
+    track = tracker()
+    track.initialize(Box(1000, 1000, 50, 100))
+    with pytest.raises(InputError, match='outside of the image of 320 x 240'):
+        track.update(clip()[0].image, 1)
+    assert track.update(clip()[1].image, 2).box is None
+
+
+@pytest.mark.parametrize('image', [np.zeros((240, 320, 3), np.uint8), None])
+def test_flat_or_repeated_images_do_not_break_it(image: np.ndarray | None) -> None:
+    track, _ = started()
+    picture = clip()[0].image if image is None else image
+    for number in range(1, 6):
+        result = track.update(picture, clip()[0].stamp_ns + number)
+    assert result.box is not None
+
+
+@pytest.mark.parametrize(
+    'name',
+    [
+        'use_background',
+        'use_shadow',
+        'use_ego_motion',
+        'use_motion_cue',
+        'use_propagation',
+        'use_tilt',
+    ],
+)
+def test_every_part_can_be_switched_off(name: str) -> None:
+    track, result = started(**{name: False})
+    for before, frame in zip(clip()[:6], clip()[1:7], strict=True):
+        track.learn(feedback(before, result))
+        result = track.update(frame.image, frame.stamp_ns)
+    assert result.box is not None

@@ -1,0 +1,28 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.tracking.working import WorkingImage, working_scale, working_shape
+
+
+def test_tall_people_are_scaled_down_and_small_ones_never_up() -> None:
+    sizes = {'working_size': 640, 'working_height': 160}
+    assert working_scale(480, 640, person_height=320, **sizes) == pytest.approx(0.5)
+    assert working_scale(480, 640, person_height=50, **sizes) == 1
+    assert working_scale(1080, 1920, person_height=50, **sizes) == pytest.approx(1 / 3)
+    assert working_scale(1080, 1920, person_height=50, working_size=0, working_height=160) == 1
+
+
+def test_a_working_image_is_never_empty() -> None:
+    assert working_shape(1, 1000, 0.1) == (1, 100)
+
+
+def test_lab_and_lightness_agree() -> None:
+    image = np.random.default_rng(0).integers(0, 255, (40, 60, 3)).astype(np.uint8)
+    frame = WorkingImage.of(image, 3, (20, 30))
+    assert frame.lab.shape == (20, 30, 3)
+    assert np.array_equal(frame.gray, frame.lab[:, :, 0])
+    assert frame.gray.flags.c_contiguous
