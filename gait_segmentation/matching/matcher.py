@@ -239,7 +239,9 @@ class SequenceMatcher:
         offsets = self._refine(back, sequence, phase, scale, row, column)
         placement = Placement(0.0, 0.0, 1.0)
         if found:
-            placement = grid.placement(scale + offsets[2], row + offsets[3], column + offsets[4])
+            placement = grid.placement(
+                scale + offsets[2], row + offsets[3], column + offsets[4], frame.angle
+            )
         azimuth = self._azimuth(sequence, offsets[0])
         share = ((phase + offsets[1]) / bank.phases) % 1.0
         if math.cos(azimuth) < -1e-9:

@@ -85,11 +85,17 @@ class PlacementGrid:
         """Return the distance of neighbouring shifts in body heights."""
         return self.step / self._body
 
-    def placement(self, scale: float, row: float, column: float) -> Placement:
-        """Return the placement with an index, which may lie between whole numbers."""
+    def placement(self, scale: float, row: float, column: float, angle: float = 0.0) -> Placement:
+        """
+        Return the placement with an index, which may lie between whole numbers.
+
+        :param angle: tilt of the body's axis in radians, along and across which shifts go.
+        """
         factor = math.exp((scale - self.half[0]) * self.log_step)
-        shift = self.shift * factor
-        return Placement((column - self.half[2]) * shift, (row - self.half[1]) * shift, factor)
+        across = (column - self.half[2]) * self.shift * factor
+        along = (row - self.half[1]) * self.shift * factor
+        cos, sin = math.cos(angle), math.sin(angle)
+        return Placement(cos * across - sin * along, sin * across + cos * along, factor)
 
     def sample(
         self,

@@ -1,0 +1,19 @@
+import pytest
+
+from gait_segmentation.errors import ConfigError
+from gait_segmentation.matching import MatchingConfig
+
+
+@pytest.mark.parametrize(
+    'wrong',
+    [
+        {'lag': -1},
+        {'window': 0.0},
+        {'memory': float('nan')},
+        {'levels': 1},
+        {'minimum_cadence': 120.0, 'maximum_cadence': 100.0},
+    ],
+)
+def test_refuses_values_with_their_name(wrong):
+    with pytest.raises(ConfigError, match=next(iter(wrong))):
+        MatchingConfig(**wrong)

@@ -1,0 +1,205 @@
+import math
+
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.gait_model import BankSpec, build_bank
+from gait_segmentation.gait_model.render import render_silhouette
+from gait_segmentation.geometry import Box
+from gait_segmentation.matching import MatchingConfig, SequenceMatcher
+
+SIZE = (150, 130)  # width, height
+HEIGHT, FPS, RATE = 80.0, 20, 1.0
+
+
+@pytest.fixture(scope='module')
+def bank():
+    return build_bank(BankSpec(height=48, width=32, azimuths=8, phases=20))
+
+
+def config(**parameters):
+    return MatchingConfig(**{'shifts_x': 4, 'shifts_y': 2, 'scales': 1, **parameters})
+
+
+def walk(azimuth, frames, start=0.2, shift=0):
+    for number in range(frames):
+        phase = (start + RATE * number / FPS) % 1
+        drawn = render_silhouette(phase, azimuth, HEIGHT)
+        image = np.zeros((SIZE[1], SIZE[0] + 200), np.uint8)
+        y, x = (SIZE[1] - drawn.shape[0]) // 2, (SIZE[0] - drawn.shape[1]) // 2
+        image[y : y + drawn.shape[0], 100 + x + shift : 100 + x + shift + drawn.shape[1]] = drawn
+        box = Box.around(image > 127)
+        stamp = 10**9 + number * 10**9 // FPS
+        yield stamp, phase, image[:, 100:250], box.shifted(-100, 0)
+
+
+def run(matcher, frames, **more):
+    results = []
+    for stamp, _, image, box in frames:
+        results += matcher.update(image, box, stamp, track_id=1, source_size=SIZE, **more)
+    return results
+
+
+def off(results, frames, azimuth):
+    swap = 0.0 if math.cos(azimuth) > -1e-9 else 0.5
+    error = [r.phase - f[1] - swap for r, f in zip(results, frames, strict=True)]
+    return (np.array(error) + 0.25) % 0.5 - 0.25
+
+
+@pytest.mark.parametrize('degrees', [0, 45, 180, -135])
+def test_finds_phase_view_and_place(bank, degrees):
+    azimuth = math.radians(degrees)
+    frames = list(walk(azimuth, 25))
+    results = run(SequenceMatcher(bank, config()), frames)
+    assert [r.stamp_ns for r in results] == [f[0] for f in frames]
+    assert np.abs(off(results, frames, azimuth)[5:]).max() < 0.04
+    last = results[-1]
+    assert abs(abs(last.azimuth) - abs(azimuth)) < math.radians(15)
+    assert last.phase_rate == pytest.approx(RATE, abs=0.1)
+    assert last.similarity > 0.85
+    assert last.confidence > 0.5
+    assert last.body.height == pytest.approx(HEIGHT, rel=0.04)
+    prior, image = last.shape_prior > 127, frames[-1][2] > 127
+    assert (prior & image).sum() / (prior | image).sum() > 0.85
+
+
+def test_a_lag_gives_each_frame_once_and_flush_the_rest(bank):
+    frames = list(walk(0.0, 12))
+    matcher = SequenceMatcher(bank, config(lag=4))
+    assert run(matcher, frames[:4]) == []
+    results = run(matcher, frames[4:])
+    assert len(results) == 8
+    results += matcher.flush()
+    assert [r.stamp_ns for r in results] == [f[0] for f in frames]
+    assert matcher.flush() == []
+    assert np.abs(off(results, frames, 0.0)).max() < 0.04
+
+
+def test_a_person_half_out_of_the_image_is_still_matched(bank):
+    frames = list(walk(0.0, 15, shift=-72))
+    matcher = SequenceMatcher(bank, config())
+    results = run(matcher, frames)
+    assert np.abs(off(results, frames, 0.0)[5:]).max() < 0.06
+    assert results[-1].similarity > 0.8
+
+
+def test_hidden_pixels_are_left_out(bank):
+    frames = list(walk(0.0, 15))
+    known = np.full((SIZE[1], SIZE[0]), 255, np.uint8)
+    known[:60] = 0
+    spoilt = [(s, p, np.where(known, image, 255).astype(np.uint8), b) for s, p, image, b in frames]
+    results = run(SequenceMatcher(bank, config()), spoilt, known=known)
+    assert np.abs(off(results, frames, 0.0)[5:]).max() < 0.06
+    assert results[-1].similarity > 0.8
+
+
+def test_a_tilted_body_is_sampled_upright(bank):
+    cv2 = pytest.importorskip('cv2')
+    frames = list(walk(0.0, 12))
+    center = frames[0][3].center_x, frames[0][3].center_y
+    turn = cv2.getRotationMatrix2D(center, -20, 1.0)
+    tilted = [(s, p, cv2.warpAffine(image, turn, SIZE), b) for s, p, image, b in frames]
+    upright = run(SequenceMatcher(bank, config()), tilted)
+    turned = run(SequenceMatcher(bank, config()), tilted, angle=math.radians(20))
+    assert turned[-1].similarity > upright[-1].similarity + 0.1
+    assert turned[-1].body.angle == pytest.approx(math.radians(20))
+    prior, image = turned[-1].shape_prior > 127, tilted[-1][2] > 127
+    assert (prior & image).sum() / (prior | image).sum() > 0.8
+
+
+def test_smaller_likelihoods_give_source_pixels(bank):
+    stamp, _, image, box = next(walk(0.0, 1))
+    small = image[::2, ::2].copy()
+    full = SequenceMatcher(bank, config()).update(image, box, stamp, track_id=1, source_size=SIZE)[
+        0
+    ]
+    half = SequenceMatcher(bank, config()).update(small, box, stamp, track_id=1, source_size=SIZE)[
+        0
+    ]
+    assert half.shape_prior.shape == small.shape
+    assert half.body.height == pytest.approx(full.body.height, rel=0.06)
+    assert half.body.center_x == pytest.approx(full.body.center_x, abs=3)
+
+
+def test_nothing_seen_is_nothing_believed(bank):
+    matcher = SequenceMatcher(bank, config())
+    stamp, _, image, box = next(walk(0.0, 1))
+    result = matcher.update(image * 0, box, stamp, track_id=1, source_size=SIZE)[0]
+    assert (result.similarity, result.confidence) == (0, 0)
+    assert (result.placement.dx, result.placement.dy, result.placement.scale) == (0, 0, 1)
+
+
+def test_without_a_box_the_path_ends(bank):
+    frames = list(walk(0.0, 6))
+    matcher = SequenceMatcher(bank, config(lag=3))
+    run(matcher, frames[:5])
+    stamp, _, image, _ = frames[5]
+    results = matcher.update(image, None, stamp, track_id=0, source_size=SIZE)
+    assert [r.stamp_ns for r in results] == [f[0] for f in frames[2:]]
+    assert results[-1].body is None
+    assert not results[-1].shape_prior.any()
+    assert all(r.track_id == 1 for r in results[:-1])
+
+
+def test_another_person_or_a_long_pause_begins_anew(bank):
+    frames = list(walk(0.0, 8))
+    matcher = SequenceMatcher(bank, config())
+    run(matcher, frames[:6])
+    stamp, _, image, box = frames[6]
+    fresh = SequenceMatcher(bank, config()).update(
+        image, box, stamp, track_id=2, source_size=SIZE
+    )[0]
+    other = matcher.update(image, box, stamp, track_id=2, source_size=SIZE)[0]
+    assert (other.phase, other.phase_rate) == (fresh.phase, 0.0)
+    later = matcher.update(image, box, stamp + 10**10, track_id=2, source_size=SIZE)[0]
+    assert later.phase_rate == 0.0
+
+
+def test_a_stamp_that_goes_back_resets(bank):
+    frames = list(walk(0.0, 5))
+    matcher = SequenceMatcher(bank, config(lag=2))
+    run(matcher, frames)
+    assert run(matcher, frames[:2]) == []
+    assert [r.stamp_ns for r in matcher.flush()] == [f[0] for f in frames[:2]]
+
+
+def test_results_are_the_same_bits_again(bank):
+    frames = list(walk(0.5, 6))
+    matcher = SequenceMatcher(bank, config())
+    first = run(matcher, frames)
+    matcher.reset()
+    for a, b in zip(first, run(matcher, frames), strict=True):
+        assert (a.phase, a.azimuth, a.body, a.confidence) == (
+            b.phase,
+            b.azimuth,
+            b.body,
+            b.confidence,
+        )
+        np.testing.assert_array_equal(a.shape_prior, b.shape_prior)
+
+
+@pytest.mark.parametrize(
+    ('change', 'words'),
+    [
+        ({'likelihood': np.zeros((130, 150))}, 'uint8'),
+        ({'likelihood': np.full((130, 150), np.nan, np.float32)}, 'uint8'),
+        ({'likelihood': np.zeros((130, 150, 3), np.uint8)}, 'height, width'),
+        ({'likelihood': np.zeros((0, 150), np.uint8)}, 'at least one'),
+        ({'likelihood': np.zeros((100, 150), np.uint8)}, 'proportions'),
+        ({'known': np.zeros((10, 10), np.uint8)}, 'size of the likelihood'),
+        ({'stamp_ns': 0}, 'positive'),
+        ({'stamp_ns': 10**9}, 'later'),
+        ({'source_size': (0, 130)}, 'positive'),
+        ({'angle': math.nan}, 'finite'),
+    ],
+)
+def test_refuses_what_it_cannot_use_and_goes_on(bank, change, words):
+    matcher = SequenceMatcher(bank, config())
+    stamp, _, image, box = next(walk(0.0, 1))
+    matcher.update(image, box, stamp, track_id=1, source_size=SIZE)
+    values = {'likelihood': image, 'box': box, 'stamp_ns': stamp + 1, 'source_size': SIZE}
+    with pytest.raises(InputError, match=words):
+        matcher.update(**{**values, **change}, track_id=1)
+    good = {**values, 'stamp_ns': stamp + 5 * 10**7}
+    assert len(matcher.update(**good, track_id=1)) == 1

@@ -1,0 +1,76 @@
+import numpy as np
+import pytest
+
+from gait_segmentation.gait_model import TemplateBank
+from gait_segmentation.matching import MatchingConfig
+from gait_segmentation.matching.path import Areas, PathSearch
+from gait_segmentation.matching.viterbi import FLOOR
+
+PHASES = 12
+
+
+def search(**parameters):
+    bank = TemplateBank(
+        np.zeros((1, PHASES, 4, 4), np.uint8), np.zeros(1, np.float32), ('a',), 0.9
+    )
+    area = np.full(PHASES, 1000, np.int32)
+    row = np.arange(PHASES, dtype=np.int32)
+    config = MatchingConfig(**parameters)
+    return PathSearch(bank, area, row, (1, 1, 1), np.zeros(1), 1, config)
+
+
+def seen(similarities):
+    # C / (F + G - C) with F = G = 1000
+    share = np.asarray(similarities)
+    common = np.round(2000 * share / (1 + share)).astype(np.int32).reshape(1, PHASES, 1)
+    return Areas(common, np.full(1, 1000, np.int32), np.empty((0, PHASES, 1), np.int32))
+
+
+def bump(phase, twin=0.0):
+    away = (np.arange(PHASES) - phase + PHASES / 2) % PHASES - PHASES / 2
+    other = (np.arange(PHASES) - phase) % PHASES - PHASES / 2
+    return 0.3 + 0.5 * np.exp(-(away**2)) + (0.5 + twin) * np.exp(-(other**2))
+
+
+def test_measures_the_cadence_and_never_goes_back():
+    path = search(window=2.0)
+    rng = np.random.default_rng(0)
+    for k in range(60):
+        noisy = np.clip(bump(0.4 * k) / 2 + rng.normal(0, 0.1, PHASES), 0, 1)
+        path.step(seen(noisy), k / 30, (0, 0, 0))
+        found = path.follow()
+    assert found.rate == pytest.approx(1.0, abs=0.06)
+    assert (np.diff(found.states[:, 1]) % PHASES <= 1).all()
+    assert found.seconds[-1] - found.seconds[0] == pytest.approx(59 / 30, abs=0.2)
+
+
+def test_stays_with_one_of_two_twins():
+    path = search()
+    rng = np.random.default_rng(1)
+    phases = []
+    for k in range(300):
+        path.step(seen(bump(0.4 * k, rng.normal(0, 0.02)) / 2), k / 30, (0, 0, 0))
+        phases.append(int(path.follow().states[-1, 1]))
+    steps = np.diff(phases) % PHASES
+    assert (steps <= 2).all()
+
+
+def test_leaves_a_twin_that_is_clearly_worse():
+    path = search()
+    for k in range(200):
+        better = 0.0 if k < 60 else -0.3
+        path.step(seen(bump(0.4 * k, better) / 2), k / 30, (0, 0, 0))
+        state = path.follow().states[-1, 1]
+    assert abs((state - 0.4 * 199 + 6) % 12 - 6) <= 1
+
+
+def test_is_bounded_over_many_frames():
+    path = search(window=0.3)
+    rng = np.random.default_rng(2)
+    noise = [seen(rng.random(PHASES)) for _ in range(50)]
+    for k in range(100_000):
+        path.step(noise[k % 50], k / 30, (0, 0, 0))
+    assert path.frames <= 12
+    assert path.scores(0).min() >= FLOOR
+    assert abs(int(path.leading.max())) < 2 * 2048
+    assert path.follow().states.shape == (path.frames, 5)

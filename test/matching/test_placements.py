@@ -1,0 +1,63 @@
+import numpy as np
+import pytest
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.matching import MatchingConfig
+from gait_segmentation.matching.placements import PlacementGrid
+from gait_segmentation.matching.shape_prior import warp_template
+
+CONFIG = MatchingConfig(shifts_x=2, shifts_y=1, scales=1, blur=1)
+
+
+@pytest.fixture
+def grid():
+    return PlacementGrid((48, 32), 0.9, CONFIG)
+
+
+def test_center_is_the_box_itself(grid):
+    assert grid.shape == (3, 3, 5)
+    placement = grid.placement(*grid.center)
+    assert (placement.dx, placement.dy, placement.scale) == (0, 0, 1)
+    moved = grid.placement(2, 1, 4)
+    assert moved.scale == pytest.approx(1.06)
+    assert moved.dx == pytest.approx(2 * grid.shift * 1.06)
+
+
+@pytest.mark.parametrize('angle', [0.0, 0.3])
+@pytest.mark.parametrize('size', [24.0, 100.0, 260.0])
+def test_windows_show_what_stands_at_their_placement(grid, size, angle):
+    template = np.zeros((48, 32), np.uint8)
+    template[4:44, 12:20] = 255
+    template[30:40, 8:24] = 255
+    box = Box.from_center(250.0, 240.0, 0.4 * size, size)
+    for index in ((1, 1, 2), (0, 0, 0), (2, 2, 3)):
+        body = grid.placement(*index, angle).body(box, angle)
+        image = warp_template(template, body, 0.9, (500, 500))
+        sampled = grid.sample(image, None, box, 1, angle)
+        assert sampled.known is None
+        window = grid.windows.windows(sampled.images)[index]
+        common = np.minimum(window, template).sum(dtype=float)
+        assert common / np.maximum(window, template).sum(dtype=float) > 0.8
+
+
+def test_outside_of_the_image_is_unknown(grid):
+    image = np.full((100, 60), 255, np.uint8)
+    sampled = grid.sample(image, None, Box(30, 20, 30, 70), 3)
+    assert sampled.known is not None
+    assert set(np.unique(sampled.known)) == {0, 255}
+    assert (sampled.images[sampled.known == 255] == 255).all()
+    assert (sampled.images[sampled.known == 0] == 0).all()
+    away = grid.sample(image, None, Box(500, 500, 30, 70), 3)
+    assert away.known is not None
+    assert not away.known.any()
+
+
+def test_unknown_pixels_do_not_leak_into_known_ones(grid):
+    image = np.full((300, 300), 200, np.uint8)
+    known = np.full_like(image, 255)
+    image[:, 150:] = 0
+    known[:, 150:] = 0
+    sampled = grid.sample(image, known, Box(120, 100, 40, 100), 5)
+    assert sampled.known is not None
+    seen = sampled.images[sampled.known == 255]
+    assert seen.min() >= 199
