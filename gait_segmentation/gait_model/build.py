@@ -64,7 +64,7 @@ class Build(StageConfig):
         maximum=0.05,
     )
     arm_swing: float = parameter(
-        1.3, "Factor on the arms' swing about their mean.", minimum=0.0, maximum=2.0
+        1.1, "Factor on the arms' swing about their mean.", minimum=0.0, maximum=2.0
     )
     arm_balance: float = parameter(
         0.0,
@@ -74,7 +74,7 @@ class Build(StageConfig):
         maximum=1.0,
     )
     speed: float = parameter(
-        0.0,
+        -0.3,
         'Walking speed on the scale of the norm data: -2 very slow, 0 free, 2 very fast.',
         minimum=-2.0,
         maximum=2.0,
@@ -86,15 +86,25 @@ class Build(StageConfig):
 
 BUILDS: dict[str, Build] = {
     'average': Build(),
-    'rucksack': Build(rucksack=0.11, trunk_cloth=0.016, arm_swing=1.45, lean=0.08),
+    'rucksack': Build(
+        rucksack=0.12,
+        trunk_cloth=0.020,
+        arm_swing=1.4,
+        arm_balance=0.2,
+        speed=0.1,
+        lean=0.08,
+    ),
     'dress': Build(
-        hem=0.31,
+        hem=0.32,
         flare=0.04,
         leg_cloth=0.0,
         sleeve_cloth=0.002,
-        trunk_cloth=0.016,
+        trunk_cloth=0.018,
         rucksack=0.075,
-        bun=0.03,
+        bun=0.032,
+        arm_swing=0.85,
+        arm_balance=0.4,
+        lean=-0.02,
     ),
     'coat': Build(hem=0.20, flare=0.02, trunk_cloth=0.022, sleeve_cloth=0.015),
     'stout': Build(girth=1.15),

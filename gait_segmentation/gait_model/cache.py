@@ -18,7 +18,8 @@ from gait_segmentation.gait_model.storage import FORMAT_VERSION
 
 __all__ = ['cache_folder', 'cached_bank', 'default_bank']
 
-DEFAULT_SPEC = BankSpec()
+# Plain clothes, something on the back, and cloth over the legs: the shapes that differ most.
+DEFAULT_SPEC = BankSpec(builds='average,rucksack,dress')
 
 
 def cache_folder() -> Path:
