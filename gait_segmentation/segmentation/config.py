@@ -78,13 +78,13 @@ class SegmentationConfig(StageConfig):
         'one.',
     )
     paper_weight: float = parameter(
-        0.5,
+        0.7,
         'Weight of the paper prior on the n-links: raising it pulls the outline to the template.',
         minimum=0.0,
         maximum=100.0,
     )
     paper_reach: float = parameter(
-        0.08,
+        0.12,
         "Distance from the template's outline at which the paper prior's term is full.",
         minimum=0.005,
         maximum=0.5,
@@ -97,7 +97,7 @@ class SegmentationConfig(StageConfig):
         maximum=100.0,
     )
     paper_background: float = parameter(
-        0.08,
+        0.2,
         'Distance outside of the template from which on all is background for the paper prior.',
         minimum=0.005,
         maximum=10.0,

@@ -188,9 +188,9 @@ def test_the_search_takes_its_distance_off() -> None:
     flat = np.full(SHAPE, 90, np.uint8)
     narrow = terms(template(), flat, paper_search=0.0, paper_unconfirmed=1.0).psi
     wide = terms(template(), flat, paper_search=0.03, paper_unconfirmed=1.0).psi
-    # The least that is taken off is one pixel, of the eight in which psi rises to 1.
+    # The least that is taken off is one pixel, of the twelve in which psi rises to 1.
     middle = (narrow > 0.4) & (narrow < 1)
-    np.testing.assert_allclose(narrow[middle] - wide[middle], 2 / 8, atol=1e-4)
+    np.testing.assert_allclose(narrow[middle] - wide[middle], 2 / 12, atol=1e-4)
 
 
 def test_a_vocabulary_that_cannot_be_used_is_refused_at_once() -> None:
