@@ -148,7 +148,7 @@ class Recorder:
                 record.arrived_s = now
                 record.latency_s = now - stamp_ns / 1e9
             elif topic == 'person_0/box':
-                record.box = read_box(message)
+                record.box = read_box(message)[0]
                 record.track_id = int(message.polygon.id)
             elif topic == 'person_0/gait' and message.name:
                 record.phase, _, record.azimuth = read_gait(message)

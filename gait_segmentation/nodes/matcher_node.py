@@ -102,7 +102,8 @@ class MatcherNode(GaitNode):
         assert self._matcher is not None
         header = frame['box'].header
         stamp_ns = stamp_of(header)
-        likelihood, box = read_mono8(frame['likelihood']), read_box(frame['box'])
+        likelihood = read_mono8(frame['likelihood'])
+        box, angle = read_box(frame['box'])
         if stamp_ns < self._stamp_ns:
             self.warn('time', 'the stamp went back (a bag that loops?): the path begins anew')
             self.finish()
@@ -114,6 +115,7 @@ class MatcherNode(GaitNode):
             stamp_ns,
             track_id=int(frame['box'].polygon.id),
             source_size=frame['size'] or likelihood.shape[::-1],
+            angle=angle,
         )
         self._messages.append(frame)
         self._publish(results)

@@ -28,12 +28,15 @@ __all__ = [
     'read_gait',
     'read_region',
     'stamp_of',
+    'tracked_corners',
 ]
 
 GAIT_NAMES = ('gait_phase', 'view_azimuth')
 """Joints of the gait message: radians of the stride with their rate, and walking direction."""
 
 Corners = tuple[tuple[float, float], ...]
+
+_MOST_TILT = math.pi / 4
 
 
 def stamp_of(header: Header) -> int:
@@ -67,19 +70,32 @@ def points_of(message: PolygonInstanceStamped) -> Corners:
     return points
 
 
-def read_box(message: PolygonInstanceStamped) -> Box | None:
-    """
-    Return the upright box about the corners, None if nobody is tracked.
+def tracked_corners(box: Box, angle: float) -> Corners:
+    """Return the corners of a tracked box that is turned by ``angle`` about its centre."""
+    if not angle:
+        return box.corners()
+    return BodyFrame(box.center_x, box.center_y, box.height, angle).corners(box.width)
 
+
+def read_box(message: PolygonInstanceStamped) -> tuple[Box | None, float]:
+    """
+    Return the box in the frame of the body and the body's tilt in radians.
+
+    Corners in another order than clockwise from the body's top left make an upright box.
+
+    :returns: None and 0 if nobody is tracked.
     :raises InputError: see :func:`points_of`; also if the box has no size.
     """
     points = points_of(message)
     if not points:
-        return None
+        return None, 0.0
+    body, width = BodyFrame.from_corners(points)
+    if abs(body.angle) < _MOST_TILT:
+        return Box.from_center(body.center_x, body.center_y, width, body.height), body.angle
     columns = [x for x, _ in points]
     rows = [y for _, y in points]
     left, top = min(columns), min(rows)
-    return Box(left, top, max(columns) - left, max(rows) - top)
+    return Box(left, top, max(columns) - left, max(rows) - top), 0.0
 
 
 def read_body(message: PolygonInstanceStamped) -> BodyFrame | None:

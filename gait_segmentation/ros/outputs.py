@@ -14,7 +14,7 @@ from sensor_msgs.msg import Image, JointState, RegionOfInterest
 
 from gait_segmentation.drawing import draw_box, draw_label, draw_outline, draw_person, track_colour
 from gait_segmentation.ros.image import image_message
-from gait_segmentation.ros.messages import box_message, gait_message
+from gait_segmentation.ros.messages import box_message, gait_message, tracked_corners
 from gait_segmentation.ros.qos import LATCHED
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ class TrackOutputs:
             self._shape = shape
             self._size.publish(RegionOfInterest(height=shape[0], width=shape[1]))
         self.likelihood_shape = (track.likelihood.shape[0], track.likelihood.shape[1])
-        corners = () if track.box is None else track.box.corners()
+        corners = () if track.box is None else tracked_corners(track.box, track.angle)
         self._box.publish(box_message(corners, track.track_id, header))
         self._likelihood.publish(image_message(track.likelihood, header))
 
