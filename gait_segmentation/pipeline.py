@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -129,6 +129,7 @@ class Pipeline:
             stamp_ns,
             track_id=track.track_id,
             source_size=(image.shape[1], image.shape[0]),
+            angle=track.angle,
         )
         matched = self._clock()
         self._waiting.append((image, track))
@@ -171,4 +172,4 @@ def _replaced(track: TrackResult, likelihood: NDArray[np.uint8]) -> TrackResult:
         raise InputError(
             f'likelihood must be (height, width) uint8, got {likelihood.shape} {likelihood.dtype}'
         )
-    return TrackResult(track.stamp_ns, track.track_id, track.box, likelihood, track.confidence)
+    return replace(track, likelihood=likelihood)

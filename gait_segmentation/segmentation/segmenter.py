@@ -117,10 +117,10 @@ class Segmenter:
                 weight = self.config.paper_weight
             distance_links(terms.psi, weight, links)
         labels = minimum_cut(logit, links, given)
-        support = evidence.astype(np.float32)
+        support = evidence.astype(np.float32) / np.float32(255)
         if terms.psi is not None:
-            support = (support + prior) / 2
-        labels = keep_supported(labels, support / 255)
+            support = (support + prior / np.float32(255)) / 2
+        labels = keep_supported(labels, support)
         return fill_holes(labels, self.config.hole_area * body.height**2), logit
 
     def _terms(

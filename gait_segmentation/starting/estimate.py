@@ -165,7 +165,7 @@ def _maximise(
     best = 0
     for number in range(rounds):
         logit = _colour_logit(scene, person, surroundings) + scene.barrier
-        likelihood = 1 / (1 + np.exp(-(logit + _LIKELIHOOD_PRIOR * prior)))
+        likelihood = _sigmoid(logit + np.float32(_LIKELIHOOD_PRIOR) * prior)
         similarity = _similarities(hypothesis, likelihood)
         best = int(np.argmax(similarity * (hypothesis.weight > 0.01)))
         weights = hypothesis.weight * np.exp((similarity - similarity.max()) / _TEMPERATURE)
@@ -263,6 +263,10 @@ def _average(
     used = np.flatnonzero(share > 1e-4 * share.max())
     mean = np.tensordot(share[used], hypothesis.templates[used].astype(np.float32), 1)
     return np.asarray(cv2.GaussianBlur(mean, (0, 0), max(sigma, 0.3)))
+
+
+def _sigmoid(logit: NDArray[np.float32]) -> NDArray[np.float32]:
+    return 1 / (1 + np.exp(-logit))
 
 
 def _logit_of(soft: NDArray[np.float32]) -> NDArray[np.float32]:
