@@ -24,8 +24,8 @@ _TRUNK = (
     (-0.050, 0.078, 0.072, -0.009),
     (-0.005, 0.101, 0.082, -0.001),
     (0.045, 0.100, 0.079, -0.002),
-    (0.100, 0.092, 0.070, -0.006),
-    (0.165, 0.098, 0.069, -0.011),
+    (0.100, 0.088, 0.070, -0.006),
+    (0.165, 0.093, 0.069, -0.011),
     (0.225, 0.088, 0.066, -0.016),
     (0.270, 0.078, 0.051, -0.024),
 )
@@ -91,7 +91,8 @@ def _trunk(maker: BodyMaker, pose: Skeleton, build: Build) -> list[int]:
         away = pose.joints[f'{side}_shoulder'] - pose.neck
         center = pose.neck + share * away - back * pose.thorax_frame.front
         slopes.append(maker.ellipsoid(center, pose.thorax_frame, *sizes))
-    maker.hull('torso', neck[0], stations[-2], *slopes)
+    nape = maker.ellipsoid(pose.pelvis + 0.332 * axis - 0.006 * head.front, head, 0.030, 0.026)
+    maker.hull('torso', neck[0], nape, stations[-2], *slopes)
     maker.chain('head', neck)
     # The head hangs on the top of the neck, upright whatever the trunk's lean.
     top = pose.pelvis + _NECK[-1][0] * axis

@@ -27,7 +27,7 @@ THIGH, SHANK, TRUNK = 0.245, 0.246, 0.288
 UPPER_ARM, FOREARM = 0.186, 0.146
 HEEL_BACK, BALL_FRONT, SOLE, TOE = 0.038, 0.068, 0.039, 0.046
 _HIP_HALF, _KNEE_HALF, _ANKLE_HALF = 0.050, 0.043, 0.031
-_SHOULDER_HALF, _SHOULDER_DOWN = 0.098, 0.005
+_SHOULDER_HALF, _SHOULDER_DOWN = 0.098, 0.014
 _TOE_OUT = np.deg2rad(8.0)
 _ARM_OUT, _FOREARM_OUT = np.deg2rad(10.0), np.deg2rad(4.0)
 # The norm set's arm angles are those of its model: a hanging arm looks straighter, and hangs
