@@ -70,7 +70,7 @@ class PipelineNode(GaitNode):
         config = PipelineConfig(get(TrackingConfig), get(MatchingConfig), get(SegmentationConfig))
         warm_up_tracker(bank, config.tracking)
         warm_up_matcher(bank, config.matching)
-        warm_up_segmenter(bank, config.segmentation)
+        warm_up_segmenter(config.segmentation)
         self._pipeline = Pipeline(config, bank)
         self._waiting: deque[tuple[NDArray[np.uint8], Message]] = deque()
         self._intake = Intake(

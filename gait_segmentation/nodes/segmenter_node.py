@@ -12,7 +12,6 @@ from geometry_msgs.msg import PolygonInstanceStamped
 from sensor_msgs.msg import CompressedImage, Image, JointState
 
 from gait_segmentation.config import StageConfig
-from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.camera import CameraSubscription, claimed_shape, decode
@@ -53,7 +52,7 @@ class SegmenterNode(GaitNode):
     def build(self) -> None:
         """Make the stage, compile it and make the publishers."""
         config = self.parameters.get(SegmentationConfig)
-        warm_up_segmenter(default_bank(), config)
+        warm_up_segmenter(config)
         self._segmenter = Segmenter(config)
         self._shape: tuple[int, int] | None = None
         self._stamp_ns = 0

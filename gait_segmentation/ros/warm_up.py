@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.gait_model import TemplateBank, default_bank
-from gait_segmentation.geometry import BodyFrame, Box, pixel_affine, template_to_image
+from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
 from gait_segmentation.results import Feedback, MatchResult
 from gait_segmentation.segmentation import SegmentationConfig, Segmenter
@@ -40,7 +40,7 @@ def warm_up_tracker(bank: TemplateBank, config: TrackingConfig) -> None:
     """Call everything that the tracking stage calls in its first frames."""
     tracker = PersonTracker(bank, config)
     for index in range(_FRAMES):
-        image, mask, body = _scene(bank, index)
+        image, mask, body = _scene(index)
         box = Box.around(mask)
         if index == 0 and box is not None:
             tracker.initialize(box)
@@ -54,7 +54,7 @@ def warm_up_matcher(bank: TemplateBank, config: MatchingConfig) -> None:
     """Call everything that the matching stage calls in its first frames."""
     matcher = SequenceMatcher(bank, config)
     for index in range(_FRAMES):
-        _, mask, _ = _scene(bank, index)
+        _, mask, _ = _scene(index)
         matcher.update(
             mask,
             Box.around(mask),
@@ -65,31 +65,26 @@ def warm_up_matcher(bank: TemplateBank, config: MatchingConfig) -> None:
     matcher.flush()
 
 
-def warm_up_segmenter(bank: TemplateBank, config: SegmentationConfig) -> None:
+def warm_up_segmenter(config: SegmentationConfig) -> None:
     """Call everything that the segmentation stage calls in its first frames."""
     segmenter = Segmenter(config)
     for index in range(_FRAMES):
-        image, mask, body = _scene(bank, index)
+        image, mask, body = _scene(index)
         # Half the size, so that the outline is refined at full resolution as well.
         small = np.asarray(cv2.resize(mask, (_WIDTH // 2, _HEIGHT // 2)))
         likelihood = cv2.blur(small, (5, 5))
         stamp = (index + 1) * _STEP_NS
-        match = MatchResult(
-            stamp, 1, body, None, 0, index, index / bank.phases, 1.0, 0.0, 1.0, 1.0, small
-        )
+        match = MatchResult(stamp, 1, body, None, 0, index, index / 20, 1.0, 0.0, 1.0, 1.0, small)
         segmenter.update(image, likelihood, match)
 
 
-def _scene(
-    bank: TemplateBank, index: int
-) -> tuple[NDArray[np.uint8], NDArray[np.uint8], BodyFrame]:
-    """Return image, mask and body of a template that runs over noise."""
+def _scene(index: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8], BodyFrame]:
+    """Return image, mask and body of a figure that leaves a noisy image on the right."""
     rng = np.random.default_rng(index)
     image = rng.integers(60, 120, (_HEIGHT, _WIDTH, 3)).astype(np.uint8)
-    body = BodyFrame(30.0 + 15 * index, _HEIGHT / 2, _BODY)
-    template = bank.templates[0, index % bank.phases]
-    matrix = pixel_affine(template_to_image(body, *bank.grid, bank.fill))
-    mask = np.asarray(cv2.warpAffine(template, matrix, (_WIDTH, _HEIGHT)))
-    mask = np.where(mask > 127, 255, 0).astype(np.uint8)
+    body = BodyFrame(60.0 + 15 * index, _HEIGHT / 2, _BODY)
+    mask = np.zeros((_HEIGHT, _WIDTH), np.uint8)
+    center = (round(body.center_x), round(body.center_y))
+    cv2.ellipse(mask, center, (_BODY // 7, _BODY // 2), 0, 0, 360, 255, -1)
     image[mask > 0] = (40, 40, 200)
     return image, mask, body

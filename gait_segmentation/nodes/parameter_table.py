@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+The parameter file and the tables of the docs, made from the configuration dataclasses.
+
+``python -m gait_segmentation.nodes.parameter_table > config/gait_segmentation.yaml`` writes the
+one, with ``--markdown`` the tables of ``docs/ros.md`` are printed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import textwrap
+from typing import Any
+
+import numpy as np
+
+from gait_segmentation.config import Parameter, StageConfig, parameters_of
+from gait_segmentation.nodes.matcher_node import MatcherNode
+from gait_segmentation.nodes.pipeline_node import PipelineNode
+from gait_segmentation.nodes.segmenter_node import SegmenterNode
+from gait_segmentation.nodes.tracker_node import TrackerNode
+from gait_segmentation.ros.config import NodeConfig, StartConfig
+from gait_segmentation.ros.lifecycle import GaitNode
+from gait_segmentation.ros.parameters import INITIAL_BOX, qualified
+
+__all__ = ['markdown', 'parameter_file']
+
+NODES: dict[str, type[GaitNode]] = {
+    'gait_tracker': TrackerNode,
+    'gait_matcher': MatcherNode,
+    'gait_segmenter': SegmenterNode,
+    'gait_pipeline': PipelineNode,
+}
+
+_WIDTH = 99
+
+_HEAD = """\
+# Parameters of all nodes of gait_segmentation, with their defaults.
+#
+# A node takes what it knows and ignores the rest, so one file serves all of them:
+#   gait_tracker --ros-args --params-file gait_segmentation.yaml
+# [fixed] parameters cannot be changed while a node runs.
+#
+# Made by python -m gait_segmentation.nodes.parameter_table; defaults are changed in the code.
+
+/**:
+  ros__parameters:
+"""
+
+Group = tuple[str, type[StageConfig]]
+
+
+def parameter_file() -> str:
+    """Return the text of ``config/gait_segmentation.yaml``."""
+    text = _HEAD
+    for (group, kind), nodes in _groups().items():
+        words = ', '.join(nodes) if len(nodes) < len(NODES) else 'all nodes'
+        text += ('' if text is _HEAD else '\n') + f'    # ---- {words}\n'
+        indent = '    '
+        if group:
+            text += f'    {group}:\n'
+            indent = '      '
+        for about in _parameters(kind):
+            for line in textwrap.wrap(_comment(about), _WIDTH - len(indent) - 2):
+                text += f'{indent}# {line}\n'
+            text += f'{indent}{about.name}: {_value(about.default)}\n'
+    return text
+
+
+def markdown(name: str) -> str:
+    """Return the table of the parameters of a node."""
+    rows = ['| parameter | default | allowed | description |', '|---|---|---|---|']
+    for (group, kind), nodes in _groups().items():
+        if name not in nodes:
+            continue
+        for about in _parameters(kind):
+            allowed = '4 numbers' if about.type is list else about.allowed()
+            unit = f' [{about.unit}]' if about.unit else ''
+            fixed = ' *(fixed)*' if about.read_only else ''
+            rows.append(
+                f'| `{qualified(group, about.name)}` | `{_value(about.default)}`{unit} | '
+                f'{allowed} | {about.description}{fixed} |'
+            )
+    return '\n'.join(rows) + '\n'
+
+
+def _groups() -> dict[Group, list[str]]:
+    """Return the nodes that have each group of parameters, in the order of first use."""
+    found: dict[Group, list[str]] = {}
+    for name, node in NODES.items():
+        for group in (('', NodeConfig), *node.groups):
+            found.setdefault(group, []).append(name)
+    return dict(sorted(found.items(), key=lambda item: item[0][0] != ''))
+
+
+def _parameters(kind: type[StageConfig]) -> tuple[Parameter, ...]:
+    own = parameters_of(kind)
+    return (INITIAL_BOX, *own) if kind is StartConfig else own
+
+
+def _comment(about: Parameter) -> str:
+    allowed = '4 numbers' if about.type is list else about.allowed()
+    unit = f', in {about.unit}' if about.unit else ''
+    fixed = ' [fixed]' if about.read_only else ''
+    return f'{about.description} ({allowed}{unit}){fixed}'
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return str(np.format_float_positional(value, trim='0'))
+    if isinstance(value, list):
+        return '[' + ', '.join(_value(each) for each in value) + ']'
+    return f"'{value}'" if isinstance(value, str) else str(value)
+
+
+def main() -> None:
+    """Print the file or the tables."""
+    parser = argparse.ArgumentParser(description='Print the parameter file.')
+    parser.add_argument('--markdown', action='store_true', help='print the tables of the docs')
+    if parser.parse_args().markdown:
+        for name in NODES:
+            print(f'### {name}\n\n{markdown(name)}')
+    else:
+        print(parameter_file(), end='')
+
+
+if __name__ == '__main__':
+    main()
