@@ -22,7 +22,7 @@ from gait_segmentation.tracking import PersonTracker, TrackingConfig
 
 __all__ = ['open_bank', 'warm_up_matcher', 'warm_up_segmenter', 'warm_up_tracker']
 
-_WIDTH, _HEIGHT, _BODY = 160, 120, 80
+_WIDTH, _HEIGHT, _BODY = 200, 180, 80
 _FRAMES = 7
 _STEP_NS = 33_000_000
 
@@ -82,7 +82,7 @@ def _scene(index: int) -> tuple[NDArray[np.uint8], NDArray[np.uint8], BodyFrame]
     """Return image, mask and body of a figure that leaves a noisy image on the right."""
     rng = np.random.default_rng(index)
     image = rng.integers(60, 120, (_HEIGHT, _WIDTH, 3)).astype(np.uint8)
-    body = BodyFrame(60.0 + 15 * index, _HEIGHT / 2, _BODY)
+    body = BodyFrame(90.0 + 15 * index, _HEIGHT / 2, _BODY)
     mask = np.zeros((_HEIGHT, _WIDTH), np.uint8)
     center = (round(body.center_x), round(body.center_y))
     cv2.ellipse(mask, center, (_BODY // 7, _BODY // 2), 0, 0, 360, 255, -1)

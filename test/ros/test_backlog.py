@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import threading
+
+from gait_segmentation.ros.backlog import Backlog, Worker
+
+TIMEOUT_S = 10.0
+
+
+def taken(backlog: Backlog) -> list[object]:
+    backlog.call(backlog.close)
+    items: list[object] = []
+    # The call goes first, so the frames are taken before it is made.
+    close = backlog.take()
+    while backlog._frames:
+        items.append(backlog.take()[0])
+    close()
+    return items
+
+
+def test_up_to_the_limit_nothing_is_lost_and_the_order_is_kept() -> None:
+    backlog = Backlog(3)
+    assert [backlog.put(n) for n in range(3)] == [0, 0, 0]
+    assert taken(backlog) == [0, 1, 2]
+    assert backlog.dropped == 0
+
+
+def test_overflow_leaves_the_newest_and_counts_the_rest() -> None:
+    backlog = Backlog(3)
+    assert [backlog.put(n) for n in range(5)] == [0, 0, 0, 3, 0]
+    assert backlog.dropped == 3
+    assert taken(backlog) == [3, 4]
+
+
+def test_calls_go_first_and_are_never_dropped() -> None:
+    backlog = Backlog(1)
+    done: list[str] = []
+    backlog.put('a')
+    backlog.call(lambda: done.append('first'))
+    backlog.put('b')
+    backlog.call(lambda: done.append('second'))
+    backlog.take()()
+    backlog.take()()
+    assert done == ['first', 'second']
+    assert backlog.take() == ('b',)
+
+
+def test_closed_backlogs_give_nothing() -> None:
+    backlog = Backlog(2)
+    backlog.put('a')
+    backlog.close()
+    assert backlog.take() is None
+    assert backlog.drain(0.0)
+
+
+def test_a_worker_works_in_order_in_its_own_thread() -> None:
+    seen: list[tuple[int, bool]] = []
+    main = threading.current_thread()
+    worker = Worker(
+        Backlog(100),
+        lambda frame: seen.append((frame, threading.current_thread() is main)),
+        lambda error: None,
+    )
+    for number in range(20):
+        worker.backlog.put(number)
+    assert worker.backlog.drain(TIMEOUT_S)
+    worker.stop()
+    assert seen == [(number, False) for number in range(20)]
+
+
+def test_drain_waits_for_the_frame_in_work() -> None:
+    go = threading.Event()
+    worker = Worker(Backlog(3), lambda frame: go.wait(TIMEOUT_S), lambda error: None)
+    worker.backlog.put(1)
+    assert not worker.backlog.drain(0.01)
+    go.set()
+    assert worker.backlog.drain(TIMEOUT_S)
+    worker.stop()
+
+
+def test_an_error_that_is_let_through_is_handed_on() -> None:
+    failed = threading.Event()
+    errors: list[BaseException] = []
+
+    def fail(frame: object) -> None:
+        raise RuntimeError('broken')
+
+    def note(error: BaseException) -> None:
+        errors.append(error)
+        failed.set()
+
+    worker = Worker(Backlog(3), fail, note)
+    worker.backlog.put(1)
+    assert failed.wait(TIMEOUT_S)
+    worker.stop()
+    assert [str(error) for error in errors] == ['broken']

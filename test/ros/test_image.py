@@ -1,0 +1,202 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
+
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import Header
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.ros.image import (
+    ENCODINGS,
+    image_message,
+    pixels,
+    read_bgr,
+    read_compressed,
+    read_mono8,
+)
+
+BLUE, GREEN, RED = (255, 0, 0), (0, 255, 0), (0, 0, 255)
+
+
+def message(data: np.ndarray, encoding: str, padding: int = 0, big: bool = False) -> Image:
+    rows = data.reshape(data.shape[0], -1).view(np.uint8)
+    padded = np.pad(rows, ((0, 0), (0, padding)), constant_values=77)
+    made = Image(encoding=encoding, is_bigendian=int(big))
+    made.height, made.width = data.shape[:2]
+    made.step = padded.shape[1]
+    made.data.frombytes(np.ascontiguousarray(padded).data.cast('B'))
+    return made
+
+
+def plain(color: tuple[int, int, int], height: int = 6, width: int = 8) -> np.ndarray:
+    image = np.empty((height, width, 3), np.uint8)
+    image[:] = color
+    return image
+
+
+@pytest.mark.parametrize('padding', [0, 5])
+@pytest.mark.parametrize(
+    ('encoding', 'code'),
+    [
+        ('bgr8', None),
+        ('8UC3', None),
+        ('rgb8', cv2.COLOR_BGR2RGB),
+        ('bgra8', cv2.COLOR_BGR2BGRA),
+        ('rgba8', cv2.COLOR_BGR2RGBA),
+    ],
+)
+def test_colour_encodings_become_bgr_whatever_the_padding(encoding, code, padding) -> None:
+    image = np.random.default_rng(0).integers(0, 256, (6, 8, 3)).astype(np.uint8)
+    data = image if code is None else cv2.cvtColor(image, code)
+    np.testing.assert_array_equal(read_bgr(message(data, encoding, padding)), image)
+
+
+@pytest.mark.parametrize('encoding', ['mono8', '8UC1'])
+def test_grey_images_become_grey_bgr(encoding) -> None:
+    grey = np.arange(48, dtype=np.uint8).reshape(6, 8)
+    np.testing.assert_array_equal(
+        read_bgr(message(grey, encoding, 3)), np.repeat(grey[:, :, None], 3, axis=2)
+    )
+
+
+@pytest.mark.parametrize('big', [False, True])
+def test_mono16_is_read_in_both_byte_orders(big) -> None:
+    grey = (np.arange(48, dtype=np.uint16) * 1000).reshape(6, 8)
+    data = grey.astype('>u2' if big else '<u2')
+    read = read_bgr(message(data, 'mono16', 4, big))
+    np.testing.assert_array_equal(read[:, :, 1], (grey >> 8).astype(np.uint8))
+
+
+@pytest.mark.parametrize('colour', [BLUE, GREEN, RED])
+@pytest.mark.parametrize(
+    ('encoding', 'first'), [('yuv422', 'u'), ('uyvy', 'u'), ('yuv422_yuy2', 'y'), ('yuyv', 'y')]
+)
+def test_yuv_keeps_the_colour(encoding, first, colour) -> None:
+    y, u, v = (int(value) for value in cv2.cvtColor(plain(colour), cv2.COLOR_BGR2YUV)[0, 0])
+    # Video range, as the 4:2:2 conversions take it.
+    y = 16 + round(y * 219 / 255)
+    data = np.empty((6, 8, 2), np.uint8)
+    luma, chroma = (1, 0) if first == 'u' else (0, 1)
+    data[:, :, luma] = y
+    data[:, 0::2, chroma] = u
+    data[:, 1::2, chroma] = v
+    read = read_bgr(message(data, encoding))
+    assert read.argmax(axis=2).tolist() == plain(colour).argmax(axis=2).tolist()
+
+
+@pytest.mark.parametrize('colour', [BLUE, GREEN, RED])
+@pytest.mark.parametrize('pattern', ['rggb', 'bggr', 'gbrg', 'grbg'])
+def test_bayer_patterns_keep_the_colour(pattern, colour) -> None:
+    data = np.empty((8, 8), np.uint8)
+    for place, letter in enumerate(pattern):
+        data[place // 2 :: 2, place % 2 :: 2] = colour['bgr'.index(letter)]
+    read = read_bgr(message(data, f'bayer_{pattern}8', 2))
+    np.testing.assert_array_equal(read[2:-2, 2:-2], plain(colour, 4, 4))
+
+
+def test_bgr8_without_padding_is_not_copied() -> None:
+    made = message(plain(RED), 'bgr8')
+    view = read_bgr(made)
+    made.data[0] = 9
+    assert view[0, 0, 0] == 9
+
+
+def test_padded_pixels_are_a_view_too() -> None:
+    made = message(plain(RED), 'bgr8', 7)
+    view = pixels(made)
+    made.data[made.step] = 9
+    assert view[1, 0, 0] == 9
+
+
+def test_the_last_row_may_lack_its_padding() -> None:
+    made = message(plain(GREEN), 'bgr8', 7)
+    made.data = made.data[:-7]
+    np.testing.assert_array_equal(read_bgr(made), plain(GREEN))
+
+
+def test_an_unknown_encoding_names_those_that_are_known() -> None:
+    with pytest.raises(InputError, match=r"mono8.*got '32FC1'"):
+        read_bgr(message(plain(RED), '32FC1'))
+
+
+def test_a_step_too_small_is_refused() -> None:
+    made = message(plain(RED), 'bgr8')
+    made.step -= 1
+    with pytest.raises(InputError, match=r'step must be at least 24 bytes.*got 23'):
+        read_bgr(made)
+
+
+def test_truncated_data_is_refused() -> None:
+    made = message(plain(RED), 'bgr8')
+    made.data = made.data[:-1]
+    with pytest.raises(InputError, match=r'at least 144 bytes.*got 143'):
+        read_bgr(made)
+
+
+@pytest.mark.parametrize(('height', 'width'), [(0, 8), (6, 0), (0, 0)])
+def test_an_image_of_no_size_is_refused(height, width) -> None:
+    made = message(plain(RED), 'bgr8')
+    made.height, made.width = height, width
+    with pytest.raises(InputError, match=f'got {width} x {height}'):
+        read_bgr(made)
+
+
+def test_sizes_that_do_not_suit_the_encoding_are_refused() -> None:
+    with pytest.raises(InputError, match='even width, got 3'):
+        read_bgr(message(np.zeros((2, 3, 2), np.uint8), 'yuyv'))
+    with pytest.raises(InputError, match='at least 4 x 4'):
+        read_bgr(message(np.zeros((2, 8), np.uint8), 'bayer_rggb8'))
+
+
+def test_a_likelihood_must_be_grey() -> None:
+    with pytest.raises(InputError, match="mono8 or 8UC1, got 'bgr8'"):
+        read_mono8(message(plain(RED), 'bgr8'))
+
+
+@pytest.mark.parametrize('suffix', ['.png', '.jpg'])
+def test_compressed_images_are_decoded(suffix) -> None:
+    _, data = cv2.imencode(suffix, plain(BLUE, 16, 16))
+    made = CompressedImage(format=suffix[1:])
+    made.data.frombytes(data.tobytes())
+    np.testing.assert_allclose(read_compressed(made), plain(BLUE, 16, 16), atol=3)
+
+
+@pytest.mark.parametrize('data', [b'', b'no image'])
+def test_compressed_images_that_are_none_are_refused(data) -> None:
+    made = CompressedImage(format='jpeg')
+    made.data.frombytes(data)
+    with pytest.raises(InputError, match=f'got {len(data)} bytes'):
+        read_compressed(made)
+
+
+@given(
+    shape=st.sampled_from([(3, 5), (1, 1), (4, 2, 3), (7, 3, 3)]),
+    seed=st.integers(0, 99),
+    step=st.sampled_from([1, 2]),
+)
+def test_written_images_are_read_again(shape, seed, step) -> None:
+    image = np.random.default_rng(seed).integers(0, 256, shape).astype(np.uint8)[::step]
+    header = Header(frame_id='camera')
+    header.stamp.nanosec = seed
+    made = image_message(image, header)
+    assert made.header == header
+    assert made.encoding == ('mono8' if image.ndim == 2 else 'bgr8')
+    np.testing.assert_array_equal(pixels(made), image)
+
+
+def test_an_empty_image_can_be_written() -> None:
+    made = image_message(np.zeros((0, 0), np.uint8), Header())
+    assert (made.height, made.width, len(made.data)) == (0, 0, 0)
+
+
+def test_every_encoding_reads_a_plain_image() -> None:
+    for name, encoding in ENCODINGS.items():
+        data = np.zeros((8, 8, encoding.channels * encoding.sample_bytes), np.uint8)
+        assert read_bgr(message(data, name)).shape == (8, 8, 3)

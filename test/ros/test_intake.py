@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.ros.intake import Intake
+
+BOX = Box(10, 10, 20, 40)
+IMAGE = np.zeros((60, 80, 3), np.uint8)
+
+
+class Log:
+    def __init__(self, **options) -> None:
+        self.events: list[object] = []
+        self.intake = Intake(
+            reset=lambda: self.events.append('reset'),
+            initialize=self.events.append,
+            warn=lambda key, text: self.events.append(f'{key}: {text}'),
+            **options,
+        )
+
+    def take(self, stamp_ns: int, image: np.ndarray = IMAGE) -> list[object]:
+        self.events.clear()
+        self.intake.take(image, stamp_ns)
+        return list(self.events)
+
+
+def test_without_a_box_nothing_happens() -> None:
+    log = Log()
+    assert log.take(1) == log.take(2) == []
+
+
+def test_the_initial_box_waits_for_its_stamp_and_is_used_once() -> None:
+    log = Log(initial_box=BOX, initial_stamp_ns=5)
+    assert log.take(4) == []
+    assert log.take(6) == [BOX]
+    assert log.take(7) == []
+
+
+def test_a_box_asked_for_is_used_at_the_next_frame() -> None:
+    log = Log()
+    log.intake.request(BOX)
+    assert log.take(1) == [BOX]
+    assert log.take(2) == []
+
+
+def test_a_box_asked_for_can_be_forgotten() -> None:
+    log = Log()
+    log.intake.request(BOX)
+    log.intake.forget()
+    assert log.take(1) == []
+
+
+def test_time_that_goes_back_resets_and_uses_the_initial_box_again() -> None:
+    log = Log(initial_box=BOX)
+    assert log.take(2_000_000_000) == [BOX]
+    warning, reset, box = log.take(1_000_000_000)
+    assert 'back by 1.000 s' in warning
+    assert (reset, box) == ('reset', BOX)
+
+
+def test_another_size_resets() -> None:
+    log = Log(initial_box=BOX)
+    log.take(1)
+    warning, reset = log.take(2, np.zeros((30, 40, 3), np.uint8))
+    assert '80 x 60 to 40 x 30' in warning
+    assert reset == 'reset'
+    assert log.intake.shape == (30, 40)
+
+
+def test_a_box_outside_of_the_image_is_ignored() -> None:
+    log = Log()
+    log.intake.request(Box(80, 0, 5, 5))
+    (warning,) = log.take(1)
+    assert 'outside of the image of 80 x 60' in warning

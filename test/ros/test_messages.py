@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
+
+from geometry_msgs.msg import Point32, PolygonInstanceStamped
+from sensor_msgs.msg import JointState, RegionOfInterest
+from std_msgs.msg import Header
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.results import MatchResult
+from gait_segmentation.ros.messages import (
+    box_message,
+    gait_message,
+    read_body,
+    read_box,
+    read_gait,
+    read_region,
+    stamp_of,
+    tracked_corners,
+)
+
+
+def header(stamp_ns: int = 1) -> Header:
+    made = Header(frame_id='camera')
+    made.stamp.sec, made.stamp.nanosec = divmod(stamp_ns, 1_000_000_000)
+    return made
+
+
+def match(body: BodyFrame | None, phase: float = 0.25, azimuth: float = 1.0) -> MatchResult:
+    prior = np.zeros((2, 2), np.uint8)
+    return MatchResult(1, 3, body, None, 0, 0, phase, 0.9, azimuth, 0.5, 0.5, prior)
+
+
+@given(st.integers(1, 2**31 * 10**9 - 1))
+def test_stamps_are_exact(stamp_ns) -> None:
+    assert stamp_of(header(stamp_ns)) == stamp_ns
+
+
+@given(
+    st.floats(-50, 2000),
+    st.floats(-50, 2000),
+    st.floats(2, 500),
+    st.floats(2, 900),
+    st.floats(-0.6, 0.6),
+)
+def test_boxes_return_with_their_tilt(x, y, width, height, angle) -> None:
+    sent = box_message(tracked_corners(Box(x, y, width, height), angle), 7, header())
+    assert sent.polygon.id == 7
+    box, tilt = read_box(sent)
+    np.testing.assert_allclose(
+        (box.x, box.y, box.width, box.height), (x, y, width, height), atol=2e-3
+    )
+    assert tilt == pytest.approx(angle, abs=2e-3)
+
+
+def test_upright_boxes_are_exactly_upright() -> None:
+    sent = box_message(tracked_corners(Box(1.3, 2.7, 33.1, 77.7), 0.0), 7, header())
+    assert read_box(sent)[1] == 0
+
+
+def test_corners_in_another_order_make_an_upright_box() -> None:
+    corners = Box(10, 20, 30, 60).corners()
+    sent = box_message(corners[2:] + corners[:2], 7, header())
+    assert read_box(sent) == (Box(10, 20, 30, 60), 0.0)
+
+
+def test_nobody_is_a_polygon_without_points() -> None:
+    sent = box_message((), 0, header())
+    assert read_box(sent) == (None, 0.0)
+    assert read_body(sent) is None
+
+
+def test_bodies_return() -> None:
+    body = BodyFrame(100.5, 200.25, 180.0, 0.1)
+    read = read_body(box_message(body.corners(70.0), 1, header()))
+    assert read.center_x == pytest.approx(body.center_x, abs=1e-3)
+    assert read.height == pytest.approx(body.height, abs=1e-3)
+    assert read.angle == pytest.approx(body.angle, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    'points', [[(0, 0)], [(0, 0), (1, 0), (1, math.nan), (0, 1)], [(1, 1)] * 4]
+)
+def test_polygons_that_are_no_box_are_refused(points) -> None:
+    message = PolygonInstanceStamped()
+    message.polygon.polygon.points = [Point32(x=float(x), y=float(y)) for x, y in points]
+    with pytest.raises(InputError):
+        read_box(message)
+
+
+def test_regions_need_a_size() -> None:
+    region = RegionOfInterest(x_offset=3, y_offset=4, width=5, height=6)
+    assert read_region(region) == Box(3, 4, 5, 6)
+    with pytest.raises(InputError, match='0 x 0'):
+        read_region(RegionOfInterest())
+
+
+@given(st.floats(0, 0.999), st.floats(-3.14, 3.14))
+def test_the_gait_returns(phase, azimuth) -> None:
+    sent = gait_message(match(BodyFrame(1, 2, 3), phase, azimuth), header())
+    found = read_gait(sent)
+    assert found == (pytest.approx(phase), pytest.approx(0.9), pytest.approx(azimuth))
+
+
+def test_nobody_has_no_gait() -> None:
+    sent = gait_message(match(None), header())
+    assert list(sent.name) == []
+    assert read_gait(sent) == (0.0, 0.0, 0.0)
+
+
+def test_a_gait_without_its_joints_is_refused() -> None:
+    with pytest.raises(InputError, match='gait_phase and view_azimuth'):
+        read_gait(JointState(name=['knee'], position=[1.0]))
