@@ -10,7 +10,8 @@ included.  The templates are one walk in profile sampled at K phases, binary (``
 ``gemm``) or with 8 grey levels (``events_soft``, ``direct_access_table``, ``reference``).
 ``gemm`` is one float32 matrix product on one thread, the honest rival for binary templates.
 ``events_views`` is 16 views of K / 16 phases with 8 grey levels.  ``update_ms`` is a whole
-update of the matcher: resampling, kernel, path, result.
+update of the matcher, resampling, kernel, path and result, with 16 views of 30 phases of one
+build, and with the standard bank.
 
 Times are medians of interleaved repeats, of the processor time of the one thread that works, so
 that other programs on the machine disturb them little; ``--wall`` takes the clock instead.
@@ -41,7 +42,7 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from gait_segmentation.gait_model import default_bank
+from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank, default_bank
 from gait_segmentation.gait_model.builder import quantize
 from gait_segmentation.gait_model.render import render_cycle, render_silhouette
 from gait_segmentation.geometry import Box
@@ -173,10 +174,11 @@ def measure_kernels(repeats: int, clock: Callable[[], float]) -> dict[str, Any]:
             'events_views': events['views'], 'megabytes': megabytes, 'equal': equal}  # fmt: skip
 
 
-def measure_update(repeats: int, clock: Callable[[], float]) -> dict[str, float]:
-    """Time whole updates with the standard bank, 16 views of 30 phases."""
+def measure_update(
+    bank: TemplateBank, repeats: int, clock: Callable[[], float]
+) -> dict[str, float]:
+    """Time whole updates with a bank."""
     cv2.setNumThreads(1)
-    bank = default_bank()
     matcher = SequenceMatcher(bank)
     rng = np.random.default_rng(0)
     times = []
@@ -244,7 +246,9 @@ def main() -> int:
     arguments = parser.parse_args()
     clock = time.perf_counter if arguments.wall else time.thread_time
     report = measure_kernels(arguments.repeats, clock)
-    report['update_ms'] = measure_update(max(arguments.repeats, 100), clock)
+    report['update_ms'] = {}
+    for bank in (build_bank(BankSpec(builds='average')), default_bank()):
+        report['update_ms'] |= measure_update(bank, max(arguments.repeats, 100), clock)
     for label, values in report['ms'].items():
         print(f'{label:20s}', *(f'{k:>4s}: {v:9.3f}' for k, v in values.items()))
     print('events', report['events'], 'soft', report['events_soft'], report['events_views'])

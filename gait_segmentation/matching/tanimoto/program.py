@@ -19,8 +19,9 @@ GROUP = 4
 _NARROW_LIMIT = 255
 """Most that the events of a narrow group may add together: what 8 bits hold."""
 
-_SUM_LIMIT = 32767
-"""Most that the groups of one sign in one step may add together: what 16 bits hold."""
+_SUM_LIMIT = 32767 - GROUP // 2 * 255
+"""Most that the groups of one sign in one step may add together: what 16 bits hold, less the
+half of a mixed group."""
 
 _OPEN_GROUPS = 8
 
@@ -38,8 +39,9 @@ class EventProgram:
     place in that list, ``lo`` and ``span`` (E,) uint8.  Every ``GROUP`` events are a group;
     the sum of a *narrow* group fits 8 bits.  A step (``target``, ``base``, both (T,) int32)
     makes row ``target`` from row ``base``; row 0 is the empty template, row k + 1 template k.
-    ``bounds`` (T, 5) int32 are the group numbers between its narrow additions, wide additions,
-    narrow subtractions and wide subtractions.  ``events`` counts the events without filling.
+    ``bounds`` (T, 6) int32 are the group numbers between its narrow additions, wide additions,
+    narrow subtractions, wide subtractions and mixed groups, whose first half is added and second
+    half subtracted.  ``events`` counts the events without filling.
     """
 
     pixels: NDArray[np.int64]
@@ -75,8 +77,8 @@ def make_program(templates: NDArray[np.uint8]) -> EventProgram:
     return builder.done()
 
 
-def _narrow_and_wide(span: NDArray[np.uint8]) -> tuple[list[list[int]], list[list[int]]]:
-    """Sort events into groups: narrow ones by first fit, the rest four by four."""
+def _narrow_groups(span: NDArray[np.uint8]) -> tuple[list[list[int]], list[int]]:
+    """Sort events into narrow groups by first fit; return these and the rest."""
     narrow: list[list[int]] = []
     lonely: list[int] = []
     opened: list[tuple[list[int], int]] = []
@@ -101,8 +103,7 @@ def _narrow_and_wide(span: NDArray[np.uint8]) -> tuple[list[list[int]], list[lis
             opened.append(([event], size))
     for group, _ in opened:
         close(group)
-    lonely.sort()
-    return narrow, [lonely[i : i + GROUP] for i in range(0, len(lonely), GROUP)]
+    return narrow, sorted(lonely)
 
 
 class _Builder:
@@ -112,7 +113,7 @@ class _Builder:
         self._source: list[NDArray[np.int64]] = []
         self._lo: list[NDArray[np.uint8]] = []
         self._span: list[NDArray[np.uint8]] = []
-        self._groups = 0
+        self._places = 0
         self._events = 0
         self._steps: list[tuple[int, int, list[int]]] = []
 
@@ -126,13 +127,25 @@ class _Builder:
         lo = np.minimum(old, new)
         span = np.maximum(old, new) - lo
         kinds: list[list[list[int]]] = []
+        rests: list[list[int]] = []
         for chosen in (np.flatnonzero(new > old), np.flatnonzero(new < old)):
-            for groups in _narrow_and_wide(span[chosen]):
+            narrow, lonely = _narrow_groups(span[chosen])
+            wide = [lonely[i : i + GROUP] for i in range(0, len(lonely), GROUP)]
+            rests.append(wide.pop() if wide and len(wide[-1]) <= GROUP // 2 else [])
+            for groups in (narrow, wide):
                 kinds.append([[int(chosen[event]) for event in group] for group in groups])
+            rests[-1] = [int(chosen[event]) for event in rests[-1]]
+        mixed: list[tuple[list[int], list[int]]] = []
+        if all(rests):
+            mixed = [(rests[0], rests[1])]
+        elif any(rests):
+            kinds[1 if rests[0] else 3].append(rests[0] or rests[1])
         while True:
             taken = self._take(kinds, span)
-            self._step(target, base, taken, where, lo, span)
-            base = target
+            filled = [[(group, GROUP) for group in groups] for groups in taken]
+            halves = [(half, GROUP // 2) for pair in mixed for half in pair]
+            self._step(target, base, [*filled, halves], where, lo, span)
+            base, mixed = target, []
             if not any(kinds):
                 return
 
@@ -159,22 +172,22 @@ class _Builder:
         self,
         target: int,
         base: int,
-        kinds: list[list[list[int]]],
+        kinds: list[list[tuple[list[int], int]]],
         where: NDArray[np.int64],
         lo: NDArray[np.uint8],
         span: NDArray[np.uint8],
     ) -> None:
-        bounds = [self._groups]
+        bounds = [self._places // GROUP]
         for groups in kinds:
-            for group in groups:
-                filling = GROUP - len(group)
+            for group, size in groups:
+                filling = size - len(group)
                 last = where[group[-1:]].repeat(filling)
                 nothing = np.zeros(filling, np.uint8)
                 self._source.append(np.concatenate([where[group], last]))
                 self._lo.append(np.concatenate([lo[group], nothing]))
                 self._span.append(np.concatenate([span[group], nothing]))
-            self._groups += len(groups)
-            bounds.append(self._groups)
+                self._places += size
+            bounds.append(self._places // GROUP)
         self._steps.append((target, base, bounds))
 
     def done(self) -> EventProgram:
@@ -188,6 +201,6 @@ class _Builder:
             span=np.concatenate([*self._span, np.empty(0, np.uint8)]),
             target=np.array([step[0] for step in self._steps], np.int32),
             base=np.array([step[1] for step in self._steps], np.int32),
-            bounds=np.array([step[2] for step in self._steps], np.int32).reshape(-1, 5),
+            bounds=np.array([step[2] for step in self._steps], np.int32).reshape(-1, 6),
             events=self._events,
         )

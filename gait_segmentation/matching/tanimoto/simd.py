@@ -126,9 +126,10 @@ def _apply_step(
                 result.append(builder.call(least, [builder.call(minus, [value, floor]), most]))
             return result
 
-        for kind in range(4):
-            narrow, combine = kind % 2 == 0, builder.add if kind < 2 else builder.sub
-            edge = builder.mul(args[5], constant(5))
+        signs = ['++++', '++++', '----', '----', '++--']  # of the members, as in EventProgram
+        for kind, sign in enumerate(signs):
+            narrow = kind in (0, 2)
+            edge = builder.mul(args[5], constant(len(signs) + 1))
             first, last = (
                 builder.sext(builder.load(at(4, builder.add(edge, constant(k)))), _I64)
                 for k in (kind, kind + 1)
@@ -146,7 +147,8 @@ def _apply_step(
                             for part in zip(*members, strict=True)
                         ]
                     ]
-                for member in members:
+                for plus, member in zip(sign, members, strict=False):
+                    combine = builder.add if plus == '+' else builder.sub
                     for (total, upper), part in zip(sums, member, strict=True):
                         pairs = builder.bitcast(part, _V16)
                         high = builder.lshr(pairs, eight)
