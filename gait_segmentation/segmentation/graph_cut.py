@@ -124,7 +124,7 @@ def minimum_cut(
     if given is None:
         given = np.zeros(logit.shape, np.int8)
     index = np.empty(logit.shape, np.int32)
-    nodes = _number(given, index)
+    nodes = int(_number(given, index))
     labels = given > 0
     if nodes == 0:
         return labels

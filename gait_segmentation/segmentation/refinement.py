@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.geometry import Box
 from gait_segmentation.segmentation.energy import contrast_links
 from gait_segmentation.segmentation.graph_cut import minimum_cut
 
@@ -46,13 +47,18 @@ def refine(
     """
     shape = image.shape[:2]
     scale = labels.shape[0] / shape[0]
-    coarse = upsample(labels, shape)
-    size = 2 * max(1, round(_BAND / scale)) + 1
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    area = coarse.astype(np.uint8)
-    given = np.where(cv2.erode(area, kernel) > 0, 1, cv2.dilate(area, kernel) - 1).astype(np.int8)
-    if not (given == 0).any():
-        return coarse
+    refined = upsample(labels, shape)
+    reach = max(1, round(_BAND / scale))
+    found = Box.around(refined)
+    if found is None:
+        return refined
+    part = found.padded(reach + 1, reach + 1).slices(shape[1], shape[0])
+    area = refined[part].view(np.uint8)
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
+    given = cv2.erode(area, kernel).astype(np.int8) + cv2.dilate(area, kernel).astype(np.int8) - 1
     # A working pixel's evidence is shared by 1/scale^2 pixels, a link's by 1/scale of them.
     fine = cv2.resize(logit * np.float32(scale), shape[::-1], interpolation=cv2.INTER_LINEAR)
-    return minimum_cut(fine, contrast_links(image, contrast, given), given)
+    links = contrast_links(image[part], contrast, given)
+    refined = refined.copy()
+    refined[part] = minimum_cut(fine[part], links, given)
+    return refined

@@ -266,7 +266,7 @@ def _average(
 
 
 def _sigmoid(logit: NDArray[np.float32]) -> NDArray[np.float32]:
-    return 1 / (1 + np.exp(-logit))
+    return np.asarray(1 / (1 + np.exp(-logit)), np.float32)
 
 
 def _logit_of(soft: NDArray[np.float32]) -> NDArray[np.float32]:
