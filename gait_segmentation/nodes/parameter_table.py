@@ -3,14 +3,15 @@
 """
 The parameter file and the tables of the docs, made from the configuration dataclasses.
 
-``python -m gait_segmentation.nodes.parameter_table > config/gait_segmentation.yaml`` writes the
-one, with ``--markdown`` the tables of ``docs/ros.md`` are printed.
+``python -m gait_segmentation.nodes.parameter_table`` prints the file; with ``--update .`` it
+writes ``config/gait_segmentation.yaml`` and the tables in ``docs/ros.md`` of a source tree.
 """
 
 from __future__ import annotations
 
 import argparse
 import textwrap
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from gait_segmentation.ros.config import NodeConfig, StartConfig
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.parameters import INITIAL_BOX, qualified
 
-__all__ = ['markdown', 'parameter_file']
+__all__ = ['markdown', 'parameter_file', 'with_tables']
 
 NODES: dict[str, type[GaitNode]] = {
     'gait_tracker': TrackerNode,
@@ -116,15 +117,26 @@ def _value(value: Any) -> str:
     return f"'{value}'" if isinstance(value, str) else str(value)
 
 
+def with_tables(docs: str) -> str:
+    """Return a page with its tables, between its marks, made anew."""
+    for name in NODES:
+        head, mark, rest = docs.partition(f'<!-- parameters {name} -->\n')
+        _, end, tail = rest.partition('<!-- end -->')
+        docs = head + mark + (markdown(name) if mark else '') + end + tail
+    return docs
+
+
 def main() -> None:
-    """Print the file or the tables."""
+    """Print or update."""
     parser = argparse.ArgumentParser(description='Print the parameter file.')
-    parser.add_argument('--markdown', action='store_true', help='print the tables of the docs')
-    if parser.parse_args().markdown:
-        for name in NODES:
-            print(f'### {name}\n\n{markdown(name)}')
-    else:
+    parser.add_argument('--update', type=Path, metavar='ROOT', help='write file and docs instead')
+    root = parser.parse_args().update
+    if root is None:
         print(parameter_file(), end='')
+        return
+    docs = root / 'docs/ros.md'
+    (root / 'config/gait_segmentation.yaml').write_text(parameter_file(), encoding='utf-8')
+    docs.write_text(with_tables(docs.read_text(encoding='utf-8')), encoding='utf-8')
 
 
 if __name__ == '__main__':

@@ -1,0 +1,150 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Nodes under test and a probe that feeds and records them, over real DDS."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rclpy
+from geometry_msgs.msg import PolygonInstanceStamped
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
+from sensor_msgs.msg import Image, JointState
+from std_msgs.msg import Header
+
+from gait_segmentation.ros.image import image_message
+
+TIMEOUT_S = 30.0
+
+OUTPUTS = {
+    'person_0/box': PolygonInstanceStamped,
+    'person_0/likelihood': Image,
+    'person_0/matched_box': PolygonInstanceStamped,
+    'person_0/shape_prior': Image,
+    'person_0/gait': JointState,
+    'person_0/mask': Image,
+    'mask': Image,
+    'labels': Image,
+}
+
+DEEP = QoSProfile(depth=100)
+
+
+def header(index: int, first_s: float = 100.0) -> Header:
+    """Return the header of a frame at 30 Hz, with nanoseconds that no float holds."""
+    stamp_ns = int(first_s * 1e9) + index * 33_333_337 + 1
+    made = Header(frame_id='head_camera')
+    made.stamp.sec, made.stamp.nanosec = divmod(stamp_ns, 1_000_000_000)
+    return made
+
+
+def frame(index: int, size: tuple[int, int] = (160, 120), first_s: float = 100.0) -> Image:
+    """Return an image of a red figure that crosses noise."""
+    width, height = size
+    image = np.random.default_rng(5).integers(60, 120, (height, width, 3)).astype(np.uint8)
+    left = 30 + 2 * index
+    image[20:100, left : left + 24] = (30, 30, 220)
+    return image_message(image, header(index, first_s))
+
+
+class Bench:
+    """Spins everything in the test's thread, so that a test says what it waits for."""
+
+    def __init__(self, bank_file: Path) -> None:
+        self.context = Context()
+        rclpy.init(args=[], context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.probe = Node('probe', context=self.context)
+        self.executor.add_node(self.probe)
+        self.received: dict[str, list[Any]] = {}
+        self.nodes: list[Any] = []
+        self._bank_file = bank_file
+
+    def close(self) -> None:
+        for node in self.nodes:
+            node.close()
+            node.destroy_node()
+        self.executor.shutdown()
+        self.probe.destroy_node()
+        rclpy.try_shutdown(context=self.context)
+
+    def add(self, kind: Any, start: bool = True, **parameters: Any) -> Any:
+        """Add a node under test and start it."""
+        if kind.__name__ in ('TrackerNode', 'MatcherNode', 'PipelineNode'):
+            parameters.setdefault('bank', str(self._bank_file))
+        overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+        node = kind(context=self.context, parameter_overrides=overrides)
+        self.nodes.append(node)
+        self.executor.add_node(node)
+        if start:
+            assert node.start()
+        return node
+
+    def record(self, kind: Any, topic: str, profile: QoSProfile = DEEP) -> list[Any]:
+        """Record a topic."""
+        kept = self.received.setdefault(topic, [])
+        self.probe.create_subscription(kind, topic, kept.append, profile)
+        self.until(lambda: self.probe.count_publishers(topic) > 0, f'publisher of {topic}')
+        return kept
+
+    def record_outputs(self, *topics: str) -> None:
+        """Record some outputs, all if none is named."""
+        for topic in topics or OUTPUTS:
+            self.record(OUTPUTS[topic], topic)
+        for node in self.nodes:
+            for publisher in node._outputs:
+                name = publisher.topic_name.lstrip('/')
+                if name in self.received:
+                    self.until(
+                        lambda p=publisher: p.get_subscription_count() >= self.readers(p),
+                        f'readers of {name}',
+                    )
+
+    def readers(self, publisher: Any) -> int:
+        """Return the number of readers that a publisher is to have."""
+        return len(self.probe.get_subscriptions_info_by_topic(publisher.topic_name))
+
+    def publisher(self, kind: Any, topic: str, readers: int, profile: QoSProfile = DEEP) -> Any:
+        """Return a publisher that is connected to a number of readers."""
+        made = self.probe.create_publisher(kind, topic, profile)
+        self.until(lambda: made.get_subscription_count() >= readers, f'{readers} on {topic}')
+        return made
+
+    def until(self, ready: Callable[[], bool], what: str) -> None:
+        """Spin until something is true."""
+        deadline = time.monotonic() + TIMEOUT_S
+        while not ready():
+            assert time.monotonic() < deadline, f'waited in vain for {what}'
+            self.executor.spin_once(timeout_sec=0.02)
+
+    def settle(self) -> None:
+        """Spin until all workers have done what they were given and nothing more comes."""
+        quiet = 0
+        while quiet < 5:
+            before = sum(len(kept) for kept in self.received.values())
+            for node in self.nodes:
+                if node._worker is not None:
+                    node._worker.backlog.drain(TIMEOUT_S)
+            self.executor.spin_once(timeout_sec=0.02)
+            quiet = quiet + 1 if sum(map(len, self.received.values())) == before else 0
+
+    def feed(self, publisher: Any, messages: list[Any]) -> None:
+        """Publish messages one by one, each when the outputs of the one before have come."""
+        wanted = {topic: len(kept) for topic, kept in self.received.items() if topic in OUTPUTS}
+        for message in messages:
+            publisher.publish(message)
+            for topic in wanted:
+                wanted[topic] += 1
+            self.until(
+                lambda: all(len(self.received[t]) >= count for t, count in wanted.items()),
+                f'outputs of {message.header.stamp}: '
+                + ', '.join(f'{t} {len(self.received[t])}/{n}' for t, n in wanted.items()),
+            )

@@ -1,0 +1,160 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The three nodes together and gait_pipeline: the same promises hold for both."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from sensor_msgs.msg import Image, RegionOfInterest
+
+from gait_segmentation.nodes.matcher_node import MatcherNode
+from gait_segmentation.nodes.pipeline_node import PipelineNode
+from gait_segmentation.nodes.segmenter_node import SegmenterNode
+from gait_segmentation.nodes.tracker_node import TrackerNode
+from gait_segmentation.ros.image import read_mono8
+from test.nodes.bench import OUTPUTS, Bench, frame, header
+
+STYLES = {'split': (TrackerNode, MatcherNode, SegmenterNode), 'single': (PipelineNode,)}
+CAMERAS = {'split': 2, 'single': 1}
+PERSON = RegionOfInterest(x_offset=30, y_offset=20, width=24, height=80)
+
+
+class Graph:
+    """Nodes of one style that are connected with the probe, which records all outputs."""
+
+    def __init__(self, bench: Bench, style: str) -> None:
+        self.bench = bench
+        self.nodes = [bench.add(kind) for kind in STYLES[style]]
+        bench.record_outputs()
+        self.camera = bench.publisher(Image, 'image', CAMERAS[style])
+        self.starter = bench.publisher(RegionOfInterest, 'init_roi', 1)
+
+    @property
+    def warnings(self) -> set[str]:
+        return {key for node in self.nodes for key in node._warned}
+
+    def feed(self, *messages: Image) -> dict[str, list[object]]:
+        """Feed frames; return what has come for them, having checked that it is one for each."""
+        before = {topic: len(kept) for topic, kept in self.bench.received.items()}
+        self.bench.feed(self.camera, list(messages))
+        self.bench.settle()
+        new = {topic: kept[before[topic] :] for topic, kept in self.bench.received.items()}
+        for topic in OUTPUTS:
+            assert [m.header for m in new[topic]] == [m.header for m in messages], topic
+        return new
+
+    def start(self, region: RegionOfInterest = PERSON) -> None:
+        heard = [len(node._worker.backlog._calls) for node in self.nodes]
+        self.starter.publish(region)
+        assert self.starter.wait_for_all_acked()
+        self.bench.settle()
+        assert heard
+
+    def track(self, first: int = 0, count: int = 4) -> dict[str, list[object]]:
+        """Start a track and feed frames."""
+        self.start()
+        return self.feed(*(frame(first + index) for index in range(count)))
+
+
+@pytest.fixture(params=STYLES)
+def graph(request: pytest.FixtureRequest, bench: Bench) -> Iterator[Graph]:
+    return Graph(bench, request.param)
+
+
+def masks(new: dict[str, list[object]]) -> list[np.ndarray]:
+    return [read_mono8(message) for message in new['mask']]
+
+
+def test_one_output_for_each_input_with_its_header(graph: Graph) -> None:
+    nobody = graph.feed(frame(0), frame(1))
+    assert not any(mask.any() for mask in masks(nobody))
+    assert all(not m.polygon.polygon.points for m in nobody['person_0/box'])
+    assert all(not m.polygon.polygon.points for m in nobody['person_0/matched_box'])
+    assert all(not m.name for m in nobody['person_0/gait'])
+
+    tracked = graph.track(2, 6)
+    for message, box in zip(tracked['mask'], tracked['person_0/box'], strict=True):
+        assert (message.encoding, message.height, message.width) == ('mono8', 120, 160)
+        assert len(box.polygon.polygon.points) == 4
+        assert box.polygon.id == 1
+    for mask, labels, own in zip(
+        tracked['mask'], tracked['labels'], tracked['person_0/mask'], strict=True
+    ):
+        assert set(np.unique(read_mono8(mask))) == {0, 255}
+        np.testing.assert_array_equal(read_mono8(labels) * 255, read_mono8(mask))
+        assert mask == own
+    sizes = {(m.height, m.width) for m in tracked['person_0/likelihood']}
+    assert sizes == {(m.height, m.width) for m in tracked['person_0/shape_prior']}
+    assert all(list(m.name) == ['gait_phase', 'view_azimuth'] for m in tracked['person_0/gait'])
+
+
+def unusable() -> dict[str, Image]:
+    odd = frame(4)
+    odd.encoding = '32FC4'
+    narrow = frame(5)
+    narrow.step = 10
+    short = frame(6)
+    short.data = short.data[:100]
+    empty = Image(header=header(7), encoding='bgr8')
+    return {'encoding': odd, 'step': narrow, 'truncated': short, 'empty': empty}
+
+
+def test_frames_that_cannot_be_read_give_empty_outputs_and_no_more(graph: Graph) -> None:
+    graph.track(0, 4)
+    for message in unusable().values():
+        new = graph.feed(message)
+        assert not masks(new)[0].any()
+        assert not new['person_0/box'][0].polygon.polygon.points
+    assert 'frame InputError' in graph.warnings
+    assert masks(graph.feed(frame(8)))[0].any()
+
+
+def test_a_stamp_of_zero_is_refused(graph: Graph) -> None:
+    zero = frame(0)
+    zero.header = header(0, 0.0)
+    zero.header.stamp.nanosec = 0
+    graph.camera.publish(zero)
+    assert graph.camera.wait_for_all_acked()
+    graph.bench.until(lambda: 'zero stamp' in graph.warnings, 'the warning')
+    graph.feed(frame(1))
+
+
+def test_another_image_size_resets_and_the_stream_goes_on(graph: Graph) -> None:
+    graph.track(0, 3)
+    new = graph.feed(frame(3, (200, 140)), frame(4, (200, 140)))
+    assert [mask.shape for mask in masks(new)] == [(140, 200)] * 2
+    assert not any(mask.any() for mask in masks(new))
+    assert 'size' in graph.warnings
+    assert masks(graph.track(5, 2))[0].any()
+
+
+def test_a_stamp_that_goes_back_resets_and_the_stream_goes_on(graph: Graph) -> None:
+    graph.track(0, 3)
+    earlier = [frame(index, first_s=10.0) for index in range(3)]
+    assert not any(mask.any() for mask in masks(graph.feed(*earlier)))
+    assert 'time' in graph.warnings
+    graph.start()
+    new = graph.feed(*(frame(index, first_s=11.0) for index in range(2)))
+    assert all(mask.any() for mask in masks(new))
+    assert new['person_0/box'][0].polygon.id == 2
+
+
+def test_the_same_stamp_twice_gives_one_output_each(graph: Graph) -> None:
+    graph.feed(frame(0), frame(0), frame(1))
+
+
+@pytest.mark.parametrize(
+    ('region', 'warning'),
+    [
+        (RegionOfInterest(x_offset=500, y_offset=0, width=20, height=50), 'box'),
+        (RegionOfInterest(x_offset=5, y_offset=5), 'roi'),
+    ],
+)
+def test_first_boxes_that_make_no_sense_are_ignored(graph: Graph, region, warning) -> None:
+    graph.start(region)
+    new = graph.feed(frame(0))
+    assert not new['person_0/box'][0].polygon.polygon.points
+    assert warning in graph.warnings

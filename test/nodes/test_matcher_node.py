@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The open door: boxes and likelihoods of other nodes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PolygonInstanceStamped
+from rclpy.parameter import Parameter
+from sensor_msgs.msg import Image, RegionOfInterest
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.matching import MatchingConfig
+from gait_segmentation.nodes.matcher_node import MatcherNode
+from gait_segmentation.ros.image import image_message
+from gait_segmentation.ros.messages import box_message, read_body
+from gait_segmentation.ros.qos import LATCHED
+from test.nodes.bench import Bench, header
+
+OUTPUTS = ('person_0/matched_box', 'person_0/shape_prior', 'person_0/gait')
+BOX = Box(80, 40, 60, 160)
+
+
+class Door:
+    def __init__(self, bench: Bench, **parameters) -> None:
+        self.bench = bench
+        self.node = bench.add(MatcherNode, **parameters)
+        bench.record_outputs(*OUTPUTS)
+        self.boxes = bench.publisher(PolygonInstanceStamped, 'person_0/box', 1)
+        self.likelihoods = bench.publisher(Image, 'person_0/likelihood', 1)
+
+    def publish(self, index: int, scale: float, box: Box | None = BOX) -> None:
+        """Publish a likelihood of a source of 320 x 240 pixels."""
+        likelihood = np.zeros((round(240 * scale), round(320 * scale)), np.uint8)
+        if box is not None:
+            likelihood[box.scaled(scale).slices(*likelihood.shape[::-1])] = 255
+        corners = () if box is None else box.corners()
+        self.boxes.publish(box_message(corners, 4, header(index)))
+        self.likelihoods.publish(image_message(likelihood, header(index)))
+
+    def wait(self, count: int) -> None:
+        received = self.bench.received
+        self.bench.until(
+            lambda: all(len(received[topic]) >= count for topic in OUTPUTS), f'{count} outputs'
+        )
+
+    def heights(self) -> list[float]:
+        return [read_body(m).height for m in self.bench.received['person_0/matched_box']]
+
+
+def test_without_a_size_the_likelihood_has_that_of_the_source(bench: Bench) -> None:
+    door = Door(bench)
+    door.publish(0, 1.0)
+    door.wait(1)
+    assert door.heights()[0] == pytest.approx(160, rel=0.2)
+    assert bench.received['person_0/matched_box'][0].polygon.id == 4
+
+
+def test_the_size_can_be_given_as_parameters(bench: Bench) -> None:
+    door = Door(bench, source_width=320, source_height=240)
+    door.publish(0, 0.5)
+    door.wait(1)
+    assert door.heights()[0] == pytest.approx(160, rel=0.2)
+
+
+def test_likelihoods_wait_for_a_size_that_somebody_publishes(bench: Bench) -> None:
+    sizes = bench.probe.create_publisher(RegionOfInterest, 'image_size', LATCHED)
+    bench.until(lambda: bench.probe.count_publishers('image_size') == 1, 'image_size')
+    door = Door(bench)
+    bench.until(lambda: sizes.get_subscription_count() == 1, 'image_size')
+    door.publish(0, 0.5)
+    door.publish(1, 0.5)
+    bench.until(lambda: len(door.node._unsized) == 2, 'the likelihoods')
+    sizes.publish(RegionOfInterest(width=320, height=240))
+    door.wait(2)
+    assert door.heights()[1] == pytest.approx(160, rel=0.2)
+
+
+def test_with_a_lag_all_come_in_the_end(bench: Bench) -> None:
+    door = Door(bench, **{'matching.lag': 2})
+    for index in range(4):
+        door.publish(index, 1.0)
+    door.wait(2)
+    door.node.trigger_deactivate()
+    door.wait(4)
+    headers = [m.header for m in bench.received['person_0/gait']]
+    assert headers == [header(index) for index in range(4)]
+
+
+def test_likelihoods_that_cannot_be_used_give_empty_outputs(bench: Bench) -> None:
+    door = Door(bench, source_width=320, source_height=240)
+    door.publish(0, 0.5)
+    door.wait(1)
+    door.boxes.publish(box_message(BOX.corners()[:3], 4, header(1)))
+    door.likelihoods.publish(image_message(np.zeros((120, 160), np.uint8), header(1)))
+    door.boxes.publish(box_message(BOX.corners(), 4, header(2)))
+    door.likelihoods.publish(image_message(np.zeros((7, 160), np.uint8), header(2)))
+    door.publish(3, 0.5)
+    door.wait(4)
+    points = [len(m.polygon.polygon.points) for m in bench.received['person_0/matched_box']]
+    assert points == [4, 0, 0, 4]
+    assert [m.header for m in bench.received['person_0/gait']] == [header(i) for i in range(4)]
+
+
+def test_a_changed_parameter_begins_a_new_path(bench: Bench) -> None:
+    door = Door(bench)
+    door.publish(0, 1.0)
+    door.wait(1)
+    before = door.node._matcher
+    (result,) = door.node.set_parameters([Parameter('matching.view_cost', value=0.2)])
+    assert result.successful
+    bench.settle()
+    assert door.node._matcher is not before
+    assert door.node._matcher.config == door.node.parameters.get(MatchingConfig)
+    (result,) = door.node.set_parameters([Parameter('matching.minimum_cadence', value=200.0)])
+    assert not result.successful
+    assert 'below maximum_cadence' in result.reason
+    door.publish(1, 1.0)
+    door.wait(2)

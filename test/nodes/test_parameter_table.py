@@ -1,0 +1,40 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from gait_segmentation.config import parameters_of
+from gait_segmentation.nodes.parameter_table import NODES, markdown, parameter_file
+from gait_segmentation.ros.config import NodeConfig
+from gait_segmentation.ros.parameters import qualified
+
+ROOT = Path(__file__).parents[2]
+COMMAND = 'python -m gait_segmentation.nodes.parameter_table --update .'
+
+
+def test_the_file_is_up_to_date() -> None:
+    written = (ROOT / 'config/gait_segmentation.yaml').read_text(encoding='utf-8')
+    assert written == parameter_file(), f'run {COMMAND}'
+
+
+def test_the_file_holds_every_parameter_at_its_default() -> None:
+    values = yaml.safe_load(parameter_file())['/**']['ros__parameters']
+    for node in NODES.values():
+        for group, kind in (('', NodeConfig), *node.groups):
+            for about in parameters_of(kind):
+                place = values[group] if group else values
+                assert place[about.name] == about.default
+                assert type(place[about.name]) is about.type
+
+
+@pytest.mark.parametrize('name', NODES)
+def test_the_docs_hold_the_table(name) -> None:
+    table = markdown(name)
+    for group, kind in NODES[name].groups:
+        assert all(f'`{qualified(group, p.name)}`' in table for p in parameters_of(kind))
+    docs = (ROOT / 'docs/ros.md').read_text(encoding='utf-8')
+    assert table in docs, f'run {COMMAND}'

@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The nodes as processes: starting, Ctrl-C, errors."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from sensor_msgs.msg import Image
+
+from gait_segmentation.ros.messages import stamp_of
+from test.nodes.bench import Bench
+
+ROOT = Path(__file__).parents[2]
+TIMEOUT_S = 60
+
+
+def start(module: str, *arguments: str) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, '-m', f'gait_segmentation.nodes.{module}', *arguments],
+        env={**os.environ, 'PYTHONPATH': str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_node_ends_cleanly(bench: Bench, bank_file: Path, number) -> None:
+    process = start('tracker_node', '--ros-args', '-p', f'bank:={bank_file}')
+    try:
+        camera = bench.probe.create_publisher(Image, 'image', 10)
+        bench.until(lambda: camera.get_subscription_count() == 1, 'the node')
+        process.send_signal(number)
+        output, _ = process.communicate(timeout=TIMEOUT_S)
+    finally:
+        process.kill()
+    assert process.returncode == 0
+    assert 'Traceback' not in output
+
+
+def test_a_parameter_that_is_not_allowed_ends_a_node_with_the_reason() -> None:
+    process = start('segmenter_node', '--ros-args', '-p', 'segmentation.prior:=magic')
+    output, _ = process.communicate(timeout=TIMEOUT_S)
+    assert process.returncode == 1
+    assert 'prior must be one of none, distance, default' in output
+    assert 'Traceback' not in output
+
+
+def test_gait_source_plays_a_folder_with_real_stamps(bench: Bench, tmp_path: Path) -> None:
+    for index in range(6):
+        cv2.imwrite(str(tmp_path / f'{index:03d}.png'), np.full((40, 60, 3), 40 * index, np.uint8))
+    stamps = tmp_path / 'stamps.txt'
+    process = start(
+        'source_node', str(tmp_path), '--rate', '50', '--width', '30', '--start', '1',
+        '--count', '4', '--wait-for', '1', '--stamps', str(stamps),
+    )  # fmt: skip
+    images: list[Image] = []
+    bench.probe.create_subscription(Image, 'image', images.append, 20)
+    bench.until(lambda: len(images) == 4, 'the images')
+    output, _ = process.communicate(timeout=TIMEOUT_S)
+    assert process.returncode == 0, output
+    assert [(m.width, m.height, m.encoding) for m in images] == [(30, 20, 'bgr8')] * 4
+    assert [m.data[0] for m in images] == [40, 80, 120, 160]
+    written = [tuple(map(int, line.split())) for line in stamps.read_text().splitlines()]
+    assert written == [(1 + index, stamp_of(m.header)) for index, m in enumerate(images)]
+    assert written == sorted(set(written))
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'reason'),
+    [
+        (('no_such_film.mp4',), 'does not exist'),
+        ((str(ROOT / 'setup.py'),), 'cannot be read as a film'),
+        ((str(ROOT / 'test'),), 'holds no images'),
+    ],
+)
+def test_gait_source_says_what_is_wrong_with_its_input(arguments, reason) -> None:
+    process = start('source_node', *arguments)
+    output, _ = process.communicate(timeout=TIMEOUT_S)
+    assert process.returncode == 2
+    assert reason in output
+    assert 'Traceback' not in output

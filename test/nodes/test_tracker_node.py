@@ -1,0 +1,245 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PolygonInstanceStamped
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import CompressedImage, Image
+from std_srvs.srv import SetBool, Trigger
+
+from gait_segmentation.errors import ConfigError
+from gait_segmentation.nodes.tracker_node import TrackerNode
+from gait_segmentation.ros.image import image_message, read_bgr, read_mono8
+from gait_segmentation.ros.messages import box_message
+from gait_segmentation.tracking import TrackingConfig
+from test.nodes.bench import OUTPUTS, Bench, frame, header
+
+BOX = [30.0, 20.0, 24.0, 80.0]
+BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+def boxes(bench: Bench) -> list[int]:
+    return [len(m.polygon.polygon.points) for m in bench.received['person_0/box']]
+
+
+def test_the_initial_box_waits_for_its_stamp(bench: Bench) -> None:
+    stamp = header(2).stamp
+    bench.add(
+        TrackerNode,
+        initial_box=BOX,
+        initial_box_stamp=stamp.sec * 1_000_000_000 + stamp.nanosec,
+    )
+    bench.record_outputs('person_0/box')
+    camera = bench.publisher(Image, 'image', 1)
+    bench.feed(camera, [frame(index) for index in range(4)])
+    assert boxes(bench) == [0, 0, 4, 4]
+
+
+def test_feedback_of_one_stamp_is_learnt(bench: Bench, monkeypatch) -> None:
+    node = bench.add(TrackerNode, initial_box=BOX)
+    bench.record_outputs('person_0/box', 'person_0/likelihood')
+    camera = bench.publisher(Image, 'image', 1)
+    masks = bench.publisher(Image, 'person_0/mask', 1)
+    priors = bench.publisher(Image, 'person_0/shape_prior', 1)
+    matched = bench.publisher(PolygonInstanceStamped, 'person_0/matched_box', 1)
+    bench.feed(camera, [frame(0)])
+    learnt = []
+    monkeypatch.setattr(node._tracker, 'learn', learnt.append)
+    mask = np.zeros((120, 160), np.uint8)
+    mask[20:100, 30:54] = 255
+    likelihood = read_mono8(bench.received['person_0/likelihood'][0])
+    corners = ((30, 20), (54, 20), (54, 100), (30, 100))
+    matched.publish(box_message(corners, 1, header(0)))
+    masks.publish(image_message(mask, header(0)))
+    priors.publish(image_message(likelihood, header(1)))
+    priors.publish(image_message(likelihood, header(0)))
+    # A prior of another stamp makes no feedback; that it came first shows that it was heard.
+    bench.until(lambda: bool(learnt), 'feedback')
+    (feedback,) = learnt
+    assert feedback.stamp_ns == header(0).stamp.sec * 10**9 + header(0).stamp.nanosec
+    assert (feedback.track_id, feedback.body.height) == (1, 80)
+    np.testing.assert_array_equal(feedback.mask, mask)
+
+
+def test_feedback_that_does_not_fit_is_ignored(bench: Bench) -> None:
+    node = bench.add(TrackerNode, initial_box=BOX)
+    bench.record_outputs('person_0/box')
+    camera = bench.publisher(Image, 'image', 1)
+    masks = bench.publisher(Image, 'person_0/mask', 1)
+    priors = bench.publisher(Image, 'person_0/shape_prior', 1)
+    matched = bench.publisher(PolygonInstanceStamped, 'person_0/matched_box', 1)
+    bench.feed(camera, [frame(0)])
+    wrong = np.full((10, 10), 255, np.uint8)
+    matched.publish(box_message(((0, 0), (9, 0), (9, 9), (0, 9)), 1, header(0)))
+    masks.publish(image_message(wrong, header(0)))
+    priors.publish(image_message(wrong, header(0)))
+    bench.until(lambda: 'feedback' in node._warned, 'the warning')
+    bench.feed(camera, [frame(1)])
+    assert boxes(bench) == [4, 4]
+
+
+def test_parameters_change_live_or_are_refused_with_the_reason(bench: Bench) -> None:
+    node = bench.add(TrackerNode)
+    before = node._tracker.config
+    (result,) = node.set_parameters([Parameter('tracking.colour_rate', value=0.4)])
+    assert result.successful
+    bench.settle()
+    assert node._tracker.config.colour_rate == 0.4
+    assert node._tracker.config is node.parameters.get(TrackingConfig) is not before
+    for name, value in (
+        ('tracking.colour_rate', 1.5),
+        ('tracking.colour_rate', 'much'),
+        ('tracking.working_size', 320),
+        ('backlog', 0),
+    ):
+        (result,) = node.set_parameters([Parameter(name, value=value)])
+        assert not result.successful
+        assert result.reason
+    assert node.parameters.get(TrackingConfig).colour_rate == 0.4
+    (result,) = node.set_parameters([Parameter('backlog', value=3)])
+    assert result.successful
+    assert node._worker.backlog.limit == 3
+
+
+def test_an_integer_is_a_number_too(bench: Bench) -> None:
+    node = bench.add(TrackerNode, start=False, **{'tracking.colour_rate': 1})
+    assert node.parameters.get(TrackingConfig).colour_rate == 1.0
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'reason'),
+    [
+        ('initial_box', [1.0, 2.0], '4 finite numbers'),
+        ('initial_box', [0.0, 0.0, -5.0, 5.0], 'positive'),
+        ('tracking.colour_floor', 'none', 'tracking: colour_floor must be'),
+    ],
+)
+def test_first_values_that_are_not_allowed_are_refused(bench: Bench, name, value, reason) -> None:
+    with pytest.raises(ConfigError, match=reason):
+        bench.add(TrackerNode, start=False, **{name: value})
+
+
+def test_the_life_cycle_can_be_repeated_and_leaves_nothing(bench: Bench) -> None:
+    node = bench.add(TrackerNode, start=False, initial_box=BOX)
+    for _ in range(3):
+        assert node.state == 'unconfigured'
+        assert bench.probe.count_subscribers('image') == 0
+        node.trigger_configure()
+        assert (node.state, len(node._outputs)) == ('inactive', 4)
+        node.trigger_activate()
+        bench.record_outputs('person_0/box')
+        camera = bench.publisher(Image, 'image', 1)
+        bench.feed(camera, [frame(0)])
+        node.trigger_deactivate()
+        assert node.state == 'inactive'
+        node.trigger_cleanup()
+        assert (node._outputs, node._inputs, node._worker, node._tracker) == ([], [], None, None)
+        bench.until(lambda: bench.probe.count_subscribers('image') == 0, 'the subscription')
+    assert boxes(bench) == [4, 4, 4] or len(boxes(bench)) >= 3
+
+
+def test_a_configuration_that_fails_leaves_the_node_unconfigured(bench: Bench) -> None:
+    node = bench.add(TrackerNode, start=False, bank='/no/such/bank.npz')
+    assert not node.start()
+    assert (node.state, node._worker) == ('unconfigured', None)
+
+
+def test_autostart_can_be_switched_off(bench: Bench) -> None:
+    node = bench.add(TrackerNode, autostart=False)
+    assert node.state == 'unconfigured'
+
+
+def test_services_reset_and_disable(bench: Bench) -> None:
+    node = bench.add(TrackerNode, initial_box=BOX)
+    bench.record_outputs('person_0/box')
+    camera = bench.publisher(Image, 'image', 1)
+    reset = bench.probe.create_client(Trigger, 'gait_tracker/reset')
+    enable = bench.probe.create_client(SetBool, 'gait_tracker/enable')
+    bench.until(lambda: reset.service_is_ready() and enable.service_is_ready(), 'services')
+
+    def call(client, request):
+        future = client.call_async(request)
+        bench.until(future.done, 'the service')
+        assert future.result().success
+
+    bench.feed(camera, [frame(0), frame(1)])
+    call(reset, Trigger.Request())
+    bench.feed(camera, [frame(2)])
+    assert boxes(bench) == [4, 4, 0]
+    call(enable, SetBool.Request(data=False))
+    camera.publish(frame(3))
+    assert camera.wait_for_all_acked()
+    call(enable, SetBool.Request(data=True))
+    bench.feed(camera, [frame(4)])
+    bench.settle()
+    stamps = [m.header.stamp for m in bench.received['person_0/box']]
+    assert header(4).stamp in stamps
+    assert node.statistics.skipped == 0
+
+
+def test_a_best_effort_camera_that_comes_later_is_heard(bench: Bench) -> None:
+    node = bench.add(TrackerNode)
+    bench.record_outputs('person_0/box')
+    camera = bench.probe.create_publisher(Image, 'image', BEST_EFFORT)
+    bench.until(lambda: camera.get_subscription_count() == 1, 'the new subscription')
+    assert node._inputs[-1].best_effort
+    bench.feed(camera, [frame(0)])
+
+
+def test_a_best_effort_camera_that_is_there_already_is_heard(bench: Bench) -> None:
+    camera = bench.probe.create_publisher(Image, 'image', BEST_EFFORT)
+    node = bench.add(TrackerNode)
+    bench.record_outputs('person_0/box')
+    bench.until(lambda: camera.get_subscription_count() == 1, 'the subscription')
+    assert node._inputs[-1].best_effort
+    bench.feed(camera, [frame(0)])
+
+
+def test_compressed_images_are_tracked(bench: Bench) -> None:
+    bench.add(TrackerNode, image_transport='compressed', initial_box=BOX)
+    bench.record_outputs('person_0/box', 'person_0/likelihood')
+    camera = bench.publisher(CompressedImage, 'image/compressed', 1)
+    messages = []
+    for index in range(2):
+        raw = frame(index)
+        message = CompressedImage(header=raw.header, format='png')
+        message.data.frombytes(cv2.imencode('.png', read_bgr(raw))[1].tobytes())
+        messages.append(message)
+    broken = CompressedImage(header=header(2), format='jpeg')
+    bench.feed(camera, [*messages, broken])
+    assert boxes(bench) == [4, 4, 0]
+    assert [m.header for m in bench.received['person_0/box']] == [header(i) for i in range(3)]
+
+
+def test_the_debug_image_is_made_when_somebody_listens(bench: Bench) -> None:
+    bench.add(TrackerNode, initial_box=BOX)
+    bench.record_outputs('person_0/box')
+    camera = bench.publisher(Image, 'image', 1)
+    pictures = bench.record(Image, 'debug_image')
+    bench.until(lambda: bench.nodes[0]._debug.wanted, 'the listener')
+    bench.feed(camera, [frame(0)])
+    bench.until(lambda: len(pictures) == 1, 'the picture')
+    assert (pictures[0].encoding, pictures[0].header) == ('bgr8', header(0))
+    assert set(OUTPUTS) >= {'person_0/box'}
+
+
+def test_diagnostics_report_frames_and_track(bench: Bench) -> None:
+    bench.add(TrackerNode, initial_box=BOX)
+    bench.record_outputs('person_0/box')
+    camera = bench.publisher(Image, 'image', 1)
+    reports = bench.record(DiagnosticArray, '/diagnostics')
+    bench.feed(camera, [frame(0), frame(1)])
+    bench.settle()
+    reports.clear()
+    bench.until(lambda: bool(reports), 'a report')
+    (status,) = reports[-1].status
+    values = {each.key: each.value for each in status.values}
+    assert status.name == 'gait_tracker'
+    assert (values['state'], values['received'], values['processed']) == ('active', '2', '2')
+    assert (values['track id'], values['kernels ready']) == ('1', 'true')
+    assert values['subscribers of /person_0/box'] == '1'
