@@ -17,6 +17,7 @@ _MAX_COUNT = 30.0
 _MIN_RATE = 0.04
 _WARP_DECAY = 0.98
 _LEAST_COUNT = 0.5
+_SAMPLE_STEP = 3
 _HIDDEN_DECAY = 0.995
 _SIGMA_START, _SIGMA_LOW, _SIGMA_HIGH = 5.0, 2.5, 14.0
 
@@ -115,10 +116,8 @@ class BackgroundModel:
         :param person: (h, w) uint8, non-zero where a person may be.
         :param window: rows and columns to look at.
         """
-        step = (
-            slice(window[0].start, window[0].stop, 2),
-            slice(window[1].start, window[1].stop, 2),
-        )
+        rows, columns = (slice(part.start, part.stop, _SAMPLE_STEP) for part in window)
+        step = (rows, columns)
         state = self.state[step]
         use = (person[step] == 0) & (state[:, :, 3] >= 1)
         if np.count_nonzero(use) < 50:

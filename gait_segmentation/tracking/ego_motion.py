@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 __all__ = ['Motion', 'MotionEstimator']
 
-_CORNERS_AROUND = 120
+_CORNERS_AROUND = 100
 _CORNERS_ON_BODY = 50
 _LEAST_AROUND = 8
 _LEAST_ON_BODY = 6
