@@ -127,6 +127,21 @@ class MatchingConfig(StageConfig):
     build_cost: float = parameter(
         0.1, 'Cost, in similarity, of changing the build.', minimum=0.0, maximum=1.0
     )
+    build_trial: float = parameter(
+        0.5,
+        'Time for which all builds are searched before only the leading one is.',
+        unit='s',
+        minimum=0.05,
+        maximum=10.0,
+    )
+    build_rest: float = parameter(
+        2.0,
+        'Time for which only the leading build is searched between trials of all; 0 = all '
+        'builds in every frame.',
+        unit='s',
+        minimum=0.0,
+        maximum=1000.0,
+    )
     switch_margin: float = parameter(
         0.5,
         'How far, in similarity summed over the memory, another path must lead before it '

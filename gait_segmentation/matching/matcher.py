@@ -16,12 +16,12 @@ from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.gait_model.builder import quantize
 from gait_segmentation.geometry import Box, Placement
 from gait_segmentation.matching.box_motion import BoxMotion
+from gait_segmentation.matching.builds import BuildChoice, BuildKernels
 from gait_segmentation.matching.confidence import confidence, phase_evidence
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.path import Areas, Path, PathSearch
 from gait_segmentation.matching.placements import PlacementGrid, Sampled
 from gait_segmentation.matching.shape_prior import warp_template
-from gait_segmentation.matching.tanimoto import EventKernel
 from gait_segmentation.matching.transitions import turned
 from gait_segmentation.results import MatchResult
 
@@ -65,12 +65,18 @@ class SequenceMatcher:
         templates = templates.reshape(-1, *bank.grid)
         self._templates = templates
         self._placements = PlacementGrid(bank.grid, bank.fill, self.config)
-        self._kernel = EventKernel(templates, self._placements.windows)
+        self._builds = BuildChoice(bank, self.config)
+        self._kernel = BuildKernels(
+            templates.reshape(bank.templates.shape),
+            self._builds.of_sequence,
+            self._placements.windows,
+        )
+        self._common = self._kernel.new_rows(len(self._placements.scales))
         area = templates.sum(axis=(1, 2), dtype=np.int32)
         self._path = PathSearch(
             bank,
             area,
-            self._kernel.row,
+            self._kernel.row.reshape(-1),
             self._placements.shape,
             self.config.scale_cost * np.abs(np.log(self._placements.scales)),
             self._kernel.pitch,
@@ -90,6 +96,7 @@ class SequenceMatcher:
         self._origin_ns = 0
         self._path.reset()
         self._motion.reset()
+        self._builds.reset()
         self._waiting: deque[_Frame] = deque()
         self._phase: float | None = None
 
@@ -200,7 +207,10 @@ class SequenceMatcher:
         """Match a frame and take it into the path."""
         grid = self._placements
         sampled = grid.sample(likelihood, known, box.scaled(scale), self.config.blur, angle)
-        common = self._kernel.common_rows(sampled.images)
+        seconds = (self._stamp_ns - self._origin_ns) / 1e9
+        active = self._builds.choose(seconds, self._path.leading)
+        common = self._common
+        self._kernel.common_rows(sampled.images, active, common)
         scales, rows, lanes = common.shape
         window = np.zeros((scales, lanes), np.int32)
         areas = grid.windows.areas(sampled.images).reshape(scales, -1)
@@ -209,10 +219,15 @@ class SequenceMatcher:
         if sampled.known is not None:
             if self._visible is None:
                 self._visible = self._kernel.new_rows(scales)
-            visible = self._kernel.common_rows(sampled.known, self._visible)
-        seconds = (self._stamp_ns - self._origin_ns) / 1e9
+            visible = self._visible
+            self._kernel.common_rows(sampled.known, active, visible)
         jump = self._motion.update(box, seconds, grid.shift, grid.log_step)
-        self._path.step(Areas(common, window.reshape(-1), visible), seconds, jump)
+        self._path.step(
+            Areas(common, window.reshape(-1), visible),
+            seconds,
+            jump,
+            active[self._builds.of_sequence],
+        )
         leading = self._path.leading
         best = divmod(int(leading.argmax()), leading.shape[1])
         self._waiting.append(

@@ -90,6 +90,7 @@ class PathSearch:
         states = (bank.sequences, bank.phases, shape[0] * lanes)
         size = 2 * math.prod(states)
         slots = max(config.lag + 2, min(64, _MOST_BYTES // size))
+        self._was_active = np.ones(bank.sequences, np.bool_)
         self._ring = np.empty((slots, *states), np.int16)
         self._nothing = np.empty((0, *states[1:]), np.int16)
         self._scratch = np.empty(states, np.int16)
@@ -117,7 +118,13 @@ class PathSearch:
         """Return the scores of a frame, (V, P, N) int16; 0 = the newest, 1 the one before."""
         return np.asarray(self._ring[self._slots[-1 - back]])
 
-    def step(self, areas: Areas, seconds: float, jump: tuple[int, int, int]) -> None:
+    def step(
+        self,
+        areas: Areas,
+        seconds: float,
+        jump: tuple[int, int, int],
+        active: NDArray[np.bool_] | None = None,
+    ) -> None:
         """
         Take in a frame.
 
@@ -125,8 +132,11 @@ class PathSearch:
         :param seconds: its time, later than the last frame's.
         :param jump: by how many body heights, vertical and horizontal shifts the box moved
             against the body since the last frame.
+        :param active: (V,) bool, sequences that are searched; all if None.
         """
         config = self._config
+        if active is None:
+            active = np.ones(len(self.leading), np.bool_)
         started = bool(self._slots)
         passed = seconds - self._seconds[-1] if started else 0.0
         while self._slots and (
@@ -154,6 +164,8 @@ class PathSearch:
             cost,
             self._near,
             self._near_cost,
+            active,
+            self._was_active,
             np.int16(self._move_cost),
             self._shape,
             areas.common,
@@ -166,6 +178,7 @@ class PathSearch:
             self._ring[slot],
             self.leading,
         )
+        self._was_active = active
         self._slots.append(slot)
         self._seconds.append(seconds)
         self._costs.append(cost)

@@ -26,6 +26,8 @@ def advance(  # type: ignore[no-untyped-def]
     phase_cost,
     near,
     near_cost,
+    active,
+    was_active,
     move_cost,
     shape,
     common,
@@ -50,6 +52,8 @@ def advance(  # type: ignore[no-untyped-def]
     :param fading: factor on old scores, in 1/32768.
     :param phase_cost: (D,) int16, cost of advancing by 0, 1, ... phases.
     :param near: (V, M) int32 and ``near_cost`` (V, M) int16, see :func:`view_changes`.
+    :param active: (V,) bool, sequences that are searched; the others go to the floor.
+    :param was_active: (V,) bool, the same in the frame before.
     :param move_cost: int16, cost of moving the placement by one step.
     :param shape: (S, rows, columns) of the placements.
     :param common: (S, R, L) int32, C.
@@ -75,10 +79,17 @@ def advance(  # type: ignore[no-untyped-def]
     for phase in range(phases):
         if started:
             for view in range(views):
-                _earlier_phases(before[view], phase, phase_cost, reached[view])
+                if was_active[view]:
+                    _earlier_phases(before[view], phase, phase_cost, reached[view])
+                else:
+                    reached[view] = FLOOR
         for view in range(views):
             template = view * phases + phase
             result = after[view, phase]
+            if not active[view]:
+                result[:] = FLOOR
+                leading[view, phase] = FLOOR
+                continue
             if started:
                 own = row0[lanes : lanes + size]
                 own[:] = reached[view]
