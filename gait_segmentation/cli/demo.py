@@ -90,7 +90,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     options = parser().parse_args(arguments)
     # Stopping the demonstration must stop its processes.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    terminate = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         report = run(options)
     except GaitSegmentationError as error:
@@ -99,6 +99,8 @@ def main(arguments: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         print('gait_demo: interrupted', file=sys.stderr)
         return 130
+    finally:
+        signal.signal(signal.SIGTERM, terminate)
     latency = report['latency_ms']
     print(
         f'{report["frames_out"]} of {report["frames_in"]} frames at {report["fps"]:.1f} fps, '
@@ -161,9 +163,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
 def _film_and_box(options: argparse.Namespace) -> tuple[Film, Box]:
     """Return the film and the person's box in the pixels that are played."""
     if options.clip is None:
-        path, start, box = demo_clip(), CLIP_START, CLIP_BOX
         if options.box is not None or options.start is not None:
             raise ConfigError('--box and --start belong to a film of your own: give --clip too')
+        path, start, box = demo_clip(), CLIP_START, CLIP_BOX
     else:
         if options.box is None:
             raise ConfigError('--clip needs --box X Y W H, the person in the first frame played')

@@ -1,0 +1,160 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""gait_demo from end to end on a short synthetic film, and what can go wrong."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from test.walkers import clip
+
+pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
+
+from gait_segmentation.cli.demo import main
+
+ROOT = Path(__file__).parents[2]
+TIMEOUT_S = 90.0
+FRAMES = 16
+
+
+@pytest.fixture(scope='module')
+def film(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[str]]:
+    """Return a folder of images and the options that name the person in the first."""
+    folder = tmp_path_factory.mktemp('film')
+    frames = clip(frames=FRAMES)
+    for index, frame in enumerate(frames):
+        cv2.imwrite(str(folder / f'{index:04d}.png'), frame.image)
+    box = frames[0].boxes[0]
+    assert box is not None
+    return folder, ['--box', *(str(v) for v in (box.x, box.y, box.width, box.height))]
+
+
+class Demo:
+    """gait_demo as a process."""
+
+    def __init__(self, film: tuple[Path, list[str]], out: Path) -> None:
+        command = [sys.executable, '-m', 'gait_segmentation.cli.demo', '--clip', str(film[0])]
+        command += [*film[1], '--rate', '10', '--out', str(out)]
+        environment = {**os.environ, 'PYTHONPATH': str(ROOT)}
+        environment.pop('ROS_DOMAIN_ID', None)
+        self.process = subprocess.Popen(
+            command,
+            env=environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            cwd=out.parent,
+        )
+
+    def finish(self) -> str:
+        output, _ = self.process.communicate(timeout=TIMEOUT_S)
+        return output
+
+    def children(self, count: int = 3) -> dict[int, str]:
+        """Return the processes that were started, with their command lines, once they are."""
+        deadline = time.monotonic() + TIMEOUT_S
+        while len(found := self._children()) < count:
+            assert time.monotonic() < deadline
+            assert self.process.poll() is None, self.finish()
+            time.sleep(0.02)
+        return found
+
+    def _children(self) -> dict[int, str]:
+        found = {}
+        for entry in Path('/proc').glob('[0-9]*'):
+            try:
+                parent = int((entry / 'stat').read_text().rsplit(')', 1)[1].split()[1])
+                words = (entry / 'cmdline').read_text().replace('\0', ' ')
+            except (FileNotFoundError, ProcessLookupError):
+                continue
+            if parent == self.process.pid and 'gait_segmentation.nodes' in words:
+                found[int(entry.name)] = words
+        return found
+
+
+@pytest.fixture
+def demo(film, tmp_path: Path) -> Iterator[Demo]:
+    made = Demo(film, tmp_path / 'out')
+    yield made
+    made.process.kill()
+    made.process.wait()
+
+
+def test_everything_is_written(demo: Demo, film, tmp_path: Path) -> None:
+    output = demo.finish()
+    assert demo.process.returncode == 0, output
+    out = tmp_path / 'out'
+    report = json.loads((out / 'report.json').read_text())
+    assert (report['frames_in'], report['frames_out'], report['dropped']) == (FRAMES, FRAMES, 0)
+    assert set(report['messages'].values()) == {FRAMES}
+    assert report['tracked_frames'] == FRAMES
+    assert 0 < report['latency_ms']['p50'] <= report['latency_ms']['p95']
+    assert report['fps'] > 0
+    assert report['versions']['numpy'] == np.__version__
+    names = sorted(path.name for path in (out / 'masks').iterdir())
+    assert names == [f'{index:04d}.png' for index in range(FRAMES)]
+    first = cv2.imread(str(film[0] / '0000.png'))
+    mask = cv2.imread(str(out / 'masks/0000.png'), cv2.IMREAD_UNCHANGED)
+    assert mask.shape == first.shape[:2]
+    assert set(np.unique(mask)) == {0, 255}
+    for name in ('contact_sheet.png', 'phase.png'):
+        assert cv2.imread(str(out / name)).std() > 5
+    capture = cv2.VideoCapture(str(out / 'overlay.mp4'))
+    assert capture.get(cv2.CAP_PROP_FRAME_COUNT) == FRAMES
+    capture.release()
+
+
+def test_ctrl_c_leaves_nothing_behind(demo: Demo) -> None:
+    children = demo.children()
+    demo.process.send_signal(signal.SIGINT)
+    output = demo.finish()
+    assert demo.process.returncode == 130
+    assert 'interrupted' in output
+    assert 'Traceback' not in output
+    assert not [pid for pid in children if Path(f'/proc/{pid}').exists()]
+
+
+def test_a_node_that_dies_is_named_and_the_others_are_stopped(demo: Demo) -> None:
+    children = demo.children()
+    (segmenter,) = (pid for pid, words in children.items() if 'segmenter_node' in words)
+    os.kill(segmenter, signal.SIGKILL)
+    output = demo.finish()
+    assert demo.process.returncode == 2
+    assert 'gait_segmenter was killed by signal 9' in output
+    assert 'Traceback' not in output
+    assert not [pid for pid in children if Path(f'/proc/{pid}').exists()]
+
+
+@pytest.mark.parametrize(
+    ('options', 'reason'),
+    [
+        (['--clip', 'no_such.mp4', '--box', '1', '1', '9', '9'], 'does not exist'),
+        (['--clip', 'film'], 'needs --box'),
+        (['--box', '1', '1', '9', '9'], 'give --clip'),
+        (['--clip', 'film', '--box', '9999', '1', '9', '9'], 'outside of the film'),
+        (['--clip', 'film', '--box', '1', '1', '0', '9'], 'must be positive'),
+        (['--clip', 'film', '--box', '1', '1', '9', '9', '--width', '3'], 'at least 64'),
+    ],
+)
+def test_options_that_make_no_sense_are_errors(
+    options, reason, film, tmp_path, monkeypatch, capsys
+) -> None:
+    monkeypatch.setattr('gait_segmentation.cli.demo.demo_clip', lambda: film[0])
+    monkeypatch.chdir(tmp_path)
+    options = [str(film[0]) if word == 'film' else word for word in options]
+    handler = signal.getsignal(signal.SIGTERM)
+    assert main(options) == 2
+    assert signal.getsignal(signal.SIGTERM) == handler
+    assert reason in capsys.readouterr().err
+    assert not (tmp_path / 'out').exists()

@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from gait_segmentation.cli import processes
+from gait_segmentation.cli.processes import ProcessError, ProcessGroup
+
+TIMEOUT_S = 20.0
+
+SLEEP = 'import time\nprint("ready", flush=True)\ntime.sleep(600)\n'
+STUBBORN = 'import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n' + SLEEP
+PARENT = """\
+import os, pathlib, signal, sys
+from gait_segmentation.cli.processes import ProcessGroup
+group = ProcessGroup(os.environ, pathlib.Path(sys.argv[1]))
+group.start('child', 'sleeper')
+print(group._children['child'].process.pid, flush=True)
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+@pytest.fixture
+def group(tmp_path: Path) -> ProcessGroup:
+    for name, code in (
+        ('sleeper', SLEEP),
+        ('stubborn', STUBBORN),
+        ('failing', 'raise OSError(7)'),
+    ):
+        (tmp_path / f'{name}.py').write_text(code)
+    return ProcessGroup({**os.environ, 'PYTHONPATH': str(tmp_path)}, tmp_path / 'logs')
+
+
+def wait_for(ready, what: str) -> None:
+    deadline = time.monotonic() + TIMEOUT_S
+    while not ready():
+        assert time.monotonic() < deadline, f'waited in vain for {what}'
+        time.sleep(0.01)
+
+
+def wait_for_output(group: ProcessGroup, name: str) -> None:
+    wait_for(lambda: 'ready' in group.last_lines(name), f'output of {name}')
+
+
+def alive(pid: int) -> bool:
+    try:
+        return Path(f'/proc/{pid}/stat').read_text().rsplit(')', 1)[1].split()[0] != 'Z'
+    except FileNotFoundError:
+        return False
+
+
+def test_the_end_of_the_context_stops_all(group: ProcessGroup, monkeypatch) -> None:
+    monkeypatch.setattr(processes, '_GRACE_S', 0.5)
+    with group:
+        for name in ('sleeper', 'stubborn'):
+            group.start(name, name)
+        for name in ('sleeper', 'stubborn'):
+            wait_for_output(group, name)
+        group.check_running('sleeper', 'stubborn')
+    codes = {name: child.process.returncode for name, child in group._children.items()}
+    assert codes['stubborn'] == -signal.SIGKILL
+    assert codes['sleeper'] not in (None, -signal.SIGKILL)
+
+
+def test_a_process_that_fails_is_named_with_its_last_lines(group: ProcessGroup) -> None:
+    with group:
+        group.start('failing', 'failing')
+        wait_for(lambda: group.ended('failing'), 'the end')
+        with pytest.raises(ProcessError, match=r'failing ended with code 1[^$]*OSError: 7'):
+            group.check()
+
+
+def test_a_process_that_is_killed_is_named_with_the_signal(group: ProcessGroup) -> None:
+    with group:
+        group.start('sleeper', 'sleeper')
+        wait_for_output(group, 'sleeper')
+        group._children['sleeper'].process.kill()
+        wait_for(lambda: group.ended('sleeper'), 'the end')
+        with pytest.raises(ProcessError, match='sleeper was killed by signal 9'):
+            group.check()
+
+
+@pytest.mark.skipif(sys.platform != 'linux', reason='the kernel does this on Linux only')
+def test_processes_do_not_outlive_a_parent_that_is_killed(group, tmp_path: Path) -> None:
+    root = str(Path(__file__).parents[2])
+    done = subprocess.run(
+        [sys.executable, '-c', PARENT, str(tmp_path / 'logs')],
+        env={**os.environ, 'PYTHONPATH': f'{tmp_path}{os.pathsep}{root}'},
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+    )
+    child = int(done.stdout)
+    wait_for(lambda: not alive(child), 'the end of the child')
