@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 
-launch = pytest.importorskip('launch', reason='needs the package launch')
-pytest.importorskip('launch_ros', reason='needs the package launch_ros')
+pytest.importorskip('launch_ros', reason='needs the packages launch and launch_ros')
 
-from launch.launch_description_sources import get_launch_description_from_python_launch_file
-from launch_ros.actions import Node
+import launch  # noqa: E402
+from launch.launch_description_sources import (  # noqa: E402
+    get_launch_description_from_python_launch_file,
+)
+from launch_ros.actions import Node  # noqa: E402
 
 FILE = Path(__file__).parents[2] / 'launch/gait_segmentation.launch.py'
 SPLIT = ['gait_tracker', 'gait_matcher', 'gait_segmenter']
@@ -31,7 +33,7 @@ def started(**arguments: str) -> list[str]:
     assert set(arguments) <= set(context.launch_configurations)
     context.launch_configurations.update(arguments)
     return [
-        ''.join(part.perform(context) for part in action.node_executable)
+        action.node_executable
         for action in description.entities
         if isinstance(action, Node) and action.condition.evaluate(context)
     ]
