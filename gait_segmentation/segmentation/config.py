@@ -78,7 +78,7 @@ class SegmentationConfig(StageConfig):
         'one.',
     )
     paper_weight: float = parameter(
-        0.7,
+        1.0,
         'Weight of the paper prior on the n-links: raising it pulls the outline to the template.',
         minimum=0.0,
         maximum=100.0,
