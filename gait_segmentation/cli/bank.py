@@ -16,6 +16,7 @@ import cv2
 import numpy as np
 from tqdm import tqdm
 
+from gait_segmentation.cli import vocabulary
 from gait_segmentation.config import parameters_of
 from gait_segmentation.errors import BankError, GaitSegmentationError
 from gait_segmentation.gait_model import BUILDS, BankSpec, TemplateBank, build_bank, default_bank
@@ -124,6 +125,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     info.add_argument('bank', nargs='?', help='a bank file; the standard bank if left out')
     info.add_argument('--json', action='store_true', help='print JSON')
+    vocabulary.add_parser(commands)
     return parser
 
 
@@ -228,7 +230,9 @@ def main(argv: list[str] | None = None) -> int:
     :returns: 0, 2 after an error, 130 if interrupted.
     """
     options = _parser().parse_args(argv)
-    run = {'build': _build, 'show': _show, 'info': _info}[options.command]
+    run = {'build': _build, 'show': _show, 'info': _info, 'vocabulary': vocabulary.run}[
+        options.command
+    ]
     try:
         run(options)
     except GaitSegmentationError as error:

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.cli import vocabulary as command
+from gait_segmentation.cli import bank, vocabulary as command
 from gait_segmentation.errors import BankError, ConfigError
 from gait_segmentation.gait_model import render_silhouette
 from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
@@ -89,3 +89,9 @@ def test_bad_input_is_refused_before_learning(tmp_path: Path) -> None:
         run(str(tmp_path / 'words.json'), '--words', '0')
     with pytest.raises(BankError, match='is not a folder of silhouettes'):
         run(str(tmp_path / 'words.json'), '--from', str(tmp_path / 'missing'))
+
+
+def test_it_is_a_command_of_gait_bank(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    missing = tmp_path / 'missing' / 'words.json'
+    assert bank.main(['vocabulary', str(missing)]) == 2
+    assert f'gait_bank: error: cannot write {missing}' in capsys.readouterr().err
