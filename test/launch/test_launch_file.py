@@ -10,11 +10,12 @@ import pytest
 
 pytest.importorskip('launch_ros', reason='needs the packages launch and launch_ros')
 
-import launch  # noqa: E402
-from launch.launch_description_sources import (  # noqa: E402
+from launch.launch_description_sources import (
     get_launch_description_from_python_launch_file,
 )
-from launch_ros.actions import Node  # noqa: E402
+from launch_ros.actions import Node
+
+import launch
 
 FILE = Path(__file__).parents[2] / 'launch/gait_segmentation.launch.py'
 SPLIT = ['gait_tracker', 'gait_matcher', 'gait_segmenter']
