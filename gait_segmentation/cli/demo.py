@@ -23,11 +23,12 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.ros.files import use_shared_memory
 
 if TYPE_CHECKING:
+    from gait_segmentation.cli.demo_output import Shown
     from gait_segmentation.cli.recorder import Recorder
 
 __all__ = ['main', 'parser']
 
-_NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')
+NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')
 _START_TIMEOUT_S = 120.0
 _FLOW_OUT_S = 5.0
 _POLL_S = 0.05
@@ -118,7 +119,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     :raises GaitSegmentationError: if the film cannot be used or a process fails.
     """
     film, box = _film_and_box(options)
-    _prepare_environment(os.environ)
+    prepare_environment(os.environ)
     # Here, so that it finds the environment prepared and --help needs no ROS.
     import rclpy
     from rclpy.signals import SignalHandlerOptions
@@ -139,16 +140,16 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
         with ProcessGroup(os.environ, logs) as processes:
-            _start_nodes(processes, box)
+            start_nodes(processes, box)
             recorder = Recorder()
             try:
-                _play(processes, recorder, film, options, stamps)
+                play(processes, recorder, film, options.rate, stamps)
             finally:
                 recorder.close()
     finally:
         rclpy.try_shutdown()
-    published = _read_stamps(stamps)
-    frames = _frames_shown(published, recorder)
+    published = read_stamps(stamps)
+    frames = frames_shown(published, recorder)
     images = dict(zip(published, film.frames(), strict=False))
     write_masks(options.out / 'masks', frames)
     write_film(options.out / 'overlay.mp4', frames, images, options.rate or film.fps)
@@ -182,7 +183,7 @@ def _film_and_box(options: argparse.Namespace) -> tuple[Film, Box]:
     return film, scaled
 
 
-def _prepare_environment(environment: MutableMapping[str, str]) -> None:
+def prepare_environment(environment: MutableMapping[str, str]) -> None:
     """Keep the demonstration to this computer and apart from other ROS systems on it."""
     environment.setdefault('ROS_DOMAIN_ID', str(20 + os.getpid() % 80))
     environment.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
@@ -190,7 +191,8 @@ def _prepare_environment(environment: MutableMapping[str, str]) -> None:
     use_shared_memory(environment)
 
 
-def _start_nodes(processes: ProcessGroup, box: Box) -> None:
+def start_nodes(processes: ProcessGroup, box: Box) -> None:
+    """Start tracker, matcher and segmenter with the person's first box."""
     numbers = ', '.join(f'{value:.2f}' for value in (box.x, box.y, box.width, box.height))
     package = 'gait_segmentation.nodes'
     start = ('-p', f'initial_box:=[{numbers}]')
@@ -199,51 +201,60 @@ def _start_nodes(processes: ProcessGroup, box: Box) -> None:
     processes.start('gait_segmenter', f'{package}.segmenter_node', '--ros-args', *_PATIENT, *_KEEP)
 
 
-def _play(
+def play(
     processes: ProcessGroup,
     recorder: Recorder,
     film: Film,
-    options: argparse.Namespace,
+    rate: float,
     stamps: Path,
+    nodes: tuple[str, ...] = NODES,
 ) -> None:
-    """Play the film and wait until everything has come."""
+    """
+    Play the film and wait until everything has come.
+
+    :param rate: frames per second, 0 = the film's.
+    :param stamps: file for the frames' numbers and stamps.
+    :param nodes: the nodes that are started.
+    :raises ProcessError: if a process fails or the nodes do not connect.
+    """
     stamps.unlink(missing_ok=True)
     print('gait_demo: starting the nodes', file=sys.stderr)
     deadline = time.monotonic() + _START_TIMEOUT_S
-    while not recorder.connected(*_NODES):
-        processes.check_running(*_NODES)
+    while not recorder.connected(*nodes):
+        processes.check_running(*nodes)
         if time.monotonic() > deadline:
             raise ProcessError(f'the nodes did not connect within {_START_TIMEOUT_S:g} s')
         time.sleep(_POLL_S)
-    source = [str(film.path), '--width', str(options.width), '--start', str(film.start)]
-    source += ['--wait-for', '2', '--preload', '--stamps', str(stamps)]
-    source += ['--rate', str(options.rate)] if options.rate else []
-    source += ['--count', str(options.count)] if options.count else []
+    source = [str(film.path), '--width', str(film.size[0]), '--start', str(film.start)]
+    source += ['--wait-for', str(min(len(nodes), 2)), '--preload', '--stamps', str(stamps)]
+    source += ['--rate', str(rate)] if rate else []
+    source += ['--count', str(film.count)] if film.count else []
     processes.start('gait_source', 'gait_segmentation.nodes.source_node', *source)
     # disable=None: no bar where stderr is not a terminal.
     with tqdm(unit='frame', disable=None, desc='gait_demo') as bar:
         quiet_since = time.monotonic()
         while True:
-            processes.check_running(*_NODES)
+            processes.check_running(*nodes)
             seen = recorder.complete()
             if seen > bar.n or not processes.ended('gait_source'):
                 quiet_since = time.monotonic()
             bar.update(seen - bar.n)
             bar.n = seen
             if processes.ended('gait_source'):
-                done = seen >= len(_read_stamps(stamps))
+                done = seen >= len(read_stamps(stamps))
                 if done or time.monotonic() - quiet_since > _FLOW_OUT_S:
                     return
             time.sleep(_POLL_S)
 
 
-def _read_stamps(path: Path) -> dict[int, int]:
+def read_stamps(path: Path) -> dict[int, int]:
     """Return the stamps in nanoseconds by frame number."""
     pairs = (line.split() for line in path.read_text(encoding='ascii').splitlines())
     return {int(number): int(stamp_ns) for number, stamp_ns in pairs}
 
 
-def _frames_shown(published: dict[int, int], recorder: Recorder) -> list[Any]:
+def frames_shown(published: dict[int, int], recorder: Recorder) -> list[Shown]:
+    """Return the frames of which a mask has come."""
     from gait_segmentation.cli.demo_output import Shown
 
     first = min(published.values(), default=0)

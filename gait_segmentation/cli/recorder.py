@@ -108,9 +108,10 @@ class Recorder:
 
     def connected(self, *nodes: str) -> bool:
         """Return whether these nodes are active and connected with each other and with this."""
+        alone = len(nodes) == 1
         with self._lock:
             return set(nodes) <= self._active and all(
-                self._subscribers.get(f'/{topic}', 0) >= count
+                self._subscribers.get(f'/{topic}', 0) >= (topic in _TOPICS if alone else count)
                 for topic, count in _CONNECTED.items()
             )
 
