@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from gait_segmentation.evaluation.sequence import Sequence
-from gait_segmentation.gait_model import BankSpec, build_bank
+from gait_segmentation.gait_model import default_bank
 from gait_segmentation.gait_model.render import render_silhouette
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
@@ -261,7 +261,7 @@ def main() -> int:
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--lag', type=int, default=0, help='frames of lag')
     arguments = parser.parse_args()
-    matcher = SequenceMatcher(build_bank(BankSpec()), MatchingConfig(lag=arguments.lag))
+    matcher = SequenceMatcher(default_bank(), MatchingConfig(lag=arguments.lag))
     found = measure(matcher, arguments.seed)
     bins = reliability(found['trust'])
     report = {**summary(found['walks']), 'reliability': bins, 'walks': found['walks']}

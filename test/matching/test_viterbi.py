@@ -38,8 +38,9 @@ def run(before, best, data, costs, near, near_cost, row):
     leading = np.zeros((2, 3), np.int16)
     fading, free = np.int32(32768 * 0.9), np.zeros(2 * LANES, np.int16)
     every = np.ones(2, np.bool_)
-    advance(before, np.int32(best), fading, costs, near, near_cost, every, every, np.int16(20), SHAPE,
-            data[0], row, data[1], data[2], data[3], 0.1, free, after, leading)  # fmt: skip
+    layout = np.int16(20), SHAPE, data[0], row, data[1], data[2], data[3]
+    reach = fading, costs, near, near_cost, every, every
+    advance(before, np.int32(best), *reach, *layout, 0.1, free, after, leading)
     return after, leading
 
 
