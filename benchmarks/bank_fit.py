@@ -231,27 +231,28 @@ def main(argv: list[str] | None = None) -> int:
         bank = build_bank(BankSpec(builds=options.builds))
     else:
         bank = default_bank()
+    if not options.json:
+        count = bank.sequences * bank.phases
+        print(f'{count} templates of {bank.grid[0]} x {bank.grid[1]}; mean of the best fits')
+        print(f'{"set":20} frames    soft    hard   image   worst   bar  builds', flush=True)
     results = {}
     for name in options.sets or SETS:
         folder, bar = SETS[name]
-        result = fit_set(data_folder() / folder, bank, options.every)
-        if result is None:
+        row = fit_set(data_folder() / folder, bank, options.every)
+        if row is None:
             print(f'{name}: skipped, no masks in {data_folder() / folder}', file=sys.stderr)
-        else:
-            results[name] = {**result, 'bar': bar}
+            continue
+        results[name] = {**row, 'bar': bar}
+        if not options.json:
+            wanted = '' if bar is None else f'{bar:.2f}'
+            builds = ', '.join(f'{build} {n}' for build, n in sorted(row['builds'].items()))
+            print(
+                f'{name:20} {row["frames"]:6} {row["soft"]:7.4f} {row["hard"]:7.4f} '
+                f'{row["image"]:7.4f} {row["worst"]:7.3f} {wanted:>5}  {builds}',
+                flush=True,
+            )
     if options.json:
         print(json.dumps(results, indent=2))
-        return 0
-    count = bank.sequences * bank.phases
-    print(f'{count} templates of {bank.grid[0]} x {bank.grid[1]}; mean similarity of best fits')
-    print(f'{"set":20} frames    soft    hard   image   worst   bar  builds')
-    for name, row in results.items():
-        bar = '' if row['bar'] is None else f'{row["bar"]:.2f}'
-        builds = ', '.join(f'{build} {n}' for build, n in sorted(row['builds'].items()))
-        print(
-            f'{name:20} {row["frames"]:6} {row["soft"]:7.4f} {row["hard"]:7.4f} '
-            f'{row["image"]:7.4f} {row["worst"]:7.3f} {bar:>5}  {builds}'
-        )
     return 0
 
 
