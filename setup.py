@@ -17,6 +17,8 @@ ROS = [
     'ros-jazzy-common-interfaces',
     'ros-jazzy-rmw-fastrtps-cpp',
 ]
+# Only `gait_bank vocabulary` needs it; the learnt words are shipped.
+LEARN = ['scikit-learn']
 TEST = [
     'colcon-common-extensions',
     'hypothesis',
@@ -37,7 +39,7 @@ setup(
     license='GPL-3.0-or-later',
     python_requires='>=3.10',
     packages=find_packages(include=[NAME, f'{NAME}.*']),
-    package_data={NAME: ['py.typed']},
+    package_data={NAME: ['py.typed'], f'{NAME}.segmentation': ['*.json']},
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),
@@ -55,7 +57,7 @@ setup(
         'setuptools',
         'tqdm',
     ],
-    extras_require={'ros': ROS, 'test': TEST},
+    extras_require={'ros': ROS, 'learn': LEARN, 'test': [*TEST, *LEARN]},
     zip_safe=False,
     entry_points={
         'console_scripts': [
