@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import GaitSegmentationError
@@ -145,23 +146,21 @@ class Vocabulary:
         return np.asarray(self._log_densities(features).argmax(axis=1))
 
     def _prepared(self) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-        """Return whitening (4, 4 K), its offset (4 K,) and the constant log factor (K,)."""
+        """Return whitening (K, 4, 4), lower triangular, its offset (K, 4), log factors (K,)."""
         whitening = np.linalg.inv(np.linalg.cholesky(self.covariances))
         offset = np.einsum('kij,kj->ki', whitening, self.means)
         diagonal = np.einsum('kii->ki', whitening)
         constant = np.log(self.weights) + np.log(diagonal).sum(axis=1)
         return (
-            np.ascontiguousarray(whitening.reshape(-1, 4).T, np.float32),
-            offset.reshape(-1).astype(np.float32),
+            whitening.astype(np.float32),
+            offset.astype(np.float32),
             constant.astype(np.float32),
         )
 
     def _log_densities(self, features: NDArray[np.float32]) -> NDArray[np.float32]:
-        whitening, offset, constant = self._density  # type: ignore[attr-defined]
-        white = features @ whitening
-        white -= offset
-        white = white.reshape(len(features), self.words, 4)
-        return np.asarray(constant - np.float32(0.5) * np.einsum('nki,nki->nk', white, white))
+        logs = np.empty((len(features), self.words), np.float32)
+        _fill_log_densities(features, *self._density, logs)  # type: ignore[attr-defined]
+        return logs
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Vocabulary:
@@ -250,6 +249,27 @@ def default_vocabulary() -> Vocabulary:
     :raises VocabularyError: if the installation is damaged.
     """
     return Vocabulary.load(_DEFAULT_FILE)
+
+
+@njit(cache=True, nogil=True)
+def _fill_log_densities(
+    features: NDArray[np.float32],
+    whitening: NDArray[np.float32],
+    offset: NDArray[np.float32],
+    constant: NDArray[np.float32],
+    logs: NDArray[np.float32],
+) -> None:
+    # Not a matrix product: BLAS would wake its threads for a fraction of a millisecond.
+    for point in range(features.shape[0]):
+        z = features[point]
+        for word in range(whitening.shape[0]):
+            square = np.float32(0)
+            for row in range(4):
+                white = -offset[word, row]
+                for column in range(row + 1):
+                    white += whitening[word, row, column] * z[column]
+                square += white * white
+            logs[point, word] = constant[word] - np.float32(0.5) * square
 
 
 def _need(entries: Any, keys: tuple[str, ...], what: str) -> None:
