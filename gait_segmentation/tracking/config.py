@@ -97,7 +97,7 @@ class TrackingConfig(StageConfig):
         maximum=0.9,
     )
     shadow_floor: float = parameter(
-        0.3,
+        0.5,
         'Darkest shadow, as a share of the lightness of the background.',
         minimum=0.05,
         maximum=0.95,
