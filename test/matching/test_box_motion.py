@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching.box_motion import BoxMotion
 

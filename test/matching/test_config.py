@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
 import pytest
 
 from gait_segmentation.errors import ConfigError

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
 import itertools
 
 import numpy as np

@@ -1,3 +1,5 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Banks and images that kernels must treat alike."""
 
 import numpy as np
