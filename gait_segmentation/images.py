@@ -43,11 +43,12 @@ def signed_distance(inside: NDArray[np.bool_]) -> NDArray[np.float32]:
     """
     Return the distance to the edge of a region in pixels, positive inside, (h, w) float32.
 
+    By the chamfer metric of 3 x 3 pixels, true to about 5 %, which saturating terms do not feel.
     Without an edge in the image it is the image's diagonal.
     """
     region = inside.astype(np.uint8)
-    within = cv2.distanceTransform(region, cv2.DIST_L2, 5)
-    without = cv2.distanceTransform(1 - region, cv2.DIST_L2, 5)
+    within = cv2.distanceTransform(region, cv2.DIST_L2, 3)
+    without = cv2.distanceTransform(1 - region, cv2.DIST_L2, 3)
     diagonal = np.float32(np.hypot(*inside.shape))
     return np.clip(within - without, -diagonal, diagonal)
 

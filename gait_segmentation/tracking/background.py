@@ -39,11 +39,15 @@ def _update(state: NDArray[np.float32], lab: NDArray[np.uint8], person: NDArray[
 
 
 @njit(cache=True, nogil=True)
-def _weigh(state: NDArray[np.float32]) -> None:
+def _weighed(state: NDArray[np.float32]) -> NDArray[np.float32]:
+    out = np.empty_like(state)
     for row in range(state.shape[0]):
         for col in range(state.shape[1]):
+            count = state[row, col, 3]
             for channel in range(3):
-                state[row, col, channel] *= state[row, col, 3]
+                out[row, col, channel] = count * state[row, col, channel]
+            out[row, col, 3] = count
+    return out
 
 
 @njit(cache=True, nogil=True)
@@ -73,11 +77,18 @@ class BackgroundModel:
         self.state = np.zeros((*shape, 4), np.float32)
         self.sigma = _SIGMA_START
 
-    def copy(self) -> BackgroundModel:
-        """Return a model that changes on its own."""
+    def moved(self, motions: list[NDArray[np.float64] | None]) -> BackgroundModel:
+        """
+        Return the model as it looks after some motions of the camera; this one stays.
+
+        :param motions: transforms as for :meth:`move`, oldest first.
+        """
+        if all(motion is None for motion in motions):
+            return self
         other = BackgroundModel((0, 0))
-        other.state = self.state.copy()
-        other.sigma = self.sigma
+        other.state, other.sigma = self.state, self.sigma
+        for motion in motions:
+            other.move(motion)
         return other
 
     def move(self, motion: NDArray[np.float64] | None) -> None:
@@ -91,9 +102,8 @@ class BackgroundModel:
             return
         height, width = self.state.shape[:2]
         # Weighted by the count, so that the unknown does not pull its neighbours towards black.
-        _weigh(self.state)
         self.state = cv2.warpAffine(
-            self.state, pixel_affine(motion), (width, height), flags=cv2.INTER_LINEAR
+            _weighed(self.state), pixel_affine(motion), (width, height), flags=cv2.INTER_LINEAR
         )
         _unweigh(self.state)
 

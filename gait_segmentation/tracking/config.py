@@ -24,7 +24,7 @@ class TrackingConfig(StageConfig):
         read_only=True,
     )
     working_height: int = parameter(
-        160,
+        128,
         'Height of the person in the working image; taller people are scaled down to it. '
         'More costs time and sharpens the likelihood only for large people.',
         unit='px',

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,15 +36,15 @@ class Shift:
 
 
 def mean_shift(
-    weights: NDArray[np.float32],
-    reference: NDArray[np.float32],
+    weights: NDArray[np.uint8],
+    reference: NDArray[np.uint8],
     window: tuple[int, int, int, int],
 ) -> Shift:
     """
     Move a window over the weights until its centroid lies as in the reference.
 
-    :param weights: (h, w) float32 >= 0, e.g. the likelihood image.
-    :param reference: (h, w) float32 >= 0, what the person looked like before.
+    :param weights: (h, w) uint8, e.g. the likelihood image.
+    :param reference: (h, w) uint8, what the person looked like before.
     :param window: (x, y, width, height) of the window in pixels, where the reference's person is.
     :returns: the shift; zero if weights or reference are empty in the window.
     """
@@ -68,14 +69,15 @@ def mean_shift(
 
 
 def _moments(
-    weights: NDArray[np.float32], x: int, y: int, width: int, height: int
+    weights: NDArray[np.uint8], x: int, y: int, width: int, height: int
 ) -> tuple[float, float, float]:
     """Return mass and centroid of the weights in a window clipped to the image."""
     left, top = max(x, 0), max(y, 0)
     part = weights[top : max(y + height, 0), left : max(x + width, 0)]
-    mass = float(part.sum())
+    if part.size == 0:
+        return 0.0, 0.0, 0.0
+    moments = cv2.moments(part)
+    mass = moments['m00']
     if mass <= 0:
         return 0.0, 0.0, 0.0
-    across = float(part.sum(axis=0) @ (np.arange(part.shape[1]) + 0.5))
-    down = float(part.sum(axis=1) @ (np.arange(part.shape[0]) + 0.5))
-    return mass, left + across / mass, top + down / mass
+    return mass, left + moments['m10'] / mass + 0.5, top + moments['m01'] / mass + 0.5

@@ -183,13 +183,10 @@ class Person:
 
         :param mask: (h, w) uint8 0/255 of the working image.
         """
-        rows, columns = np.nonzero(mask)
-        if rows[0] < 2 or rows[-1] >= mask.shape[0] - 2:
+        if mask[:2].any() or mask[-2:].any():
             return
-        down, across = rows - rows.mean(), columns - columns.mean()
-        tilt = 0.5 * math.atan2(
-            -2 * float(down @ across), float(down @ down) - float(across @ across)
-        )
+        moments = cv2.moments(mask, binaryImage=True)
+        tilt = 0.5 * math.atan2(-2 * moments['mu11'], moments['mu02'] - moments['mu20'])
         self.masks += 1
         rate = max(_TILT_RATE, 1 / self.masks)
         self.tilt += rate * (min(max(tilt, -_MOST_TILT), _MOST_TILT) - self.tilt)

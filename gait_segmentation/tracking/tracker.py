@@ -236,11 +236,13 @@ class PersonTracker:
 
     def _refine(self, person: Person, record: _Record, likelihood: NDArray[np.uint8]) -> float:
         """Shift the box by mean shift on the likelihood; return how well the person stands out."""
-        mask = self._carried_mask()
-        box = person.box
+        part = person.window(self._shape)
+        mask = self._carried_mask()[part]
+        values = likelihood[part]
+        box = person.box.shifted(-part[1].start, -part[0].start)
         shift = mean_shift(
-            likelihood.astype(np.float32),
-            mask.astype(np.float32),
+            values,
+            mask,
             (round(box.x), round(box.y), max(round(box.width), 1), max(round(box.height), 1)),
         )
         gain = self.config.mean_shift_gain
@@ -249,12 +251,9 @@ class PersonTracker:
         dy = gain * min(max(shift.dy, -limit), limit)
         person.shift(dx, dy)
         record.body = (record.body[0] + dx, record.body[1] + dy)
-        part = person.window(self._shape)
-        inside = mask[part] > 127
-        if not inside.any() or inside.all():
-            return 0.0
-        values = likelihood[part]
-        return max(0.0, float(values[inside].mean() - values[~inside].mean()) / 255)
+        inside = cv2.mean(values, mask)[0]
+        outside = cv2.mean(values, cv2.bitwise_not(mask))[0]
+        return max(0.0, inside - outside) / 255
 
     def _add_motion(
         self, logit: NDArray[np.float32], person: Person, record: _Record, window: Window
@@ -330,13 +329,7 @@ class PersonTracker:
 
     def _background_now(self, newest: NDArray[np.float64] | None) -> BackgroundModel:
         """Return the background model as it looks in the newest frame."""
-        camera = [*(each.camera for each in self._pending), newest]
-        if all(each is None for each in camera):
-            return self._background
-        moved = self._background.copy()
-        for each in camera:
-            moved.move(each)
-        return moved
+        return self._background.moved([*(each.camera for each in self._pending), newest])
 
     def _adopt_background(self, record: _Record) -> None:
         """Carry the background model to the frame of a record that is learnt next."""

@@ -69,9 +69,12 @@ def test_noise_is_measured_on_the_surroundings_only() -> None:
     assert model.sigma > 10
 
 
-def test_a_copy_is_its_own() -> None:
-    model = BackgroundModel((10, 10))
-    other = model.copy()
-    other.learn(np.full((10, 10, 3), 9, np.uint8), np.zeros((10, 10), np.uint8))
-    assert not model.state.any()
-    assert other.state.any()
+def test_the_moved_model_is_another_one_unless_nothing_moved() -> None:
+    model = BackgroundModel((60, 80))
+    model.learn(texture(), np.zeros((60, 80), np.uint8))
+    before = model.state.copy()
+    assert model.moved([None, None]) is model
+    motion = np.array([[1.0, 0, 2], [0, 1.0, 0]])
+    twice = model.moved([motion, None, motion])
+    assert np.array_equal(model.state, before)
+    assert twice.state[30, 40, :3] == pytest.approx(model.state[30, 36, :3], abs=0.01)
