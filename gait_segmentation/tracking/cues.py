@@ -13,7 +13,7 @@ from gait_segmentation.images import Window, signed_distance, warp_window
 __all__ = ['motion_logit', 'propagation_logit']
 
 _RESIDUAL_CUT = 30
-_RESIDUAL_SIGMA = 8.0
+_RESIDUAL_SIGMA = 12.0
 _RESIDUAL_LIMIT = 2.0
 _PROPAGATION_SLOPE = 0.02
 _PROPAGATION_LIMIT = 3.0
@@ -21,12 +21,11 @@ _PROPAGATION_LIMIT = 3.0
 
 def _residual(now: NDArray[np.uint8], then: NDArray[np.uint8]) -> NDArray[np.float32]:
     difference = cv2.blur(cv2.absdiff(now, then), (3, 3))
-    mean = cv2.transform(difference, np.full((1, 3), 1 / 3, np.float32))
-    return np.minimum(mean, _RESIDUAL_CUT).astype(np.float32)
+    return np.minimum(difference, _RESIDUAL_CUT).astype(np.float32)
 
 
 def motion_logit(
-    lab: NDArray[np.uint8],
+    gray: NDArray[np.uint8],
     earlier: NDArray[np.uint8],
     camera: NDArray[np.float64],
     body: NDArray[np.float64],
@@ -38,14 +37,14 @@ def motion_logit(
     An earlier frame is carried to this one twice, with the camera and with the body; a pixel
     belongs to the one that explains it better.
 
-    :param lab: (H, W, 3) uint8, this frame.
-    :param earlier: (H, W, 3) uint8, a frame some frames back.
+    :param gray: (H, W) uint8 lightness of this frame.
+    :param earlier: (H, W) uint8, that of a frame some frames back.
     :param camera: 2 x 3 transform of positions of the still world from then to now.
     :param body: the same of the body.
     :param window: rows and columns to compute.
     :returns: (h, w) float32, positive for person, limited to +-2.
     """
-    now = lab[window]
+    now = gray[window]
     stays = _residual(now, warp_window(earlier, camera, window))
     moves = _residual(now, warp_window(earlier, body, window))
     logit = (stays * stays - moves * moves) / np.float32(2 * _RESIDUAL_SIGMA**2)

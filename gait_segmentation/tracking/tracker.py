@@ -269,9 +269,9 @@ class PersonTracker:
         stays = camera[:, :2] @ (center - (dx, dy)) + camera[:, 2]
         if np.hypot(*(center - stays)) < _LEAST_MOTION * person.height:
             return
-        earlier = self._history[0].image.lab
+        earlier = self._history[0].image.gray
         logit += np.float32(self.config.motion_weight) * motion_logit(
-            record.image.lab, earlier, camera, body, window
+            record.image.gray, earlier, camera, body, window
         )
 
     def learn(self, feedback: Feedback) -> None:

@@ -18,12 +18,12 @@ def shift(dx: float, dy: float = 0.0) -> np.ndarray:
 
 def test_what_moves_with_the_body_is_person_and_what_stays_is_not() -> None:
     rng = np.random.default_rng(0)
-    world = rng.integers(0, 255, (80, 100, 3)).astype(np.uint8)
-    cloth = rng.integers(0, 255, (80, 100, 3)).astype(np.uint8)
+    world = rng.integers(0, 255, (80, 100)).astype(np.uint8)
+    cloth = rng.integers(0, 255, (80, 100)).astype(np.uint8)
     person = np.zeros((80, 100), np.bool_)
     person[20:60, 30:50] = True
-    earlier = np.where(person[:, :, None], cloth, world)
-    now = np.where(np.roll(person, 10, 1)[:, :, None], np.roll(cloth, 10, 1), world)
+    earlier = np.where(person, cloth, world)
+    now = np.where(np.roll(person, 10, 1), np.roll(cloth, 10, 1), world)
     logit = motion_logit(now, earlier, STILL, shift(10), WINDOW)
     assert logit[25, 38] == pytest.approx(2)
     assert logit[25, 70] == pytest.approx(-2)
