@@ -22,7 +22,7 @@ from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.segmentation.energy import contrast_links
-from gait_segmentation.segmentation.graph_cut import minimum_cut
+from gait_segmentation.segmentation.graph_cut import decided, minimum_cut
 from gait_segmentation.starting.barrier import barrier_logit
 from gait_segmentation.starting.templates import Hypothesis, fit_views
 
@@ -171,7 +171,9 @@ def _maximise(
         weights = hypothesis.weight * np.exp((similarity - similarity.max()) / _TEMPERATURE)
         soft = _average(hypothesis, weights, 0.01 * scene.height)
         prior = _logit_of(soft)
-        labels = minimum_cut(logit + np.float32(_CUT_PRIOR) * prior, scene.links, scene.given)
+        data = logit + np.float32(_CUT_PRIOR) * prior
+        given = np.where(scene.inside, decided(data), scene.given)
+        labels = minimum_cut(data, scene.links, given)
         share = _LATER_SHARE if number + 1 >= _FIRST_ROUNDS else _FIRST_SHARE
         person.band_share = surroundings.band_share = share
         weight = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft
@@ -255,13 +257,24 @@ def _similarities(hypothesis: Hypothesis, likelihood: NDArray[np.float32]) -> ND
     return (common / np.maximum(whole, 1)).astype(np.float32)
 
 
+@njit(cache=True, nogil=True)
+def _add_weighted(
+    templates: NDArray[np.uint8], share: NDArray[np.float32], mean: NDArray[np.float32]
+) -> None:
+    for k in range(templates.shape[0]):
+        if share[k] > 1e-6:
+            for row in range(mean.shape[0]):
+                for col in range(mean.shape[1]):
+                    mean[row, col] += share[k] * np.float32(templates[k, row, col])
+
+
 def _average(
     hypothesis: Hypothesis, weights: NDArray[np.float32], sigma: float
 ) -> NDArray[np.float32]:
     """Return the weighted mean of the templates, blurred, (h, w) float32 in 0..1."""
     share = (weights / max(float(weights.sum()), 1e-12) / 255).astype(np.float32)
-    used = np.flatnonzero(share > 1e-4 * share.max())
-    mean = np.tensordot(share[used], hypothesis.templates[used].astype(np.float32), 1)
+    mean = np.zeros(hypothesis.templates.shape[1:], np.float32)
+    _add_weighted(hypothesis.templates, share, mean)
     return np.asarray(cv2.GaussianBlur(mean, (0, 0), max(sigma, 0.3)))
 
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -22,6 +23,9 @@ _ANISOTROPY = 0.35
 """Most that a template is stretched in one direction against the other, as a logarithm."""
 
 _ASPECT_SIGMA = 0.32
+_NEGLIGIBLE = 0.02
+"""Templates whose aspect is this much less likely than the best one's are left out."""
+
 _TALLER = (1.0, 1.2, 1.5)
 """Bodies tried that reach beyond the border of the image, in heights of the box."""
 
@@ -81,37 +85,31 @@ def _fit(
 ) -> Hypothesis:
     cut = cut_top or cut_bottom
     sigma = _ASPECT_SIGMA * (3 if cut or cut_side else 1)
-    factors = _TALLER if cut else (1.0,)
+    candidates = [
+        (template, extent, factor, _weight(extent, factor, box, sigma))
+        for template, extent in zip(*_extents(bank.templates[sequences]), strict=True)
+        for factor in (_TALLER if cut else (1.0,))
+    ]
+    least = _NEGLIGIBLE * max(weight for *_, weight in candidates)
     grid_height, grid_width = bank.grid
     templates, weights, axes, tops, heights = [], [], [], [], []
-    for sequence in sequences:
-        for template in bank.templates[sequence]:
-            extent = Box.around(template > 127)
-            if extent is None:
-                continue
-            for factor in factors:
-                tall = box.height * factor
-                top = box.y + box.height - tall if cut_top and not cut_bottom else box.y
-                scale_y = tall / extent.height
-                stretch = np.clip(
-                    np.log(box.width / extent.width / scale_y), -_ANISOTROPY, _ANISOTROPY
-                )
-                scale_x = scale_y * np.exp(stretch)
-                left = box.center_x - scale_x * extent.center_x
-                up = top - scale_y * extent.y
-                matrix = np.array([[scale_x, 0, left], [0, scale_y, up]])
-                templates.append(
-                    cv2.warpAffine(
-                        template, pixel_affine(matrix), shape[::-1], flags=cv2.INTER_LINEAR
-                    )
-                )
-                ratio = np.log(extent.width / extent.height * factor) - np.log(
-                    box.width / box.height
-                )
-                weights.append(np.exp(-0.5 * (ratio / sigma) ** 2))
-                axes.append(left + scale_x * grid_width / 2)
-                tops.append(top)
-                heights.append(scale_y * bank.fill * grid_height)
+    for template, extent, factor, weight in candidates:
+        if weight < least:
+            continue
+        tall = box.height * factor
+        top = box.y + box.height - tall if cut_top and not cut_bottom else box.y
+        scale_y = tall / extent.height
+        stretch = math.log(box.width / extent.width / scale_y)
+        scale_x = scale_y * math.exp(min(max(stretch, -_ANISOTROPY), _ANISOTROPY))
+        left = box.center_x - scale_x * extent.center_x
+        matrix = np.array([[scale_x, 0, left], [0, scale_y, top - scale_y * extent.y]])
+        templates.append(
+            cv2.warpAffine(template, pixel_affine(matrix), shape[::-1], flags=cv2.INTER_LINEAR)
+        )
+        weights.append(weight)
+        axes.append(left + scale_x * grid_width / 2)
+        tops.append(top)
+        heights.append(scale_y * bank.fill * grid_height)
     return Hypothesis(
         view,
         np.stack(templates),
@@ -120,3 +118,25 @@ def _fit(
         np.array(tops, np.float32),
         np.array(heights, np.float32),
     )
+
+
+def _weight(extent: Box, factor: float, box: Box, sigma: float) -> float:
+    """Return how likely a body of the template's aspect fills the box."""
+    ratio = math.log(extent.width / extent.height * factor * box.height / box.width)
+    return math.exp(-0.5 * (ratio / sigma) ** 2)
+
+
+def _extents(sequences: NDArray[np.uint8]) -> tuple[list[NDArray[np.uint8]], list[Box]]:
+    """Return the templates of some sequences that are not empty, and their tight boxes."""
+    templates = sequences.reshape(-1, *sequences.shape[2:])
+    inside = templates > 127
+    rows, columns = inside.any(axis=2), inside.any(axis=1)
+    top, left = rows.argmax(axis=1), columns.argmax(axis=1)
+    bottom = rows.shape[1] - rows[:, ::-1].argmax(axis=1)
+    right = columns.shape[1] - columns[:, ::-1].argmax(axis=1)
+    used = np.flatnonzero(rows.any(axis=1))
+    boxes = [
+        Box(float(left[k]), float(top[k]), float(right[k] - left[k]), float(bottom[k] - top[k]))
+        for k in used
+    ]
+    return [templates[k] for k in used], boxes
