@@ -4,9 +4,11 @@
 
 from __future__ import annotations
 
+import struct
 import threading
 import time
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -36,6 +38,11 @@ _TOPICS = {
     'mask': Image,
     'labels': Image,
 }
+
+_UNREAD = ('person_0/likelihood', 'person_0/shape_prior', 'person_0/mask', 'labels')
+
+_CDR_STAMP = struct.Struct('=4xiI')
+"""Of a serialised message that begins with a header, in the byte order that DDS uses here."""
 
 _CONNECTED = {
     'image_size': 1,
@@ -88,11 +95,15 @@ class Recorder:
         self._lock = threading.Lock()
         self._node = Node('gait_recorder')
         for topic, kind in _TOPICS.items():
+            # Of most images only the stamp is looked at: to make messages of them would cost
+            # the nodes processor time.
+            raw = topic in _UNREAD
             self._node.create_subscription(
                 kind,
                 topic,
-                lambda message, topic=topic: self._receive(topic, message),
+                partial(self._receive_raw if raw else self._receive, topic),
                 QoSProfile(depth=_DEPTH),
+                raw=raw,
             )
         self._node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 10)
         self._executor = SingleThreadedExecutor()
@@ -135,6 +146,12 @@ class Recorder:
             self._executor.spin()
         except ExternalShutdownException:
             return
+
+    def _receive_raw(self, topic: str, data: bytes) -> None:
+        seconds, nanoseconds = _CDR_STAMP.unpack_from(data)
+        with self._lock:
+            record = self.records.setdefault(seconds * 1_000_000_000 + nanoseconds, Record())
+            record.topics[topic] = record.topics.get(topic, 0) + 1
 
     def _receive(self, topic: str, message: Any) -> None:
         now = time.time()

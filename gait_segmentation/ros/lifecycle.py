@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 import cv2
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
@@ -114,7 +115,9 @@ class GaitNode(LifecycleNode):
 
     def output(self, kind: Any, topic: str, profile: QoSProfile = BETWEEN_NODES) -> Any:
         """Make a publisher that lives until the clean-up."""
-        publisher = self.create_publisher(kind, topic, profile)
+        # Every event that could be reported costs the executor time in every round.
+        silent = PublisherEventCallbacks(use_default_callbacks=False)
+        publisher = self.create_publisher(kind, topic, profile, event_callbacks=silent)
         self._outputs.append(publisher)
         return publisher
 
@@ -126,7 +129,17 @@ class GaitNode(LifecycleNode):
         profile: QoSProfile = BETWEEN_NODES,
     ) -> None:
         """Make a subscription that lives until the deactivation."""
-        self._inputs.append(self.create_subscription(kind, topic, received, profile))
+        events = SubscriptionEventCallbacks(
+            incompatible_qos=lambda event: self.warn(
+                topic,
+                f'a publisher on {topic} offers an incompatible QoS ({event.last_policy_kind}); '
+                'no messages come from it: it must be reliable',
+            ),
+            use_default_callbacks=False,
+        )
+        self._inputs.append(
+            self.create_subscription(kind, topic, received, profile, event_callbacks=events)
+        )
 
     def accept(self, stamp_ns: int) -> bool:
         """Return whether a frame is to be taken in; a zero stamp is refused with a warning."""

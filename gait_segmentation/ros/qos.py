@@ -8,7 +8,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPo
 
 __all__ = ['BETWEEN_NODES', 'LATCHED', 'RELIABLE_DEPTH', 'image_profile']
 
-RELIABLE_DEPTH = 10
+RELIABLE_DEPTH = 30
 """Frames that a publisher keeps for a reader that is slow to acknowledge."""
 
 BETWEEN_NODES = QoSProfile(
