@@ -74,7 +74,7 @@ class _Scene:
 
 
 def estimate_start(
-    lab: NDArray[np.uint8], box: Box, bank: TemplateBank, *, height: int = 100, rounds: int = 6
+    lab: NDArray[np.uint8], box: Box, bank: TemplateBank, *, height: int = 70, rounds: int = 5
 ) -> Start:
     """
     Estimate the first mask.

@@ -39,14 +39,14 @@ class TrackingConfig(StageConfig):
         maximum=0.2,
     )
     start_height: int = parameter(
-        100,
+        70,
         'Height of the person in the image that the first mask is estimated on.',
         unit='px',
         minimum=40,
         maximum=400,
     )
     start_rounds: int = parameter(
-        6, 'Rounds of the estimate of the first mask.', minimum=1, maximum=20
+        5, 'Rounds of the estimate of the first mask.', minimum=1, maximum=20
     )
     colour_rate: float = parameter(
         0.15,
