@@ -46,7 +46,7 @@ from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank, def
 from gait_segmentation.gait_model.builder import quantize
 from gait_segmentation.gait_model.render import render_cycle, render_silhouette
 from gait_segmentation.geometry import Box
-from gait_segmentation.matching import SequenceMatcher
+from gait_segmentation.matching import MatchingConfig, SequenceMatcher
 from gait_segmentation.matching.tanimoto import (
     DirectAccessTableKernel,
     EventKernel,
@@ -179,7 +179,7 @@ def measure_update(
 ) -> dict[str, float]:
     """Time whole updates with a bank."""
     cv2.setNumThreads(1)
-    matcher = SequenceMatcher(bank)
+    matcher = SequenceMatcher(bank, MatchingConfig(scales=2))
     rng = np.random.default_rng(0)
     times = []
     for number in range(repeats + 40):

@@ -58,7 +58,7 @@ class MatchingConfig(StageConfig):
         read_only=True,
     )
     scales: int = parameter(
-        2,
+        1,
         'Body heights searched above and below the height of the box.',
         minimum=0,
         maximum=5,
@@ -73,7 +73,7 @@ class MatchingConfig(StageConfig):
         read_only=True,
     )
     scale_step: float = parameter(
-        0.06,
+        0.08,
         'Relative difference of neighbouring body heights.',
         minimum=0.01,
         maximum=0.3,

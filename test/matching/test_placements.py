@@ -8,7 +8,7 @@ from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.matching.placements import PlacementGrid
 from gait_segmentation.matching.shape_prior import warp_template
 
-CONFIG = MatchingConfig(shifts_x=2, shifts_y=1, scales=1, blur=1)
+CONFIG = MatchingConfig(shifts_x=2, shifts_y=1, scales=1, scale_step=0.06, blur=1)
 
 
 @pytest.fixture
