@@ -74,7 +74,7 @@ class _Scene:
 
 
 def estimate_start(
-    lab: NDArray[np.uint8], box: Box, bank: TemplateBank, *, height: int = 70, rounds: int = 5
+    lab: NDArray[np.uint8], box: Box, bank: TemplateBank, *, height: int = 70, rounds: int = 3
 ) -> Start:
     """
     Estimate the first mask.

@@ -46,7 +46,7 @@ class TrackingConfig(StageConfig):
         maximum=400,
     )
     start_rounds: int = parameter(
-        5, 'Rounds of the estimate of the first mask.', minimum=1, maximum=20
+        3, 'Rounds of the estimate of the first mask.', minimum=1, maximum=20
     )
     colour_rate: float = parameter(
         0.15,
