@@ -135,6 +135,7 @@ def evaluate(options: argparse.Namespace) -> None:
     """
     # Here, so that --help does not wait for the kernels to be loaded.
     from gait_segmentation.pipeline import Pipeline, PipelineConfig
+    from gait_segmentation.warm_up import warm_up
 
     if options.threads < 1:
         raise ConfigError(f'--threads must be at least 1, got {options.threads}')
@@ -151,6 +152,7 @@ def evaluate(options: argparse.Namespace) -> None:
         likelihood=options.likelihood,
         progress=_shown,
     )
+    warm_up(config)
     report = session.evaluate(config, options.out)
     print(table(report))
     if options.ablate == 'priors':

@@ -23,7 +23,7 @@ from gait_segmentation.ros.messages import read_box, stamp_of
 from gait_segmentation.ros.outputs import SLOT, DebugOutput, MatchOutputs, matching_picture
 from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.ros.running import run_node
-from gait_segmentation.ros.warm_up import open_bank, warm_up_matcher
+from gait_segmentation.warm_up import open_bank, warm_up_matcher
 
 __all__ = ['MatcherNode', 'main']
 

@@ -30,14 +30,9 @@ from gait_segmentation.ros.outputs import (
     segmentation_picture,
 )
 from gait_segmentation.ros.running import run_node
-from gait_segmentation.ros.warm_up import (
-    open_bank,
-    warm_up_matcher,
-    warm_up_segmenter,
-    warm_up_tracker,
-)
 from gait_segmentation.segmentation import SegmentationConfig
 from gait_segmentation.tracking import TrackingConfig
+from gait_segmentation.warm_up import open_bank, warm_up
 
 __all__ = ['PipelineNode', 'main']
 
@@ -68,9 +63,7 @@ class PipelineNode(GaitNode):
         get = self.parameters.get
         bank = open_bank(get(BankConfig).bank)
         config = PipelineConfig(get(TrackingConfig), get(MatchingConfig), get(SegmentationConfig))
-        warm_up_tracker(bank, config.tracking)
-        warm_up_matcher(bank, config.matching)
-        warm_up_segmenter(config.segmentation)
+        warm_up(config, bank)
         self._pipeline = Pipeline(config, bank)
         self._waiting: deque[tuple[NDArray[np.uint8], Message]] = deque()
         self._intake = Intake(

@@ -27,8 +27,8 @@ from gait_segmentation.ros.outputs import (
     segmentation_picture,
 )
 from gait_segmentation.ros.running import run_node
-from gait_segmentation.ros.warm_up import warm_up_segmenter
 from gait_segmentation.segmentation import SegmentationConfig, Segmenter
+from gait_segmentation.warm_up import warm_up_segmenter
 
 __all__ = ['SegmenterNode', 'main']
 

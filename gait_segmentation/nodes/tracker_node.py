@@ -22,8 +22,8 @@ from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_body, read_region, stamp_of
 from gait_segmentation.ros.outputs import SLOT, DebugOutput, TrackOutputs, tracking_picture
 from gait_segmentation.ros.running import run_node
-from gait_segmentation.ros.warm_up import open_bank, warm_up_tracker
 from gait_segmentation.tracking import PersonTracker, TrackingConfig
+from gait_segmentation.warm_up import open_bank, warm_up_tracker
 
 __all__ = ['TrackerNode', 'main']
 

@@ -130,7 +130,8 @@ def _extents(sequences: NDArray[np.uint8]) -> tuple[list[NDArray[np.uint8]], lis
     """Return the templates of some sequences that are not empty, and their tight boxes."""
     templates = sequences.reshape(-1, *sequences.shape[2:])
     inside = templates > 127
-    rows, columns = inside.any(axis=2), inside.any(axis=1)
+    rows: NDArray[np.bool_] = np.any(inside, axis=2)
+    columns: NDArray[np.bool_] = np.any(inside, axis=1)
     top, left = rows.argmax(axis=1), columns.argmax(axis=1)
     bottom = rows.shape[1] - rows[:, ::-1].argmax(axis=1)
     right = columns.shape[1] - columns[:, ::-1].argmax(axis=1)

@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,12 +62,35 @@ class EventProgram:
         return self.pixels.nbytes + sum(array.nbytes for array in arrays)
 
 
+class _ByContent:
+    """Templates that are equal, as a key, to other templates with the same pixels."""
+
+    def __init__(self, templates: NDArray[np.uint8]) -> None:
+        self.templates = np.ascontiguousarray(templates)
+        digest = hashlib.sha256(self.templates.tobytes()).digest()
+        self._key = (templates.shape, digest)
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _ByContent) and other._key == self._key
+
+
 def make_program(templates: NDArray[np.uint8]) -> EventProgram:
     """
     Code templates as changes against their parents.
 
+    The standard bank takes seconds, so the last programs are kept; nobody may write to them.
+
     :param templates: (K, height, width) uint8.
     """
+    return _make_program(_ByContent(templates))
+
+
+@lru_cache(maxsize=12)
+def _make_program(key: _ByContent) -> EventProgram:
+    templates = key.templates
     pixels = np.ascontiguousarray(templates.reshape(len(templates), -1))
     order, parents = minimum_arborescence(pixels)
     empty = np.zeros(pixels.shape[1], np.uint8)

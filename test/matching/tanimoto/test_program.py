@@ -26,3 +26,11 @@ def test_an_empty_template_has_a_step_without_events():
     assert program.events == 0
     assert program.target.tolist() == [1]
     assert program.base.tolist() == [0]
+
+
+def test_equal_templates_are_coded_once():
+    rng = np.random.default_rng(5)
+    templates = rng.integers(0, 2, (3, 6, 5)).astype(np.uint8) * np.uint8(255)
+    program = make_program(templates)
+    assert make_program(templates.copy()) is program
+    assert make_program(templates[:2]) is not program

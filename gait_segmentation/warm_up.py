@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
+from gait_segmentation.pipeline import PipelineConfig
 from gait_segmentation.results import Feedback, MatchResult
 from gait_segmentation.segmentation import SegmentationConfig, Segmenter
 from gait_segmentation.tracking import PersonTracker, TrackingConfig
 
-__all__ = ['open_bank', 'warm_up_matcher', 'warm_up_segmenter', 'warm_up_tracker']
+__all__ = ['open_bank', 'warm_up', 'warm_up_matcher', 'warm_up_segmenter', 'warm_up_tracker']
 
 _WIDTH, _HEIGHT, _BODY = 200, 180, 80
 _FRAMES = 7
@@ -34,6 +35,18 @@ def open_bank(path: str) -> TemplateBank:
     :raises BankError: if it cannot be read.
     """
     return TemplateBank.load(path) if path else default_bank()
+
+
+def warm_up(config: PipelineConfig, bank: TemplateBank | None = None) -> None:
+    """
+    Call everything that a pipeline calls in its first frames.
+
+    :param bank: the templates; the standard bank if None.
+    """
+    bank = bank if bank is not None else default_bank()
+    warm_up_tracker(bank, config.tracking)
+    warm_up_matcher(bank, config.matching)
+    warm_up_segmenter(config.segmentation)
 
 
 def warm_up_tracker(bank: TemplateBank, config: TrackingConfig) -> None:

@@ -1,0 +1,32 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from gait_segmentation import colour
+from gait_segmentation.errors import BankError
+from gait_segmentation.matching.tanimoto import simd
+from gait_segmentation.pipeline import PipelineConfig
+from gait_segmentation.segmentation import energy, graph_cut
+from gait_segmentation.starting import barrier, estimate
+from gait_segmentation.tracking import background, likelihood
+from gait_segmentation.warm_up import open_bank, warm_up
+from test.walkers import small_bank
+
+
+def test_afterwards_every_kernel_of_the_stages_is_compiled() -> None:
+    warm_up(PipelineConfig(), small_bank())
+    for module in (colour, simd, energy, graph_cut, barrier, estimate, background, likelihood):
+        for name, kernel in vars(module).items():
+            if hasattr(kernel, 'signatures') and kernel.__module__ == module.__name__:
+                assert kernel.signatures, f'{module.__name__}.{name}'
+
+
+def test_a_bank_file_is_opened(tmp_path: Path) -> None:
+    small_bank().save(tmp_path / 'bank.npz')
+    assert open_bank(str(tmp_path / 'bank.npz')).templates.shape == small_bank().templates.shape
+    with pytest.raises(BankError):
+        open_bank(str(tmp_path / 'missing.npz'))
