@@ -21,6 +21,9 @@ def pipeline(monkeypatch):
     module.Pipeline = FakePipeline
     module.PipelineConfig = FakePipelineConfig
     monkeypatch.setitem(sys.modules, 'gait_segmentation.pipeline', module)
+    warm_up = ModuleType('gait_segmentation.warm_up')
+    warm_up.warm_up = lambda config: None
+    monkeypatch.setitem(sys.modules, 'gait_segmentation.warm_up', warm_up)
     threads = cv2.getNumThreads()
     yield module
     cv2.setNumThreads(threads)
