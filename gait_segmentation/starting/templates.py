@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.geometry import Box, pixel_affine
+from gait_segmentation.geometry import Box
 
 __all__ = ['Hypothesis', 'fit_views']
 
@@ -102,10 +102,11 @@ def _fit(
         stretch = math.log(box.width / extent.width / scale_y)
         scale_x = scale_y * math.exp(min(max(stretch, -_ANISOTROPY), _ANISOTROPY))
         left = box.center_x - scale_x * extent.center_x
-        matrix = np.array([[scale_x, 0, left], [0, scale_y, top - scale_y * extent.y]])
-        templates.append(
-            cv2.warpAffine(template, pixel_affine(matrix), shape[::-1], flags=cv2.INTER_LINEAR)
-        )
+        # As geometry.pixel_affine does it, which is slow for hundreds of templates.
+        shift_x = left + (scale_x - 1) / 2
+        shift_y = top - scale_y * extent.y + (scale_y - 1) / 2
+        matrix = np.array([[scale_x, 0, shift_x], [0, scale_y, shift_y]])
+        templates.append(cv2.warpAffine(template, matrix, shape[::-1], flags=cv2.INTER_LINEAR))
         weights.append(weight)
         axes.append(left + scale_x * grid_width / 2)
         tops.append(top)
