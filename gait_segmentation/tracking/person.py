@@ -44,7 +44,8 @@ class Person:
 
     ``left`` and ``right`` are how far the silhouette reaches from the body's axis.  ``velocity``
     is relative to the still world.  ``tilt`` is the estimate of how far the axis leans, in
-    radians, and ``angle`` what is used of it.
+    radians, and ``angle`` what is used of it.  ``masks`` counts the masks the tilt was learnt
+    from; ``mask_height`` is the height at the last mask.
     """
 
     track_id: int
@@ -60,6 +61,11 @@ class Person:
     tilt: float = 0.0
     angle: float = 0.0
     masks: int = 0
+    mask_height: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Take the first height for that of the first mask."""
+        self.mask_height = self.height
 
     @property
     def box(self) -> Box:
@@ -171,8 +177,21 @@ class Person:
             along = 0.5 * extent.middle + 0.25 * template_along
         across = 0.3 * template_across + 0.3 * extent.axis
         self.shift(cos * across - sin * along, sin * across + cos * along)
+        self.mask_height = self.height
         self.left = max(across - extent.left, 1.0)
         self.right = max(extent.right - across, 1.0)
+
+    def follow_scale(self, scale: float) -> None:
+        """
+        Follow the size that mean shift measured, while no newer mask has come.
+
+        :param scale: size now over size in the last mask.
+        """
+        goal = self.mask_height * min(max(scale, 0.85), 1.15)
+        change = 1 + _HEIGHT_RATE * (goal / self.height - 1)
+        self.height *= change
+        self.left *= change
+        self.right *= change
 
     def learn_angle(self, mask: NDArray[np.uint8]) -> None:
         """

@@ -251,6 +251,9 @@ class PersonTracker:
         dy = gain * min(max(shift.dy, -limit), limit)
         person.shift(dx, dy)
         record.body = (record.body[0] + dx, record.body[1] + dy)
+        if len(self._pending) > 1:
+            # The last mask is not of the last frame: until a newer one comes, this is the size.
+            person.follow_scale(shift.scale)
         inside = cv2.mean(values, mask)[0]
         outside = cv2.mean(values, cv2.bitwise_not(mask))[0]
         return max(0.0, inside - outside) / 255

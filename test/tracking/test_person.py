@@ -35,6 +35,17 @@ def test_place_and_size_follow_the_masks() -> None:
     assert state.box.width == pytest.approx(37, abs=3)
 
 
+def test_without_masks_the_size_follows_mean_shift_up_to_a_limit() -> None:
+    state = person(height=100)
+    for _ in range(60):
+        state.follow_scale(1.1)
+    assert state.height == pytest.approx(110, abs=0.5)
+    assert state.box.width == pytest.approx(44, abs=0.5)
+    for _ in range(60):
+        state.follow_scale(3.0)
+    assert state.height == pytest.approx(115, abs=0.5)
+
+
 def test_a_single_bad_mask_cannot_change_the_size_much() -> None:
     state = person()
     state.learn_place(ellipse(100, 120, 20), BodyFrame(100, 120, 20))
