@@ -34,12 +34,17 @@ __all__ = [
     'BodyFrame',
     'Box',
     'Placement',
+    'body_window',
     'compose',
     'invert',
     'pixel_affine',
     'scaling',
     'template_to_image',
 ]
+
+
+_HALF_WIDTH, _HALF_HEIGHT, _HELD_MARGIN = 0.52, 0.62, 0.12
+"""Reach of the window about a body, and its margin about a box held, in body heights."""
 
 
 @dataclass(frozen=True)
@@ -245,6 +250,22 @@ class Placement:
             self.scale * box.height,
             angle,
         )
+
+
+def body_window(center_x: float, center_y: float, height: float, held: Box | None = None) -> Box:
+    """
+    Return the window in which the pixels about a body are judged.
+
+    :param center_x: x of the body's centre in pixels; ``center_y`` likewise.
+    :param height: height of the body in pixels.
+    :param held: a box that the window holds as well, with a margin.
+    """
+    window = Box.from_center(
+        center_x, center_y, 2 * _HALF_WIDTH * height, 2 * _HALF_HEIGHT * height
+    )
+    if held is None:
+        return window
+    return window.union(held.padded(_HELD_MARGIN * height, _HELD_MARGIN * height))
 
 
 def scaling(factor_x: float, factor_y: float | None = None) -> NDArray[np.float64]:

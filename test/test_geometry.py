@@ -13,6 +13,7 @@ from gait_segmentation.geometry import (
     BodyFrame,
     Box,
     Placement,
+    body_window,
     compose,
     invert,
     pixel_affine,
@@ -115,6 +116,15 @@ def test_pixel_affine_keeps_pixel_centres() -> None:
     matrix = pixel_affine(scaling(2))
     assert matrix @ [0, 0, 1] == pytest.approx([0.5, 0.5])
     assert pixel_affine(scaling(1)) == pytest.approx(scaling(1))
+
+
+def test_the_window_about_a_body_holds_the_box_given() -> None:
+    plain = body_window(100, 80, 50)
+    assert (plain.x, plain.y) == (pytest.approx(74), pytest.approx(49))
+    assert (plain.width, plain.height) == (pytest.approx(52), pytest.approx(62))
+    held = body_window(100, 80, 50, Box(60, 70, 10, 10))
+    assert (held.x, held.right) == (pytest.approx(54), pytest.approx(plain.right))
+    assert (held.y, held.bottom) == (pytest.approx(plain.y), pytest.approx(plain.bottom))
 
 
 def test_placement_is_in_heights_of_the_box() -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.images import Window, check_image, shrink
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.components import fill_holes, keep_supported
@@ -22,12 +22,6 @@ from gait_segmentation.segmentation.residual import PersonalShape
 from gait_segmentation.segmentation.shape_prior import ShapeTerms, shape_terms
 
 __all__ = ['Segmenter']
-
-_HALF_WIDTH, _HALF_HEIGHT = 0.52, 0.62
-"""The window about the body's centre, in body heights."""
-
-_LAST_MARGIN = 0.12
-"""Margin about the last mask that the window also holds, in body heights."""
 
 _LEAST_AREA = 0.25
 """A mask smaller than this share of the template teaches nothing."""
@@ -153,12 +147,9 @@ class Segmenter:
             self._personal.learn(mask, _in_window(body, window), match.phase)
 
     def _window(self, body: BodyFrame, shape: tuple[int, int]) -> Window:
-        height = body.height
-        box = Box.from_center(
-            body.center_x, body.center_y, 2 * _HALF_WIDTH * height, 2 * _HALF_HEIGHT * height
-        )
+        box = body_window(body.center_x, body.center_y, body.height)
         if self._last is not None and self._last.iou(box) > 0:
-            box = box.union(self._last.padded(_LAST_MARGIN * height, _LAST_MARGIN * height))
+            box = body_window(body.center_x, body.center_y, body.height, self._last)
         return box.slices(shape[1], shape[0])
 
     def _empty(

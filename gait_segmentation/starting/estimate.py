@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.segmentation.energy import contrast_links
 from gait_segmentation.segmentation.graph_cut import decided, minimum_cut
 from gait_segmentation.starting.barrier import barrier_logit
@@ -28,7 +28,6 @@ from gait_segmentation.starting.templates import Hypothesis, fit_views
 
 __all__ = ['Start', 'estimate_start']
 
-_HALF_WIDTH, _HALF_HEIGHT, _MARGIN = 0.52, 0.62, 0.12
 _FIRST_SHARE, _LATER_SHARE, _FIRST_ROUNDS = 0.3, 0.7, 2
 _FLOOR = 1e-4
 _LOGIT_LIMIT = 4.0
@@ -124,12 +123,8 @@ def estimate_start(
 
 
 def _window(box: Box, shape: tuple[int, int]) -> tuple[slice, slice]:
-    height = box.height
-    area = Box.from_center(
-        box.center_x, box.center_y, 2 * _HALF_WIDTH * height, 2 * _HALF_HEIGHT * height
-    )
-    margin = _MARGIN * height
-    return area.union(box.padded(margin, margin)).slices(shape[1], shape[0])
+    area = body_window(box.center_x, box.center_y, box.height, box)
+    return area.slices(shape[1], shape[0])
 
 
 def _scene(lab: NDArray[np.uint8], box: Box) -> _Scene:

@@ -12,17 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import ColourModel, body_rows, colour_bins
-from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.images import Window, signed_distance
 from gait_segmentation.tracking.config import TrackingConfig
 
 __all__ = ['Person']
-
-_HALF_WIDTH, _HALF_HEIGHT = 0.52, 0.62
-"""The window about the body's centre in which pixels are judged, in body heights."""
-
-_MASK_MARGIN = 0.12
-"""Margin about the last mask that the window also holds, in body heights."""
 
 _GUARD = 0.05
 """Pixels of the mask further outside the template than this are not learnt as person."""
@@ -84,12 +78,8 @@ class Person:
 
     def window(self, shape: tuple[int, int]) -> Window:
         """Return the rows and columns in which pixels are judged."""
-        height = self.height
-        box = Box.from_center(
-            self.center_x, self.center_y, 2 * _HALF_WIDTH * height, 2 * _HALF_HEIGHT * height
-        )
-        margin = _MASK_MARGIN * height
-        return box.union(self.box.padded(margin, margin)).slices(shape[1], shape[0])
+        window = body_window(self.center_x, self.center_y, self.height, self.box)
+        return window.slices(shape[1], shape[0])
 
     def rows(self, window: Window) -> NDArray[np.float32]:
         """Return how far down the body each pixel of a window lies."""

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import cv2
@@ -265,8 +266,7 @@ class PersonTracker:
             return
         later = list(self._history)[1:]
         camera = _chain(later)
-        dx = sum(each.body[0] for each in later)
-        dy = sum(each.body[1] for each in later)
+        dx, dy = _total_shift(later)
         body = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
         center = np.array([person.center_x, person.center_y])
         stays = camera[:, :2] @ (center - (dx, dy)) + camera[:, 2]
@@ -312,8 +312,7 @@ class PersonTracker:
         self._adopt_background(record)
         if not person.teaches(mask, prior):
             return
-        later = [each.body for each in self._pending]
-        dx, dy = sum(each[0] for each in later), sum(each[1] for each in later)
+        dx, dy = _total_shift(self._pending)
         person.shift(-dx, -dy)
         lab = record.image.lab
         person.learn_colours(lab, mask, prior, self.config.colour_rate)
@@ -350,8 +349,7 @@ class PersonTracker:
             person.mask = _shifted(person.mask, *record.body)
 
     def _body_since_mask(self) -> NDArray[np.float64]:
-        dx = sum(each.body[0] for each in self._pending)
-        dy = sum(each.body[1] for each in self._pending)
+        dx, dy = _total_shift(self._pending)
         return np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
 
     def _carried_mask(self) -> NDArray[np.uint8]:
@@ -363,6 +361,12 @@ class PersonTracker:
 def _world_shift(motion: Motion, person: Person) -> tuple[float, float]:
     x, y = motion.carry(person.center_x, person.center_y)
     return x - person.center_x, y - person.center_y
+
+
+def _total_shift(records: Iterable[_Record]) -> tuple[float, float]:
+    """Return how far the body went over several frames."""
+    shifts = [each.body for each in records]
+    return sum(dx for dx, _ in shifts), sum(dy for _, dy in shifts)
 
 
 def _chain(records: list[_Record]) -> NDArray[np.float64]:
