@@ -32,7 +32,7 @@ _TRUNK = (
 _NECK = ((0.305, 0.046, 0.047, -0.012), (0.350, 0.033, 0.048, 0.013))
 # Parts of the head: up and to the front from the top of the neck, half breadth, depth and length.
 _SKULL = (0.063, 0.011, 0.045, 0.058, 0.056)
-_JAW = (0.014, 0.055, 0.026, 0.022, 0.018)
+_JAW = (0.014, 0.055, 0.026, 0.022, 0.024)
 _FACE = (0.055, 0.040, 0.036, 0.032, 0.040)
 # Limbs: part of the bone's length, half breadth, half depth, shift to the front.
 _THIGH = ((0.020, 0.053, 0.069, 0.003), (0.350, 0.051, 0.063, 0.001), (0.700, 0.043, 0.050, 0.006))
@@ -42,10 +42,16 @@ _SHANK = (
     (0.650, 0.027, 0.029, -0.002),
     (0.970, 0.024, 0.030, 0.009),
 )
-_UPPER_ARM = ((0.000, 0.028, 0.029, 0.000), (0.500, 0.026, 0.031, 0.000))
+_UPPER_ARM = ((0.000, 0.028, 0.024, 0.000), (0.500, 0.026, 0.026, 0.000))
 _ELBOW = (0.022, 0.023, 0.0)
 _FOREARM = ((0.300, 0.020, 0.020, 0.001), (0.970, 0.013, 0.013, 0.000))
-_HAND = (0.050, 0.013, 0.022, 0.040)  # distance from the wrist, half breadth, depth, length
+_HAND = (0.040, 0.013, 0.022, 0.034)  # distance from the wrist, half breadth, depth, length
+# Parts of a shoe: up from the sole, forward, half breadth, height and length.
+_HEEL = (0.021, 0.009, 0.022, 0.022, 0.017)
+_INSTEP = (0.026, -0.030, 0.024, 0.029, 0.012)
+_BALL = (0.018, 0.000, 0.030, 0.019, 0.016)
+_TIP = (0.013, -0.005, 0.022, 0.014, 0.012)
+_ANKLE = (0.021, 0.023, 0.0)
 _SHOULDER_SLOPE = (0.85, 0.012, 0.022, 0.034, 0.020)  # share of the way to the arm, back, sizes
 
 
@@ -146,15 +152,14 @@ def _joint(
 def _foot(maker: BodyMaker, pose: Skeleton, side: str, ankle: int) -> None:
     """Add a shoe; ``front`` of a foot's frame is the sole."""
     joints, frame = pose.joints, pose.frames[f'{side}_foot']
-    up = -frame.front
-    heel = maker.ellipsoid(
-        joints[f'{side}_heel'] + 0.021 * up + 0.004 * frame.along, frame, 0.022, 0.022, 0.022
-    )
-    instep = maker.ellipsoid(
-        joints[f'{side}_ball'] + 0.026 * up - 0.030 * frame.along, frame, 0.024, 0.024, 0.012
-    )
-    ball = maker.ellipsoid(joints[f'{side}_ball'] + 0.018 * up, frame, 0.030, 0.019, 0.016)
-    toe = maker.ellipsoid(joints[f'{side}_toe'] + 0.013 * up, frame, 0.022, 0.014, 0.012)
+
+    def lump(name: str, size: tuple[float, ...]) -> int:
+        up, forward, *sizes = size
+        center = joints[f'{side}_{name}'] - up * frame.front + forward * frame.along
+        return maker.ellipsoid(center, frame, *sizes)
+
+    heel, instep = lump('heel', _HEEL), lump('ball', _INSTEP)
+    ball, toe = lump('ball', _BALL), lump('toe', _TIP)
     maker.hull('feet', ankle, heel)
     maker.hull('feet', ankle, instep)
     maker.hull('feet', heel, instep)
@@ -172,7 +177,7 @@ def _leg(maker: BodyMaker, pose: Skeleton, side: str, build: Build) -> None:
     maker.hull('legs', thigh[-1], middle)
     shank = _limb(maker, 'legs', knee, ankle, shank_frame, _SHANK, (girth + 1) / 2, cloth)
     maker.hull('legs', middle, shank[0])
-    bone = _joint(maker, ankle, shank_frame, (0.021, 0.023, 0.0), 1.0, 0.0)
+    bone = _joint(maker, ankle, shank_frame, _ANKLE, 1.0, 0.0)
     maker.hull('feet', shank[-1], bone)
     _foot(maker, pose, side, bone)
 

@@ -21,7 +21,7 @@ from gait_segmentation.gait_model.render import render_cycle
 
 __all__ = ['MODEL_VERSION', 'BankSpec', 'build_bank', 'model_digest', 'quantize']
 
-MODEL_VERSION = 1
+MODEL_VERSION = 2
 _MODEL_SOURCES = (
     'kinematics.py',
     'skeleton.py',

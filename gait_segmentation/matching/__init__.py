@@ -5,5 +5,6 @@
 from gait_segmentation.matching.batch import ClipFrame, match_clip
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.matcher import SequenceMatcher
+from gait_segmentation.matching.people import PeopleMatcher
 
-__all__ = ['ClipFrame', 'MatchingConfig', 'SequenceMatcher', 'match_clip']
+__all__ = ['ClipFrame', 'MatchingConfig', 'PeopleMatcher', 'SequenceMatcher', 'match_clip']

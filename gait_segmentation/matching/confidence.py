@@ -1,48 +1,36 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How far the phase of the path can be trusted."""
+"""The phase that is believed in, and how far it can be trusted."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.matching.transitions import UNIT
+__all__ = ['phase_near']
 
-__all__ = ['confidence', 'phase_evidence']
-
-_TEMPERATURE = 0.06
 _TOLERANCE = 0.05
-_OFFSET, _WEIGHT = 3.13, 2.85
-"""Logistic fit on drawn walkers of all directions, sizes and cadences with up to 38 % noise."""
+_CLEARLY = 0.99999
+"""Belief in the other half of the stride from which it is taken."""
 
 
-def phase_evidence(leading: NDArray[np.int16], sequence: int, phase: int) -> float:
+def phase_near(belief: NDArray[np.float64], phase: float) -> tuple[float, float]:
     """
-    Return the log odds that path scores give to phases near one against all others.
+    Return the mean phase of a belief, apart from half strides, and the probability of it.
 
-    :param leading: (V, P) int16, best score of each template.
-    :param sequence: sequence of the path.
-    :param phase: phase of the path; phases within 5 % of the stride of it, or of it plus half a
-        stride, count as near.
+    :param belief: (P,) probabilities of the phases 0, 1 / P, ...; halves of a stride are laid over
+        one another.
+    :param phase: strides; of the two halves the one nearer to this is taken, unless the belief is
+        clearly in the other one.
+    :returns: the phase in [0, 1), and the probability that it is right to 5 % of a stride, apart
+        from half strides, in 0..1.
     """
-    phases = leading.shape[1]
-    scores = leading.astype(np.float64) / UNIT
-    weights = np.exp((scores - scores.max()) / _TEMPERATURE).sum(axis=0)
-    half = phases / 2
-    away = np.abs((np.arange(phases) - phase + half / 2) % half - half / 2)
-    near = float(weights[away <= _TOLERANCE * phases].sum())
-    rest = float(weights.sum()) - near
-    return math.log((near + 1e-6) / (rest + 1e-6))
-
-
-def confidence(evidence: float) -> float:
-    """
-    Return the probability that the phase is right to 5 % of a stride, apart from half strides.
-
-    :param evidence: from :func:`phase_evidence`.
-    """
-    logit = _OFFSET + _WEIGHT * evidence
-    return 1 / (1 + math.exp(-max(min(logit, 30.0), -30.0)))
+    at = np.arange(len(belief)) / len(belief)
+    mean = float(np.angle((belief * np.exp(4j * np.pi * at)).sum()) / (4 * np.pi))
+    mean += round(2 * (phase - mean)) / 2
+    if belief[np.abs((at - mean + 0.5) % 1.0 - 0.5) > 0.25].sum() > _CLEARLY:
+        mean += 0.5
+    away = np.abs((at - mean + 0.25) % 0.5 - 0.25)
+    # A bin that reaches over the tolerance counts by the share of it within.
+    share = np.clip((_TOLERANCE - away) * len(belief) + 0.5, 0, 1)
+    return mean % 1.0, float((belief * share).sum())

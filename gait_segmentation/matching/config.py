@@ -58,7 +58,7 @@ class MatchingConfig(StageConfig):
         read_only=True,
     )
     scales: int = parameter(
-        1,
+        2,
         'Body heights searched above and below the height of the box.',
         minimum=0,
         maximum=5,

@@ -14,21 +14,24 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.gait_model.builder import quantize
-from gait_segmentation.geometry import Box, Placement
+from gait_segmentation.geometry import Box, Placement, check_matched_box
+from gait_segmentation.images import same_proportions
 from gait_segmentation.matching.box_motion import BoxMotion
 from gait_segmentation.matching.builds import BuildChoice, BuildKernels
-from gait_segmentation.matching.confidence import confidence, phase_evidence
+from gait_segmentation.matching.clock import PhaseClock
+from gait_segmentation.matching.confidence import phase_near
 from gait_segmentation.matching.config import MatchingConfig
+from gait_segmentation.matching.evidence import SequenceEvidence
+from gait_segmentation.matching.near_leg import NearLeg
 from gait_segmentation.matching.path import Areas, Path, PathSearch
 from gait_segmentation.matching.placements import PlacementGrid, Sampled
 from gait_segmentation.matching.shape_prior import warp_template
+from gait_segmentation.matching.steady import SteadyAngle
 from gait_segmentation.matching.transitions import turned
+from gait_segmentation.matching.visibility import VisibleAreas
 from gait_segmentation.results import MatchResult
 
 __all__ = ['SequenceMatcher']
-
-_STAND = 0.1
-"""A phase that falls back by less, in strides, stands still instead."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +45,6 @@ class _Frame:
     shape: tuple[int, int]
     sampled: Sampled
     angle: float
-    evidence: float
 
 
 class SequenceMatcher:
@@ -82,8 +84,20 @@ class SequenceMatcher:
             self._kernel.pitch,
             self.config,
         )
-        self._visible: NDArray[np.int32] | None = None
+        self._visible = VisibleAreas(
+            self._kernel, templates.reshape(bank.templates.shape), self._placements.windows
+        )
+        self._beside = _neighbours(bank)
         self._motion = BoxMotion()
+        self._evidence = SequenceEvidence(templates.reshape(bank.templates.shape))
+        self._clock = PhaseClock(
+            bank.phases,
+            self.config.minimum_cadence / 120,
+            self.config.maximum_cadence / 120,
+            self.config.lag + 1,
+        )
+        self._near_leg = NearLeg()
+        self._view = SteadyAngle()
         self.reset()
 
     def reset(self) -> None:
@@ -98,7 +112,9 @@ class SequenceMatcher:
         self._motion.reset()
         self._builds.reset()
         self._waiting: deque[_Frame] = deque()
-        self._phase: float | None = None
+        self._clock.reset()
+        self._near_leg.reset()
+        self._view.reset()
 
     def update(
         self,
@@ -119,7 +135,8 @@ class SequenceMatcher:
         and the next frame begins a new path.
 
         :param likelihood: (h, w) uint8, 255 = surely person, of the source's proportions.
-        :param box: tight box of the person in source pixels; None = nobody is tracked.
+        :param box: tight box of the person in source pixels, not absurdly small, large or far
+            away (:func:`~gait_segmentation.geometry.check_matched_box`); None = nobody is tracked.
         :param stamp_ns: the frame's stamp in nanoseconds.
         :param track_id: who is tracked.
         :param source_size: (width, height) of the source image.
@@ -131,6 +148,8 @@ class SequenceMatcher:
         :raises InputError: if a value cannot be used; the state is then as before.
         """
         scale = self._check(likelihood, stamp_ns, source_size, known, angle)
+        if box is not None:
+            check_matched_box(box, source_size)
         if stamp_ns < self._stamp_ns:
             self.reset()
         elif stamp_ns == self._stamp_ns:
@@ -146,7 +165,8 @@ class SequenceMatcher:
             self._origin_ns = stamp_ns
         self._take_in(likelihood, known, box, scale, angle)
         if len(self._waiting) > self.config.lag:
-            results.append(self._emit(self._path.follow(), 0))
+            belief = self._clock.beliefs(len(self._waiting))[0]
+            results.append(self._emit(self._path.follow(), 0, belief))
             self._waiting.popleft()
         return results
 
@@ -154,8 +174,8 @@ class SequenceMatcher:
         """Return the results that the lag still holds back, and let the path begin anew."""
         results = []
         if self._waiting:
-            path = self._path.follow()
-            results = [self._emit(path, index) for index in range(len(self._waiting))]
+            path, beliefs = self._path.follow(), self._clock.beliefs(len(self._waiting))
+            results = [self._emit(path, index, belief) for index, belief in enumerate(beliefs)]
         self._begin()
         return results
 
@@ -188,13 +208,12 @@ class SequenceMatcher:
         width, height = source_size
         if width < 1 or height < 1:
             raise InputError(f'source size must be positive, got {width} x {height}')
-        scale = likelihood.shape[1] / width
-        if abs(likelihood.shape[0] - scale * height) > 1 + scale:
+        if not same_proportions(likelihood.shape, (height, width)):
             raise InputError(
                 f'likelihood of {likelihood.shape[1]} x {likelihood.shape[0]} pixels does not '
                 f'have the proportions of the source of {width} x {height}'
             )
-        return scale
+        return likelihood.shape[1] / width
 
     def _take_in(
         self,
@@ -217,10 +236,7 @@ class SequenceMatcher:
         window[:, : areas.shape[1]] = areas
         visible = np.empty((0, rows, lanes), np.int32)
         if sampled.known is not None:
-            if self._visible is None:
-                self._visible = self._kernel.new_rows(scales)
-            visible = self._visible
-            self._kernel.common_rows(sampled.known, active, visible)
+            visible = self._visible.rows(sampled.known, active, self._builds.of_sequence)
         jump = self._motion.update(box, seconds, grid.shift, grid.log_step)
         self._path.step(
             Areas(common, window.reshape(-1), visible),
@@ -228,8 +244,20 @@ class SequenceMatcher:
             jump,
             active[self._builds.of_sequence],
         )
-        leading = self._path.leading
-        best = divmod(int(leading.argmax()), leading.shape[1])
+        sequence, phase, tall, row, column = self._path.leader()
+        azimuth = self._azimuth(sequence, self._refine(0, sequence, phase, tall, row, column)[0])
+        view = self._view.update(azimuth, seconds)
+        self._clock.update(
+            self._evidence.at(
+                sampled.images[tall],
+                None if sampled.known is None else sampled.known[tall],
+                (row * grid.windows.step, column * grid.windows.step),
+                sequence,
+                phase,
+                self._towards(sequence, view),
+            ),
+            seconds,
+        )
         self._waiting.append(
             _Frame(
                 self._stamp_ns,
@@ -239,12 +267,11 @@ class SequenceMatcher:
                 (likelihood.shape[0], likelihood.shape[1]),
                 sampled,
                 angle,
-                phase_evidence(leading, *best),
             )
         )
 
-    def _emit(self, path: Path, index: int) -> MatchResult:
-        """Make the result of a waiting frame."""
+    def _emit(self, path: Path, index: int, belief: NDArray[np.float64]) -> MatchResult:
+        """Make the result of a waiting frame; ``belief`` is (P,), probabilities of phases."""
         frame = self._waiting[index]
         back = len(self._waiting) - 1 - index
         sequence, phase, scale, row, column = (int(v) for v in path.states[-1 - back])
@@ -258,11 +285,13 @@ class SequenceMatcher:
                 scale + offsets[2], row + offsets[3], column + offsets[4], frame.angle
             )
         azimuth = self._azimuth(sequence, offsets[0])
-        share = ((phase + offsets[1]) / bank.phases) % 1.0
-        if math.cos(azimuth) < -1e-9:
-            share = (share + 0.5) % 1.0
-        if found:
-            share = self._forward(share)
+        seconds = (frame.stamp_ns - self._origin_ns) / 1e9
+        rate = self._clock.rate
+        expected = self._near_leg.expected(seconds, rate)
+        if expected is None:
+            expected = (phase + offsets[1]) / bank.phases
+        share, sure = phase_near(belief, expected)
+        share = self._near_leg.update(share, azimuth, seconds)
         body = placement.body(frame.box, frame.angle)
         return MatchResult(
             stamp_ns=frame.stamp_ns,
@@ -272,10 +301,10 @@ class SequenceMatcher:
             sequence=sequence,
             phase_index=phase,
             phase=share,
-            phase_rate=path.rate,
+            phase_rate=rate,
             azimuth=azimuth,
             similarity=similarity,
-            confidence=confidence(frame.evidence) if found else 0.0,
+            confidence=sure if found else 0.0,
             shape_prior=warp_template(
                 bank.templates[sequence, phase],
                 body.scaled(frame.scale),
@@ -283,13 +312,6 @@ class SequenceMatcher:
                 frame.shape,
             ),
         )
-
-    def _forward(self, phase: float) -> float:
-        """Return a phase that is not a little behind the last one: nobody walks backwards."""
-        if self._phase is not None and 0 < (self._phase - phase) % 1.0 < _STAND:
-            phase = self._phase
-        self._phase = phase
-        return phase
 
     def _similarity_at(
         self, sampled: Sampled, sequence: int, phase: int, scale: int, row: int, column: int
@@ -327,7 +349,7 @@ class SequenceMatcher:
         result = []
         for axis in range(5):
             if axis == 0:
-                sides = self._beside(sequence)
+                sides = self._beside[sequence]
             else:
                 sides = (here[axis] - 1, here[axis] + 1)
             if axis >= 2 and not (sides[0] >= 0 and sides[1] < shape[axis - 2]):
@@ -340,23 +362,35 @@ class SequenceMatcher:
             result.append(min(max(vertex, -0.5), 0.5))
         return result
 
-    def _beside(self, sequence: int) -> tuple[int, int]:
-        """Return the neighbouring views of the same build, clockwise and anticlockwise."""
-        alike = [
-            k for k, name in enumerate(self._bank.builds) if name == self._bank.builds[sequence]
-        ]
-        alike.sort(key=lambda k: float(self._bank.azimuth[k]))
-        place = alike.index(sequence)
-        return alike[place - 1], alike[(place + 1) % len(alike)]
+    def _towards(self, sequence: int, azimuth: float) -> tuple[int, float] | None:
+        """Return the view next to a sequence on the side of an azimuth, and its share."""
+        own = float(self._bank.azimuth[sequence])
+        off = turned(azimuth - own)
+        other = self._beside[sequence][1 if off > 0 else 0]
+        gap = abs(turned(float(self._bank.azimuth[other]) - own))
+        if not 0 < gap <= math.pi / 4:
+            return None
+        return other, min(abs(off) / gap, 1.0)
 
     def _azimuth(self, sequence: int, offset: float) -> float:
         """Return the azimuth ``offset`` views beside a sequence."""
         own = float(self._bank.azimuth[sequence])
-        other = self._beside(sequence)[1 if offset > 0 else 0]
+        other = self._beside[sequence][1 if offset > 0 else 0]
         gap = abs(turned(float(self._bank.azimuth[other]) - own))
         if gap > math.pi / 4:
             return turned(own)
         return turned(own + offset * gap)
+
+
+def _neighbours(bank: TemplateBank) -> list[tuple[int, int]]:
+    """Return each sequence's neighbouring views of its build, clockwise and anticlockwise."""
+    result = []
+    for sequence, build in enumerate(bank.builds):
+        alike = [k for k, name in enumerate(bank.builds) if name == build]
+        alike.sort(key=lambda k: float(bank.azimuth[k]))
+        place = alike.index(sequence)
+        result.append((alike[place - 1], alike[(place + 1) % len(alike)]))
+    return result
 
 
 def _nobody(stamp_ns: int, track_id: int, shape: tuple[int, ...]) -> MatchResult:

@@ -185,21 +185,26 @@ class PathSearch:
         self._shifts.append(jump)
         self._best = int(self.leading.max())
 
-    def follow(self) -> Path:
+    def leader(self) -> tuple[int, int, int, int, int]:
         """
-        Trace the path back from the state that is best now.
+        Return sequence, phase, scale, row and column of the state to trace back from.
 
         The path followed so far is left only for one that leads by ``switch_margin``, so that
         equally good half-cycle twins do not alternate.
         """
-        sequence, phase = self._leader()
+        sequence, phase = self._leading_template()
         lanes = self._ring.shape[-1] // self._shape[0]
         scores = self.scores(0)[sequence, phase]
         scale, lane = divmod(int(scores.argmax()), lanes)
         row, column = divmod(lane, self._shape[2])
+        return sequence, phase, scale, row, column
+
+    def follow(self) -> Path:
+        """Trace the path back from the leader."""
+        leader = self.leader()
         count = len(self._slots)
         states = np.empty((count, 5), np.int64)
-        states[-1] = sequence, phase, scale, row, column
+        states[-1] = leader
         most = max(len(cost) for cost in self._costs)
         costs = np.zeros((count, most), np.int16)
         for index, cost in enumerate(self._costs):
@@ -221,11 +226,11 @@ class PathSearch:
         lowest, highest = self._config.minimum_cadence, self._config.maximum_cadence
         if seconds[-1] - seconds[0] >= _RATE_SPAN:
             self._rate = min(max(rate, lowest / 120), highest / 120)
-        self._followed = sequence, phase
+        self._followed = leader[:2]
         return Path(states, seconds, rate)
 
-    def _leader(self) -> tuple[int, int]:
-        """Return sequence and phase of the state to trace back from."""
+    def _leading_template(self) -> tuple[int, int]:
+        """Return sequence and phase of the leader."""
         phases = self.leading.shape[1]
         best = divmod(int(self.leading.argmax()), phases)
         if self._followed is None or len(self._slots) < 2:

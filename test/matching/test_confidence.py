@@ -1,14 +1,38 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 import numpy as np
+import pytest
 
-from gait_segmentation.matching.confidence import confidence, phase_evidence
+from gait_segmentation.matching.confidence import phase_near
+
+PHASES = 30
 
 
-def test_a_clear_phase_and_its_twin_are_trusted_more_than_a_flat_one():
-    flat = np.zeros((2, 30), np.int16)
-    clear = np.full((2, 30), -2000, np.int16)
-    clear[1, [3, 18]] = 0
-    low, high = (confidence(phase_evidence(scores, 1, 3)) for scores in (flat, clear))
-    assert 0 <= low < 0.5 < 0.99 < high <= 1
-    assert confidence(phase_evidence(clear, 1, 11)) < 0.01
+def test_a_clear_phase_and_its_twin_are_trusted_more_than_a_flat_belief():
+    clear = np.full(PHASES, 1e-5)
+    clear[[3, 18]] = 0.5
+    phase, sure = phase_near(clear / clear.sum(), 0.12)
+    assert phase == pytest.approx(0.1, abs=1e-3)
+    _, doubtful = phase_near(np.full(PHASES, 1 / PHASES), 0.1)
+    assert doubtful == pytest.approx(0.2)
+    assert 0.98 < sure <= 1
+
+
+def test_of_two_halves_the_nearer_one_is_taken():
+    belief = np.zeros(PHASES)
+    belief[[3, 18]] = 0.5
+    assert phase_near(belief, 0.65)[0] == pytest.approx(0.6)
+    belief[[3, 18]] = 0.8, 0.2
+    assert phase_near(belief, 0.65)[0] == pytest.approx(0.6)
+    # ... unless the belief is clearly in the other one.
+    belief[[3, 18]] = 1 - 1e-6, 1e-6
+    assert phase_near(belief, 0.65)[0] == pytest.approx(0.1)
+    belief[:] = 0
+    belief[29] = 1.0
+    assert phase_near(belief, 0.03)[0] == pytest.approx(29 / 30)
+
+
+def test_phases_lie_between_bins():
+    belief = np.zeros(PHASES)
+    belief[[6, 7]] = 0.25, 0.75
+    assert phase_near(belief, 0.2)[0] == pytest.approx(6.75 / PHASES, abs=1e-3)

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 import math
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -153,9 +154,9 @@ def test_another_person_or_a_long_pause_begins_anew(bank):
         image, box, stamp, track_id=2, source_size=SIZE
     )[0]
     other = matcher.update(image, box, stamp, track_id=2, source_size=SIZE)[0]
-    assert (other.phase, other.phase_rate) == (fresh.phase, 0.0)
+    assert (other.phase, other.phase_rate) == (fresh.phase, fresh.phase_rate)
     later = matcher.update(image, box, stamp + 10**10, track_id=2, source_size=SIZE)[0]
-    assert later.phase_rate == 0.0
+    assert (later.phase, later.phase_rate) == (fresh.phase, fresh.phase_rate)
 
 
 def test_a_stamp_that_goes_back_resets(bank):
@@ -194,6 +195,8 @@ def test_results_are_the_same_bits_again(bank):
         ({'stamp_ns': 10**9}, 'later'),
         ({'source_size': (0, 130)}, 'positive'),
         ({'angle': math.nan}, 'finite'),
+        ({'box': Box(10, 10, 1e-6, 1e-6)}, 'pixels large'),
+        ({'box': Box(10, 10, 1e16, 1e16)}, 'pixels large'),
     ],
 )
 def test_refuses_what_it_cannot_use_and_goes_on(bank, change, words):
@@ -205,3 +208,54 @@ def test_refuses_what_it_cannot_use_and_goes_on(bank, change, words):
         matcher.update(**{**values, **change}, track_id=1)
     good = {**values, 'stamp_ns': stamp + 5 * 10**7}
     assert len(matcher.update(**good, track_id=1)) == 1
+
+
+def noisy_walk(azimuths, rng):
+    """Draw somebody seen from changing directions, with a fifth of the pixels turned over."""
+    for number, azimuth in enumerate(azimuths):
+        phase = (0.2 + RATE * number / FPS) % 1
+        drawn = render_silhouette(phase, azimuth, HEIGHT)
+        image = np.zeros((SIZE[1], SIZE[0]), np.uint8)
+        y, x = (SIZE[1] - drawn.shape[0]) // 2, (SIZE[0] - drawn.shape[1]) // 2
+        image[y : y + drawn.shape[0], max(x, 0) : x + drawn.shape[1]] = drawn[:, max(-x, 0) :]
+        box = Box.around(image > 127)
+        image = np.where(rng.random(image.shape) < 0.2, 255 - image, image)
+        yield 10**9 + number * 10**9 // FPS, phase, image.astype(np.uint8), box
+
+
+def test_phase_from_behind_goes_forward(bank):
+    frames = list(noisy_walk([math.pi / 2] * 60, np.random.default_rng(0)))
+    results = run(SequenceMatcher(bank, config()), frames)
+    steps = (np.diff([r.phase for r in results]) + 0.5) % 1 - 0.5
+    assert (steps >= 0).all()
+    error = off(results, frames, 0.0)[FPS:]
+    assert np.sqrt((error**2).mean()) < 0.06
+    assert results[-1].phase_rate == pytest.approx(RATE, rel=0.15)
+
+
+def test_the_phase_goes_on_while_the_view_crosses_the_axis(bank):
+    views = math.pi / 2 + np.deg2rad(20) * np.sin(np.arange(60) / 8)
+    results = run(SequenceMatcher(bank, config()), noisy_walk(views, np.random.default_rng(1)))
+    steps = (np.diff([r.phase for r in results]) + 0.5) % 1 - 0.5
+    assert (steps >= 0).all()
+    assert steps.max() < 0.35
+
+
+def test_memory_does_not_grow(bank):
+    frames = list(walk(0.3, 20))
+    matcher = SequenceMatcher(bank, config(lag=2))
+
+    def go(first, last):
+        for number in range(first, last):
+            _, _, image, box = frames[number % len(frames)]
+            stamp = 10**9 + number * 10**9 // FPS
+            matcher.update(image, box, stamp, track_id=1, source_size=SIZE)
+
+    go(0, 60)
+    tracemalloc.start()
+    go(60, 120)
+    before = tracemalloc.get_traced_memory()[0]
+    go(120, 300)
+    after = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    assert after - before < 50_000

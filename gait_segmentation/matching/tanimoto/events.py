@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.matching.tanimoto.program import make_program
+from gait_segmentation.matching.tanimoto.program import in_order, make_program
 from gait_segmentation.matching.tanimoto.simd import LANES, RUN, gather, run_program
 from gait_segmentation.matching.tanimoto.windows import WindowGrid, check_templates
 
@@ -46,9 +46,9 @@ class EventKernel:
             return_index=True,
             return_inverse=True,
         )
-        self.row: NDArray[np.int32] = row.reshape(-1).astype(np.int32)
         self._rows = len(different)
-        self._program = make_program(templates[first])
+        self._program, place = in_order(make_program(templates[first]))
+        self.row: NDArray[np.int32] = place[row.reshape(-1)]
         windows = grid.rows * grid.columns
         self._blocks = -(-windows // LANES)
         self.pitch = self._blocks * LANES

@@ -5,27 +5,32 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.matching.tanimoto.arborescence import minimum_arborescence
 
-__all__ = ['GROUP', 'EventProgram', 'make_program']
+__all__ = ['GROUP', 'PAIR', 'EventProgram', 'in_order', 'make_program']
 
-GROUP = 4
-"""Events a group holds; groups that are not full are filled with events that add nothing."""
+GROUP, PAIR = 4, 2
+"""Events that a narrow group holds, and any other one; groups that are not full are filled with
+events that add nothing."""
 
 _NARROW_LIMIT = 255
 """Most that the events of a narrow group may add together: what 8 bits hold."""
 
-_SUM_LIMIT = 32767 - GROUP // 2 * 255
+_SUM_LIMIT = 32767 - 255
 """Most that the groups of one sign in one step may add together: what 16 bits hold, less the
-half of a mixed group."""
+half of a mixed pair."""
 
 _OPEN_GROUPS = 8
+
+_KINDS = ('narrow +', 'wide +', 'narrow -', 'wide -', 'mixed')
+"""Kinds of groups, in the order in which a step has them."""
 
 
 @dataclass(frozen=True)
@@ -38,12 +43,12 @@ class EventProgram:
     lo = min(a, b) and span = |b - a|, added if b > a and subtracted if not.
 
     ``pixels`` (A,) int64 are the pixels any event uses.  ``source`` (E,) int32 is an event's
-    place in that list, ``lo`` and ``span`` (E,) uint8.  Every ``GROUP`` events are a group;
-    the sum of a *narrow* group fits 8 bits.  A step (``target``, ``base``, both (T,) int32)
-    makes row ``target`` from row ``base``; row 0 is the empty template, row k + 1 template k.
-    ``bounds`` (T, 6) int32 are the group numbers between its narrow additions, wide additions,
-    narrow subtractions, wide subtractions and mixed groups, whose first half is added and second
-    half subtracted.  ``events`` counts the events without filling.
+    place in that list, ``lo`` and ``span`` (E,) uint8.  ``GROUP`` events are a *narrow* group,
+    whose sum fits 8 bits, ``PAIR`` a wide or a mixed one.  A step (``target``, ``base``, both (T,)
+    int32) makes row ``target`` from row ``base``; row 0 is the empty template, row k + 1 template
+    k.  ``bounds`` (T, 6) int32 are the places, in pairs, between its narrow additions, wide
+    additions, narrow subtractions, wide subtractions and mixed pairs, of which the first is added
+    and the second subtracted.  ``events`` counts the events without filling.
     """
 
     pixels: NDArray[np.int64]
@@ -81,7 +86,8 @@ def make_program(templates: NDArray[np.uint8]) -> EventProgram:
     """
     Code templates as changes against their parents.
 
-    The standard bank takes seconds, so the last programs are kept; nobody may write to them.
+    The last programs are kept, as the matchers of all slots need the same ones; nobody may write
+    to them.
 
     :param templates: (K, height, width) uint8.
     """
@@ -93,139 +99,211 @@ def _make_program(key: _ByContent) -> EventProgram:
     templates = key.templates
     pixels = np.ascontiguousarray(templates.reshape(len(templates), -1))
     order, parents = minimum_arborescence(pixels)
-    empty = np.zeros(pixels.shape[1], np.uint8)
-    builder = _Builder()
+    events, spans = _count(pixels, order, parents)
+    # Narrow groups are filled up by at most one event, and one wide one in each step and sign.
+    places = 2 * events + 2 * PAIR * (len(pixels) + 1)
+    steps = len(pixels) + 2 * (spans // (_SUM_LIMIT - 2 * GROUP * 255) + len(pixels))
+    where = np.empty(places, np.int64)
+    lo = np.empty(places, np.uint8)
+    span = np.empty(places, np.uint8)
+    rows = np.empty((steps, 2), np.int32)
+    bounds = np.empty((steps, len(_KINDS) + 1), np.int32)
+    places, steps = _code(pixels, order, parents, where, lo, span, rows, bounds)
+    used, source = np.unique(where[:places], return_inverse=True)
+    return EventProgram(
+        pixels=used,
+        source=source.astype(np.int32),
+        lo=lo[:places].copy(),
+        span=span[:places].copy(),
+        target=rows[:steps, 0].copy(),
+        base=rows[:steps, 1].copy(),
+        bounds=bounds[:steps].copy(),
+        events=events,
+    )
+
+
+def in_order(program: EventProgram) -> tuple[EventProgram, NDArray[np.int32]]:
+    """
+    Number the rows in the order in which they are made.
+
+    Results are then written one after the other, which caches and their prefetchers are made for.
+
+    :returns: the program, and the place that each template's row has now, (K,) int32 from 0.
+    """
+    made, first = np.unique(program.target, return_index=True)
+    place = np.empty(len(made), np.int32)
+    place[np.argsort(first)] = np.arange(len(made))
+    row = np.concatenate([[0], place + 1]).astype(np.int32)
+    return replace(program, target=row[program.target], base=row[program.base]), place
+
+
+@njit(cache=True, nogil=True)
+def _count(pixels, order, parents):  # type: ignore[no-untyped-def]
+    """Return the number of events and the sum of their spans."""
+    events, spans = 0, 0
     for child in order:
-        parent = int(parents[child])
-        before = empty if parent < 0 else pixels[parent]
-        builder.template(int(child) + 1, parent + 1, before, pixels[child])
-    return builder.done()
+        for x in range(pixels.shape[1]):
+            before = np.int64(0)
+            if parents[child] >= 0:
+                before = np.int64(pixels[parents[child], x])
+            change = abs(np.int64(pixels[child, x]) - before)
+            events += change != 0
+            spans += change
+    return events, spans
 
 
-def _narrow_groups(span: NDArray[np.uint8]) -> tuple[list[list[int]], list[int]]:
-    """Sort events into narrow groups by first fit; return these and the rest."""
-    narrow: list[list[int]] = []
-    lonely: list[int] = []
-    opened: list[tuple[list[int], int]] = []
+@njit(cache=True, nogil=True)
+def _code(pixels, order, parents, where, lo, span, rows, bounds):  # type: ignore[no-untyped-def]
+    """
+    Write the program; the other arguments are as in :class:`EventProgram`, with room to spare.
 
-    def close(group: list[int]) -> None:
-        if len(group) > GROUP // 2:
-            narrow.append(group)
-        else:
-            lonely.extend(group)
-
-    for event, size in enumerate(span.tolist()):
-        for place, (group, total) in enumerate(opened):
-            if total + size <= _NARROW_LIMIT:
-                group.append(event)
-                opened[place] = (group, total + size)
-                if len(group) == GROUP:
-                    close(opened.pop(place)[0])
-                break
-        else:
-            if len(opened) == _OPEN_GROUPS:
-                close(opened.pop(0)[0])
-            opened.append(([event], size))
-    for group, _ in opened:
-        close(group)
-    return narrow, sorted(lonely)
-
-
-class _Builder:
-    """Collects the events of all templates."""
-
-    def __init__(self) -> None:
-        self._source: list[NDArray[np.int64]] = []
-        self._lo: list[NDArray[np.uint8]] = []
-        self._span: list[NDArray[np.uint8]] = []
-        self._places = 0
-        self._events = 0
-        self._steps: list[tuple[int, int, list[int]]] = []
-
-    def template(
-        self, target: int, base: int, before: NDArray[np.uint8], after: NDArray[np.uint8]
-    ) -> None:
-        """Add the events that make one template from its parent."""
-        where = np.flatnonzero(before != after)
-        self._events += len(where)
-        old, new = before[where], after[where]
-        lo = np.minimum(old, new)
-        span = np.maximum(old, new) - lo
-        kinds: list[list[list[int]]] = []
-        rests: list[list[int]] = []
-        for chosen in (np.flatnonzero(new > old), np.flatnonzero(new < old)):
-            narrow, lonely = _narrow_groups(span[chosen])
-            wide = [lonely[i : i + GROUP] for i in range(0, len(lonely), GROUP)]
-            rests.append(wide.pop() if wide and len(wide[-1]) <= GROUP // 2 else [])
-            for groups in (narrow, wide):
-                kinds.append([[int(chosen[event]) for event in group] for group in groups])
-            rests[-1] = [int(chosen[event]) for event in rests[-1]]
-        mixed: list[tuple[list[int], list[int]]] = []
-        if all(rests):
-            mixed = [(rests[0], rests[1])]
-        elif any(rests):
-            kinds[1 if rests[0] else 3].append(rests[0] or rests[1])
+    :param where: the events' pixels.
+    :param rows: targets and bases.
+    :returns: number of places and steps written.
+    """
+    size = pixels.shape[1]
+    event_lo, event_span = np.empty((2, size), np.uint8), np.empty((2, size), np.uint8)
+    event_where = np.empty((2, size), np.int64)
+    # For either sign the groups, narrow ones first, as numbers of events, -1 = filling.
+    groups = np.empty((2, size + 2, GROUP), np.int64)
+    lonely = np.empty(size, np.int64)
+    rests = np.empty(2, np.int64)
+    narrow, total, taken = np.empty(2, np.int64), np.empty(2, np.int64), np.empty(2, np.int64)
+    out = where, lo, span
+    place, step = 0, 0
+    for child in order:
+        parent = parents[child]
+        count = np.zeros(2, np.int64)
+        for x in range(size):
+            before = pixels[parent, x] if parent >= 0 else np.uint8(0)
+            after = pixels[child, x]
+            if after != before:
+                sign = 0 if after > before else 1
+                event_where[sign, count[sign]] = x
+                event_lo[sign, count[sign]] = min(before, after)
+                event_span[sign, count[sign]] = max(before, after) - min(before, after)
+                count[sign] += 1
+        rests[:] = -1
+        for sign in range(2):
+            narrow[sign], alone = _narrow_groups(
+                event_span[sign, : count[sign]], groups[sign], lonely
+            )
+            total[sign] = narrow[sign] + alone // PAIR
+            groups[sign, narrow[sign] : total[sign] + 1] = -1
+            for k in range(alone // PAIR * PAIR):
+                groups[sign, narrow[sign] + k // PAIR, k % PAIR] = lonely[k]
+            if alone % PAIR:
+                rests[sign] = lonely[alone - 1]
+        mixed = rests[0] >= 0 and rests[1] >= 0
+        for sign in range(2):
+            if not mixed and rests[sign] >= 0:
+                groups[sign, total[sign], 0] = rests[sign]
+                total[sign] += 1
+        taken[:] = 0
+        base = parent + 1
         while True:
-            taken = self._take(kinds, span)
-            filled = [[(group, GROUP) for group in groups] for groups in taken]
-            halves = [(half, GROUP // 2) for pair in mixed for half in pair]
-            self._step(target, base, [*filled, halves], where, lo, span)
-            base, mixed = target, []
-            if not any(kinds):
-                return
+            rows[step] = child + 1, base
+            bounds[step, 0] = place // PAIR
+            for sign in range(2):
+                events = event_where[sign], event_lo[sign], event_span[sign]
+                first = taken[sign]
+                taken[sign] = _fitting(event_span[sign], groups[sign], first, total[sign])
+                middle = min(max(first, narrow[sign]), taken[sign])
+                for group in range(first, middle):
+                    place = _write(groups[sign, group], events, out, place)
+                bounds[step, 2 * sign + 1] = place // PAIR
+                for group in range(middle, taken[sign]):
+                    place = _write(groups[sign, group, :PAIR], events, out, place)
+                bounds[step, 2 * sign + 2] = place // PAIR
+            if mixed:
+                for sign in range(2):
+                    events = event_where[sign], event_lo[sign], event_span[sign]
+                    place = _write(rests[sign : sign + 1], events, out, place)
+                mixed = False
+            bounds[step, 5] = place // PAIR
+            step += 1
+            base = child + 1
+            if taken[0] == total[0] and taken[1] == total[1]:
+                break
+    return place, step
 
-    @staticmethod
-    def _take(kinds: list[list[list[int]]], span: NDArray[np.uint8]) -> list[list[list[int]]]:
-        """Take from the groups as many of either sign as 16 bits can sum up."""
-        taken: list[list[list[int]]] = []
-        for first in (0, 2):
-            total = 0
-            for kind in (first, first + 1):
-                count = 0
-                for group in kinds[kind]:
-                    total += int(span[group].sum(dtype=np.int64))
-                    if total > _SUM_LIMIT:
-                        break
-                    count += 1
-                taken.append(kinds[kind][:count])
-                kinds[kind] = kinds[kind][count:]
-                if kinds[kind]:
-                    total = _SUM_LIMIT
-        return taken
 
-    def _step(
-        self,
-        target: int,
-        base: int,
-        kinds: list[list[tuple[list[int], int]]],
-        where: NDArray[np.int64],
-        lo: NDArray[np.uint8],
-        span: NDArray[np.uint8],
-    ) -> None:
-        bounds = [self._places // GROUP]
-        for groups in kinds:
-            for group, size in groups:
-                filling = size - len(group)
-                last = where[group[-1:]].repeat(filling)
-                nothing = np.zeros(filling, np.uint8)
-                self._source.append(np.concatenate([where[group], last]))
-                self._lo.append(np.concatenate([lo[group], nothing]))
-                self._span.append(np.concatenate([span[group], nothing]))
-                self._places += size
-            bounds.append(self._places // GROUP)
-        self._steps.append((target, base, bounds))
+@njit(cache=True, nogil=True)
+def _narrow_groups(span, groups, lonely):  # type: ignore[no-untyped-def]
+    """
+    Sort events into narrow groups by first fit.
 
-    def done(self) -> EventProgram:
-        """Return everything collected."""
-        where = np.concatenate([*self._source, np.empty(0, np.int64)])
-        pixels, source = np.unique(where, return_inverse=True)
-        return EventProgram(
-            pixels=pixels,
-            source=source.astype(np.int32),
-            lo=np.concatenate([*self._lo, np.empty(0, np.uint8)]),
-            span=np.concatenate([*self._span, np.empty(0, np.uint8)]),
-            target=np.array([step[0] for step in self._steps], np.int32),
-            base=np.array([step[1] for step in self._steps], np.int32),
-            bounds=np.array([step[2] for step in self._steps], np.int32).reshape(-1, 6),
-            events=self._events,
-        )
+    :param groups: (n, GROUP) int64, result, -1 = filling.
+    :param lonely: (n,) int64, result, the rest in order.
+    :returns: number of groups and of the rest.
+    """
+    members = np.empty((_OPEN_GROUPS, GROUP), np.int64)
+    held = np.zeros(_OPEN_GROUPS, np.int64)
+    total = np.zeros(_OPEN_GROUPS, np.int64)
+    opened, found, alone = 0, 0, 0
+    for event in range(len(span) + _OPEN_GROUPS):
+        done = -1
+        if event < len(span):
+            fits = -1
+            for k in range(opened):
+                if total[k] + span[event] <= _NARROW_LIMIT:
+                    fits = k
+                    break
+            if fits < 0 and opened == _OPEN_GROUPS:
+                done = 0
+            elif fits >= 0:
+                members[fits, held[fits]] = event
+                held[fits] += 1
+                total[fits] += span[event]
+                if held[fits] == GROUP:
+                    done = fits
+        elif opened > 0:
+            fits, done = 0, 0
+        else:
+            break
+        if done >= 0:
+            if held[done] > GROUP // 2:
+                groups[found] = -1
+                groups[found, : held[done]] = members[done, : held[done]]
+                found += 1
+            else:
+                lonely[alone : alone + held[done]] = members[done, : held[done]]
+                alone += held[done]
+            opened -= 1
+            for k in range(done, opened):
+                members[k], held[k], total[k] = members[k + 1], held[k + 1], total[k + 1]
+        if fits < 0:
+            members[opened, 0] = event
+            held[opened], total[opened] = 1, span[event]
+            opened += 1
+    lonely[:alone].sort()
+    return found, alone
+
+
+@njit(cache=True, nogil=True)
+def _fitting(span, groups, first, last):  # type: ignore[no-untyped-def]
+    """Return up to which group from the first on 16 bits can sum up."""
+    total = 0
+    for group in range(first, last):
+        for event in groups[group]:
+            if event >= 0:
+                total += span[event]
+        if total > _SUM_LIMIT:
+            return group
+    return last
+
+
+@njit(cache=True, nogil=True)
+def _write(group, events, out, place):  # type: ignore[no-untyped-def]
+    """Write a group, filled up with events that add nothing; return the next place."""
+    event_where, event_lo, event_span = events
+    where, lo, span = out
+    last = 0
+    for event in group:
+        if event >= 0:
+            last = event_where[event]
+        where[place] = last
+        lo[place] = event_lo[event] if event >= 0 else 0
+        span[place] = event_span[event] if event >= 0 else 0
+        place += 1
+    return place

@@ -19,7 +19,7 @@ from llvmlite import ir  # type: ignore[import-untyped]
 from numba import njit, types
 from numba.extending import intrinsic
 
-from gait_segmentation.matching.tanimoto.program import GROUP
+from gait_segmentation.matching.tanimoto.program import PAIR
 
 __all__ = ['LANES', 'RUN', 'gather', 'run_program']
 
@@ -126,7 +126,7 @@ def _apply_step(
                 result.append(builder.call(least, [builder.call(minus, [value, floor]), most]))
             return result
 
-        signs = ['++++', '++++', '----', '----', '++--']  # of the members, as in EventProgram
+        signs = ['++++', '++', '----', '--', '+-']  # of the members, as in EventProgram
         for kind, sign in enumerate(signs):
             narrow = kind in (0, 2)
             edge = builder.mul(args[5], constant(len(signs) + 1))
@@ -134,12 +134,11 @@ def _apply_step(
                 builder.sext(builder.load(at(4, builder.add(edge, constant(k)))), _I64)
                 for k in (kind, kind + 1)
             )
-            with cgutils.for_range_slice(builder, first, last, constant(1), intp=_I64) as (
-                group,
-                _,
-            ):
-                event = builder.mul(group, constant(GROUP))
-                members = [changes(builder.add(event, constant(k))) for k in range(GROUP)]
+            with cgutils.for_range_slice(
+                builder, first, last, constant(len(sign) // PAIR), intp=_I64
+            ) as (pair, _):
+                event = builder.mul(pair, constant(PAIR))
+                members = [changes(builder.add(event, constant(k))) for k in range(len(sign))]
                 if narrow:
                     members = [
                         [

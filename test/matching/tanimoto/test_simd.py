@@ -13,7 +13,8 @@ def test_one_event_changes_all_lanes():
     lo, span = np.array([10, 0, 0, 0], np.uint8), np.array([50, 0, 0, 0], np.uint8)
     change = np.clip(np.arange(LANES) - 10, 0, 50)
     for kind, sign in ((0, 1), (1, 1), (2, -1), (3, -1), (4, 1)):
-        bounds = np.array([0] * (kind + 1) + [1] * (5 - kind), np.int32)
+        pairs = 2 if kind in (0, 2) else 1
+        bounds = np.array([0] * (kind + 1) + [pairs] * (5 - kind), np.int32)
         step = np.array([2], np.int32), np.array([1], np.int32)
         run_program(matrix, source, lo, span, bounds, *step, out, LANES, 0)
         np.testing.assert_array_equal(out[2 * LANES :], 1000 + sign * change)

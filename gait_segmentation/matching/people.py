@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One matcher for each slot, and their results put together frame by frame."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+from gait_segmentation.crew import Crew
+from gait_segmentation.gait_model.bank import TemplateBank
+from gait_segmentation.matching.config import MatchingConfig
+from gait_segmentation.matching.matcher import SequenceMatcher
+from gait_segmentation.results import MatchResult, TrackResult
+
+__all__ = ['PeopleMatcher']
+
+
+@dataclass
+class _Frame:
+    """A frame that not all slots have a result for."""
+
+    stamp_ns: int
+    found: dict[int, MatchResult] = field(default_factory=dict)
+
+
+class PeopleMatcher:
+    """
+    Matches the likelihoods of several people.
+
+    With a lag, empty slots would answer at once and others later; a frame is handed out when
+    all have answered.
+    """
+
+    def __init__(
+        self,
+        bank: TemplateBank,
+        config: MatchingConfig | None = None,
+        *,
+        max_people: int = 1,
+        threads: int = 1,
+    ) -> None:
+        """
+        Make a matcher for each slot.
+
+        :param bank: the sequences.
+        :param max_people: number of slots.
+        :param threads: how many work at a time.
+        """
+        self._bank = bank
+        self._config = config or MatchingConfig()
+        self._slots = [SequenceMatcher(bank, self._config) for _ in range(max_people)]
+        self._crew = Crew(threads)
+        self._frames: deque[_Frame] = deque()
+        self._stamp_ns = 0
+
+    @property
+    def config(self) -> MatchingConfig:
+        """Return the configuration; exchanging it begins all paths anew."""
+        return self._config
+
+    @config.setter
+    def config(self, config: MatchingConfig) -> None:
+        self._config = config
+        self._slots = [SequenceMatcher(self._bank, config) for _ in self._slots]
+        self._frames.clear()
+
+    def reset(self) -> None:
+        """Forget all frames, also those whose results have not been handed out."""
+        for slot in self._slots:
+            slot.reset()
+        self._frames.clear()
+        self._stamp_ns = 0
+
+    def update(
+        self, tracks: Sequence[TrackResult], *, source_size: tuple[int, int]
+    ) -> list[tuple[MatchResult, ...]]:
+        """
+        Take in a frame.
+
+        A stamp that goes back resets everything.
+
+        :param tracks: what the tracker says of each slot, all of one frame.
+        :param source_size: (width, height) of the source image.
+        :returns: the frames that are complete now, oldest first; of each, one result a slot.
+        :raises InputError: if a value cannot be used; the frame is then skipped in all slots.
+        """
+        stamp_ns = tracks[0].stamp_ns
+        if stamp_ns < self._stamp_ns:
+            self.reset()
+        self._frames.append(_Frame(stamp_ns))
+        size = source_size
+        pairs = list(zip(self._slots, tracks, strict=True))
+        tasks = [partial(_match, slot, track, size) for slot, track in pairs if track.body]
+        try:
+            found = iter(self._crew.run(tasks))
+            for index, (slot, track) in enumerate(pairs):
+                self._file(index, next(found) if track.body else _match(slot, track, size))
+        except Exception:
+            self._frames.pop()
+            raise
+        self._stamp_ns = stamp_ns
+        return self._complete()
+
+    def flush(self) -> list[tuple[MatchResult, ...]]:
+        """Return the results that the lag still holds back, and let the paths begin anew."""
+        for index, slot in enumerate(self._slots):
+            self._file(index, slot.flush())
+        return self._complete()
+
+    def _file(self, slot: int, results: list[MatchResult]) -> None:
+        by_stamp = {frame.stamp_ns: frame for frame in self._frames}
+        for result in results:
+            if result.stamp_ns in by_stamp:
+                by_stamp[result.stamp_ns].found[slot] = result
+
+    def _complete(self) -> list[tuple[MatchResult, ...]]:
+        done: list[tuple[MatchResult, ...]] = []
+        while self._frames and len(self._frames[0].found) == len(self._slots):
+            found = self._frames.popleft().found
+            done.append(tuple(found[slot] for slot in range(len(self._slots))))
+        return done
+
+
+def _match(
+    slot: SequenceMatcher, track: TrackResult, source_size: tuple[int, int]
+) -> list[MatchResult]:
+    return slot.update(
+        track.likelihood,
+        track.body,
+        track.stamp_ns,
+        track_id=track.track_id,
+        source_size=source_size,
+        angle=track.angle,
+    )

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.matching import MatchingConfig, PeopleMatcher
+from gait_segmentation.results import TrackResult
+from test.walkers import clip, small_bank
+
+SIZE = (320, 240)
+
+
+def tracks(index: int, *seen: bool) -> list[TrackResult]:
+    """Return slots in which the walker is seen or nobody is."""
+    frame = clip(pan=0.0)[index]
+    black = np.zeros_like(frame.masks[0])
+    return [
+        TrackResult(frame.stamp_ns, 1 + slot, frame.boxes[0], frame.masks[0], 1.0)
+        if each
+        else TrackResult(frame.stamp_ns, 0, None, black, 0.0)
+        for slot, each in enumerate(seen)
+    ]
+
+
+def people(slots: int = 2, threads: int = 1, **changes) -> PeopleMatcher:
+    config = MatchingConfig(**changes)
+    return PeopleMatcher(small_bank(), config, max_people=slots, threads=threads)
+
+
+def test_every_slot_is_matched_in_every_frame() -> None:
+    matcher = people()
+    for index in range(3):
+        ((one, two),) = matcher.update(tracks(index, True, False), source_size=SIZE)
+        assert one.stamp_ns == two.stamp_ns == clip(pan=0.0)[index].stamp_ns
+        assert one.body is not None
+        assert two.body is None
+
+
+def test_a_lag_holds_a_frame_until_all_slots_have_it() -> None:
+    matcher = people(lag=2)
+    counts = [len(matcher.update(tracks(k, k < 4, True), source_size=SIZE)) for k in range(6)]
+    assert counts == [0, 0, 1, 1, 1, 1]
+    rest = matcher.flush()
+    assert [each[0].stamp_ns for each in rest] == [f.stamp_ns for f in clip(pan=0.0)[4:6]]
+    assert matcher.flush() == []
+
+
+def test_threads_change_nothing() -> None:
+    one, three = people(3, 1), people(3, 3)
+    for index in range(4):
+        (first,) = one.update(tracks(index, True, True, True), source_size=SIZE)
+        (second,) = three.update(tracks(index, True, True, True), source_size=SIZE)
+        for a, b in zip(first, second, strict=True):
+            assert (a.phase, a.similarity, a.body) == (b.phase, b.similarity, b.body)
+
+
+@pytest.mark.parametrize('threads', [1, 2])
+def test_a_frame_that_cannot_be_used_is_skipped_in_all_slots(threads: int) -> None:
+    matcher = people(threads=threads)
+    matcher.update(tracks(0, True, True), source_size=SIZE)
+    good, bad = tracks(1, True, True)
+    bad = replace(bad, likelihood=np.zeros((7, 320), np.uint8))
+    with pytest.raises(InputError, match='proportions'):
+        matcher.update([good, bad], source_size=SIZE)
+    ((one, two),) = matcher.update(tracks(2, True, True), source_size=SIZE)
+    assert one.stamp_ns == two.stamp_ns == clip(pan=0.0)[2].stamp_ns
+
+
+def test_a_stamp_that_goes_back_begins_anew() -> None:
+    matcher = people(lag=3)
+    for index in (4, 5):
+        assert matcher.update(tracks(index, True, True), source_size=SIZE) == []
+    assert matcher.update(tracks(0, True, True), source_size=SIZE) == []
+    assert [each[0].stamp_ns for each in matcher.flush()] == [clip(pan=0.0)[0].stamp_ns]
+
+
+def test_another_configuration_begins_new_paths() -> None:
+    matcher = people(lag=3)
+    matcher.update(tracks(0, True, True), source_size=SIZE)
+    matcher.config = MatchingConfig(lag=0)
+    assert matcher.config.lag == 0
+    assert len(matcher.update(tracks(1, True, True), source_size=SIZE)) == 1
