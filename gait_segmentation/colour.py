@@ -26,6 +26,9 @@ BANDS = 8
 BIN_VOLUME = (256 / BINS) ** 3
 """Volume of a bin: a density times this is the probability of a bin."""
 
+_LEAST_MASS = 1e-7
+"""Share of the pixels below which a colour counts as never seen."""
+
 _BIN_OF = (np.arange(256) * BINS // 256).astype(np.int32)
 
 
@@ -61,50 +64,98 @@ def body_rows(
     :param height: height of the body in pixels.
     :param angle: tilt of the body in radians.
     """
-    y = np.arange(shape[0], dtype=np.float32)[:, None] + np.float32(origin[1] + 0.5 - center[1])
-    x = np.arange(shape[1], dtype=np.float32)[None, :] + np.float32(origin[0] + 0.5 - center[0])
-    along = np.float32(np.cos(angle)) * y - np.float32(np.sin(angle)) * x
-    return along / np.float32(height) + np.float32(0.5)
+    out = np.empty(shape, np.float32)
+    across, along = -np.sin(angle) / height, np.cos(angle) / height
+    first = 0.5 + across * (origin[0] + 0.5 - center[0]) + along * (origin[1] + 0.5 - center[1])
+    _plane(first, across, along, out)
+    return out
 
 
 @njit(cache=True, nogil=True)
+def _plane(first: float, across: float, along: float, out: NDArray[np.float32]) -> None:
+    step = np.float32(across)
+    for row in range(out.shape[0]):
+        start = np.float32(first + along * row)
+        for col in range(out.shape[1]):
+            out[row, col] = start + step * np.float32(col)
+
+
+@njit(cache=True, nogil=True, fastmath=True)
 def _count(
     bins: NDArray[np.uint16],
     rows: NDArray[np.float32],
     weight: NDArray[np.float32],
-    out: NDArray[np.float32],
-) -> float:
+    newest: NDArray[np.float32],
+    used: NDArray[np.bool_],
+    listed: NDArray[np.int32],
+    length: int,
+) -> tuple[float, int]:
+    """Add up the weights; list the bins that were not in use; return total and list's length."""
     total = 0.0
+    scale = np.float32(BANDS)
     for row in range(bins.shape[0]):
         for col in range(bins.shape[1]):
             w = weight[row, col]
             if w > 0:
-                band = min(max(int(rows[row, col] * BANDS), 0), BANDS - 1)
-                out[bins[row, col], band] += w
+                index = bins[row, col]
+                band = min(max(int(rows[row, col] * scale), 0), BANDS - 1)
+                newest[index, band] += w
                 total += w
-    return total
+                if not used[index]:
+                    used[index] = True
+                    listed[length] = index
+                    length += 1
+    return total, length
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def _blend(
-    histogram: NDArray[np.float32], newest: NDArray[np.float32], total: float, rate: float
-) -> None:
+    histogram: NDArray[np.float32],
+    newest: NDArray[np.float32],
+    total: float,
+    rate: float,
+    used: NDArray[np.bool_],
+    listed: NDArray[np.int32],
+    length: int,
+) -> int:
+    """Move the bins in use towards the newest; drop those all but empty from the list."""
     keep = np.float32(1 - rate)
     gain = np.float32(rate / total)
-    for index in range(histogram.shape[0]):
+    kept = 0
+    for k in range(length):
+        index = listed[k]
+        mass = np.float32(0)
         for band in range(BANDS):
             histogram[index, band] = keep * histogram[index, band] + gain * newest[index, band]
+            newest[index, band] = 0
+            mass += histogram[index, band]
+        if mass < _LEAST_MASS:
+            histogram[index, :] = 0
+            used[index] = False
+        listed[k], listed[kept] = listed[kept], index
+        kept += used[index]
+    return kept
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=True)
 def _mix(
-    histogram: NDArray[np.float32], band_share: float, floor: float, out: NDArray[np.float32]
+    histogram: NDArray[np.float32],
+    band_share: float,
+    floor: float,
+    listed: NDArray[np.int32],
+    length: int,
+    kept: int,
+    out: NDArray[np.float32],
 ) -> None:
-    """Mix each band with its neighbours (half weight) and with the whole body."""
+    """
+    Mix each band with its neighbours (half weight) and with the whole body.
+
+    Of the listed bins the first ``kept`` are in use, the others have become empty.
+    """
     mass = np.zeros(BANDS)
-    for index in range(histogram.shape[0]):
+    for k in range(kept):
         for band in range(BANDS):
-            mass[band] += histogram[index, band]
+            mass[band] += histogram[listed[k], band]
     total = max(mass.sum(), 1e-12)
     own = np.zeros(BANDS, np.float32)
     for band in range(BANDS):
@@ -117,22 +168,18 @@ def _mix(
     every = np.float32((1 - band_share) / total)
     low = np.float32(floor)
     half = np.float32(0.5)
-    for index in range(histogram.shape[0]):
-        h = histogram[index]
+    for k in range(length):
+        h = histogram[listed[k]]
         whole = h[0]
         for band in range(1, BANDS):
             whole += h[band]
-        if whole == 0:
-            for band in range(BANDS):
-                out[index, band] = low
-            continue
         for band in range(BANDS):
             near = h[band]
             if band > 0:
                 near += half * h[band - 1]
             if band < BANDS - 1:
                 near += half * h[band + 1]
-            out[index, band] = own[band] * near + every * whole + low
+            out[listed[k], band] = own[band] * near + every * whole + low
 
 
 class ColourModel:
@@ -149,7 +196,9 @@ class ColourModel:
         self._histogram = np.zeros((BINS**3, BANDS), np.float32)
         self._newest = np.zeros_like(self._histogram)
         self.table = np.full_like(self._histogram, floor)
-        self._empty = True
+        self._used = np.zeros(BINS**3, np.bool_)
+        self._listed = np.zeros(BINS**3, np.int32)
+        self._length = 0
 
     def learn(
         self,
@@ -166,13 +215,23 @@ class ColourModel:
         :param weight: (h, w) float32 weights of the pixels, 0 = not of this class.
         :param rate: share of the newest pixels; the first call takes them whole.
         """
-        self._newest.fill(0)
-        total = _count(bins, rows, weight, self._newest)
+        before = self._length
+        total, length = _count(
+            bins, rows, weight, self._newest, self._used, self._listed, self._length
+        )
         if total <= 0:
             return
-        _blend(self._histogram, self._newest, total, 1.0 if self._empty else rate)
-        self._empty = False
-        _mix(self._histogram, self.band_share, self.floor, self.table)
+        kept = _blend(
+            self._histogram,
+            self._newest,
+            total,
+            rate if before else 1.0,
+            self._used,
+            self._listed,
+            length,
+        )
+        _mix(self._histogram, self.band_share, self.floor, self._listed, length, kept, self.table)
+        self._length = kept
 
     def whole(self) -> NDArray[np.float32]:
         """Return the histogram of the whole body, (BINS^3,) float32 with sum one."""

@@ -35,6 +35,8 @@ __all__ = [
     'Box',
     'Placement',
     'body_window',
+    'check_matched_box',
+    'check_start_box',
     'compose',
     'invert',
     'pixel_affine',
@@ -45,6 +47,15 @@ __all__ = [
 
 _HALF_WIDTH, _HALF_HEIGHT, _HELD_MARGIN = 0.52, 0.62, 0.12
 """Reach of the window about a body, and its margin about a box held, in body heights."""
+
+_LARGEST_START = 4.0
+"""Size of a first box, in image sizes, above which it cannot be that of a person in view."""
+
+_LEAST_MATCHED, _FARTHEST = 0.5, 8.0
+"""
+Least size of a box to match, in pixels, and its largest size and distance, in the image's longer
+sides: beyond what a tracker makes of the smallest and the largest box to start from.
+"""
 
 
 @dataclass(frozen=True)
@@ -62,8 +73,10 @@ class Box:
 
     def __post_init__(self) -> None:
         """Refuse boxes that are no boxes."""
-        values = (self.x, self.y, self.width, self.height)
-        if not all(math.isfinite(value) for value in values):
+        finite = math.isfinite
+        # Without a loop: dozens of boxes are made in every frame.
+        if not (finite(self.x) and finite(self.y) and finite(self.width) and finite(self.height)):
+            values = (self.x, self.y, self.width, self.height)
             raise InputError(f'box values must be finite numbers, got {values}')
         if self.width <= 0 or self.height <= 0:
             raise InputError(
@@ -268,6 +281,51 @@ def body_window(center_x: float, center_y: float, height: float, held: Box | Non
     return window.union(held.padded(_HELD_MARGIN * height, _HELD_MARGIN * height))
 
 
+def check_start_box(box: Box, size: tuple[int, int]) -> None:
+    """
+    Refuse first boxes that cannot hold a person in view.
+
+    :param box: in source pixels.
+    :param size: width and height of the source image.
+    :raises InputError: if the box lies outside of the image, or more than 4 images wide
+        or high.
+    """
+    width, height = size
+    image = f'the image of {width} x {height} pixels'
+    if box.clipped(width, height) is None:
+        raise InputError(f'box to start from must not lie outside of {image}, got {_told(box)}')
+    if box.width > _LARGEST_START * width or box.height > _LARGEST_START * height:
+        raise InputError(
+            f'box to start from must be at most {_LARGEST_START:g} times as wide and high as '
+            f'{image}, got {_told(box)}'
+        )
+
+
+def check_matched_box(box: Box, size: tuple[int, int]) -> None:
+    """
+    Refuse boxes that no tracker means, which would cost memory and time without limit.
+
+    :param box: in source pixels.
+    :param size: width and height of the source image.
+    :raises InputError: if the box is smaller than half a pixel, or larger than or farther away
+        than 8 times the longer side of the image.
+    """
+    most = _FARTHEST * max(size)
+    off_x, off_y = abs(box.center_x - size[0] / 2), abs(box.center_y - size[1] / 2)
+    if (
+        min(box.width, box.height) < _LEAST_MATCHED
+        or max(box.width, box.height, off_x, off_y) > most
+    ):
+        raise InputError(
+            f'box must be {_LEAST_MATCHED:g} to {most:g} pixels large and at most {most:g} pixels '
+            f'from the centre of the image of {size[0]} x {size[1]}, got {_told(box)}'
+        )
+
+
+def _told(box: Box) -> str:
+    return f'x {box.x:g}, y {box.y:g}, {box.width:g} x {box.height:g}'
+
+
 def scaling(factor_x: float, factor_y: float | None = None) -> NDArray[np.float64]:
     """Return the 2 x 3 transform of positions that scales x and y."""
     factor_y = factor_x if factor_y is None else factor_y
@@ -276,14 +334,25 @@ def scaling(factor_x: float, factor_y: float | None = None) -> NDArray[np.float6
 
 def compose(outer: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the 2 x 3 transform that applies ``inner`` first and ``outer`` second."""
-    linear = outer[:, :2] @ inner[:, :2]
-    return np.column_stack([linear, outer[:, :2] @ inner[:, 2] + outer[:, 2]])
+    result = outer[:, :2] @ inner
+    result[:, 2] += outer[:, 2]
+    return np.asarray(result)
 
 
 def invert(transform: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the inverse of a 2 x 3 transform."""
-    linear = np.linalg.inv(transform[:, :2])
-    return np.column_stack([linear, -linear @ transform[:, 2]])
+    """
+    Return the inverse of a 2 x 3 transform.
+
+    :raises ZeroDivisionError: if it has none.
+    """
+    (a, b, x), (c, d, y) = transform.tolist()
+    scale = 1 / (a * d - b * c)
+    return np.array(
+        [
+            [d * scale, -b * scale, (b * y - d * x) * scale],
+            [-c * scale, a * scale, (c * x - a * y) * scale],
+        ]
+    )
 
 
 def pixel_affine(transform: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -292,9 +361,9 @@ def pixel_affine(transform: NDArray[np.float64]) -> NDArray[np.float64]:
 
     Pixel (i, j) has its centre at position (i + 0.5, j + 0.5).
     """
-    half = np.array([0.5, 0.5])
-    shift = transform[:, :2] @ half + transform[:, 2] - half
-    return np.column_stack([transform[:, :2], shift])
+    result = np.array(transform, np.float64)
+    result[:, 2] += 0.5 * (result[:, 0] + result[:, 1]) - 0.5
+    return result
 
 
 def template_to_image(

@@ -11,29 +11,47 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import pixel_affine
 
-__all__ = ['Window', 'check_image', 'check_stamp', 'shrink', 'signed_distance', 'warp_window']
+__all__ = [
+    'Window',
+    'check_image',
+    'check_stamp',
+    'same_proportions',
+    'shift_whole',
+    'shrink',
+    'signed_distance',
+    'warp_window',
+]
 
 Window = tuple[slice, slice]
 """Rows and columns of a part of an image."""
+
+
+def same_proportions(shape: tuple[int, ...], source: tuple[int, ...]) -> bool:
+    """
+    Tell whether one size can be another one scaled, to a pixel.
+
+    :param shape: (h, w).
+    :param source: (H, W).
+    """
+    lowest = max((size - 1) / whole for size, whole in zip(shape, source, strict=True))
+    highest = min((size + 1) / whole for size, whole in zip(shape, source, strict=True))
+    return lowest <= highest
 
 
 def shrink(image: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
     """
     Return an image at a smaller size, without aliasing.
 
-    Whole factors are averaged over areas, which is fast, and the rest interpolated.
+    It is halved by averaging 2 x 2 pixels, which OpenCV does far faster than any other area, as
+    often as that leaves it large enough, and interpolated for the rest.
 
     :param image: (H, W) or (H, W, 3) uint8.
     :param shape: (h, w) of the result.
     """
-    if image.shape[:2] == shape:
-        return image
-    factor = int(min(image.shape[0] / shape[0], image.shape[1] / shape[1]) + 1e-6)
-    if factor > 1:
-        size = (image.shape[1] // factor, image.shape[0] // factor)
-        image = cv2.resize(
-            image[: size[1] * factor, : size[0] * factor], size, interpolation=cv2.INTER_AREA
-        )
+    while image.shape[0] >= 2 * shape[0] and image.shape[1] >= 2 * shape[1]:
+        half = (image.shape[1] // 2, image.shape[0] // 2)
+        whole = image[: 2 * half[1], : 2 * half[0]]
+        image = np.asarray(cv2.resize(whole, half, interpolation=cv2.INTER_AREA))
     if image.shape[:2] != shape:
         image = cv2.resize(image, shape[::-1], interpolation=cv2.INTER_LINEAR)
     return image
@@ -98,3 +116,25 @@ def check_stamp(stamp_ns: int) -> None:
     """
     if stamp_ns <= 0:
         raise InputError(f'stamp must be positive nanoseconds, got {stamp_ns}')
+
+
+def shift_whole(image: NDArray[np.uint8], dx: int, dy: int) -> NDArray[np.uint8]:
+    """
+    Shift an image by whole pixels, zero where nothing is known.
+
+    :param image: (H, W) or (H, W, C) uint8.
+    :returns: an image of the same shape; ``image`` itself if nothing moves.
+    """
+    if dx == 0 and dy == 0:
+        return image
+    moved = np.zeros_like(image)
+    to_rows, from_rows = _overlap(dy, image.shape[0])
+    to_columns, from_columns = _overlap(dx, image.shape[1])
+    moved[to_rows, to_columns] = image[from_rows, from_columns]
+    return moved
+
+
+def _overlap(step: int, size: int) -> tuple[slice, slice]:
+    """Return where a shifted range of a size lies in the unshifted one, and which part of it."""
+    low, high = min(max(step, 0), size), min(max(size + step, 0), size)
+    return slice(low, high), slice(low - step, high - step)

@@ -14,6 +14,8 @@ from gait_segmentation.geometry import (
     Box,
     Placement,
     body_window,
+    check_matched_box,
+    check_start_box,
     compose,
     invert,
     pixel_affine,
@@ -130,3 +132,44 @@ def test_the_window_about_a_body_holds_the_box_given() -> None:
 def test_placement_is_in_heights_of_the_box() -> None:
     body = Placement(0.1, -0.2, 1.1).body(Box(10, 20, 30, 100), 0.2)
     assert body == BodyFrame(25 + 10, 70 - 20, pytest.approx(110), 0.2)
+
+
+@pytest.mark.parametrize(
+    'box', [Box(319, 239, 5, 5), Box(-400, -600, 1280, 960), Box(0, 0, 0.01, 0.01)], ids=str
+)
+def test_boxes_that_touch_the_image_can_be_started_from(box: Box) -> None:
+    check_start_box(box, (320, 240))
+
+
+@pytest.mark.parametrize(
+    'box',
+    [Box(320, 0, 5, 5), Box(-5, 0, 5, 5), Box(0, 0, 1281, 9), Box(0, 0, 9, 961)],
+    ids=str,
+)
+def test_other_boxes_cannot(box: Box) -> None:
+    with pytest.raises(InputError, match=r'the image of 320 x 240 pixels, got x .* x '):
+        check_start_box(box, (320, 240))
+
+
+@pytest.mark.parametrize(
+    'box', [Box(0, 0, 0.5, 0.5), Box(-1000, 0, 2560, 2500), Box(-2000, 2000, 9, 9)], ids=str
+)
+def test_boxes_about_the_image_can_be_matched(box: Box) -> None:
+    check_matched_box(box, (320, 240))
+
+
+@pytest.mark.parametrize(
+    'box',
+    [
+        Box(0, 0, 9, 0.49),
+        Box(0, 0, 1e-300, 9),
+        Box(-1000, 0, 2561, 9),
+        Box(0, -1000, 9, 1e300),
+        Box(0, 2700, 9, 9),
+        Box(-1e308, 0, 9, 9),
+    ],
+    ids=str,
+)
+def test_absurd_boxes_cannot(box: Box) -> None:
+    with pytest.raises(InputError, match=r'0\.5 to 2560 pixels large .* of 320 x 240, got x '):
+        check_matched_box(box, (320, 240))

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tracking: where the person is, and how likely each pixel belongs to the person."""
+"""Tracking: where people are, and how likely each pixel belongs to each of them."""
 
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.tracker import PersonTracker
+from gait_segmentation.tracking.tracker import PeopleTracker
 
-__all__ = ['PersonTracker', 'TrackingConfig']
+__all__ = ['PeopleTracker', 'TrackingConfig']

@@ -4,134 +4,244 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import pixel_affine
+from gait_segmentation.geometry import compose, pixel_affine
+from gait_segmentation.images import Window
 
 __all__ = ['BackgroundModel']
 
 _MAX_COUNT = 30.0
-_MIN_RATE = 0.04
+_LEAST_RATE = 0.04
 _WARP_DECAY = 0.98
-_LEAST_COUNT = 0.5
 _SAMPLE_STEP = 3
+_LEAST_SAMPLES = 50
 _HIDDEN_DECAY = 0.995
+_SURE_COUNT, _CONTRADICTION = 2.0, 4.0
+"""
+Times a pixel was seen to be sure what is there, and distance from it, in ``sigma``, that tells
+something else is there now.
+"""
+
 _SIGMA_START, _SIGMA_LOW, _SIGMA_HIGH = 5.0, 2.5, 14.0
 
 
-@njit(cache=True, nogil=True)
-def _update(state: NDArray[np.float32], lab: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+@njit(cache=True, nogil=True, fastmath=True)
+def _update(sums: NDArray[np.float32], lab: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+    decay, one = np.float32(_HIDDEN_DECAY), np.float32(1)
+    rate, most = np.float32(_LEAST_RATE), np.float32(_MAX_COUNT)
+    few = np.float32(1 / _LEAST_RATE - 1)
     for row in range(lab.shape[0]):
         for col in range(lab.shape[1]):
-            if person[row, col]:
-                state[row, col, 3] *= _HIDDEN_DECAY
-                continue
-            count = state[row, col, 3]
-            rate = np.float32(max(1 / (count + 1), _MIN_RATE))
+            pixel = sums[row, col]
+            count = pixel[3]
+            keep, gain = decay, np.float32(0)
+            if person[row, col] == 0:
+                keep, gain = one, one
+                if count > few:
+                    after = min(count + one, most)
+                    keep, gain = (one - rate) * after / count, rate * after
             for channel in range(3):
-                state[row, col, channel] += rate * (
-                    np.float32(lab[row, col, channel]) - state[row, col, channel]
-                )
-            state[row, col, 3] = min(count + 1, _MAX_COUNT)
+                pixel[channel] = keep * pixel[channel] + gain * np.float32(lab[row, col, channel])
+            pixel[3] = keep * count + gain
 
 
 @njit(cache=True, nogil=True)
-def _weighed(state: NDArray[np.float32]) -> NDArray[np.float32]:
-    out = np.empty_like(state)
-    for row in range(state.shape[0]):
-        for col in range(state.shape[1]):
-            count = state[row, col, 3]
-            for channel in range(3):
-                out[row, col, channel] = count * state[row, col, channel]
-            out[row, col, 3] = count
-    return out
+def _residuals(
+    sums: NDArray[np.float32],
+    lab: NDArray[np.uint8],
+    person: NDArray[np.uint8],
+    histogram: NDArray[np.int64],
+) -> int:
+    """Count the residuals of all channels of known pixels by quarter grey levels."""
+    total = 0
+    for row in range(0, lab.shape[0], _SAMPLE_STEP):
+        for col in range(0, lab.shape[1], _SAMPLE_STEP):
+            count = sums[row, col, 3]
+            if person[row, col] == 0 and count >= 1:
+                total += 1
+                for channel in range(3):
+                    off = abs(np.float32(lab[row, col, channel]) - sums[row, col, channel] / count)
+                    histogram[min(int(4 * off), histogram.size - 1)] += 1
+    return total
 
 
-@njit(cache=True, nogil=True)
-def _unweigh(state: NDArray[np.float32]) -> None:
-    for row in range(state.shape[0]):
-        for col in range(state.shape[1]):
-            count = state[row, col, 3]
-            if count < _LEAST_COUNT:
-                state[row, col, :] = 0
+@njit(cache=True, nogil=True, fastmath=True)
+def _compare(
+    sums: NDArray[np.float32],
+    lab: NDArray[np.uint8],
+    bound: float,
+    shadow_floor: float,
+    out: NDArray[np.uint8],
+) -> None:
+    for row in range(lab.shape[0]):
+        for col in range(lab.shape[1]):
+            count = sums[row, col, 3]
+            out[row, col] = 0
+            if count < _SURE_COUNT:
                 continue
-            for channel in range(3):
-                state[row, col, channel] /= count
-            state[row, col, 3] = count * np.float32(_WARP_DECAY)
+            light = sums[row, col, 0] / count
+            chroma = 0.0
+            for channel in range(1, 3):
+                off = lab[row, col, channel] - sums[row, col, channel] / count
+                chroma += off * off
+            off = lab[row, col, 0] - light
+            if chroma + off * off <= bound * bound:
+                continue
+            shadow = chroma <= bound * bound and shadow_floor * light < lab[row, col, 0] < light
+            out[row, col] = 0 if shadow else 1
 
 
 class BackgroundModel:
     """
     Running mean of each pixel of the surroundings in Lab, and how often it was seen.
 
-    ``state`` is (h, w, 4) float32: L, a, b, count.  ``sigma`` is the spread of a pixel about its
-    mean in grey levels, measured on the surroundings: it grows by itself where parallax or a bad
-    registration spoils the model, which makes the model safe there.
+    ``sums`` is (h, w, 4) float32: L, a, b, each times the count, and the count, so that the
+    moved model is a warp of the sums; unknown pixels are zero.  ``sigma`` is the spread of a pixel
+    about its mean in grey levels, measured on the surroundings: it grows by itself where parallax
+    or a bad registration spoils the model, which makes the model safe there.
     """
 
     def __init__(self, shape: tuple[int, int]) -> None:
         """Make a model that knows nothing yet, for a working image of the given (h, w)."""
-        self.state = np.zeros((*shape, 4), np.float32)
+        self.sums = np.zeros((*shape, 4), np.float32)
         self.sigma = _SIGMA_START
 
-    def moved(self, motions: list[NDArray[np.float64] | None]) -> BackgroundModel:
+    @property
+    def count(self) -> NDArray[np.float32]:
+        """Return how often each pixel was seen, (h, w) float32."""
+        return self.sums[..., 3]
+
+    @property
+    def mean(self) -> NDArray[np.float32]:
+        """Return the mean of each pixel, (h, w, 3) float32, zero where it is unknown."""
+        return self.sums[..., :3] / np.maximum(self.sums[..., 3:], np.float32(1e-6))
+
+    def contradicted(
+        self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
+    ) -> NDArray[np.uint8]:
+        """
+        Return where a frame does not look like the known background, (h, w) uint8 0/1.
+
+        :param lab: (h, w, 3) uint8, the window of the frame.
+        :param window: its rows and columns.
+        :param shadow_floor: darkest shadow, as a share of the lightness; shadows are background.
+        """
+        out = np.empty(lab.shape[:2], np.uint8)
+        _compare(self.sums[window], lab, _CONTRADICTION * self.sigma, shadow_floor, out)
+        return out
+
+    def forget(self, where: NDArray[np.uint8]) -> None:
+        """
+        Forget some pixels.
+
+        :param where: (h, w) uint8, non-zero where to forget.
+        """
+        self.sums[where > 0] = 0
+
+    def moved(
+        self,
+        motions: list[NDArray[np.float64] | None],
+        windows: Sequence[Window] | None = None,
+    ) -> BackgroundModel:
         """
         Return the model as it looks after some motions of the camera; this one stays.
 
         :param motions: transforms as for :meth:`move`, oldest first.
+        :param windows: the rows and columns to keep, all if None.
         """
-        if all(motion is None for motion in motions):
+        made = [motion for motion in motions if motion is not None]
+        if not made:
             return self
+        total = made[0]
+        for motion in made[1:]:
+            total = compose(motion, total)
         other = BackgroundModel((0, 0))
-        other.state, other.sigma = self.state, self.sigma
-        for motion in motions:
-            other.move(motion)
+        other.sums, other.sigma = (
+            self._carried(total, _WARP_DECAY ** len(made), windows),
+            self.sigma,
+        )
         return other
 
-    def move(self, motion: NDArray[np.float64] | None) -> None:
+    def move(
+        self, motion: NDArray[np.float64] | None, windows: Sequence[Window] | None = None
+    ) -> None:
         """
         Carry the model along with the camera.
 
         :param motion: 2 x 3 transform of positions from the last frame to this one, None for a
             camera that stands still (nothing is resampled then).
+        :param windows: the rows and columns to keep, all if None; when nothing moves, all are.
         """
-        if motion is None:
-            return
-        height, width = self.state.shape[:2]
-        # Weighted by the count, so that the unknown does not pull its neighbours towards black.
-        self.state = cv2.warpAffine(
-            _weighed(self.state), pixel_affine(motion), (width, height), flags=cv2.INTER_LINEAR
-        )
-        _unweigh(self.state)
+        if motion is not None:
+            self.sums = self._carried(motion, _WARP_DECAY, windows)
 
-    def learn(self, lab: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+    @property
+    def _all(self) -> list[Window]:
+        return [(slice(0, self.sums.shape[0]), slice(0, self.sums.shape[1]))]
+
+    def _carried(
+        self, motion: NDArray[np.float64], decay: float, windows: Sequence[Window] | None
+    ) -> NDArray[np.float32]:
+        # Not zeros_like, which fills what calloc would leave to be filled when touched.
+        out = np.zeros(self.sums.shape, np.float32)
+        for window in self._all if windows is None else windows:
+            _carry(self.sums, motion, decay, window, out)
+        return out
+
+    def learn(
+        self,
+        lab: NDArray[np.uint8],
+        person: NDArray[np.uint8],
+        windows: Sequence[Window] | None = None,
+    ) -> None:
         """
         Take in one frame.
 
         :param lab: (h, w, 3) uint8.
         :param person: (h, w) uint8, non-zero where a person may be: not learnt.
+        :param windows: the rows and columns to learn, disjoint; all if None.
         """
-        _update(self.state, lab, person)
+        for part in self._all if windows is None else windows:
+            _update(self.sums[part], lab[part], person[part])
 
     def measure_noise(
-        self, lab: NDArray[np.uint8], person: NDArray[np.uint8], window: tuple[slice, slice]
+        self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
     ) -> None:
         """
         Update ``sigma`` from the residuals about the person, before the frame is learnt.
 
         :param lab: (h, w, 3) uint8.
         :param person: (h, w) uint8, non-zero where a person may be.
-        :param window: rows and columns to look at.
+        :param windows: the rows and columns to look at.
         """
-        rows, columns = (slice(part.start, part.stop, _SAMPLE_STEP) for part in window)
-        step = (rows, columns)
-        state = self.state[step]
-        use = (person[step] == 0) & (state[:, :, 3] >= 1)
-        if np.count_nonzero(use) < 50:
+        histogram = np.zeros(4 * 256, np.int64)
+        total = 0
+        for part in windows:
+            total += _residuals(self.sums[part], lab[part], person[part], histogram)
+        if total < _LEAST_SAMPLES:
             return
-        residual = np.abs(lab[step].astype(np.float32) - state[:, :, :3])[use]
-        spread = 1.2 * 1.4826 * float(np.median(residual)) + 1.5
+        middle = np.searchsorted(np.cumsum(histogram), 1.5 * total)
+        spread = 1.2 * 1.4826 * (float(middle) + 0.5) / 4 + 1.5
         self.sigma = float(np.clip(0.9 * self.sigma + 0.1 * spread, _SIGMA_LOW, _SIGMA_HIGH))
+
+
+def _carry(
+    sums: NDArray[np.float32],
+    motion: NDArray[np.float64],
+    decay: float,
+    window: Window,
+    out: NDArray[np.float32],
+) -> None:
+    """Fill in a window of the sums as they look after a motion of the camera."""
+    rows, columns = window
+    matrix = pixel_affine(motion)
+    matrix[:, 2] -= (columns.start, rows.start)
+    size = (columns.stop - columns.start, rows.stop - rows.start)
+    if min(size) > 0:
+        np.multiply(cv2.warpAffine(sums, matrix, size), np.float32(decay), out=out[window])

@@ -48,6 +48,13 @@ class TrackingConfig(StageConfig):
     start_rounds: int = parameter(
         3, 'Rounds of the estimate of the first mask.', minimum=1, maximum=20
     )
+    start_left_out: float = parameter(
+        0.7,
+        'Share of the colours learnt near a pixel that does not count when the first mask is '
+        'estimated there; 0 lets errors confirm themselves.',
+        minimum=0.0,
+        maximum=1.0,
+    )
     colour_rate: float = parameter(
         0.15,
         'Share by which the colour histograms move towards the newest frame.',
@@ -105,11 +112,19 @@ class TrackingConfig(StageConfig):
     use_ego_motion: bool = parameter(
         True, 'Estimate the motion of the camera and move the background model with it.'
     )
+    use_motion_gate: bool = parameter(
+        True, 'Do not learn as background what moves against it: other people, cars.'
+    )
     use_motion_cue: bool = parameter(
         True, 'Prefer as person what moves with the body, as background what stays.'
     )
     motion_weight: float = parameter(
-        0.3, 'Weight of the cue from motion.', minimum=0.0, maximum=2.0
+        0.6, 'Weight of the cue from motion.', minimum=0.0, maximum=2.0
+    )
+    use_feature_selection: bool = parameter(
+        True,
+        'Rank further features (R, G, B, H, S, r, g, orientation of gradients) and add those '
+        'that tell person and surroundings better apart than joint colour and background.',
     )
     use_propagation: bool = parameter(
         True, 'Carry the last mask forward with the motion of the body as a weak prior.'
@@ -125,4 +140,11 @@ class TrackingConfig(StageConfig):
         'Share of the mean shift on the likelihood that moves the box.',
         minimum=0.0,
         maximum=1.0,
+    )
+    patience: float = parameter(
+        3.0,
+        'How long somebody who is hidden or gone is waited for before the track ends.',
+        unit='s',
+        minimum=0.0,
+        maximum=60.0,
     )

@@ -1,16 +1,21 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Weaker evidence beside colour: what moves with the body, and where the last mask was."""
+"""
+Weaker evidence beside colour: what moves with the body, and where the last mask was.
+
+Also what moves at all: it is no background.
+"""
 
 from __future__ import annotations
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, signed_distance, warp_window
 
-__all__ = ['motion_logit', 'propagation_logit']
+__all__ = ['add_motion', 'add_propagation', 'moving_pixels']
 
 _RESIDUAL_CUT = 30
 _RESIDUAL_SIGMA = 12.0
@@ -18,51 +23,127 @@ _RESIDUAL_LIMIT = 2.0
 _PROPAGATION_SLOPE = 0.02
 _PROPAGATION_LIMIT = 3.0
 
+_MOVING_LEVEL, _MOVING_SPREADS = 6.0, 2.0
+"""Change that is motion: grey levels, and spreads of a still pixel on top."""
 
-def _residual(now: NDArray[np.uint8], then: NDArray[np.uint8]) -> NDArray[np.float32]:
-    difference = cv2.blur(cv2.absdiff(now, then), (3, 3))
-    return np.minimum(difference, _RESIDUAL_CUT).astype(np.float32)
+_MOVING_SIDE = 5
+"""Side in pixels of the squares that changes are averaged over and that motion is widened by."""
 
 
-def motion_logit(
+def _residual(now: NDArray[np.uint8], then: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    return np.asarray(cv2.blur(cv2.absdiff(now, then), (3, 3)))
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _add_difference(
+    logit: NDArray[np.float32],
+    stays: NDArray[np.uint8],
+    moves: NDArray[np.uint8],
+    weight: float,
+) -> None:
+    scale = np.float32(weight / (2 * _RESIDUAL_SIGMA * _RESIDUAL_SIGMA))
+    limit = np.float32(weight * _RESIDUAL_LIMIT)
+    for row in range(logit.shape[0]):
+        for col in range(logit.shape[1]):
+            stay = np.int32(min(stays[row, col], np.uint8(_RESIDUAL_CUT)))
+            move = np.int32(min(moves[row, col], np.uint8(_RESIDUAL_CUT)))
+            value = scale * np.float32(stay * stay - move * move)
+            logit[row, col] += min(max(value, -limit), limit)
+
+
+def add_motion(
+    logit: NDArray[np.float32],
     gray: NDArray[np.uint8],
     earlier: NDArray[np.uint8],
     camera: NDArray[np.float64],
     body: NDArray[np.float64],
     window: Window,
-) -> NDArray[np.float32]:
+    weight: float,
+) -> None:
     """
-    Return the evidence that pixels move with the body rather than stay with the world.
+    Add the evidence that pixels move with the body rather than stay with the world.
 
     An earlier frame is carried to this one twice, with the camera and with the body; a pixel
-    belongs to the one that explains it better.
+    belongs to the one that explains it better.  Limited to +-2 times the weight.
 
-    :param gray: (H, W) uint8 lightness of this frame.
+    :param logit: (h, w) float32 of the window, changed.
+    :param gray: (H, W) uint8 brightness of this frame.
     :param earlier: (H, W) uint8, that of a frame some frames back.
     :param camera: 2 x 3 transform of positions of the still world from then to now.
     :param body: the same of the body.
-    :param window: rows and columns to compute.
-    :returns: (h, w) float32, positive for person, limited to +-2.
+    :param window: the window's rows and columns.
     """
     now = gray[window]
     stays = _residual(now, warp_window(earlier, camera, window))
     moves = _residual(now, warp_window(earlier, body, window))
-    logit = (stays * stays - moves * moves) / np.float32(2 * _RESIDUAL_SIGMA**2)
-    return np.clip(logit, -_RESIDUAL_LIMIT, _RESIDUAL_LIMIT)
+    _add_difference(logit, stays, moves, weight)
 
 
-def propagation_logit(
-    mask: NDArray[np.uint8], motion: NDArray[np.float64], window: Window, height: float
-) -> NDArray[np.float32]:
+def add_propagation(
+    logit: NDArray[np.float32],
+    mask: NDArray[np.uint8],
+    window: Window,
+    height: float,
+    weight: float,
+) -> None:
     """
-    Return the weak prior from the last mask, carried along with the body.
+    Add the weak prior from the last mask; limited to +-3 times the weight.
 
-    :param mask: (H, W) uint8, the last mask at working size.
-    :param motion: 2 x 3 transform of positions of the body from then to now.
-    :param window: rows and columns to compute.
+    :param logit: (h, w) float32 of the window, changed.
+    :param mask: (H, W) uint8, the last mask carried to this frame.
+    :param window: the window's rows and columns.
     :param height: height of the body in pixels.
-    :returns: (h, w) float32, limited to +-3.
     """
-    carried = warp_window(mask, motion, window, cv2.BORDER_CONSTANT) > 127
-    logit = signed_distance(carried) / np.float32(_PROPAGATION_SLOPE * height)
-    return np.clip(logit, -_PROPAGATION_LIMIT, _PROPAGATION_LIMIT)
+    part = mask[window]
+    limit = np.float32(weight * _PROPAGATION_LIMIT)
+    logit -= limit
+    # Beyond this from the mask the prior is at its limit.
+    margin = int(np.ceil(_PROPAGATION_LIMIT * _PROPAGATION_SLOPE * height)) + 1
+    left, top, across, down = cv2.boundingRect(part)
+    if across == 0:
+        return
+    near = (
+        slice(max(top - margin, 0), top + down + margin),
+        slice(max(left - margin, 0), left + across + margin),
+    )
+    _add_distance(
+        logit[near],
+        signed_distance(part[near] > 127),
+        weight / (_PROPAGATION_SLOPE * height),
+        limit,
+    )
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _add_distance(
+    logit: NDArray[np.float32], distance: NDArray[np.float32], slope: float, limit: float
+) -> None:
+    """Add a limited distance where minus the limit was added before."""
+    rise, most = np.float32(slope), np.float32(limit)
+    for row in range(logit.shape[0]):
+        for col in range(logit.shape[1]):
+            logit[row, col] += most + min(max(rise * distance[row, col], -most), most)
+
+
+def moving_pixels(
+    gray: NDArray[np.uint8],
+    earlier: NDArray[np.uint8],
+    camera: NDArray[np.float64],
+    window: Window,
+    spread: float,
+) -> NDArray[np.uint8]:
+    """
+    Return where something moves against the still world, (h, w) uint8, 1 where it does.
+
+    :param gray: (H, W) uint8 brightness of this frame.
+    :param earlier: (H, W) uint8, that of a frame some frames back.
+    :param camera: 2 x 3 transform of positions of the still world from then to now.
+    :param window: rows and columns to look at.
+    :param spread: of a still pixel about its mean, in grey levels.
+    """
+    change = cv2.absdiff(gray[window], warp_window(earlier, camera, window))
+    change = cv2.blur(change, (_MOVING_SIDE, _MOVING_SIDE))
+    level = _MOVING_LEVEL + _MOVING_SPREADS * spread
+    moving = cv2.threshold(change, level, 1, cv2.THRESH_BINARY)[1]
+    kernel = np.ones((_MOVING_SIDE, _MOVING_SIDE), np.uint8)
+    return np.asarray(cv2.dilate(moving, kernel), np.uint8)

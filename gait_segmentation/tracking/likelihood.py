@@ -22,10 +22,32 @@ from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel
 from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 
-__all__ = ['likelihood_image', 'log_ratio']
+__all__ = ['colour_log_ratio', 'likelihood_image', 'log_ratio']
 
 _SHADOW_FROM, _SHADOW_TO = 0.60, 0.85
 """Where down the body cast shadows begin and are full."""
+
+
+_LEAST_COUNT = 0.25
+"""Background pixels seen less often than this, at the rim of what is known, are unknown."""
+
+_FARTHEST = 18.0
+"""Exponents from which a density counts as nothing."""
+
+_EXP_STEPS = 128
+_EXP = np.exp(-np.arange(int(2 * _FARTHEST) * _EXP_STEPS + 2) / _EXP_STEPS).astype(np.float32)
+"""exp(-t) of t in steps, to 0.4 %."""
+
+_LOG_BITS = 12
+_LOG = np.log1p(np.arange(1 << _LOG_BITS) / (1 << _LOG_BITS)).astype(np.float32)
+"""Logarithm of a mantissa in 1..2, to 0.0003."""
+
+
+@njit(nogil=True, inline='always')
+def _fast_log(value: np.float32, table: NDArray[np.float32]) -> np.float32:
+    bits = np.float32(value).view(np.int32)
+    exponent = np.float32((bits >> 23) - 127)
+    return exponent * np.float32(0.6931472) + table[(bits & 0x7FFFFF) >> (23 - _LOG_BITS)]
 
 
 @njit(cache=True, nogil=True, fastmath=True)
@@ -33,9 +55,11 @@ def _ratio(
     lab: NDArray[np.uint8],
     bins: NDArray[np.uint16],
     rows: NDArray[np.float32],
-    state: NDArray[np.float32],
+    sums: NDArray[np.float32],
     person: NDArray[np.float32],
     surroundings: NDArray[np.float32],
+    exponentials: NDArray[np.float32],
+    logarithms: NDArray[np.float32],
     sigma: float,
     trust: float,
     shadow_share: float,
@@ -44,43 +68,53 @@ def _ratio(
     limit_known: float,
     out: NDArray[np.float32],
 ) -> None:
-    scale = 1 / (2 * sigma * sigma)
-    peak = BIN_VOLUME / (2 * np.pi * sigma * sigma) ** 1.5
-    flat = BIN_VOLUME / (2 * np.pi * sigma * sigma * (1 - shadow_floor))
+    zero, one = np.float32(0), np.float32(1)
+    scale = np.float32(1 / (2 * sigma * sigma))
+    steps = np.float32(_EXP_STEPS)
+    peak = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma) ** 1.5)
+    flat = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma * (1 - shadow_floor)))
+    most = np.float32(trust)
+    slope = np.float32(1 / (_SHADOW_TO - _SHADOW_FROM))
+    low, high = np.float32(limit), np.float32(limit_known)
+    far, half = np.float32(_FARTHEST), np.float32(0.5)
+    bands, least = np.float32(BANDS), np.float32(_LEAST_COUNT)
     for row in range(lab.shape[0]):
         for col in range(lab.shape[1]):
             down = rows[row, col]
-            band = min(max(int(down * BANDS), 0), BANDS - 1)
+            band = min(max(int(down * bands), 0), BANDS - 1)
             index = bins[row, col]
             p_person = person[index, band]
             p_background = surroundings[index, band]
-            count = state[row, col, 3]
-            bound = limit
-            if trust > 0 and count > 0:
-                if count >= 1:
-                    bound = limit_known
-                d_light = lab[row, col, 0] - state[row, col, 0]
-                d_a = lab[row, col, 1] - state[row, col, 1]
-                d_b = lab[row, col, 2] - state[row, col, 2]
+            count = sums[row, col, 3]
+            bound = low
+            if most > zero and count > least:
+                if count >= one:
+                    bound = high
+                share_of_one = one / count
+                base = sums[row, col, 0] * share_of_one
+                light = np.float32(lab[row, col, 0])
+                d_light = light - base
+                d_a = np.float32(lab[row, col, 1]) - sums[row, col, 1] * share_of_one
+                d_b = np.float32(lab[row, col, 2]) - sums[row, col, 2] * share_of_one
                 chroma = (d_a * d_a + d_b * d_b) * scale
-                seen = 0.0
-                share = 0.0
-                if chroma < 18:
-                    e_chroma = np.exp(-chroma)
-                    light = d_light * d_light * scale
-                    if shadow_share > 0:
-                        ramp = (down - _SHADOW_FROM) / (_SHADOW_TO - _SHADOW_FROM)
-                        share = shadow_share * min(max(ramp, 0.0), 1.0)
-                        base = state[row, col, 0]
-                        if share > 0 and base > 1:
-                            darkness = lab[row, col, 0] / base
-                            if shadow_floor < darkness < 1:
-                                seen = share * flat / base * e_chroma
-                    if light < 18:
-                        seen += (1 - share) * peak * np.exp(-light) * e_chroma
-                known = trust * count / (count + 0.5)
-                p_background = known * seen + (1 - known) * p_background
-            value = np.log(p_person / p_background)
+                known = most * count / (count + half)
+                seen = zero
+                if chroma < far:
+                    share = zero
+                    if shadow_share > 0 and down > _SHADOW_FROM and base > one:
+                        ramp = (down - np.float32(_SHADOW_FROM)) * slope
+                        share = np.float32(shadow_share) * min(ramp, one)
+                        if shadow_floor * base < light < base:
+                            seen = share * flat / base * exponentials[int(chroma * steps + half)]
+                    square = d_light * d_light * scale
+                    if square < far:
+                        seen += (
+                            (one - share)
+                            * peak
+                            * exponentials[int((square + chroma) * steps + half)]
+                        )
+                p_background = known * seen + (one - known) * p_background
+            value = _fast_log(p_person / p_background, logarithms)
             out[row, col] = min(max(value, -bound), bound)
 
 
@@ -107,9 +141,11 @@ def log_ratio(
         lab,
         bins,
         rows,
-        background.state[window],
+        background.sums[window],
         person.table,
         surroundings.table,
+        _EXP,
+        _LOG,
         background.sigma,
         config.background_trust if config.use_background else 0.0,
         config.shadow_share if config.use_shadow else 0.0,
@@ -122,10 +158,57 @@ def log_ratio(
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _sigmoid(logit: NDArray[np.float32], out: NDArray[np.uint8]) -> None:
+def _colour_ratio(
+    bins: NDArray[np.uint16],
+    rows: NDArray[np.float32],
+    person: NDArray[np.float32],
+    surroundings: NDArray[np.float32],
+    logarithms: NDArray[np.float32],
+    limit: float,
+    out: NDArray[np.float32],
+) -> None:
+    bound, bands = np.float32(limit), np.float32(BANDS)
+    for row in range(bins.shape[0]):
+        for col in range(bins.shape[1]):
+            band = min(max(int(rows[row, col] * bands), 0), BANDS - 1)
+            index = bins[row, col]
+            value = _fast_log(person[index, band] / surroundings[index, band], logarithms)
+            out[row, col] = min(max(value, -bound), bound)
+
+
+def colour_log_ratio(
+    bins: NDArray[np.uint16],
+    rows: NDArray[np.float32],
+    person: ColourModel,
+    surroundings: ColourModel,
+    limit: float,
+) -> NDArray[np.float32]:
+    """
+    Return what the colours alone say, (h, w) float32 within +-limit.
+
+    :param bins: (h, w) joint colour bins.
+    :param rows: (h, w) position down the body.
+    """
+    out = np.empty(bins.shape, np.float32)
+    _colour_ratio(bins, rows, person.table, surroundings.table, _LOG, limit, out)
+    return out
+
+
+_SIGMOID_LIMIT, _SIGMOID_STEPS = 8.0, 64
+_SIGMOID = np.rint(255 / (1 + np.exp(-np.linspace(-8, 8, 2 * 8 * _SIGMOID_STEPS + 1)))).astype(
+    np.uint8
+)
+"""255 times the logistic function, by steps."""
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _sigmoid(logit: NDArray[np.float32], table: NDArray[np.uint8], out: NDArray[np.uint8]) -> None:
+    limit, steps = np.float32(_SIGMOID_LIMIT), np.float32(_SIGMOID_STEPS)
+    half = np.float32(0.5)
     for row in range(logit.shape[0]):
         for col in range(logit.shape[1]):
-            out[row, col] = np.uint8(255 / (1 + np.exp(-logit[row, col])) + 0.5)
+            value = min(max(logit[row, col], -limit), limit)
+            out[row, col] = table[int((value + limit) * steps + half)]
 
 
 def likelihood_image(
@@ -139,5 +222,5 @@ def likelihood_image(
     :param shape: (h, w) of the working image.
     """
     image = np.zeros(shape, np.uint8)
-    _sigmoid(logit, image[window])
+    _sigmoid(logit, _SIGMOID, image[window])
     return image

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, Box, body_window
-from gait_segmentation.images import Window, signed_distance
+from gait_segmentation.images import Window
 from gait_segmentation.tracking.config import TrackingConfig
 
-__all__ = ['Person']
+__all__ = ['Extent', 'Person', 'extent_of', 'new_colours']
 
 _GUARD = 0.05
 """Pixels of the mask further outside the template than this are not learnt as person."""
@@ -119,23 +119,32 @@ class Person:
         mask: NDArray[np.uint8],
         prior: NDArray[np.uint8] | None,
         rate: float,
+        strange: NDArray[np.uint8] | None = None,
     ) -> None:
         """
         Learn the colours of person and surroundings from a mask.
 
+        What a mask misses of the person, as shoes, would become a colour of the surroundings and
+        be missed for ever; where the surroundings are known to look otherwise it does not.
+
         :param lab: (h, w, 3) uint8, the working image.
         :param mask: (h, w) uint8 0/255.
         :param prior: (h, w) uint8, the template; what of the mask lies far outside is not learnt.
+        :param strange: uint8 of the person's window, non-zero where the surroundings are known
+            to look otherwise.
         """
         window = self.window(mask.shape)
         part = mask[window]
         bins = colour_bins(np.ascontiguousarray(lab[window]))
         rows = self.rows(window)
         inside = part > 127
-        if prior is not None and (prior[window] > 127).any():
-            distance = signed_distance(prior[window] > 127)
-            inside = inside & (distance > -_GUARD * self.height)
+        if prior is not None:
+            outside = cv2.inRange(prior[window], 0, 127)
+            if outside.size > cv2.countNonZero(outside):
+                inside &= cv2.distanceTransform(outside, cv2.DIST_L2, 3) < _GUARD * self.height
         outside = cv2.dilate(part, np.ones((3, 3), np.uint8)) <= 127
+        if strange is not None:
+            outside &= strange == 0
         self.person.learn(bins, rows, inside.astype(np.float32), rate)
         self.surroundings.learn(bins, rows, outside.astype(np.float32), rate)
 
@@ -146,7 +155,7 @@ class Person:
         :param mask: (h, w) uint8 0/255 of the working image.
         :param body: the matched body in working pixels.
         """
-        extent = _extent(mask, (self.center_x, self.center_y), self.angle)
+        extent = extent_of(mask, (self.center_x, self.center_y), self.angle)
         cos, sin = math.cos(self.angle), math.sin(self.angle)
         tall = extent.bottom - extent.top
         template_height, template_across, template_along = tall, extent.axis, extent.middle
@@ -194,7 +203,8 @@ class Person:
         """
         if mask[:2].any() or mask[-2:].any():
             return
-        moments = cv2.moments(mask, binaryImage=True)
+        x, y, width, height = cv2.boundingRect(mask)
+        moments = cv2.moments(mask[y : y + height, x : x + width], binaryImage=True)
         tilt = 0.5 * math.atan2(-2 * moments['mu11'], moments['mu02'] - moments['mu20'])
         self.masks += 1
         rate = max(_TILT_RATE, 1 / self.masks)
@@ -204,7 +214,8 @@ class Person:
 
     def teaches(self, mask: NDArray[np.uint8], prior: NDArray[np.uint8]) -> bool:
         """Return whether a mask is large enough beside the template to learn from."""
-        area = np.count_nonzero(mask > 127)
+        area = cv2.countNonZero(mask)
+        # Not cv2.compare: it takes an image of one pixel for something else.
         template = np.count_nonzero(prior > 127)
         return bool(area > max(_LEAST_AREA * template, 9))
 
@@ -218,7 +229,7 @@ def new_colours(config: TrackingConfig) -> tuple[ColourModel, ColourModel]:
 
 
 @dataclass(frozen=True)
-class _Extent:
+class Extent:
     """
     How far a mask reaches from a point, along and across the body, in pixels.
 
@@ -238,7 +249,8 @@ class _Extent:
         return (self.top + self.bottom) / 2
 
 
-def _extent(mask: NDArray[np.uint8], center: tuple[float, float], angle: float) -> _Extent:
+def extent_of(mask: NDArray[np.uint8], center: tuple[float, float], angle: float) -> Extent:
+    """Measure how far a mask reaches from a point, along and across a body of that tilt."""
     at_bottom = bool(mask[-2:].any())
     if angle:
         rows, columns = np.nonzero(mask)
@@ -246,13 +258,16 @@ def _extent(mask: NDArray[np.uint8], center: tuple[float, float], angle: float) 
         cos, sin = math.cos(angle), math.sin(angle)
         top, bottom = np.quantile(cos * y - sin * x, (0.005, 0.995))
         left, axis, right = np.quantile(cos * x + sin * y, (0.005, 0.5, 0.995))
-        return _Extent(top - 0.5, bottom + 0.5, left - 0.5, right + 0.5, axis, at_bottom)
-    by_row = np.cumsum(np.count_nonzero(mask, axis=1))
-    by_column = np.cumsum(np.count_nonzero(mask, axis=0))
+        return Extent(top - 0.5, bottom + 0.5, left - 0.5, right + 0.5, axis, at_bottom)
+    x, y, width, height = cv2.boundingRect(mask)
+    part = mask[y : y + height, x : x + width]
+    by_row = np.cumsum(cv2.reduce(part, 1, cv2.REDUCE_SUM, dtype=cv2.CV_32S) // 255)
+    by_column = np.cumsum(cv2.reduce(part, 0, cv2.REDUCE_SUM, dtype=cv2.CV_32S) // 255)
     total = by_row[-1]
+    center = (center[0] - x, center[1] - y)
     top, bottom = np.searchsorted(by_row, (0.005 * total, 0.995 * total))
     left, axis, right = np.searchsorted(by_column, (0.005 * total, 0.5 * total, 0.995 * total))
-    return _Extent(
+    return Extent(
         float(top) - center[1],
         float(bottom) + 1 - center[1],
         float(left) - center[0],

@@ -1,387 +1,413 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tracking stage: frames in, box and foreground likelihood image out."""
+"""The tracking stage: frames in, boxes and foreground likelihood images of people out."""
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Sequence
+from itertools import count
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import colour_bins
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.geometry import Box, compose, scaling
-from gait_segmentation.images import Window, check_image, check_stamp, shrink
-from gait_segmentation.results import Feedback, TrackResult
-from gait_segmentation.starting import Start, estimate_start
-from gait_segmentation.tracking.background import BackgroundModel
+from gait_segmentation.geometry import Box, check_start_box
+from gait_segmentation.images import check_image, check_stamp
+from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
+from gait_segmentation.starting import Start, StartingConfig, estimate_start
+from gait_segmentation.tracking.competition import Claim, compete
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.cues import motion_logit, propagation_logit
-from gait_segmentation.tracking.ego_motion import Motion, MotionEstimator
-from gait_segmentation.tracking.likelihood import likelihood_image, log_ratio
-from gait_segmentation.tracking.mean_shift import mean_shift
-from gait_segmentation.tracking.person import Person, new_colours
-from gait_segmentation.tracking.working import WorkingImage, working_scale, working_shape
+from gait_segmentation.tracking.likelihood import likelihood_image
+from gait_segmentation.tracking.target import SAME_COLOURS, Target
+from gait_segmentation.tracking.working import working_scale, working_shape
+from gait_segmentation.tracking.world import World
 
-__all__ = ['PersonTracker']
+__all__ = ['PeopleTracker']
 
-_IDENTITY = scaling(1.0)
-_MOST_PENDING = 15
-"""Frames kept that no feedback has come for."""
-
-_MOTION_GAP = 4
-"""Frames between the two that the cue from motion compares."""
-
-_LEAST_MOTION = 0.02
-"""Motion of the body relative to the world that the cue needs, in body heights."""
-
-_DILATION = 0.02
-"""Margin about the mask that is not learnt as background, in body heights."""
+_SAME_PERSON = 0.4
+"""Overlap (intersection over union) from which a box is that of a person already tracked."""
 
 
-@dataclass
-class _Record:
-    """One frame, kept until its feedback came and as long as the cue from motion needs it."""
-
-    image: WorkingImage
-    camera: NDArray[np.float64] | None
-    body: tuple[float, float]
-    background: BackgroundModel
-    version: int
-
-
-class PersonTracker:
+class PeopleTracker:
     """
-    Tracks one person from a first box.
+    Tracks people from first boxes, each in a slot of its own, and finds them by their walk.
+
+    People are looked for while a slot is free or waits for somebody lost, and until a box is
+    given by :meth:`initialize`; then whoever gives boxes is to give all.
 
     The likelihood learns from the masks that come back through :meth:`learn`; they may come some
     frames late.
     """
 
-    def __init__(self, bank: TemplateBank, config: TrackingConfig | None = None) -> None:
+    def __init__(
+        self,
+        bank: TemplateBank,
+        tracking: TrackingConfig | None = None,
+        *,
+        max_people: int = 1,
+        starting: StartingConfig | None = None,
+    ) -> None:
         """
         Make a tracker that tracks nobody.
 
         :param bank: the templates that the first mask of a person is estimated with.
+        :param max_people: number of slots.
+        :param starting: how people are found without a box.
         """
-        self.config = config or TrackingConfig()
+        self._config = tracking or TrackingConfig()
         self._bank = bank
-        self._last_id = 0
+        self.starting = starting or StartingConfig()
+        self._ids = count(1)
+        self._slots: list[Target | None] = [None] * max_people
+        self._boxes: list[Box] = []
+        self._given = False
         self._forget()
 
     def _forget(self) -> None:
-        self._pending_box: Box | None = None
+        self._slots = [None] * len(self._slots)
+        self._worlds: list[World] = []
         self._source: tuple[int, int] | None = None
+        self._heat_map: NDArray[np.uint8] | None = None
         self._stamp_ns = 0
-        self._drop_person()
 
-    def _drop_person(self) -> None:
-        self._person: Person | None = None
-        self._scale = 1.0
-        self._shape = (1, 1)
-        self._estimator = MotionEstimator()
-        self._background = BackgroundModel((1, 1))
-        self._version = 0
-        self._pending: deque[_Record] = deque()
-        self._history: deque[_Record] = deque(maxlen=_MOTION_GAP + 1)
+    @property
+    def config(self) -> TrackingConfig:
+        """Return the configuration in force; it may be exchanged between frames."""
+        return self._config
+
+    @config.setter
+    def config(self, config: TrackingConfig) -> None:
+        self._config = config
+        for target in self._targets():
+            target.config = config
+
+    @property
+    def starting(self) -> StartingConfig:
+        """Return how people are found; it may be exchanged between frames."""
+        return self._starting
+
+    @starting.setter
+    def starting(self, config: StartingConfig) -> None:
+        # Here, because the finder uses parts of this package.
+        from gait_segmentation.starting import WalkerFinder
+
+        self._starting = config
+        self._finder = WalkerFinder(self._bank, config) if config.auto_init != 'off' else None
 
     def reset(self) -> None:
         """Forget everything but the track ids given so far."""
         self._forget()
+        self._boxes = []
+        self._given = False
+        if self._finder is not None:
+            self._finder.reset()
 
     def initialize(self, box: Box) -> None:
         """
         Start a new track at the next frame.
 
+        A box on a person already tracked starts that slot anew; any other takes a free slot, or
+        without one, that of the least confident person.
+
         :param box: the tight box of a person, in source pixels.
         """
-        self._pending_box = box
+        self._boxes.append(box)
 
-    def update(self, image: NDArray[np.uint8], stamp_ns: int) -> TrackResult:
+    def update(
+        self, image: NDArray[np.uint8], stamp_ns: int, heat_map: NDArray[np.uint8] | None = None
+    ) -> list[TrackResult]:
         """
         Take in the next frame.
 
-        A stamp that goes backwards or another image size forgets the person.
+        A stamp that goes backwards or another image size forgets everybody.
 
         :param image: (H, W, 3) uint8 BGR.
+        :param heat_map: where people are as others see it, (h, w) uint8 of any size, 255 = surely
+            a person: one more feature in the pool.
+        :returns: one result for each slot.
         :raises InputError: if the image is no BGR image, the stamp is not positive or equal to
-            the last one, or the box to start from lies outside of the image.
+            the last one, or a box to start from lies outside of the image or is far larger (the
+            box is then dropped, the rest is as before).
         """
         check_image(image)
         check_stamp(stamp_ns)
+        if heat_map is not None and (heat_map.ndim != 2 or heat_map.dtype != np.uint8):
+            raise InputError(
+                f'heat map must be (height, width) uint8, got {heat_map.shape} {heat_map.dtype}'
+            )
         if stamp_ns == self._stamp_ns:
             raise InputError(f'stamps must increase, got {stamp_ns} twice')
-        size = (image.shape[0], image.shape[1])
-        if stamp_ns < self._stamp_ns or (self._source is not None and size != self._source):
-            box = self._pending_box
+        source = (image.shape[0], image.shape[1])
+        for box in self._boxes:
+            try:
+                check_start_box(box, (source[1], source[0]))
+            except InputError:
+                self._boxes.remove(box)
+                raise
+        if stamp_ns < self._stamp_ns or (self._source is not None and source != self._source):
             self._forget()
-            self._pending_box = box
-        self._source = size
-        self._stamp_ns = stamp_ns
-        if self._pending_box is not None:
-            box, self._pending_box = self._pending_box, None
-            if box.clipped(size[1], size[0]) is None:
+        self._source, self._stamp_ns = source, stamp_ns
+        self._heat_map = heat_map
+        for world in self._worlds:
+            self._advance(world, image)
+        boxes, self._boxes = self._boxes, []
+        self._given = self._given or bool(boxes)
+        started: set[int] = set()
+        for box in boxes:
+            slot = self._slot_for(box, started)
+            started.add(slot)
+            self._start(slot, image, box)
+        self._find(image)
+        results = self._judge()
+        for world in self._worlds:
+            for record in world.drop_old():
+                for target in self._targets(world):
+                    target.skip(record)
+        return results
+
+    def learn(self, feedback: Sequence[Feedback]) -> None:
+        """
+        Learn from the masks of all people in an earlier frame.
+
+        Feedback for frames no longer kept, or of other tracks, is ignored.
+
+        :raises InputError: if a mask does not have the source's size or the frames differ.
+        """
+        stamps = {each.stamp_ns for each in feedback}
+        if len(stamps) > 1:
+            raise InputError(f'feedback must be for one frame, got the stamps {sorted(stamps)}')
+        known = {target.track_id for target in self._targets()}
+        by_track = {each.track_id: each for each in feedback if each.track_id in known}
+        for each in by_track.values():
+            if each.mask.shape != self._source or each.mask.dtype != np.uint8:
                 raise InputError(
-                    f'box {box} lies outside of the image of {size[1]} x {size[0]} pixels'
+                    f'mask must be uint8 of the source size {self._source}, got '
+                    f'{each.mask.shape} {each.mask.dtype}'
                 )
-            return self._start(image, stamp_ns, box)
-        if self._person is None:
-            return self._empty(stamp_ns)
-        return self._track(image, stamp_ns, self._person)
+        if by_track:
+            for world in self._worlds:
+                self._learn(world, feedback[0].stamp_ns, by_track)
 
-    def _empty(self, stamp_ns: int) -> TrackResult:
-        assert self._source is not None
-        scale = working_scale(
-            *self._source, working_size=self.config.working_size, person_height=1, working_height=1
-        )
-        shape = working_shape(*self._source, scale)
-        return TrackResult(stamp_ns, 0, None, np.zeros(shape, np.uint8), 0.0)
+    def _targets(self, world: World | None = None) -> list[Target]:
+        """Return the people of a world, or all."""
+        found = (target for target in self._slots if target is not None)
+        return [target for target in found if world is None or target.world is world]
 
-    def _start(self, image: NDArray[np.uint8], stamp_ns: int, box: Box) -> TrackResult:
-        self._drop_person()
-        config = self.config
-        height, width = image.shape[:2]
-        self._scale = working_scale(
-            height,
-            width,
-            working_size=config.working_size,
-            person_height=box.height,
-            working_height=config.working_height,
+    def _advance(self, world: World, image: NDArray[np.uint8]) -> None:
+        """Take a frame into a world and follow its people."""
+        targets = self._targets(world)
+        bodies = [target.carried_mask() for target in targets]
+        covers = [
+            self._cover(target, list(zip(targets, bodies, strict=True))) for target in targets
+        ]
+        motion = world.advance(
+            image,
+            self._stamp_ns,
+            [target.person.area for target in targets],
+            camera=self._config.use_ego_motion,
+            everywhere=any(target.state == LOST for target in targets),
+            heat=self._heat_map,
         )
-        self._shape = working_shape(height, width, self._scale)
-        frame = WorkingImage.of(image, stamp_ns, self._shape)
+        for target, body, cover in zip(targets, bodies, covers, strict=True):
+            target.move(motion, body, cover)
+
+    @staticmethod
+    def _cover(
+        target: Target, masks: Sequence[tuple[Target, NDArray[np.uint8]]]
+    ) -> NDArray[np.uint8] | None:
+        """Return where a person is hidden by those who stand nearer, None if nowhere."""
+        nearer = [
+            mask
+            for other, mask in masks
+            if other.state == TRACKED and other.feet > target.feet and other.meets(target)
+        ]
+        if not nearer:
+            return None
+        cover = nearer[0]
+        for mask in nearer[1:]:
+            cover = cv2.bitwise_or(cover, mask)
+        return cover
+
+    def _slot_for(self, box: Box, started: set[int]) -> int:
+        """Return the slot that a box starts: that of the same person, a free one, or any."""
+        overlap = {
+            slot: target.box.iou(box)
+            for slot, target in enumerate(self._slots)
+            if target is not None and slot not in started
+        }
+        best = max(overlap, key=lambda slot: overlap[slot], default=0)
+        if overlap and overlap[best] >= _SAME_PERSON:
+            return best
+        free = [slot for slot, target in enumerate(self._slots) if target is None]
+        if free:
+            return free[0]
+        return min(overlap or range(len(self._slots)), key=self._confidence)
+
+    def _confidence(self, slot: int) -> float:
+        target = self._slots[slot]
+        return 0.0 if target is None else target.confidence
+
+    def _find(self, image: NDArray[np.uint8]) -> None:
+        """Give slots to people who are found by their walk."""
+        if self._finder is None or self._given:
+            return
+        if not any(target is None or target.state == LOST for target in self._slots):
+            return
+        occupied = [target.body for target in self._targets() if target.state == TRACKED]
+        for box in self._finder.update(image, self._stamp_ns, occupied):
+            self._welcome(image, box)
+
+    def _welcome(self, image: NDArray[np.uint8], box: Box) -> None:
+        """Start somebody found: again, if it is one who was lost, else in a free slot."""
+        world, start = self._first_look(image, box)
+        lost = {
+            slot: target
+            for slot, target in enumerate(self._slots)
+            if target is not None and target.state == LOST
+        }
+        alike = {slot: target.likeness(world, start) for slot, target in lost.items()}
+        best = max(alike, key=lambda slot: alike[slot], default=None)
+        if best is not None and alike[best] >= SAME_COLOURS:
+            self._slots[best] = Target(lost[best].track_id, world, start, self._config)
+        elif None in self._slots:
+            self._slots[self._slots.index(None)] = self._new_target(world, start)
+        elif lost:
+            longest = max(lost, key=lambda slot: lost[slot].lost_s)
+            self._slots[longest] = self._new_target(world, start)
+        self._drop_empty_worlds()
+
+    def _new_target(self, world: World, start: Start) -> Target:
+        return Target(next(self._ids), world, start, self._config)
+
+    def _start(self, slot: int, image: NDArray[np.uint8], box: Box) -> None:
+        self._slots[slot] = None
+        self._drop_empty_worlds()
+        self._slots[slot] = self._new_target(*self._first_look(image, box))
+
+    def _first_look(self, image: NDArray[np.uint8], box: Box) -> tuple[World, Start]:
+        """Estimate the first mask of a person in a box."""
+        config = self._config
+        world = self._world_for(image, box)
         margin = config.box_margin
         inner = box.padded(-margin * box.width, -margin * box.height)
         start = estimate_start(
-            frame.lab,
-            inner.scaled(self._scale),
+            world.now.image.lab,
+            inner.scaled(world.scale),
             self._bank,
             height=config.start_height,
             rounds=config.start_rounds,
+            left_out=config.start_left_out,
+            use_tilt=config.use_tilt,
         )
-        self._last_id += 1
-        self._person = person = self._new_person(start)
-        self._background = BackgroundModel(self._shape)
-        person.learn_colours(frame.lab, start.mask, None, 1.0)
-        self._estimator.update(frame.gray, None, None)
-        record = _Record(frame, None, (0.0, 0.0), self._background, self._version)
-        return self._judge(person, record, start)
+        world.clear(start.mask)
+        return world, start
 
-    def _new_person(self, start: Start) -> Person:
-        return Person(
-            self._last_id,
-            start.body.center_x,
-            start.body.center_y,
-            start.body.height,
-            max(start.body.center_x - start.box.x, 1.0),
-            max(start.box.right - start.body.center_x, 1.0),
-            start.mask,
-            *new_colours(self.config),
-        )
+    def _world_for(self, image: NDArray[np.uint8], box: Box) -> World:
+        """Return a world in which a person is well seen, already in the newest frame."""
+        for world in self._worlds:
+            if world.fits(box.height):
+                return world
+        assert self._source is not None
+        world = World.for_person(self._source, box.height, self._config)
+        world.advance(image, self._stamp_ns, (), camera=False, heat=self._heat_map)
+        self._worlds.append(world)
+        return world
 
-    def _track(self, image: NDArray[np.uint8], stamp_ns: int, person: Person) -> TrackResult:
-        frame = WorkingImage.of(image, stamp_ns, self._shape)
-        people = np.zeros(self._shape, np.uint8)
-        people[person.area.slices(self._shape[1], self._shape[0])] = 1
-        motion = self._estimator.update(
-            frame.gray, people, self._carried_mask(), camera=self.config.use_ego_motion
-        )
-        body = person.predict(_world_shift(motion, person), motion.body)
-        background = self._background_now(motion.camera)
-        record = _Record(frame, motion.camera, body, background, self._version)
-        return self._judge(person, record, None)
+    def _drop_empty_worlds(self) -> None:
+        self._worlds = [world for world in self._worlds if self._targets(world)]
 
-    def _judge(self, person: Person, record: _Record, start: Start | None) -> TrackResult:
-        """Compute the likelihood of a frame, refine the box by it, and file the frame."""
-        config = self.config
-        self._pending.append(record)
-        self._history.append(record)
-        frame = record.image
-        window = person.window(self._shape)
-        if window[0].start >= window[0].stop or window[1].start >= window[1].stop:
-            return self._result(person, frame.stamp_ns, np.zeros(self._shape, np.uint8), 0.0)
-        lab = np.ascontiguousarray(frame.lab[window])
-        logit = log_ratio(
-            lab,
-            colour_bins(lab),
-            person.rows(window),
-            window,
-            record.background,
-            person.person,
-            person.surroundings,
-            config,
-        )
-        if config.use_motion_cue:
-            self._add_motion(logit, person, record, window)
-        to_now = self._body_since_mask()
-        if config.use_propagation or start is not None:
-            logit += np.float32(config.propagation_weight) * propagation_logit(
-                person.mask, to_now, window, person.height
-            )
-        likelihood = likelihood_image(logit, window, self._shape)
-        confidence = self._refine(person, record, likelihood)
-        if len(self._pending) > _MOST_PENDING:
-            self._absorb(self._pending.popleft())
-        return self._result(person, frame.stamp_ns, likelihood, confidence)
+    def _judge(self) -> list[TrackResult]:
+        """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""
+        likelihoods: dict[int, NDArray[np.uint8]] = {}
+        for world in self._worlds:
+            self._judge_world(world, likelihoods)
+        results = []
+        for slot, target in enumerate(self._slots):
+            if target is None:
+                results.append(self._empty())
+                continue
+            likelihood = likelihoods.get(target.track_id)
+            if likelihood is None or target.state == LOST:
+                likelihood = np.zeros(target.world.shape, np.uint8)
+            results.append(target.result(likelihood))
+            if target.state == LOST and target.lost_s > self._config.patience:
+                self._slots[slot] = None
+        return results
 
-    def _result(
-        self, person: Person, stamp_ns: int, likelihood: NDArray[np.uint8], confidence: float
-    ) -> TrackResult:
-        box = person.box.scaled(1 / self._scale)
-        return TrackResult(stamp_ns, person.track_id, box, likelihood, confidence, person.angle)
+    def _judge_world(self, world: World, likelihoods: dict[int, NDArray[np.uint8]]) -> None:
+        """Let people compete for pixels, assess each by what it got, and look for the lost."""
+        judged = [(target, target.judge()) for target in self._targets(world)]
+        present = [(target, claim) for target, claim in judged if claim is not None]
+        masks = [(target, claim.mask) for target, claim in present]
+        logits = compete([claim for _, claim in present])
+        for target, nothing in judged:
+            if nothing is None and target.state == TRACKED:
+                target.lose()
+        for (target, claim), logit in zip(present, logits, strict=True):
+            likelihood = likelihood_image(logit, claim.window, world.shape)
+            likelihoods[target.track_id] = likelihood
+            if target.state == TRACKED:
+                target.assess(likelihood, claim.window, claim.mask, self._cover(target, masks))
+        lost = [t for t in self._targets(world) if t.state == LOST and t.lost_s > 0]
+        if lost:
+            self._recover(world, lost, {t.track_id: claim for t, claim in present}, likelihoods)
 
-    def _refine(self, person: Person, record: _Record, likelihood: NDArray[np.uint8]) -> float:
-        """Shift the box by mean shift on the likelihood; return how well the person stands out."""
-        part = person.window(self._shape)
-        mask = self._carried_mask()[part]
-        values = likelihood[part]
-        box = person.box.shifted(-part[1].start, -part[0].start)
-        shift = mean_shift(
-            values,
-            mask,
-            (round(box.x), round(box.y), max(round(box.width), 1), max(round(box.height), 1)),
-        )
-        gain = self.config.mean_shift_gain
-        limit = 0.05 * person.height
-        dx = gain * min(max(shift.dx, -limit), limit)
-        dy = gain * min(max(shift.dy, -limit), limit)
-        person.shift(dx, dy)
-        record.body = (record.body[0] + dx, record.body[1] + dy)
-        if len(self._pending) > 1:
-            # The last mask is not of the last frame: until a newer one comes, this is the size.
-            person.follow_scale(shift.scale)
-        inside = cv2.mean(values, mask)[0]
-        outside = cv2.mean(values, cv2.bitwise_not(mask))[0]
-        return max(0.0, inside - outside) / 255
-
-    def _add_motion(
-        self, logit: NDArray[np.float32], person: Person, record: _Record, window: Window
+    def _recover(
+        self,
+        world: World,
+        lost: list[Target],
+        claims: dict[int, Claim],
+        likelihoods: dict[int, NDArray[np.uint8]],
     ) -> None:
-        if len(self._history) <= _MOTION_GAP:
-            return
-        later = list(self._history)[1:]
-        camera = _chain(later)
-        dx, dy = _total_shift(later)
-        body = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
-        center = np.array([person.center_x, person.center_y])
-        stays = camera[:, :2] @ (center - (dx, dy)) + camera[:, 2]
-        if np.hypot(*(center - stays)) < _LEAST_MOTION * person.height:
-            return
-        earlier = self._history[0].image.gray
-        logit += np.float32(self.config.motion_weight) * motion_logit(
-            record.image.gray, earlier, camera, body, window
-        )
-
-    def learn(self, feedback: Feedback) -> None:
-        """
-        Learn from the mask of an earlier frame.
-
-        Feedback for frames no longer kept, or of another track, is ignored.
-
-        :raises InputError: if the mask does not have the source's size.
-        """
-        person = self._person
-        if person is None or feedback.track_id != person.track_id:
-            return
-        if all(each.image.stamp_ns != feedback.stamp_ns for each in self._pending):
-            return
-        if feedback.mask.shape != self._source or feedback.mask.dtype != np.uint8:
-            raise InputError(
-                f'mask must be uint8 of the source size {self._source}, got '
-                f'{feedback.mask.shape} {feedback.mask.dtype}'
+        """Look for those who are lost, where nobody else is."""
+        taken = np.zeros(world.shape, np.uint8)
+        for target in self._targets(world):
+            if target.state == TRACKED:
+                likely = likelihoods[target.track_id] > 127
+                taken |= np.where(likely, target.carried_mask(), 0)
+        for target in lost:
+            found = target.recover(
+                claims.get(target.track_id), likelihoods.get(target.track_id), taken
             )
-        record = self._pending.popleft()
-        while record.image.stamp_ns != feedback.stamp_ns:
-            self._absorb(record)
-            record = self._pending.popleft()
-        self._learn(person, record, feedback)
+            if found is not None:
+                likelihoods[target.track_id] = found
+                taken |= np.where(found > 127, target.carried_mask(), 0)
 
-    def _learn(self, person: Person, record: _Record, feedback: Feedback) -> None:
-        mask = feedback.mask
-        if mask.shape != self._shape:
-            small = shrink(mask, self._shape)
-            mask = np.where(small > 127, 255, 0).astype(np.uint8)
-        prior = feedback.shape_prior
-        if prior.shape != self._shape:
-            prior = cv2.resize(prior, self._shape[::-1], interpolation=cv2.INTER_LINEAR)
-        self._adopt_background(record)
-        if not person.teaches(mask, prior):
+    def _empty(self) -> TrackResult:
+        assert self._source is not None
+        scale = working_scale(
+            *self._source,
+            working_size=self._config.working_size,
+            person_height=1,
+            working_height=1,
+        )
+        shape = working_shape(*self._source, scale)
+        return TrackResult(self._stamp_ns, 0, None, np.zeros(shape, np.uint8), 0.0)
+
+    def _learn(self, world: World, stamp_ns: int, by_track: dict[int, Feedback]) -> None:
+        """Learn a frame in one world: people first, then what surrounds all of them."""
+        targets = self._targets(world)
+        skipped, record = world.take(stamp_ns)
+        for each in skipped:
+            for target in targets:
+                target.skip(each)
+        if record is None:
             return
-        dx, dy = _total_shift(self._pending)
-        person.shift(-dx, -dy)
-        lab = record.image.lab
-        person.learn_colours(lab, mask, prior, self.config.colour_rate)
-        if self.config.use_background:
-            size = 2 * max(1, round(_DILATION * person.height)) + 1
-            kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-            grown = cv2.dilate(mask, kernel)
-            self._background.measure_noise(lab, grown, person.window(self._shape))
-            self._background.learn(lab, grown)
-        body = None if feedback.body is None else feedback.body.scaled(self._scale)
-        person.learn_place(mask, body)
-        if self.config.use_tilt:
-            person.learn_angle(mask)
-        person.mask = mask
-        person.shift(dx, dy)
-
-    def _background_now(self, newest: NDArray[np.float64] | None) -> BackgroundModel:
-        """Return the background model as it looks in the newest frame."""
-        return self._background.moved([*(each.camera for each in self._pending), newest])
-
-    def _adopt_background(self, record: _Record) -> None:
-        """Carry the background model to the frame of a record that is learnt next."""
-        if record.version == self._version:
-            self._background = record.background
-        else:
-            self._background.move(record.camera)
-        self._version += 1
-
-    def _absorb(self, record: _Record) -> None:
-        """Let go of a frame that is never learnt: only its motion counts."""
-        self._background.move(record.camera)
-        person = self._person
-        if person is not None:
-            person.mask = _shifted(person.mask, *record.body)
-
-    def _body_since_mask(self) -> NDArray[np.float64]:
-        dx, dy = _total_shift(self._pending)
-        return np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
-
-    def _carried_mask(self) -> NDArray[np.uint8]:
-        assert self._person is not None
-        motion = self._body_since_mask()
-        return _shifted(self._person.mask, float(motion[0, 2]), float(motion[1, 2]))
-
-
-def _world_shift(motion: Motion, person: Person) -> tuple[float, float]:
-    x, y = motion.carry(person.center_x, person.center_y)
-    return x - person.center_x, y - person.center_y
-
-
-def _total_shift(records: Iterable[_Record]) -> tuple[float, float]:
-    """Return how far the body went over several frames."""
-    shifts = [each.body for each in records]
-    return sum(dx for dx, _ in shifts), sum(dy for _, dy in shifts)
-
-
-def _chain(records: list[_Record]) -> NDArray[np.float64]:
-    """Return the camera's motion over several frames."""
-    total = _IDENTITY
-    for each in records:
-        if each.camera is not None:
-            total = compose(each.camera, total)
-    return total
-
-
-def _shifted(mask: NDArray[np.uint8], dx: float, dy: float) -> NDArray[np.uint8]:
-    """Return a mask shifted by whole pixels."""
-    step_x, step_y = round(dx), round(dy)
-    if step_x == 0 and step_y == 0:
-        return mask
-    matrix = np.array([[1.0, 0.0, step_x], [0.0, 1.0, step_y]])
-    return np.asarray(cv2.warpAffine(mask, matrix, mask.shape[::-1], flags=cv2.INTER_NEAREST))
+        people = np.zeros(world.shape, np.uint8)
+        around = []
+        for target in targets:
+            if target.track_id not in record.bodies:
+                continue
+            feedback = by_track.get(target.track_id)
+            learnt = None if feedback is None else target.learn(record, feedback)
+            if learnt is None:
+                target.skip(record)
+                people[target.person.area.slices(world.shape[1], world.shape[0])] = 255
+            else:
+                people |= learnt[0]
+                around.append(learnt[1])
+        if self._config.use_background and around:
+            gate = self._config.use_motion_gate
+            world.learn(record, people, around, gate=gate)

@@ -4,13 +4,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import shrink
+from gait_segmentation.images import Window, shrink
+from gait_segmentation.tracking.exposure import Exposure
 
 __all__ = ['WorkingImage', 'working_scale', 'working_shape']
 
@@ -20,24 +21,62 @@ class WorkingImage:
     """
     One frame at working size.
 
-    ``lab`` is (h, w, 3) uint8 CIE L*a*b* as OpenCV stores it, ``gray`` its first channel,
-    contiguous.
+    ``bgr`` is (h, w, 3) uint8, ``gray`` its brightness.  The conversion to Lab takes longer than
+    anything else that is done to whole images, so it is made only where it is asked for.
     """
 
     stamp_ns: int
-    lab: NDArray[np.uint8]
+    bgr: NDArray[np.uint8]
     gray: NDArray[np.uint8]
+    _lab: NDArray[np.uint8]
+    _converted: list[Window] = field(default_factory=list)
 
     @classmethod
-    def of(cls, image: NDArray[np.uint8], stamp_ns: int, shape: tuple[int, int]) -> WorkingImage:
+    def of(
+        cls,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        shape: tuple[int, int],
+        exposure: Exposure | None = None,
+    ) -> WorkingImage:
         """
-        Scale and convert a frame.
+        Scale a frame.
 
         :param image: (H, W, 3) uint8 BGR.
         :param shape: (h, w) of the working image.
+        :param exposure: whose jumps are undone, if any.
         """
-        lab = cv2.cvtColor(shrink(image, shape), cv2.COLOR_BGR2Lab)
-        return cls(stamp_ns, lab, np.ascontiguousarray(lab[:, :, 0]))
+        small = shrink(image, shape)
+        if small is image:
+            # Conversions may come later, when the caller has already filled its buffer anew.
+            small = image.copy()
+        gray = np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
+        gain = 1.0 if exposure is None else exposure.update(gray)
+        if gain != 1.0:
+            small = cv2.convertScaleAbs(small, alpha=gain)
+            gray = cv2.convertScaleAbs(gray, alpha=gain)
+        return cls(stamp_ns, small, gray, np.zeros(small.shape, np.uint8))
+
+    @property
+    def lab(self) -> NDArray[np.uint8]:
+        """Return the whole image in CIE L*a*b* as OpenCV stores it, (h, w, 3) uint8."""
+        return self.lab_about((slice(0, self.gray.shape[0]), slice(0, self.gray.shape[1])))
+
+    def lab_about(self, window: Window) -> NDArray[np.uint8]:
+        """Return an image like :attr:`lab` that is filled in at least in a window."""
+        rows, columns = window
+        for known_rows, known_columns in self._converted:
+            if (
+                known_rows.start <= rows.start
+                and known_rows.stop >= rows.stop
+                and known_columns.start <= columns.start
+                and known_columns.stop >= columns.stop
+            ):
+                return self._lab
+        if rows.start < rows.stop and columns.start < columns.stop:
+            self._lab[window] = cv2.cvtColor(self.bgr[window], cv2.COLOR_BGR2Lab)
+            self._converted.append(window)
+        return self._lab
 
 
 def working_scale(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import scaling
-from gait_segmentation.tracking.cues import motion_logit, propagation_logit
+from gait_segmentation.tracking.cues import add_motion, add_propagation, moving_pixels
 
 WINDOW = (slice(10, 70), slice(10, 90))
 STILL = scaling(1.0)
@@ -24,16 +24,44 @@ def test_what_moves_with_the_body_is_person_and_what_stays_is_not() -> None:
     person[20:60, 30:50] = True
     earlier = np.where(person, cloth, world)
     now = np.where(np.roll(person, 10, 1), np.roll(cloth, 10, 1), world)
-    logit = motion_logit(now, earlier, STILL, shift(10), WINDOW)
+    logit = np.zeros((60, 80), np.float32)
+    add_motion(logit, now, earlier, STILL, shift(10), WINDOW, 1.0)
     assert logit[25, 38] == pytest.approx(2)
     assert logit[25, 70] == pytest.approx(-2)
     assert np.abs(logit).max() <= 2
 
 
-def test_the_propagated_mask_moves_with_the_body() -> None:
+def test_the_last_mask_is_a_weak_prior() -> None:
     mask = np.zeros((80, 100), np.uint8)
-    mask[20:60, 30:50] = 255
-    logit = propagation_logit(mask, shift(10), WINDOW, 50.0)
-    assert logit[25, 38] == pytest.approx(3)
-    assert logit[25, 22] < 0
-    assert logit[25, 70] == pytest.approx(-3)
+    mask[20:60, 40:60] = 255
+    logit = np.ones((60, 80), np.float32)
+    add_propagation(logit, mask, WINDOW, 50.0, 0.5)
+    assert logit[25, 38] == pytest.approx(1 + 0.5 * 3)
+    assert logit[25, 29] == pytest.approx(1 - 0.5, abs=0.05)
+    assert logit[25, 70] == pytest.approx(1 - 0.5 * 3)
+    assert np.abs(logit - 1).max() == pytest.approx(0.5 * 3)
+
+
+def test_without_a_mask_all_is_surroundings() -> None:
+    logit = np.zeros((60, 80), np.float32)
+    add_propagation(logit, np.zeros((80, 100), np.uint8), WINDOW, 50.0, 1.0)
+    assert np.all(logit == -3)
+
+
+def test_what_moves_against_the_world_is_found_and_the_panned_world_is_not() -> None:
+    rng = np.random.default_rng(0)
+    world = rng.integers(0, 255, (80, 120)).astype(np.uint8)
+    earlier, now = world[:, :100].copy(), world[:, 4:104].copy()
+    earlier[30:40, 30:40], now[30:40, 46:56] = 0, 0
+    moving = moving_pixels(now, earlier, shift(-4), WINDOW, spread=2.0)
+    assert moving.shape == (60, 80)
+    assert moving[25, 40]
+    assert not moving[:, :10].any()
+    assert not moving[40:, 10:].any()
+
+
+def test_noise_is_no_motion() -> None:
+    rng = np.random.default_rng(0)
+    earlier, now = (rng.normal(120, 5, (80, 100)).astype(np.uint8) for _ in range(2))
+    assert not moving_pixels(now, earlier, STILL, WINDOW, spread=5.0).any()
+    assert moving_pixels(now, earlier, STILL, WINDOW, spread=0.0).any()

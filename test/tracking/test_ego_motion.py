@@ -71,3 +71,51 @@ def test_another_size_starts_anew() -> None:
     estimator = MotionEstimator()
     estimator.update(scene(), None, None)
     assert estimator.update(scene()[:100], None, None).camera is None
+
+
+def test_stripes_and_noise_are_nothing_to_follow() -> None:
+    x = np.arange(320, dtype=np.float32)
+    stripes = np.repeat((90 + 60 * (np.sin(x * np.pi / 4) > 0))[None], 240, 0)
+    rng = np.random.default_rng(0)
+    estimator = MotionEstimator()
+    body = np.zeros((240, 320), np.uint8)
+    body[60:180, 120:180] = 255
+    for shift in (0, 2, 4):
+        noisy = np.roll(stripes, shift, 1) + rng.normal(0, 2.5, stripes.shape)
+        motion = estimator.update(np.clip(noisy, 0, 255).astype(np.uint8), body, body)
+        assert motion.camera is None
+
+
+def test_a_jolt_of_40_pixels_is_followed() -> None:
+    estimator = MotionEstimator()
+    true = np.array([[1.0, 0.0, 40.0], [0.0, 1.0, -12.0]])
+    wide = cv2.resize(scene(), (640, 480), interpolation=cv2.INTER_CUBIC)
+    body = np.zeros((480, 640), np.uint8)
+    body[180:300, 300:350] = 255
+    estimator.update(wide, body, body)
+    motion = estimator.update(moved(wide, true), body, body)
+    assert motion.camera is not None
+    assert motion.camera @ [320, 240, 1] == pytest.approx([360, 228], abs=0.3)
+    # The body is looked for where the camera's motion takes it.
+    assert motion.body == pytest.approx((40, -12), abs=0.3)
+
+
+def test_corners_that_see_the_person_are_not_of_the_world() -> None:
+    # The only corners are on the person, who moves, and at the border of the person's area.
+    flat = np.full((240, 320), 90, np.uint8)
+    people = np.zeros((240, 320), np.uint8)
+    people[60:180, 120:180] = 255
+    estimator = MotionEstimator()
+    for step in (0, 5):
+        frame = flat.copy()
+        frame[60:180, 120 + step : 180 + step] = scene()[60:180, 120:180]
+        camera = estimator.update(frame, people, None).camera
+        assert camera is None
+
+
+def test_points_that_do_not_agree_say_nothing() -> None:
+    rng = np.random.default_rng(0)
+    estimator = MotionEstimator()
+    estimator.update(scene(1), None, None)
+    other = np.uint8(rng.integers(0, 255, (240, 320)))
+    assert estimator.update(other, None, None).camera is None

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.colour import colour_bins
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.person import Person, new_colours
@@ -109,3 +110,21 @@ def test_small_masks_teach_nothing() -> None:
     assert state.teaches(prior, prior)
     assert not state.teaches(ellipse(100, 120, 30), prior)
     assert not state.teaches(np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8))
+
+
+def test_what_a_mask_misses_is_no_colour_of_known_surroundings() -> None:
+    """Black shoes on known ground are not learnt as ground."""
+    lab = np.full((*SHAPE, 3), (150, 128, 128), np.uint8)
+    lab[165:170, 90:110] = (20, 128, 128)
+    mask = ellipse(100, 110, 100)
+    both = []
+    for known in (False, True):
+        state = person()
+        window = state.window(SHAPE)
+        strange = np.zeros(SHAPE, np.uint8)
+        strange[165:170, 90:110] = known
+        state.learn_colours(lab, mask, None, 1.0, strange[window])
+        index = colour_bins(lab[165:166, 100:101])[0, 0]
+        both.append(state.surroundings.table[index].max())
+    assert both[0] > 10 * both[1]
+    assert both[1] == pytest.approx(TrackingConfig().colour_floor)

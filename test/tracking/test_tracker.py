@@ -4,18 +4,39 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import Feedback, TrackResult
-from gait_segmentation.tracking import PersonTracker, TrackingConfig
+from gait_segmentation.starting import StartingConfig
+from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 from test.walkers import clip, small_bank
 
 
-def tracker(**changes) -> PersonTracker:
-    return PersonTracker(small_bank(), TrackingConfig(start_rounds=3, **changes))
+class Tracker:
+    """A tracker of one slot."""
+
+    def __init__(self, **changes) -> None:
+        self.people = PeopleTracker(
+            small_bank(),
+            TrackingConfig(start_rounds=3, **changes),
+            starting=StartingConfig(auto_init='off'),
+        )
+        self.initialize, self.reset = self.people.initialize, self.people.reset
+
+    def update(self, image: np.ndarray, stamp_ns: int) -> TrackResult:
+        (result,) = self.people.update(image, stamp_ns)
+        return result
+
+    def learn(self, feedback: Feedback) -> None:
+        self.people.learn([feedback])
+
+
+def tracker(**changes) -> Tracker:
+    return Tracker(**changes)
 
 
 def feedback(frame, result: TrackResult) -> Feedback:
@@ -24,12 +45,25 @@ def feedback(frame, result: TrackResult) -> Feedback:
     return Feedback(frame.stamp_ns, result.track_id, mask, None, prior)
 
 
-def started(**changes) -> tuple[PersonTracker, TrackResult]:
+def started(**changes) -> tuple[Tracker, TrackResult]:
     track = tracker(**changes)
     box = clip()[0].boxes[0]
     assert box is not None
     track.initialize(box)
     return track, track.update(clip()[0].image, clip()[0].stamp_ns)
+
+
+@pytest.mark.parametrize('use_tilt', [True, False])
+def test_a_leaning_person_is_tracked_leaning_from_the_first_frame(use_tilt: bool) -> None:
+    height, width = clip()[0].image.shape[:2]
+    turn = cv2.getRotationMatrix2D((width / 2 - 0.5, height / 2 - 0.5), -18, 1)
+    image = cv2.warpAffine(clip()[0].image, turn, (width, height), borderMode=cv2.BORDER_REFLECT)
+    box = Box.around(cv2.warpAffine(clip()[0].masks[0], turn, (width, height)) > 127)
+    assert box is not None
+    track = tracker(use_tilt=use_tilt)
+    track.initialize(box)
+    angle = np.degrees(track.update(image, clip()[0].stamp_ns).angle)
+    assert angle == pytest.approx(18 if use_tilt else 0, abs=8)
 
 
 def test_nobody_gives_a_black_likelihood_and_no_box() -> None:
@@ -75,11 +109,17 @@ def test_late_feedback_teaches_as_well() -> None:
 
 
 def test_without_any_feedback_it_goes_on_for_longer_than_it_keeps_frames() -> None:
-    track, _ = started()
-    for number in range(40):
-        frame = clip()[1 + number % 15]
-        result = track.update(frame.image, clip()[0].stamp_ns + (number + 1) * 10_000_000)
+    frames = clip(pan=0.0, frames=34)
+    track = tracker()
+    box = frames[0].boxes[0]
+    assert box is not None
+    track.initialize(box)
+    for frame in frames:
+        result = track.update(frame.image, frame.stamp_ns)
+    assert result.state == 'tracked'
     assert result.box is not None
+    assert frames[-1].boxes[0] is not None
+    assert result.box.iou(frames[-1].boxes[0]) > 0.3
 
 
 def test_feedback_of_others_and_of_forgotten_frames_is_ignored() -> None:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
@@ -20,9 +21,21 @@ def test_a_working_image_is_never_empty() -> None:
     assert working_shape(1, 1000, 0.1) == (1, 100)
 
 
-def test_lab_and_lightness_agree() -> None:
+def test_lab_is_converted_where_it_is_asked_for() -> None:
     image = np.random.default_rng(0).integers(0, 255, (40, 60, 3)).astype(np.uint8)
     frame = WorkingImage.of(image, 3, (20, 30))
-    assert frame.lab.shape == (20, 30, 3)
-    assert np.array_equal(frame.gray, frame.lab[:, :, 0])
+    whole = cv2.cvtColor(frame.bgr, cv2.COLOR_BGR2Lab)
+    window = (slice(2, 9), slice(5, 25))
+    part = frame.lab_about(window)
+    assert np.array_equal(part[window], whole[window])
+    assert not part[12:].any()
+    assert np.array_equal(frame.lab, whole)
+    assert frame.gray.shape == (20, 30)
     assert frame.gray.flags.c_contiguous
+
+
+def test_a_frame_outlives_the_buffer_it_came_from() -> None:
+    image = np.full((20, 30, 3), 200, np.uint8)
+    frame = WorkingImage.of(image, 3, (20, 30))
+    image[:] = 0
+    assert frame.lab[..., 0].min() > 150

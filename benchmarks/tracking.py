@@ -1,0 +1,275 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Run the synthetic scenes, with boxes and without, and print what tracking must show.
+
+Prints the scores of every scene, the bars with what was measured, and what the tracking stage
+takes a frame for one to five people (CPU time of all threads: other programs do not count) and
+frames per second of the whole pipeline with five (time on the clock: leave the machine alone).
+Sequence folders given with ``--data`` are held to the bars of real clips.  Usage::
+
+    python benchmarks/tracking.py [--scenes crossing pillar ...] [--seeds 1] [--json FILE]
+        [--data ../data/hall ../data/shopfront ...] [--set STAGE.PARAM=VALUE]
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import itertools
+import statistics
+import tempfile
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import cv2
+from tqdm import tqdm
+
+from gait_segmentation.evaluation.report import aligned, tracking_table, write_json
+from gait_segmentation.evaluation.scenes import SCENES, scene
+from gait_segmentation.evaluation.session import Session, load_sequences
+from gait_segmentation.evaluation.settings import overridden, replaced
+from gait_segmentation.evaluation.tracking_score import mean_tracking
+from gait_segmentation.pipeline import Pipeline, PipelineConfig
+from gait_segmentation.warm_up import warm_up
+
+Numbers = dict[str, Any]
+
+AUTO_SCENES = tuple(name for name in SCENES if name not in ('same-colour', 'same-lightness'))
+"""Scenes run without boxes as well: not those that hide people from a search for motion."""
+
+SKIPPED = 10
+"""Frames at the beginning that are not timed: nobody is there before the first box."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Bar:
+    """What a score must be: ``test`` says so, ``words`` tell it."""
+
+    what: str
+    score: str
+    words: str
+    test: Callable[[Numbers], bool]
+
+
+def least(name: str, value: float) -> Callable[[Numbers], bool]:
+    return lambda scores: scores[name] is not None and scores[name] >= value
+
+
+def most(name: str, value: float, missing: str | None = None) -> Callable[[Numbers], bool]:
+    """Make a test that passes up to a value, if ``missing`` did not happen."""
+    return lambda scores: (
+        (missing is None or scores[missing] == 0)
+        and (scores[name] is None or scores[name] <= value)
+    )
+
+
+LOCK = Bar('lock', 'lock_seconds', '<= 1 s', most('lock_seconds', 1.0, 'never_locked'))
+NO_GHOST = Bar('false slots', 'false_slots', '0', most('false_slots', 0))
+KEPT = Bar('lost frames', 'lost_frames', '0', most('lost_frames', 0))
+SAME_ID = Bar('id switches', 'id_switches', '0', most('id_switches', 0))
+BACK = Bar('back', 'recovery_seconds', '<= 1 s', most('recovery_seconds', 1.0, 'never_recovered'))
+NEW_ID = Bar('ids of two people', 'shared_ids', '0', most('shared_ids', 0))
+J_MANY = Bar('J', 'J', '>= 0.88', least('J', 0.88))
+BOX = Bar('box IoU', 'box_iou', '>= 0.85', least('box_iou', 0.85))
+
+BARS: dict[tuple[str, str], tuple[Bar, ...]] = {
+    ('crossing', 'box'): (SAME_ID, J_MANY),
+    ('overtaking', 'box'): (SAME_ID, J_MANY),
+    ('pillar', 'box'): (BACK, SAME_ID),
+    ('exit-enter', 'box'): (NEW_ID,),
+    ('exit-enter', 'auto'): (NEW_ID, LOCK, NO_GHOST),
+    ('same-colour', 'box'): (KEPT,),
+    ('same-lightness', 'box'): (KEPT,),
+    ('standing', 'box'): (KEPT,),
+    ('turning', 'box'): (KEPT,),
+    ('exposure', 'box'): (KEPT,),
+    ('shaken', 'box'): (KEPT,),
+    ('grey', 'box'): (SAME_ID, BACK),
+    ('exit-return', 'box'): (BACK,),
+    **{
+        (name, 'auto'): (LOCK, NO_GHOST)
+        for name in ('pillar', 'cars', 'trees', 'shaken', 'standing', 'turning')
+    },
+    # There is no whole second between the jumps.
+    ('exposure', 'auto'): (NO_GHOST,),
+}
+
+DATA_BARS = {'box': (KEPT,), 'auto': (LOCK, NO_GHOST)}
+MEAN_BARS = {'box': (BOX,), 'auto': ()}
+
+
+def evaluate(folders: list[Path], config: PipelineConfig, auto: bool, fixed: Iterable[str]) -> Any:
+    session = Session(
+        load_sequences(folders),
+        lambda config: Pipeline(config, clock=time.process_time),
+        time.perf_counter,
+        auto=auto,
+        fixed=frozenset(fixed),
+        progress=lambda items, name, total: tqdm(items, name, total, disable=None, leave=False),
+    )
+    return session.evaluate(config, name='auto' if auto else 'box')
+
+
+def check(name: str, init: str, numbers: Numbers, bars: Iterable[Bar]) -> list[Numbers]:
+    scores = numbers['tracking']
+    return [
+        {
+            'scene': name,
+            'init': init,
+            'what': bar.what,
+            'measured': scores[bar.score],
+            'bar': bar.words,
+            'met': bool(bar.test(scores)),
+        }
+        for bar in bars
+    ]
+
+
+def bar_table(bars: list[Numbers]) -> str:
+    rows = [['scene', 'init', 'what', 'measured', 'bar', '']]
+    for bar in bars:
+        value = bar['measured']
+        shown = (
+            '-' if value is None else f'{value:.3f}' if isinstance(value, float) else str(value)
+        )
+        rows.append(
+            [
+                bar['scene'],
+                bar['init'],
+                bar['what'],
+                shown,
+                bar['bar'],
+                'met' if bar['met'] else 'MISSED',
+            ]
+        )
+    return aligned(rows)
+
+
+def feature_table(sequences: Numbers) -> str:
+    """Return by what people are told from their surroundings, the first of each sequence."""
+    lines = []
+    for key, numbers in sequences.items():
+        person = next(iter(numbers['tracking']['people'].values()), {'features': {}})
+        used = [
+            f'{name} {each["weight"]:.2f} ({each["variance_ratio"]:.2f})'
+            for name, each in person['features'].items()
+            if each['weight'] >= 0.005
+        ]
+        lines.append([key, '  ' + ', '.join(used)])
+    width = max(len(line[0]) for line in lines)
+    return '\n'.join(key.ljust(width) + used for key, used in lines)
+
+
+def cost(config: PipelineConfig, seed: int) -> list[Numbers]:
+    """Time the first 1 to 5 people of the scene of five, the counts taking turns."""
+    clip = scene('five', seed)
+    frames = [clip.frame(number) for number in clip.numbers]
+    runs = {}
+    for people in range(1, 6):
+        changed = replaced(config, 'people', 'max_people', people)
+        changed = replaced(changed, 'starting', 'auto_init', 'off')
+        runs[people] = Pipeline(changed, clock=time.process_time)
+        for box in frames[0].boxes[:people]:
+            if box is not None:
+                runs[people].initialize(box)
+    times: dict[int, list[dict[str, float]]] = {people: [] for people in runs}
+    for frame, people in itertools.product(frames, runs):
+        for result in runs[people].update(frame.image, frame.stamp_ns):
+            times[people].append(result.timings_ms)
+    return [
+        {'people': people}
+        | {
+            stage: statistics.median(each[stage] for each in taken[SKIPPED:])
+            for stage in ('tracking', 'matching', 'segmentation', 'total')
+        }
+        for people, taken in times.items()
+    ]
+
+
+def cost_table(rows: list[Numbers]) -> str:
+    names = list(rows[0])
+    cells = [[str(row['people'])] + [f'{row[name]:.2f}' for name in names[1:]] for row in rows]
+    first, further = rows[0]['tracking'], (rows[-1]['tracking'] - rows[0]['tracking']) / 4
+    return (
+        'scene five, ms of CPU per frame in all threads, median\n'
+        f'{aligned([names, *cells])}\n'
+        f'tracking: {first:.2f} ms (<= 4), each further person {further:.2f} ms (<= 2)'
+    )
+
+
+def speed(config: PipelineConfig, seed: int, threads: int) -> float:
+    """Return frames per second, on the clock, of the whole pipeline with five people."""
+    clip = scene('five', seed)
+    frames = [clip.frame(number) for number in clip.numbers]
+    changed = replaced(config, 'people', 'max_people', 5)
+    pipeline = Pipeline(replaced(changed, 'starting', 'auto_init', 'off'))
+    for box in frames[0].boxes:
+        if box is not None:
+            pipeline.initialize(box)
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(threads)
+    started = time.perf_counter()
+    for frame in frames:
+        pipeline.update(frame.image, frame.stamp_ns)
+    taken = time.perf_counter() - started
+    cv2.setNumThreads(before)
+    return len(frames) / taken
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
+    parser.add_argument('--scenes', nargs='*', choices=list(SCENES), default=list(SCENES))
+    parser.add_argument('--seeds', type=int, default=1, help='how many of each scene')
+    parser.add_argument('--data', nargs='*', type=Path, default=[], metavar='SEQUENCE_DIR')
+    parser.add_argument('--init', nargs='*', choices=['box', 'auto'], default=['box', 'auto'])
+    parser.add_argument('--set', action='append', default=[], metavar='STAGE.PARAM=VALUE')
+    parser.add_argument('--no-cost', action='store_true', help='leave the times out')
+    parser.add_argument('--json', type=Path, metavar='FILE', help='write all numbers to a file')
+    options = parser.parse_args()
+    cv2.setNumThreads(1)
+    config = overridden(PipelineConfig(), options.set)
+    fixed = [setting.partition('=')[0].strip() for setting in options.set]
+    warm_up(config)
+    report: Numbers = {'bars': []}
+    with tempfile.TemporaryDirectory() as root:
+        folders = {}
+        for name, seed in itertools.product(options.scenes, range(options.seeds)):
+            key = name if options.seeds == 1 else f'{name}-{seed}'
+            folders[key] = name, Path(root) / key
+            scene(name, seed).write(folders[key][1])
+        for init in options.init:
+            chosen = {
+                key: path for key, (name, path) in folders.items()
+                if init == 'box' or name in AUTO_SCENES
+            }  # fmt: skip
+            paths = [*chosen.values(), *options.data]
+            if not paths:
+                continue
+            report[init] = evaluate(paths, config, init == 'auto', fixed)
+            print(f'init {init}\n{tracking_table(report[init])}\n')
+            print('features of the first person: mean weight (variance ratio)')
+            print(f'{feature_table(report[init]["sequences"])}\n')
+            for key, numbers in report[init]['sequences'].items():
+                name = folders[key][0] if key in folders else None
+                bars = DATA_BARS[init] if name is None else BARS.get((name, init), ())
+                report['bars'] += check(key, init, numbers, bars)
+            data = [n for key, n in report[init]['sequences'].items() if key not in folders]
+            if data:
+                mean = {'tracking': mean_tracking(numbers['tracking'] for numbers in data)}
+                report['bars'] += check('mean of data', init, mean, MEAN_BARS[init])
+    print(bar_table(report['bars']))
+    if not options.no_cost:
+        report['ms_per_frame'] = rows = cost(config, 0)
+        report['frames_per_second'] = {str(n): speed(config, 0, n) for n in (1, 2)}
+        print(f'\n{cost_table(rows)}')
+        for threads, rate in report['frames_per_second'].items():
+            print(f'whole pipeline, OpenCV threads: {threads}: {rate:.1f} frames/s (>= 20)')
+    if options.json is not None:
+        write_json(options.json, report)
+
+
+if __name__ == '__main__':
+    main()

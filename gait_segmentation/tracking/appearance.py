@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+What a person looks like, coarsely: to tell whether somebody found again is the same.
+
+Histograms of colour in three bands of the body (head, trunk, legs), compared by the
+Bhattacharyya coefficient.  They are far coarser than those of the likelihood, which must tell a
+person from the surroundings at one moment, and change slowly.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+__all__ = ['Appearance', 'colour_signature']
+
+_TRUNK_FROM, _LEGS_FROM = 0.16, 0.52
+"""Where down the body trunk and legs begin."""
+
+_LIGHT, _CHROMA = 8, 12
+"""Bins of lightness, and of a and b each."""
+
+_CHROMA_FROM, _CHROMA_STEP = 80.0, 8.0
+_RATE = 0.05
+
+
+@njit(cache=True, nogil=True)
+def _count(
+    lab: NDArray[np.uint8],
+    inside: NDArray[np.uint8],
+    rows: NDArray[np.float32],
+    out: NDArray[np.float32],
+) -> None:
+    """Share each pixel between the two nearest bins of each axis."""
+    for row in range(lab.shape[0]):
+        for col in range(lab.shape[1]):
+            if inside[row, col] <= 127:
+                continue
+            down = rows[row, col]
+            band = 0 if down < _TRUNK_FROM else (1 if down < _LEGS_FROM else 2)
+            light = min(max(lab[row, col, 0] / 32.0 - 0.5, 0.0), _LIGHT - 1.001)
+            a = min(max((lab[row, col, 1] - _CHROMA_FROM) / _CHROMA_STEP - 0.5, 0.0), 10.999)
+            b = min(max((lab[row, col, 2] - _CHROMA_FROM) / _CHROMA_STEP - 0.5, 0.0), 10.999)
+            for i in range(2):
+                p = int(light) + i
+                u = 1 - abs(light - p)
+                for j in range(2):
+                    q = int(a) + j
+                    v = u * (1 - abs(a - q))
+                    for k in range(2):
+                        r = int(b) + k
+                        out[band, p, q, r] += v * (1 - abs(b - r))
+
+
+def colour_signature(
+    lab: NDArray[np.uint8], inside: NDArray[np.uint8], rows: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """
+    Return the histograms of a person, (3, bins) float32, of which each sums to its share.
+
+    :param lab: (h, w, 3) uint8.
+    :param inside: (h, w) uint8, above 127 on the person.
+    :param rows: (h, w) position down the body, see :func:`~gait_segmentation.colour.body_rows`.
+    """
+    out = np.zeros((3, _LIGHT, _CHROMA, _CHROMA), np.float32)
+    _count(lab, inside, rows, out)
+    total = float(out.sum())
+    return out.reshape(3, -1) / np.float32(max(total, 1e-6))
+
+
+class Appearance:
+    """The colours of a person over time."""
+
+    def __init__(self) -> None:
+        """Begin with somebody never seen."""
+        self._mean: NDArray[np.float32] | None = None
+
+    def learn(self, signature: NDArray[np.float32]) -> None:
+        """Take in the colours of a frame, see :func:`colour_signature`."""
+        if self._mean is None:
+            self._mean = signature
+        else:
+            self._mean = self._mean + np.float32(_RATE) * (signature - self._mean)
+
+    def similarity(self, signature: NDArray[np.float32]) -> float:
+        """Return how alike the colours are, 0..1; bands count by what is seen of them."""
+        if self._mean is None:
+            return 0.0
+        shares = signature.sum(axis=1)
+        known = self._mean.sum(axis=1)
+        weights = np.minimum(shares, known)
+        if weights.sum() <= 0:
+            return 0.0
+        alike = np.sqrt(signature * self._mean).sum(axis=1)
+        alike /= np.sqrt(np.maximum(shares * known, 1e-12))
+        return float((weights * alike).sum() / weights.sum())

@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Competition of overlapping people for pixels.
+
+Every person k judges pixels against the surroundings by a log-likelihood ratio L_k.  With several
+people at one place the alternatives to k are the surroundings and all others::
+
+    P_k = exp(L_k) / (1 + exp(L_k) + sum_j exp(C_j)),   C_j = L_j + g_j + d
+
+where g_j <= 0 falls off away from where j is expected, so that people only compete where they
+meet, and d is positive for those who stand nearer to the camera (lower feet) and negative for
+those farther away.  As a log ratio this is L_k - ln(1 + sum_j exp(C_j)).  A pixel that
+two still both find likely goes to the one whose L + g is greater.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.images import Window
+
+__all__ = ['Claim', 'compete', 'overlap']
+
+_REACH = 0.12
+"""Distance from the expected mask at which somebody ceases to compete, in body heights."""
+
+_FARTHEST = -6.0
+_REFUSED = np.float32(-0.5)
+"""Log ratio of a pixel for those who do not get it though they find it likely."""
+
+_NEARER = 1.5
+"""Advantage, as a log ratio, of somebody who stands nearer."""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """
+    What one person makes of the pixels in a window.
+
+    ``logit`` is (h, w) float32 and ``mask`` (H, W) uint8, where the person is expected in the
+    image.  ``feet`` is the row of the soles and ``height`` that of the body, in pixels.
+    Somebody ``hidden`` competes, too, so that nobody takes what is about to be seen of them.
+    """
+
+    window: Window
+    logit: NDArray[np.float32]
+    mask: NDArray[np.uint8]
+    feet: float
+    height: float
+    hidden: bool = False
+
+
+def overlap(one: Window, two: Window) -> Window | None:
+    """Return the rows and columns two windows share, None if there are none."""
+    rows, columns = (
+        slice(max(a.start, b.start), min(a.stop, b.stop)) for a, b in zip(one, two, strict=True)
+    )
+    if rows.start >= rows.stop or columns.start >= columns.stop:
+        return None
+    return rows, columns
+
+
+def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
+    """
+    Return the log ratio of each person against the surroundings and everybody else.
+
+    :param claims: of people in one image; their arrays stay as they are.
+    """
+    pairs = [
+        (one, two, shared)
+        for one, two in itertools.combinations(range(len(claims)), 2)
+        if (shared := overlap(claims[one].window, claims[two].window)) is not None
+    ]
+    near = {index: _nearby(claims[index]) for index in {k for pair in pairs for k in pair[:2]}}
+    others = {index: np.zeros_like(claims[index].logit) for index in near}
+    for one, two, shared in pairs:
+        for index, rival in ((one, two), (two, one)):
+            claim = claims[index]
+            part = _within(shared, claim.window)
+            nearer = claim.feet > claims[rival].feet and not claim.hidden
+            depth = np.float32(_NEARER if nearer else -_NEARER)
+            strength = claim.logit[part] + near[index][part] + depth
+            others[rival][_within(shared, claims[rival].window)] += np.exp(strength)
+    logits = [
+        claim.logit - np.log1p(others[index]) if index in others else claim.logit
+        for index, claim in enumerate(claims)
+    ]
+    for one, two, shared in pairs:
+        first, second = _within(shared, claims[one].window), _within(shared, claims[two].window)
+        a, b = logits[one][first], logits[two][second]
+        both = (a > 0) & (b > 0)
+        if both.any():
+            wins = a + near[one][first] >= b + near[two][second]
+            a[both & ~wins] = _REFUSED
+            b[both & wins] = _REFUSED
+    return logits
+
+
+def _nearby(claim: Claim) -> NDArray[np.float32]:
+    """Return g: 0 where the person is expected, falling off with the distance from there."""
+    outside = np.where(claim.mask[claim.window] > 127, 0, 255).astype(np.uint8)
+    if outside.all():
+        return np.full(outside.shape, _FARTHEST, np.float32)
+    distance = cv2.distanceTransform(outside, cv2.DIST_L2, 3)
+    slope = np.float32(_FARTHEST / (_REACH * claim.height))
+    return np.maximum(slope * distance, np.float32(_FARTHEST))
+
+
+def _within(part: Window, window: Window) -> Window:
+    """Return a part of the image as rows and columns of a window."""
+    rows, columns = (
+        slice(a.start - b.start, a.stop - b.start) for a, b in zip(part, window, strict=True)
+    )
+    return rows, columns

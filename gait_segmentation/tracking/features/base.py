@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a feature is, and what it looks at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Protocol, runtime_checkable
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ['NEUTRAL', 'ChannelFeature', 'DirectFeature', 'Feature', 'View']
+
+NEUTRAL = 0
+"""Value of a channel's pixels that say nothing, in features that have such pixels."""
+
+
+@dataclass(frozen=True)
+class View:
+    """
+    The part of a frame in which pixels are judged.
+
+    ``bgr`` is (h, w, 3) uint8, ``gray`` (h, w) uint8.  ``evidence`` maps names to (h, w) float32
+    log-likelihood ratios that others have found for the pixels needed, e.g. the joint colour.
+    ``heat`` is (h, w) uint8, P(person) from outside of this package, None without.
+    With a ``step`` n features are needed at every n-th pixel of every n-th row only.
+    """
+
+    bgr: NDArray[np.uint8]
+    gray: NDArray[np.uint8]
+    evidence: dict[str, NDArray[np.float32]] = field(default_factory=dict)
+    heat: NDArray[np.uint8] | None = None
+    step: int = 1
+
+    def thin(self, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return every ``step``-th pixel, contiguous."""
+        return np.ascontiguousarray(values[:: self.step, :: self.step])
+
+    @cached_property
+    def thin_bgr(self) -> NDArray[np.uint8]:
+        """Return the colours of the pixels that are needed."""
+        return self.thin(self.bgr)
+
+    @cached_property
+    def thin_hsv(self) -> NDArray[np.uint8]:
+        """Return their hue, saturation and value, all of 0..255."""
+        return np.asarray(cv2.cvtColor(self.thin_bgr, cv2.COLOR_BGR2HSV_FULL))
+
+    @cached_property
+    def thin_sum(self) -> NDArray[np.float32]:
+        """Return R + G + B of the pixels that are needed, at least 1."""
+        sums = cv2.transform(self.thin_bgr.astype(np.float32), np.ones((1, 3), np.float32))
+        return np.maximum(sums, np.float32(1))
+
+
+class Feature(Protocol):
+    """
+    Something about a pixel that may tell people from surroundings.
+
+    A feature is a module of this package with a constant FEATURE; it is either a
+    :class:`ChannelFeature` or a :class:`DirectFeature`.
+    """
+
+    @property
+    def name(self) -> str:
+        """Return the name that reports give."""
+
+
+@runtime_checkable
+class ChannelFeature(Feature, Protocol):
+    """A feature with one number per pixel, whose histograms are learnt."""
+
+    @property
+    def has_neutral(self) -> bool:
+        """Return whether pixels of the value NEUTRAL say nothing."""
+
+    def channel(self, view: View) -> NDArray[np.uint8]:
+        """Return the numbers of the pixels that are needed, uint8, contiguous."""
+
+
+@runtime_checkable
+class DirectFeature(Feature, Protocol):
+    """A feature that is a log-likelihood ratio itself."""
+
+    def log_ratio(self, view: View) -> NDArray[np.float32] | None:
+        """Return the ratios of the pixels that are needed, float32, None if not known."""

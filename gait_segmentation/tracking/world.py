@@ -1,0 +1,316 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What all people of about one size share: working image, camera motion and background."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import Box, compose, scaling
+from gait_segmentation.images import Window, warp_window
+from gait_segmentation.tracking.background import BackgroundModel
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.cues import moving_pixels
+from gait_segmentation.tracking.ego_motion import Motion, MotionEstimator
+from gait_segmentation.tracking.exposure import Exposure
+from gait_segmentation.tracking.working import WorkingImage, working_scale, working_shape
+
+__all__ = ['Record', 'World']
+
+_IDENTITY = scaling(1.0)
+_MOST_PENDING = 15
+"""Frames kept that no feedback has come for."""
+
+_MOTION_GAP = 4
+"""Frames between the two that the cue from motion compares."""
+
+_MOVING_GAP = 3
+"""Frames between the two that are compared to find what moves against the world."""
+
+_AHEAD_X, _AHEAD_Y = 0.27, 0.22
+"""
+Share of a person's height by which the area of the person is widened for the background: 0.1
+more than where pixels are judged, so that it is known before the person comes there.
+"""
+
+_SMALLEST, _LARGEST = 0.7, 2.0
+"""Heights, over the working height, of the people who share a world."""
+
+Shift = tuple[float, float]
+
+
+@dataclass
+class Record:
+    """
+    One frame, kept until its feedback came and as long as the cue from motion needs it.
+
+    ``windows`` are the parts in which the background is known and learnt, disjoint.
+    ``bodies`` has the shift of each body since the frame before, by track id; a track that is not
+    in it did not exist.  ``still`` has a window for some tracks and its (h, w) uint8 pixels,
+    non-zero where they stay with the world while the body moves.  ``heat`` is (h, w) uint8,
+    P(person) as others see it, if they do.  ``people`` is (h, w) uint8, non-zero where people
+    were when the frame was learnt; None before.  ``version`` counts what the background had
+    learnt.
+    """
+
+    image: WorkingImage
+    camera: NDArray[np.float64] | None
+    background: BackgroundModel
+    version: int
+    windows: list[Window]
+    heat: NDArray[np.uint8] | None = None
+    people: NDArray[np.uint8] | None = None
+    bodies: dict[int, Shift] = field(default_factory=dict)
+    still: dict[int, tuple[Window, NDArray[np.uint8]]] = field(default_factory=dict)
+
+
+class World:
+    """
+    The surroundings as seen at one working scale.
+
+    Everything in it is done once a frame, for however many people.
+    """
+
+    def __init__(
+        self, source: tuple[int, int], scale: float, largest: float, working_height: float
+    ) -> None:
+        """
+        Make a world of which nothing is known.
+
+        :param source: (H, W) of the source images.
+        :param scale: working size over source size.
+        :param largest: the largest scale allowed.
+        :param working_height: height that people should have here, in working pixels.
+        """
+        self.source = source
+        self.scale = scale
+        self.shape = working_shape(*source, scale)
+        self._at_largest = scale >= largest
+        self._working_height = working_height
+        self._estimator = MotionEstimator()
+        self._exposure = Exposure()
+        self._background = BackgroundModel(self.shape)
+        self._version = 0
+        self.pending: deque[Record] = deque()
+        self.history: deque[Record] = deque(maxlen=_MOTION_GAP + 1)
+
+    @classmethod
+    def for_person(cls, source: tuple[int, int], height: float, config: TrackingConfig) -> World:
+        """Make a world for a person of the given height in source pixels."""
+        scale, largest = (
+            working_scale(
+                *source,
+                working_size=config.working_size,
+                person_height=person_height,
+                working_height=config.working_height,
+            )
+            for person_height in (height, 1.0)
+        )
+        return cls(source, scale, largest, config.working_height)
+
+    def fits(self, height: float) -> bool:
+        """Return whether a person of the given height in source pixels is well seen here."""
+        height *= self.scale / self._working_height
+        return height <= _LARGEST and (self._at_largest or height >= _SMALLEST)
+
+    @property
+    def now(self) -> Record:
+        """Return the newest frame."""
+        return self.history[-1]
+
+    @property
+    def step_s(self) -> float:
+        """Return the seconds between the last two frames, 0 at the first."""
+        if len(self.history) < 2:
+            return 0.0
+        return (self.history[-1].image.stamp_ns - self.history[-2].image.stamp_ns) / 1e9
+
+    def advance(
+        self,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        areas: Iterable[Box],
+        *,
+        camera: bool,
+        everywhere: bool = False,
+        heat: NDArray[np.uint8] | None = None,
+    ) -> Motion:
+        """
+        Take in a frame.
+
+        :param image: (H, W, 3) uint8 BGR.
+        :param areas: where people were in the last frame, in working pixels; the background is
+            followed and learnt about them, with none everywhere.
+        :param camera: whether to measure the motion of the camera.
+        :param everywhere: whether to follow the background everywhere all the same.
+        :param heat: P(person) from elsewhere, uint8 of any size.
+        :returns: what moved; :meth:`body_shift` then measures the people.
+        """
+        frame = WorkingImage.of(image, stamp_ns, self.shape, self._exposure)
+        people = np.zeros(self.shape, np.uint8)
+        areas = list(areas)
+        for area in areas:
+            people[area.slices(self.shape[1], self.shape[0])] = 1
+        motion = self._estimator.update(frame.gray, people, None, camera=camera)
+        windows = self._windows([] if everywhere else areas, motion)
+        for window in windows:
+            frame.lab_about(window)
+        background = self._background_now(motion.camera, windows)
+        if heat is not None:
+            heat = np.asarray(cv2.resize(heat, self.shape[::-1], interpolation=cv2.INTER_LINEAR))
+        record = Record(frame, motion.camera, background, self._version, windows, heat)
+        self.pending.append(record)
+        self.history.append(record)
+        return motion
+
+    def body_shift(self, body: NDArray[np.uint8]) -> Shift | None:
+        """
+        Return how far a body went from the last frame to this one, None if it cannot be seen.
+
+        :param body: (h, w) uint8, non-zero on the person in the last frame.
+        """
+        return self._estimator.body_shift(body, self.now.camera)
+
+    def clear(self, where: NDArray[np.uint8]) -> None:
+        """
+        Forget what the surroundings look like somewhere: a person turned out to stand there.
+
+        :param where: (h, w) uint8, non-zero where to forget.
+        """
+        for model in {id(m): m for m in (self._background, self.now.background)}.values():
+            model.forget(where)
+
+    def camera_motion(self) -> NDArray[np.float64] | None:
+        """Return the camera's motion over the frames kept, None if they are too few."""
+        if len(self.history) <= _MOTION_GAP:
+            return None
+        return _chain(list(self.history)[1:])
+
+    def body_motion(self, track_id: int) -> Shift | None:
+        """Return a body's shift over the frames kept, None if they are too few."""
+        if len(self.history) <= _MOTION_GAP or track_id not in self.history[0].bodies:
+            return None
+        return total_shift(list(self.history)[1:], track_id)
+
+    def since_mask(self, track_id: int) -> Shift:
+        """Return how far a body went since the last frame that was learnt."""
+        return total_shift(self.pending, track_id)
+
+    def drop_old(self) -> list[Record]:
+        """Let go of frames that feedback has not come for in time; return them."""
+        dropped = []
+        while len(self.pending) > _MOST_PENDING:
+            dropped.append(self._skip())
+        return dropped
+
+    def take(self, stamp_ns: int) -> tuple[list[Record], Record | None]:
+        """
+        Take the frame of a stamp out of those that are kept, to learn from it.
+
+        :returns: the older ones, which are never learnt, and the frame; None if it is not kept.
+        """
+        if all(each.image.stamp_ns != stamp_ns for each in self.pending):
+            return [], None
+        skipped = []
+        while self.pending[0].image.stamp_ns != stamp_ns:
+            skipped.append(self._skip())
+        record = self.pending.popleft()
+        if record.version == self._version:
+            self._background = record.background
+        else:
+            self._background.move(record.camera, record.windows)
+        self._version += 1
+        return skipped, record
+
+    def learn(
+        self,
+        record: Record,
+        people: NDArray[np.uint8],
+        around: Sequence[Window],
+        *,
+        gate: bool = True,
+    ) -> None:
+        """
+        Learn the background from a frame just taken.
+
+        :param people: (h, w) uint8, non-zero where people may be.
+        :param around: windows about people, in which the noise is measured.
+        :param gate: whether to leave out what moves against the world.
+        """
+        record.people = people
+        for window in around:
+            lab = record.image.lab_about(window)
+        self._background.measure_noise(lab, people, around)
+        if gate:
+            people = people | self._moving(record)
+        self._background.learn(lab, people, record.windows)
+
+    def _moving(self, record: Record) -> NDArray[np.uint8]:
+        """Return where something but the people moves against the world, (h, w) uint8 0/1."""
+        moving = np.zeros(self.shape, np.uint8)
+        frames = list(self.history)
+        index = next((k for k, each in enumerate(frames) if each is record), 0)
+        if index == 0:
+            return moving
+        first = max(0, index - _MOVING_GAP)
+        earlier = frames[first]
+        camera = _chain(frames[first + 1 : index + 1])
+        for window in record.windows:
+            moving[window] = moving_pixels(
+                record.image.gray, earlier.image.gray, camera, window, self._background.sigma
+            )
+            if earlier.people is not None:
+                # What people have just uncovered has changed but is background.
+                left = warp_window(earlier.people, camera, window, cv2.BORDER_CONSTANT)
+                moving[window][left > 0] = 0
+        return moving
+
+    def _skip(self) -> Record:
+        record = self.pending.popleft()
+        self._background.move(record.camera, record.windows)
+        return record
+
+    def _background_now(
+        self, newest: NDArray[np.float64] | None, windows: list[Window]
+    ) -> BackgroundModel:
+        """Return the background model as it looks in the newest frame."""
+        return self._background.moved([*(each.camera for each in self.pending), newest], windows)
+
+    def _windows(self, areas: list[Box], motion: Motion) -> list[Window]:
+        """Return disjoint windows with room about people, as the camera moved them."""
+        height, width = self.shape
+        if not areas:
+            return [(slice(0, height), slice(0, width))]
+        boxes: list[Box] = []
+        for area in areas:
+            x, y = motion.carry(area.center_x, area.center_y)
+            moved = area.shifted(x - area.center_x, y - area.center_y)
+            box = moved.padded(_AHEAD_X * area.height, _AHEAD_Y * area.height)
+            while touching := [other for other in boxes if other.iou(box) > 0]:
+                boxes = [other for other in boxes if other not in touching]
+                for other in touching:
+                    box = box.union(other)
+            boxes.append(box)
+        windows = (box.slices(width, height) for box in boxes)
+        return [w for w in windows if w[0].start < w[0].stop and w[1].start < w[1].stop]
+
+
+def _chain(records: Iterable[Record]) -> NDArray[np.float64]:
+    """Return the camera's motion over several frames."""
+    total = _IDENTITY
+    for each in records:
+        if each.camera is not None:
+            total = compose(each.camera, total)
+    return total
+
+
+def total_shift(records: Iterable[Record], track_id: int) -> Shift:
+    """Return how far a body went over several frames."""
+    shifts = [each.bodies[track_id] for each in records if track_id in each.bodies]
+    return sum(dx for dx, _ in shifts), sum(dy for _, dy in shifts)

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.tracking.features import ChannelFeature, DirectFeature, View, pool
+from gait_segmentation.tracking.features.base import NEUTRAL
+
+NAMED = {feature.name: feature for feature in pool()}
+COLOURS = np.zeros((8, 12, 3), np.uint8)
+COLOURS[:, :4] = (200, 100, 50)
+COLOURS[:, 4:8] = (100, 50, 25)
+COLOURS[:, 8:] = (90, 90, 90)
+
+
+def view(bgr: np.ndarray, step: int = 1, **more: object) -> View:
+    return View(bgr, cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY), step=step, **more)
+
+
+def channel(name: str, seen: View) -> np.ndarray:
+    feature = NAMED[name]
+    assert isinstance(feature, ChannelFeature)
+    return feature.channel(seen)
+
+
+def test_every_feature_of_the_paper_is_in_the_pool() -> None:
+    channels = {'R', 'G', 'B', 'H', 'S', 'r', 'g', 'orientation'}
+    direct = {'colour', 'background', 'motion', 'heat map'}
+    assert set(NAMED) == channels | direct
+    assert {name for name, f in NAMED.items() if isinstance(f, ChannelFeature)} == channels
+    assert {name for name, f in NAMED.items() if isinstance(f, DirectFeature)} == direct
+
+
+@pytest.mark.parametrize(
+    'name', [name for name, f in NAMED.items() if isinstance(f, ChannelFeature)]
+)
+@pytest.mark.parametrize('step', [1, 2])
+def test_channels_are_8_bit_images_of_the_pixels_needed(name: str, step: int) -> None:
+    result = channel(name, view(COLOURS, step))
+    assert result.dtype == np.uint8
+    assert result.shape == (8 // step, 12 // step)
+    assert result.flags.c_contiguous
+    if step == 2:
+        assert np.array_equal(result, channel(name, view(COLOURS))[::2, ::2])
+
+
+def test_camera_channels_are_those_of_the_image() -> None:
+    for index, name in enumerate('BGR'):
+        assert np.array_equal(channel(name, view(COLOURS)), COLOURS[..., index])
+
+
+@pytest.mark.parametrize('name', ['H', 'r', 'g'])
+def test_hue_and_chromaticity_do_not_depend_on_brightness(name: str) -> None:
+    result = channel(name, view(COLOURS)).astype(int)
+    assert abs(result[0, 0] - result[0, 5]) <= 1
+    assert abs(result[0, 0] - result[0, 10]) > 8
+
+
+def test_grey_has_no_hue_and_no_saturation() -> None:
+    assert channel('H', view(COLOURS))[0, 10] == NEUTRAL
+    assert channel('S', view(COLOURS))[0, 10] == 0
+
+
+def stripes(angle: float, sign: float = 1.0) -> np.ndarray:
+    y, x = np.mgrid[0:40, 0:40].astype(np.float32)
+    wave = np.sin((np.cos(angle) * x + np.sin(angle) * y) * 2 * np.pi / 9)
+    return cv2.cvtColor(np.uint8(128 + sign * 80 * wave), cv2.COLOR_GRAY2BGR)
+
+
+def test_orientation_is_that_of_stripes_whichever_side_is_lighter() -> None:
+    upright, lying = (int(channel('orientation', view(stripes(a)))[20, 20]) for a in (0.2, 1.4))
+    expected = 247 / np.pi * (1.4 - 0.2)
+    assert abs(lying - upright) == pytest.approx(expected, abs=3)
+    inverted = channel('orientation', view(stripes(0.2, -1.0)))
+    assert int(inverted[20, 20]) == pytest.approx(upright, abs=2)
+
+
+def test_a_plain_surface_has_no_orientation() -> None:
+    plain = np.full((40, 40, 3), 90, np.uint8)
+    assert np.all(channel('orientation', view(plain)) == NEUTRAL)
+
+
+def test_a_heat_map_is_a_feature_if_there_is_one() -> None:
+    feature = NAMED['heat map']
+    assert isinstance(feature, DirectFeature)
+    assert feature.log_ratio(view(COLOURS)) is None
+    heat = np.full((8, 12), 128, np.uint8)
+    heat[0, 0], heat[0, 2] = 255, 0
+    ratio = feature.log_ratio(view(COLOURS, 2, heat=heat))
+    assert ratio is not None
+    assert ratio.shape == (4, 6)
+    assert ratio[0, 0] == 3
+    assert ratio[0, 1] == -3
+    assert ratio[1, 1] == pytest.approx(0, abs=0.02)

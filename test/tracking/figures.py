@@ -1,0 +1,147 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Coloured figures before a textured wall, and a tracker that is told the true masks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+import cv2
+import numpy as np
+
+from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.results import Feedback, TrackResult
+from gait_segmentation.starting import StartingConfig
+from gait_segmentation.tracking import PeopleTracker, TrackingConfig
+from test.walkers import small_bank
+
+WIDTH, HEIGHT = 320, 180
+STEP_NS = 40_000_000
+
+RED, BLUE, GREEN = (40, 40, 200), (190, 60, 30), (50, 170, 60)
+
+
+@cache
+def wall() -> np.ndarray:
+    """Return a wall with texture that flow can follow."""
+    small = np.random.default_rng(3).integers(90, 150, (HEIGHT // 6, WIDTH // 6, 3))
+    return cv2.resize(small.astype(np.uint8), (WIDTH, HEIGHT), interpolation=cv2.INTER_CUBIC)
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Somebody in a coat of one colour and dark trousers, lit unevenly."""
+
+    x: float
+    coat: tuple[int, int, int] = RED
+    y: float = 90.0
+    height: float = 100.0
+
+    def mask(self) -> np.ndarray:
+        mask = np.zeros((HEIGHT, WIDTH), np.uint8)
+        x, y, h = round(self.x), round(self.y), self.height
+        cv2.circle(mask, (x, round(y - 0.41 * h)), round(0.08 * h), 255, -1)
+        cv2.ellipse(
+            mask, (x, round(y - 0.12 * h)), (round(0.13 * h), round(0.24 * h)), 0, 0, 360, 255, -1
+        )
+        for side in (-1, 1):
+            foot = (round(x + side * 0.1 * h), round(y + 0.48 * h))
+            cv2.line(mask, (x, y), foot, 255, round(0.1 * h))
+        return mask
+
+    def draw(self, image: np.ndarray) -> None:
+        mask = self.mask()
+        rows = np.arange(HEIGHT)[:, None] + np.zeros((1, WIDTH), int)
+        light = 1 + 0.1 * np.sin((np.arange(WIDTH)[None, :, None] - self.x) / 4)
+        coat = np.clip(light * np.array(self.coat), 0, 255)
+        image[mask > 0] = np.broadcast_to(coat, image.shape)[mask > 0].astype(np.uint8)
+        image[(mask > 0) & (rows > self.y + 0.05 * self.height)] = (70, 50, 40)
+        image[(mask > 0) & (rows < self.y - 0.33 * self.height)] = (120, 150, 210)
+
+
+def picture(
+    figures: Iterable[Figure],
+    boards: Iterable[tuple[int, int]] = (),
+    shift: tuple[int, int] = (0, 0),
+) -> tuple[np.ndarray, list[np.ndarray]]:
+    """
+    Return an image and the visible mask of each figure.
+
+    :param figures: from the farthest to the nearest.
+    :param boards: columns that a board before everybody hides, from and to.
+    :param shift: of the whole picture, as by a camera that is knocked.
+    """
+    image = wall().copy()
+    masks: list[np.ndarray] = []
+    for figure in figures:
+        figure.draw(image)
+        own = figure.mask()
+        masks = [np.where(own > 0, 0, other).astype(np.uint8) for other in masks]
+        masks.append(own)
+    for left, right in boards:
+        image[:, left:right] = (60, 110, 130)
+        image[::9, left:right] = (40, 80, 100)
+        for mask in masks:
+            mask[:, left:right] = 0
+    noise = np.random.default_rng(len(masks)).integers(-2, 3, image.shape)
+    image = np.clip(image.astype(int) + noise, 0, 255).astype(np.uint8)
+    if shift != (0, 0):
+        image = np.roll(image, shift[::-1], axis=(0, 1))
+        masks = [np.roll(mask, shift[::-1], axis=(0, 1)) for mask in masks]
+    return image, masks
+
+
+class Told:
+    """A tracker that is told the true masks, frame by frame."""
+
+    def __init__(self, slots: int = 1, auto: str = 'off', **tracking) -> None:
+        self.tracker = PeopleTracker(
+            small_bank(),
+            TrackingConfig(**tracking),
+            max_people=slots,
+            starting=StartingConfig(auto_init=auto),
+        )
+        self.frames = 0
+        self.people: dict[int, int] = {}
+        """Slot -> place of the figure in the list."""
+
+    @property
+    def stamp_ns(self) -> int:
+        return (self.frames + 1) * STEP_NS
+
+    def start(self, *figures: Figure) -> None:
+        for figure in figures:
+            box = Box.around(figure.mask())
+            assert box is not None
+            self.tracker.initialize(box)
+
+    def see(self, image: np.ndarray, masks: Sequence[np.ndarray]) -> list[TrackResult]:
+        """Give an image, and the true masks of those who are tracked back."""
+        results = self.tracker.update(image, self.stamp_ns)
+        self.frames += 1
+        feedback = []
+        for slot, result in enumerate(results):
+            if result.track_id == 0:
+                continue
+            mask = np.zeros(image.shape[:2], np.uint8)
+            place = self.people.get(slot, slot)
+            if result.state == 'tracked' and place < len(masks):
+                mask = masks[place]
+            box = Box.around(mask)
+            body = None if box is None else BodyFrame(box.center_x, box.center_y, box.height)
+            size = result.likelihood.shape[::-1]
+            prior = np.asarray(cv2.resize(mask, size, interpolation=cv2.INTER_AREA))
+            feedback.append(Feedback(result.stamp_ns, result.track_id, mask, body, prior))
+        self.tracker.learn(feedback)
+        return results
+
+    def show(self, *figures: Figure, **options) -> list[TrackResult]:
+        """Give a picture of some figures, from the farthest to the nearest."""
+        return self.see(*picture(figures, **options))
+
+
+def walk(figure: Figure, frames: int, speed: float = 3.0) -> list[Figure]:
+    """Return a figure in each frame of a walk."""
+    return [replace(figure, x=figure.x + speed * number) for number in range(frames)]

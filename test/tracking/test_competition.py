@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.tracking.competition import Claim, compete, overlap
+
+SHAPE = (60, 100)
+
+
+def claim(left: int, value: float, feet: float = 50.0, hidden: bool = False) -> Claim:
+    """Return what somebody 16 pixels wide makes of a window 40 wide."""
+    window = (slice(0, 60), slice(left, left + 40))
+    mask = np.zeros(SHAPE, np.uint8)
+    mask[5:55, left + 12 : left + 28] = 255
+    return Claim(window, np.full((60, 40), value, np.float32), mask, feet, 50.0, hidden)
+
+
+def test_windows_overlap_in_what_they_share() -> None:
+    one, two = (slice(0, 10), slice(5, 20)), (slice(4, 30), slice(0, 9))
+    assert overlap(one, two) == (slice(4, 10), slice(5, 9))
+    assert overlap(one, (slice(0, 10), slice(20, 30))) is None
+
+
+def test_those_who_are_apart_do_not_compete() -> None:
+    one, two = claim(0, 3.0), claim(50, 3.0)
+    first, second = compete([one, two])
+    assert first is one.logit
+    assert second is two.logit
+    assert compete([one]) == [one.logit]
+    assert compete([]) == []
+
+
+def test_what_is_claimed_stays_as_it_is() -> None:
+    one, two = claim(0, 3.0), claim(8, 2.0)
+    compete([one, two])
+    assert (one.logit == 3).all()
+    assert (two.logit == 2).all()
+
+
+def test_the_nearer_gets_what_both_would_have() -> None:
+    for feet, nearer in (((55.0, 50.0), 0), ((50.0, 55.0), 1)):
+        logits = compete([claim(0, 3.0, feet[0]), claim(0, 3.0, feet[1])])
+        middle = [float(logit[30, 20]) for logit in logits]
+        assert middle[nearer] > 0 > middle[1 - nearer]
+
+
+def test_clear_colours_count_more_than_depth() -> None:
+    far, near = compete([claim(0, 6.0, 50.0), claim(0, 1.0, 55.0)])
+    assert far[30, 20] > 0 > near[30, 20]
+
+
+def test_rivals_count_only_near_where_they_are_expected() -> None:
+    one, _ = compete([claim(0, 3.0, 50.0), claim(20, 3.0, 55.0)])
+    # Column 15 of the first window is 17 pixels from the second mask, 34 is inside of it.
+    assert one[30, 15] == pytest.approx(3, abs=0.3)
+    assert one[30, 34] < 0
+
+
+def test_no_pixel_is_likely_for_two() -> None:
+    rng = np.random.default_rng(0)
+    for left in (0, 6, 12, 24):
+        claims = [claim(0, 0.0, 50.0), claim(left, 0.0, 52.0), claim(left + 5, 0.0, 48.0)]
+        for each in claims:
+            each.logit[:] = rng.normal(2, 3, each.logit.shape)
+        likely = np.zeros(SHAPE, int)
+        for each, logit in zip(claims, compete(claims), strict=True):
+            likely[each.window] += logit > 0
+        assert likely.max() == 1
+
+
+def test_somebody_hidden_keeps_pixels_from_those_they_do_not_suit() -> None:
+    alone, _ = compete([claim(0, 3.0), claim(0, -6.0, hidden=True)])
+    assert alone[30, 20] > 2.5
+    taken, _ = compete([claim(0, 3.0), claim(0, 6.0, 55.0, hidden=True)])
+    assert taken[30, 20] < 0

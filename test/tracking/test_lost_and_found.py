@@ -1,0 +1,236 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""People who are hidden, leave, stand still, meet others, and bad input while they are tracked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.results import TrackResult
+from test.tracking.figures import BLUE, GREEN, RED, WIDTH, Figure, Told, picture, walk, wall
+
+BOARD = (130, 190)
+
+
+def box_of(figure: Figure) -> Box:
+    box = Box.around(figure.mask())
+    assert box is not None
+    return box
+
+
+def hidden_share(figure: Figure) -> float:
+    mask = figure.mask()
+    return float((mask[:, BOARD[0] : BOARD[1]] > 0).sum() / (mask > 0).sum())
+
+
+def test_somebody_hidden_is_lost_and_found_again() -> None:
+    told = Told()
+    path = walk(Figure(40), 75)
+    told.start(path[0])
+    results = [told.show(figure, boards=[BOARD])[0] for figure in path]
+    shares = [hidden_share(figure) for figure in path]
+    gone = [k for k, share in enumerate(shares) if share > 0.97]
+    assert len(gone) >= 8
+    for number in gone[3:]:
+        result = results[number]
+        assert (result.state, result.box, result.body) == ('lost', None, None)
+        assert not result.likelihood.any()
+        assert result.confidence < 0.3
+        assert result.track_id == 1
+    back = next(k for k in range(gone[-1], len(path)) if shares[k] < 0.3)
+    again = next(k for k in range(gone[-1], len(path)) if results[k].state == 'tracked')
+    assert again - back < 10
+    for figure, result in zip(path[back + 10 :], results[back + 10 :], strict=True):
+        assert result.track_id == 1
+        assert result.box is not None
+        assert result.box.iou(box_of(figure)) > 0.7
+
+
+def test_somebody_partly_hidden_is_not_lost_and_does_not_shrink() -> None:
+    told = Told()
+    path = walk(Figure(40), 40)
+    told.start(path[0])
+    part = (95, 103)
+    results = [told.show(figure, boards=[part])[0] for figure in path]
+    assert all(result.state == 'tracked' for result in results)
+    assert results[-1].body is not None
+    assert results[-1].body.height == pytest.approx(box_of(path[-1]).height, rel=0.1)
+
+
+def left_for(told: Told, frames: int) -> list[TrackResult]:
+    return [told.show()[0] for _ in range(frames)]
+
+
+def test_a_track_ends_when_somebody_who_left_does_not_come_back() -> None:
+    told = Told(patience=0.6)
+    path = walk(Figure(230), 40, 4.0)
+    told.start(path[0])
+    results = [told.show(figure)[0] for figure in path] + left_for(told, 20)
+    states = [result.state for result in results]
+    assert states[0] == 'tracked'
+    first_lost = states.index('lost')
+    assert path[first_lost].x > WIDTH - 25
+    assert states.index('empty') - first_lost <= 0.6 / 0.04 + 2
+    assert set(states[states.index('empty') :]) == {'empty'}
+    assert results[-1].track_id == 0
+
+
+def test_somebody_who_comes_back_soon_is_the_same() -> None:
+    told = Told(patience=3.0)
+    out = walk(Figure(260), 25, 4.0)
+    told.start(out[0])
+    for figure in out:
+        told.show(figure)
+    left_for(told, 12)
+    back = walk(Figure(350), 30, -4.0)
+    results = [told.show(figure)[0] for figure in back]
+    assert (results[-1].state, results[-1].track_id) == ('tracked', 1)
+    assert results[-1].box is not None
+    assert results[-1].box.iou(box_of(back[-1])) > 0.6
+
+
+def test_somebody_else_is_not_taken_for_the_one_who_left() -> None:
+    told = Told(patience=3.0)
+    out = walk(Figure(260), 25, 4.0)
+    told.start(out[0])
+    for figure in out:
+        told.show(figure)
+    left_for(told, 5)
+    results = [told.show(figure)[0] for figure in walk(Figure(350, GREEN), 30, -4.0)]
+    assert {result.state for result in results} == {'lost'}
+
+
+def test_somebody_who_stands_still_stays_tracked() -> None:
+    told = Told()
+    path = walk(Figure(60), 20)
+    told.start(path[0])
+    results = [told.show(figure)[0] for figure in path + 60 * [path[-1]]]
+    assert {result.state for result in results} == {'tracked'}
+    assert results[-1].box is not None
+    assert results[-1].box.iou(box_of(path[-1])) > 0.8
+    assert results[-1].confidence > 0.6
+
+
+def test_two_who_cross_keep_their_ids_and_share_the_pixels_out() -> None:
+    told = Told(slots=2)
+    far = walk(Figure(60, RED, height=92.0), 62)
+    near = walk(Figure(250, BLUE, y=96.0, height=104.0), 62, -3.0)
+    told.start(far[0], near[0])
+    for behind, before in zip(far, near, strict=True):
+        one, two = told.show(behind, before)
+        both = (one.likelihood > 127) & (two.likelihood > 127)
+        either = (behind.mask() > 0) | (before.mask() > 0)
+        assert (both & either).sum() < 0.05 * either.sum()
+    assert (one.track_id, two.track_id) == (1, 2)
+    assert (one.state, two.state) == ('tracked', 'tracked')
+    assert one.box is not None
+    assert two.box is not None
+    assert one.box.iou(box_of(far[-1])) > 0.7
+    assert two.box.iou(box_of(near[-1])) > 0.7
+
+
+# Input that is no good.
+
+
+def tracked(told: Told, path: list[Figure]) -> TrackResult:
+    told.start(path[0])
+    for figure in path:
+        (result,) = told.show(figure)
+    assert result.state == 'tracked'
+    return result
+
+
+def test_a_wall_without_texture_does_not_hurt() -> None:
+    told = Told()
+    path = walk(Figure(60), 25)
+    told.start(path[0])
+    for figure in path:
+        image, masks = picture([figure])
+        image[masks[0] == 0] = 120
+        (result,) = told.see(image, masks)
+    assert result.state == 'tracked'
+    assert result.box is not None
+    assert result.box.iou(box_of(path[-1])) > 0.7
+
+
+def test_an_image_of_one_colour_loses_the_person_and_harms_nobody() -> None:
+    told = Told()
+    path = walk(Figure(60), 20)
+    tracked(told, path)
+    flat = np.full_like(wall(), 90)
+    for _ in range(5):
+        (result,) = told.see(flat, [])
+    assert np.isfinite(result.confidence)
+    for _ in range(12):
+        (result,) = told.show(path[-1])
+    assert (result.state, result.track_id) == ('tracked', 1)
+
+
+def test_repeated_frames_change_nothing() -> None:
+    told = Told()
+    path = walk(Figure(60), 20)
+    before = tracked(told, path)
+    for _ in range(10):
+        (result,) = told.show(path[-1])
+    assert before.box is not None
+    assert result.box is not None
+    assert result.box.iou(before.box) > 0.8
+    (result,) = told.show(replace(path[-1], x=path[-1].x + 3))
+    assert result.state == 'tracked'
+
+
+@pytest.mark.parametrize('gain', [0.65, 1.4])
+def test_a_jump_of_the_exposure_is_undone(gain: float) -> None:
+    told = Told()
+    path = walk(Figure(60), 40)
+    told.start(path[0])
+    for number, figure in enumerate(path):
+        image, masks = picture([figure])
+        if number >= 20:
+            image = cv2.convertScaleAbs(image, alpha=gain)
+        (result,) = told.see(image, masks)
+        assert result.state == 'tracked', number
+    assert result.box is not None
+    assert result.box.iou(box_of(path[-1])) > 0.7
+    assert result.confidence > 0.6
+
+
+@pytest.mark.parametrize('shift', [(40, 0), (-40, 12)])
+def test_a_camera_knocked_by_40_pixels_keeps_the_person(shift: tuple[int, int]) -> None:
+    told = Told()
+    path = walk(Figure(140), 30, 1.5)
+    told.start(path[0])
+    for number, figure in enumerate(path):
+        (result,) = told.show(figure, shift=shift if number >= 15 else (0, 0))
+    moved = box_of(path[-1]).shifted(*shift)
+    assert result.state == 'tracked'
+    assert result.box is not None
+    assert result.box.iou(moved) > 0.7
+
+
+def test_a_grey_camera_is_enough() -> None:
+    told = Told()
+    path = walk(Figure(60, (30, 30, 60)), 30)
+    told.start(path[0])
+    for figure in path:
+        image, masks = picture([figure])
+        gray = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+        (result,) = told.see(cv2.cvtColor(gray, cv2.COLOR_GRAY2BGR), masks)
+    assert result.state == 'tracked'
+    assert result.box is not None
+    assert result.box.iou(box_of(path[-1])) > 0.7
+
+
+def test_the_box_of_somebody_at_the_border_ends_there_and_the_body_does_not() -> None:
+    told = Told()
+    path = walk(Figure(270), 14)
+    result = tracked(told, path)
+    assert result.box is not None
+    assert result.body is not None
+    assert result.box.right <= WIDTH
+    assert result.body.right > result.box.right

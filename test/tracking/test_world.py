@@ -1,0 +1,134 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.tracking import TrackingConfig
+from gait_segmentation.tracking.world import World
+from test.tracking.figures import wall
+
+SOURCE = (180, 320)
+
+
+def world(height: float = 120.0, **changes) -> World:
+    return World.for_person(SOURCE, height, TrackingConfig(**changes))
+
+
+def test_people_of_about_one_size_fit_into_one_world() -> None:
+    large = World.for_person((960, 1280), 512.0, TrackingConfig())
+    assert large.scale == pytest.approx(0.25)
+    assert large.shape == (240, 320)
+    assert large.fits(512)
+    assert large.fits(370)
+    assert large.fits(1000)
+    assert not large.fits(300)
+    assert not large.fits(1100)
+
+
+def test_nobody_is_too_small_for_the_largest_scale() -> None:
+    assert world(40.0).scale == 1
+    assert world(40.0).fits(10)
+    limited = World.for_person((960, 1280), 60.0, TrackingConfig(working_size=320))
+    assert limited.scale == pytest.approx(0.25)
+    assert limited.fits(60)
+
+
+def advanced(count: int, everywhere: bool = False, areas: tuple[Box, ...] = ()) -> World:
+    made = world()
+    for number in range(count):
+        made.advance(wall(), (number + 1) * 10**7, areas, camera=True, everywhere=everywhere)
+    return made
+
+
+def test_frames_wait_for_their_feedback_but_not_for_ever() -> None:
+    made = advanced(18)
+    dropped = made.drop_old()
+    assert [each.image.stamp_ns for each in dropped] == [10**7, 2 * 10**7, 3 * 10**7]
+    assert made.take(10**7) == ([], None)
+    skipped, record = made.take(6 * 10**7)
+    assert [each.image.stamp_ns for each in skipped] == [4 * 10**7, 5 * 10**7]
+    assert record is not None
+    assert record.image.stamp_ns == 6 * 10**7
+    assert made.pending[0].image.stamp_ns == 7 * 10**7
+
+
+def test_shifts_add_up_for_those_who_were_there() -> None:
+    made = advanced(6)
+    for number, record in enumerate(made.pending):
+        record.bodies[1] = (1.0, 0.5)
+        if number >= 3:
+            record.bodies[2] = (2.0, 0.0)
+    assert made.since_mask(1) == (6.0, 3.0)
+    assert made.since_mask(2) == (6.0, 0.0)
+    assert made.body_motion(1) == (4.0, 2.0)
+    assert made.body_motion(2) is None
+    assert made.step_s == pytest.approx(0.01)
+
+
+def known(made: World) -> np.ndarray:
+    _, record = made.take(made.now.image.stamp_ns)
+    assert record is not None
+    nobody = np.zeros(made.shape, np.uint8)
+    made.learn(record, nobody, [(slice(0, 50), slice(0, 50))])
+    made.advance(wall(), made.now.image.stamp_ns + 10**7, (), camera=True)
+    return made.now.background.count > 0
+
+
+def test_the_background_is_learnt_about_people_or_everywhere() -> None:
+    area = (Box(20, 40, 30, 100),)
+    about = known(advanced(1, areas=area))
+    assert about[60, 30]
+    assert not about[60, 300]
+    assert known(advanced(1, True, area)).all()
+
+
+def test_where_somebody_turns_out_to_stand_is_forgotten() -> None:
+    made = advanced(1)
+    before = known(made)
+    where = np.zeros(made.shape, np.uint8)
+    where[30:60, 40:70] = 255
+    made.clear(where)
+    after = made.now.background.count > 0
+    assert before.all()
+    np.testing.assert_array_equal(after, where == 0)
+
+
+@pytest.mark.parametrize('gate', [True, False])
+def test_what_drives_past_is_not_learnt_as_background(gate: bool) -> None:
+    made, scene = world(), wall()
+    rng = np.random.default_rng(1)
+    car = rng.integers(0, 255, (30, 60, 3)).astype(np.uint8)
+    for number in range(6):
+        image = scene.copy()
+        image[100:130, 20 + 12 * number : 80 + 12 * number] = car
+        made.advance(image, (number + 1) * 10**7, (), camera=False)
+        _, record = made.take(made.now.image.stamp_ns)
+        assert record is not None
+        made.learn(
+            record, np.zeros(made.shape, np.uint8), [(slice(0, 180), slice(0, 320))], gate=gate
+        )
+    made.advance(scene, 10**9, (), camera=False)
+    count = made.now.background.count
+    passed, beside = count[105:125, 100:130].mean(), count[20:60, 200:300].mean()
+    assert beside == pytest.approx(6)
+    assert (passed < 4) == gate
+
+
+def test_what_a_person_uncovers_is_learnt_at_once() -> None:
+    made, scene = world(), wall()
+    cloth = np.random.default_rng(1).integers(0, 255, (80, 30, 3)).astype(np.uint8)
+    for number in range(7):
+        image, people = scene.copy(), np.zeros(made.shape, np.uint8)
+        columns = slice(40 + 12 * number, 70 + 12 * number)
+        image[60:140, columns], people[60:140, columns] = cloth, 255
+        made.advance(image, (number + 1) * 10**7, (), camera=False)
+        _, record = made.take(made.now.image.stamp_ns)
+        assert record is not None
+        made.learn(record, people, [(slice(0, 180), slice(0, 320))])
+    made.advance(scene, 10**9, (), camera=False)
+    # Two frames before the person came and two since; one counts as motion all the same, where
+    # the person's border was.
+    assert made.now.background.count[70:130, 90:98].min() == pytest.approx(3, abs=0.1)
