@@ -4,39 +4,46 @@
 The first mask from a box alone: a joint estimate over views, colours and the cut.
 
 For each direction of walking, expectation maximisation alternates between the colours of person
-and surroundings, the weights of the templates laid onto the box, and a graph cut.  The direction
-is chosen by how well its result separates the colours, follows the image's edges and resembles a
-template.
+and surroundings, the weights of the templates laid onto the box, and a graph cut.  The directions
+then vote, each with a weight by how well its result separates the colours, follows the image's
+edges and resembles a template.  If the mask leans, the best directions are tried once more with
+templates that lean as much.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import ColourModel, body_rows, colour_bins
+from gait_segmentation.colour import body_rows, colour_bins
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.segmentation.energy import contrast_links
 from gait_segmentation.segmentation.graph_cut import decided, minimum_cut
 from gait_segmentation.starting.barrier import barrier_logit
+from gait_segmentation.starting.colours import SoftColours
 from gait_segmentation.starting.templates import Hypothesis, fit_views
 
 __all__ = ['Start', 'estimate_start']
 
 _FIRST_SHARE, _LATER_SHARE, _FIRST_ROUNDS = 0.3, 0.7, 2
-_FLOOR = 1e-4
-_LOGIT_LIMIT = 4.0
-_LIKELIHOOD_PRIOR, _CUT_PRIOR = 0.5, 0.6
+_FLOOR = 3e-5
+_NEAR = 0.05
+_LIKELIHOOD_PRIOR, _CUT_PRIOR = 0.5, 0.45
 _BARRIER_WEIGHT = 0.5
 _CONTRAST = 2.0
 _TEMPERATURE = 0.03
 _MASK_SHARE = 0.9
 _EDGE_WEIGHT, _FIT_WEIGHT = 0.3, 0.3
+_VOTE = 0.05
+_TILTED, _TILTED_VIEWS, _MOST_TILT = 0.12, 2, 0.5
 _BORDER_PX = 2
 
 
@@ -70,10 +77,34 @@ class _Scene:
     barrier: NDArray[np.float32]
     gradient: NDArray[np.float32]
     height: float
+    left_out: float
+
+    def turned(self, box: Box, angle: float) -> _Scene:
+        """Return the same scene with the height bands of a leaning body."""
+        center = (box.center_x, box.center_y)
+        rows = body_rows(self.bins.shape, (0, 0), center, box.height, angle)
+        return replace(self, rows=rows)
+
+
+@dataclass(frozen=True)
+class _Result:
+    """What came of a hypothesis: mask (h, w), how good it is, and its best template."""
+
+    hypothesis: Hypothesis
+    labels: NDArray[np.bool_]
+    score: float
+    template: int
 
 
 def estimate_start(
-    lab: NDArray[np.uint8], box: Box, bank: TemplateBank, *, height: int = 70, rounds: int = 3
+    lab: NDArray[np.uint8],
+    box: Box,
+    bank: TemplateBank,
+    *,
+    height: int = 70,
+    rounds: int = 3,
+    left_out: float = 0.7,
+    use_tilt: bool = True,
 ) -> Start:
     """
     Estimate the first mask.
@@ -83,6 +114,8 @@ def estimate_start(
     :param bank: templates; all directions are tried.
     :param height: height in pixels to which a taller person is scaled down for the estimate.
     :param rounds: rounds of expectation maximisation.
+    :param left_out: share of what was learnt near a pixel that is taken off to judge it.
+    :param use_tilt: whether the body may lean.
     """
     shape = lab.shape[:2]
     window = _window(box, shape)
@@ -92,34 +125,56 @@ def estimate_start(
     if size != part.shape[:2]:
         part = cv2.resize(part, size[::-1], interpolation=cv2.INTER_AREA)
     small = box.shifted(-window[1].start, -window[0].start).scaled(scale)
-    scene = _scene(np.ascontiguousarray(part), small)
-    cut_side = box.x < _BORDER_PX or box.right > shape[1] - _BORDER_PX
-    hypotheses = fit_views(
+    scene = _scene(np.ascontiguousarray(part), small, left_out)
+    fit = partial(
+        fit_views,
         bank,
         small,
         size,
         cut_top=box.y < _BORDER_PX,
         cut_bottom=box.bottom > shape[0] - _BORDER_PX,
-        cut_side=cut_side,
+        cut_side=box.x < _BORDER_PX or box.right > shape[1] - _BORDER_PX,
     )
-    best: tuple[float, Hypothesis, NDArray[np.bool_], int] | None = None
-    for hypothesis in hypotheses:
-        labels, score, template = _maximise(hypothesis, scene, rounds)
-        if best is None or score > best[0]:
-            best = (score, hypothesis, labels, template)
-    assert best is not None
-    score, hypothesis, labels, template = best
+    results = [_maximise(hypothesis, scene, rounds) for hypothesis in fit()]
+    tilt = _tilt(_vote(results) > 0.5)
+    if use_tilt and abs(tilt) > _TILTED:
+        # Only now, because upright people would be mistaken for leaning ones.
+        likely = sorted(results, key=lambda result: -result.score)[:_TILTED_VIEWS]
+        leaning = fit(views=[result.hypothesis.azimuth for result in likely], angle=tilt)
+        scene = scene.turned(small, tilt)
+        results += [_maximise(hypothesis, scene, rounds) for hypothesis in leaning]
+    best = max(results, key=lambda result: result.score)
+    hypothesis, template = best.hypothesis, best.template
     mask = np.zeros(shape, np.uint8)
     area = (window[0].stop - window[0].start, window[1].stop - window[1].start)
-    grown = cv2.resize(labels.astype(np.float32), area[::-1], interpolation=cv2.INTER_LINEAR)
+    grown = cv2.resize(_vote(results), area[::-1], interpolation=cv2.INTER_LINEAR)
     mask[window] = np.where(grown > 0.5, 255, 0)
     tall = max(float(hypothesis.height[template]) / scale, 1.0)
     body = BodyFrame(
         window[1].start + float(hypothesis.axis[template]) / scale,
         window[0].start + float(hypothesis.top[template]) / scale + tall / 2,
         tall,
+        hypothesis.angle,
     )
-    return Start(mask, box, body, hypothesis.azimuth, score)
+    return Start(mask, box, body, hypothesis.azimuth, best.score)
+
+
+def _vote(results: Sequence[_Result]) -> NDArray[np.float32]:
+    """Return the share of the votes for the person, (h, w) float32; better results have more."""
+    scores = np.array([result.score for result in results], np.float32)
+    weights = np.exp((scores - scores.max()) / np.float32(_VOTE))
+    weights /= weights.sum()
+    votes = np.zeros(results[0].labels.shape, np.float32)
+    for weight, result in zip(weights, results, strict=True):
+        votes += weight * result.labels
+    return votes
+
+
+def _tilt(labels: NDArray[np.bool_]) -> float:
+    """Return how far the main axis of a mask leans in radians, positive to the right."""
+    moments = cv2.moments(labels.astype(np.uint8), binaryImage=True)
+    tilt = 0.5 * math.atan2(-2 * moments['mu11'], moments['mu02'] - moments['mu20'])
+    return min(max(tilt, -_MOST_TILT), _MOST_TILT)
 
 
 def _window(box: Box, shape: tuple[int, int]) -> tuple[slice, slice]:
@@ -127,7 +182,7 @@ def _window(box: Box, shape: tuple[int, int]) -> tuple[slice, slice]:
     return area.slices(shape[1], shape[0])
 
 
-def _scene(lab: NDArray[np.uint8], box: Box) -> _Scene:
+def _scene(lab: NDArray[np.uint8], box: Box, left_out: float) -> _Scene:
     shape = lab.shape[:2]
     inside = np.zeros(shape, np.bool_)
     inside[box.slices(shape[1], shape[0])] = True
@@ -142,24 +197,28 @@ def _scene(lab: NDArray[np.uint8], box: Box) -> _Scene:
     ).sum(axis=2)
     links = contrast_links(lab, _CONTRAST, given)
     barrier = np.float32(_BARRIER_WEIGHT) * barrier_logit(lab, inside)
-    return _Scene(lab, colour_bins(lab), rows, inside, links, given, barrier, gradient, box.height)
+    return _Scene(
+        lab, colour_bins(lab), rows, inside, links, given, barrier, gradient, box.height, left_out
+    )
 
 
-def _maximise(
-    hypothesis: Hypothesis, scene: _Scene, rounds: int
-) -> tuple[NDArray[np.bool_], float, int]:
-    """Return labels, score and best template of one hypothesis."""
-    person = ColourModel(_FIRST_SHARE, _FLOOR)
-    surroundings = ColourModel(_FIRST_SHARE, _FLOOR)
+def _maximise(hypothesis: Hypothesis, scene: _Scene, rounds: int) -> _Result:
+    """Return what comes of one hypothesis."""
     soft = _average(hypothesis, hypothesis.weight, 0.015 * scene.height)
-    weight = soft * soft * scene.inside
-    person.learn(scene.bins, scene.rows, weight, 1.0)
-    surroundings.learn(scene.bins, scene.rows, (~scene.inside).astype(np.float32), 1.0)
+    colours = SoftColours(
+        scene.bins,
+        scene.rows,
+        scene.inside,
+        floor=_FLOOR,
+        radius=max(1, round(_NEAR * scene.height)),
+        left_out=scene.left_out,
+    )
+    colours.learn(soft * soft * scene.inside, (~scene.inside).astype(np.float32), _FIRST_SHARE)
     prior = _logit_of(soft)
     labels = scene.inside
     best = 0
     for number in range(rounds):
-        logit = _colour_logit(scene, person, surroundings) + scene.barrier
+        logit = colours.logit() + scene.barrier
         likelihood = _sigmoid(logit + np.float32(_LIKELIHOOD_PRIOR) * prior)
         similarity = _similarities(hypothesis, likelihood)
         best = int(np.argmax(similarity * (hypothesis.weight > 0.01)))
@@ -170,22 +229,19 @@ def _maximise(
         given = np.where(scene.inside, decided(data), scene.given)
         labels = minimum_cut(data, scene.links, given)
         share = _LATER_SHARE if number + 1 >= _FIRST_ROUNDS else _FIRST_SHARE
-        person.band_share = surroundings.band_share = share
         weight = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft
-        person.learn(scene.bins, scene.rows, weight, 1.0)
-        surroundings.learn(scene.bins, scene.rows, 1 - weight, 1.0)
-    return labels, _score(hypothesis, scene, labels, person, surroundings), best
+        colours.learn(weight, 1 - weight, share)
+    score = _score(hypothesis, scene, labels, colours.overlap())
+    return _Result(hypothesis, labels, score, best)
 
 
 def _score(
     hypothesis: Hypothesis,
     scene: _Scene,
     labels: NDArray[np.bool_],
-    person: ColourModel,
-    surroundings: ColourModel,
+    overlap: float,
 ) -> float:
     """Say how good a result is: separation of colours, edges under the outline, fit."""
-    overlap = float(np.sqrt(person.whole() * surroundings.whole()).sum())
     if not labels.any():
         return -1.0
     area = labels.astype(np.uint8)
@@ -195,32 +251,6 @@ def _score(
     edge = float(scene.gradient[outline].mean()) / max(level, 1e-6) if outline.any() else 0.0
     fit = float(_similarities(hypothesis, labels.astype(np.float32)).max())
     return -overlap + _EDGE_WEIGHT * edge + _FIT_WEIGHT * fit
-
-
-def _colour_logit(
-    scene: _Scene, person: ColourModel, surroundings: ColourModel
-) -> NDArray[np.float32]:
-    out = np.empty(scene.bins.shape, np.float32)
-    _look_up(scene.bins, scene.rows, person.table, surroundings.table, _LOGIT_LIMIT, out)
-    return out
-
-
-@njit(cache=True, nogil=True, fastmath=True)
-def _look_up(
-    bins: NDArray[np.uint16],
-    rows: NDArray[np.float32],
-    person: NDArray[np.float32],
-    surroundings: NDArray[np.float32],
-    limit: float,
-    out: NDArray[np.float32],
-) -> None:
-    bands = person.shape[1]
-    for row in range(bins.shape[0]):
-        for col in range(bins.shape[1]):
-            band = min(max(int(rows[row, col] * bands), 0), bands - 1)
-            index = bins[row, col]
-            value = np.log(person[index, band] / surroundings[index, band])
-            out[row, col] = min(max(value, -limit), limit)
 
 
 @njit(cache=True, nogil=True)

@@ -49,6 +49,21 @@ def test_it_is_deterministic() -> None:
     assert np.array_equal(start()[1].mask, start()[1].mask)
 
 
+@pytest.mark.parametrize('degrees', [-18, 0, 18])
+def test_a_leaning_person_is_found_leaning(degrees: float) -> None:
+    frame = clip()[0]
+    height, width = frame.image.shape[:2]
+    # cv2 turns against the clock for positive angles, the head then leans to the left.
+    turn = cv2.getRotationMatrix2D((width / 2 - 0.5, height / 2 - 0.5), -degrees, 1)
+    image = cv2.warpAffine(frame.image, turn, (width, height), borderMode=cv2.BORDER_REFLECT_101)
+    truth = cv2.warpAffine(frame.truths[0], turn, (width, height), flags=cv2.INTER_NEAREST)
+    box = Box.around(truth == 255)
+    assert box is not None
+    found = estimate_start(cv2.cvtColor(image, cv2.COLOR_BGR2Lab), box, small_bank())
+    assert overlap(found.mask, truth) > 0.7
+    assert np.degrees(found.body.angle) == pytest.approx(degrees, abs=8)
+
+
 @pytest.mark.parametrize(
     'box', [Box(-30, 20, 60, 150), Box(100, 150, 60, 150), Box(5, 5, 1, 1), Box(0, 0, 320, 240)]
 )

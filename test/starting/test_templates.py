@@ -48,3 +48,21 @@ def test_at_the_lower_border_taller_bodies_are_tried() -> None:
 def test_at_the_upper_border_bodies_reach_up() -> None:
     cut = fit(Box(25, 0, 30, 60), top=True)[0]
     assert cut.top.min() == pytest.approx(-30)
+
+
+def test_leaning_templates_fill_the_box_and_keep_their_height() -> None:
+    # A body of 100 pixels that leans by 0.35 is lower than 100 and wider than upright.
+    box = Box(20, 12, 55, 96)
+    upright = fit_views(small_bank(), box, SHAPE, False, False, False, views=[0.0])[0]
+    leaning = fit_views(small_bank(), box, SHAPE, False, False, False, views=[0.0], angle=0.35)[0]
+    assert leaning.angle == pytest.approx(0.35)
+    assert upright.angle == 0
+    extents = [Box.around(template > 127) for template in leaning.templates]
+    best = extents[int(leaning.weight.argmax())]
+    assert best is not None
+    assert best.y == pytest.approx(12, abs=1.5)
+    assert best.bottom == pytest.approx(108, abs=1.5)
+    # The head leans to the right, as the sign says.
+    template = leaning.templates[int(leaning.weight.argmax())] > 127
+    head, feet = np.nonzero(template[12:30])[1].mean(), np.nonzero(template[85:108])[1].mean()
+    assert head > feet + 15

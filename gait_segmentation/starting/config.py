@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Parameters of starting without a box."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gait_segmentation.config import StageConfig, parameter
+
+__all__ = ['StartingConfig']
+
+
+@dataclass(frozen=True)
+class StartingConfig(StageConfig):
+    """Parameters of the search for people who walk into free slots."""
+
+    auto_init: str = parameter(
+        'motion',
+        'How people get a slot without a box: motion = moving blobs that the matcher finds to '
+        'walk, off = not at all.',
+        choices=('motion', 'off'),
+    )
+    search_size: int = parameter(
+        256,
+        'Longest side of the image that is searched; larger sources are scaled down.',
+        unit='px',
+        minimum=64,
+        maximum=480,
+        read_only=True,
+    )
+    least_height: float = parameter(
+        20.0,
+        'Height below which nobody is searched, in the image that is searched.',
+        unit='px',
+        minimum=12.0,
+        maximum=400.0,
+    )
+    watch: float = parameter(
+        0.5,
+        'How long somebody must be seen to walk. Less starts earlier, more errs less.',
+        unit='s',
+        minimum=0.1,
+        maximum=5.0,
+    )
+    least_way: float = parameter(
+        0.15,
+        'How far somebody must have come, or grown, before getting a slot.',
+        unit='body height',
+        minimum=0.0,
+        maximum=2.0,
+    )
+    least_similarity: float = parameter(
+        0.5,
+        'Least similarity of a moving blob with the templates of walkers.',
+        minimum=0.1,
+        maximum=1.0,
+    )

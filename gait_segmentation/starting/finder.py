@@ -1,0 +1,168 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finding people who walk, without a box: moving blobs that match the sequences of a bank."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.gait_model.bank import TemplateBank
+from gait_segmentation.geometry import Box
+from gait_segmentation.images import check_image, check_stamp, shrink
+from gait_segmentation.starting.config import StartingConfig
+from gait_segmentation.starting.motion_candidates import Candidate, follow
+from gait_segmentation.starting.motion_scene import MotionScene, SceneFrame
+from gait_segmentation.starting.motion_watch import Watch, light_bank
+
+__all__ = ['WalkerFinder']
+
+_MOST_WATCHED = 4
+_PAUSE_S = 0.5
+"""A pause in which too much may have changed."""
+
+_LEAST_PERIOD_S = 0.025
+"""Frames that come faster are left out."""
+
+_LEAST_SIGHTINGS = 3
+_SAME = 0.4
+"""Share of the smaller of two boxes that is common to boxes of the same person."""
+
+_FIRST_WAY = 0.3
+"""Share of the way asked for that somebody must have come to be matched at all."""
+
+_REST_S = 1.0
+"""Time for which somebody found is not looked at again."""
+
+
+class WalkerFinder:
+    """Looks for people who walk, at a small size, and returns their boxes once they are sure."""
+
+    def __init__(self, bank: TemplateBank, config: StartingConfig | None = None) -> None:
+        """
+        Make a finder that knows nothing of the scene.
+
+        :param bank: the templates; of several builds only the first is searched.
+        """
+        self.config = config or StartingConfig()
+        self._bank = light_bank(bank)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the scene and everybody in it."""
+        self._scene: MotionScene | None = None
+        self._size: tuple[int, int] | None = None
+        self._stamp_ns = 0
+        self._candidates: list[Candidate] = []
+        self._watched: dict[int, Watch] = {}
+        self._origin = (0.0, 0.0)
+        self._next = 1
+        self._rest: dict[int, float] = {}
+
+    def update(
+        self, image: NDArray[np.uint8], stamp_ns: int, occupied: Sequence[Box] = ()
+    ) -> list[Box]:
+        """
+        Take in a frame.
+
+        A stamp that goes back, a pause or another size of the image begins anew.
+
+        :param image: (H, W, 3) uint8 BGR.
+        :param stamp_ns: its stamp in nanoseconds.
+        :param occupied: boxes of people known already, in source pixels.
+        :returns: tight boxes of the people newly found, in source pixels.
+        :raises InputError: if the image is no BGR image or the stamp is not positive.
+        """
+        check_image(image)
+        check_stamp(stamp_ns)
+        if self.config.auto_init == 'off':
+            return []
+        size = (image.shape[0], image.shape[1])
+        pause = (stamp_ns - self._stamp_ns) / 1e9
+        if self._scene is not None and 0 <= pause < _LEAST_PERIOD_S and size == self._size:
+            return []
+        scale = min(1.0, self.config.search_size / max(size))
+        shape = max(1, round(size[0] * scale)), max(1, round(size[1] * scale))
+        if self._scene is None or size != self._size or not 0 < pause < _PAUSE_S:
+            self.reset()
+            self._scene, self._size = MotionScene(shape), size
+        self._stamp_ns = stamp_ns
+        seconds = stamp_ns / 1e9
+        # Not Lab, which takes ten times as long.
+        colours = cv2.cvtColor(shrink(image, shape), cv2.COLOR_BGR2YCrCb)
+        frame = self._scene.update(colours, seconds)
+        self._follow(frame, seconds)
+        taken = [box.scaled(scale) for box in occupied]
+        found = self._verify(frame, seconds, stamp_ns, taken)
+        return [box.scaled(1 / scale) for box in found]
+
+    def _follow(self, frame: SceneFrame, seconds: float) -> None:
+        dx, dy = frame.shift
+        self._origin = self._origin[0] - dx, self._origin[1] - dy
+        for each in self._candidates:
+            each.box = each.box.shifted(dx, dy)
+        for watch in self._watched.values():
+            watch.shift(dx, dy)
+        if frame.fresh:
+            self._candidates = []
+        self._candidates = follow(
+            self._candidates,
+            frame.blobs,
+            seconds,
+            self._origin,
+            self.config.least_height,
+            self._next,
+        )
+        numbers = {each.number for each in self._candidates}
+        self._next = max(numbers | {self._next - 1}) + 1
+        self._rest = {number: at for number, at in self._rest.items() if at > seconds}
+        self._watched = {
+            number: watch for number, watch in self._watched.items() if number in numbers
+        }
+
+    def _verify(
+        self, frame: SceneFrame, seconds: float, stamp_ns: int, taken: Sequence[Box]
+    ) -> list[Box]:
+        """Match the candidate that has waited longest, one a frame."""
+        waiting: list[tuple[float, int, Candidate]] = []
+        for each in self._candidates:
+            if each.number in self._rest or any(_overlap(each.box, box) > _SAME for box in taken):
+                self._watched.pop(each.number, None)
+                continue
+            if each.seen != seconds or each.sightings < _LEAST_SIGHTINGS:
+                continue
+            watch = self._watched.get(each.number)
+            if watch is not None and watch.due(seconds):
+                waiting.append((watch.last, each.number, each))
+            elif watch is None and len(self._watched) < _MOST_WATCHED:
+                waiting.append((each.born, each.number, each))
+        for _, _, each in sorted(waiting, key=lambda entry: entry[:2]):
+            if each.distance() >= _FIRST_WAY * self.config.least_way:
+                return self._match(frame, each, seconds, stamp_ns)
+        return []
+
+    def _match(
+        self, frame: SceneFrame, each: Candidate, seconds: float, stamp_ns: int
+    ) -> list[Box]:
+        watch = self._watched.get(each.number)
+        if watch is None:
+            watch = self._watched[each.number] = Watch(self._bank, self.config, each)
+        box = watch.update(frame.likelihood, each, stamp_ns)
+        if box is None:
+            return []
+        self._rest[each.number] = seconds + _REST_S
+        self._watched.pop(each.number)
+        center = frame.to_image[:, :2] @ (box.center_x, box.center_y) + frame.to_image[:, 2]
+        return [Box.from_center(float(center[0]), float(center[1]), box.width, box.height)]
+
+
+def _overlap(a: Box, b: Box) -> float:
+    """Return the share of the smaller box that lies in the other."""
+    width = min(a.right, b.right) - max(a.x, b.x)
+    height = min(a.bottom, b.bottom) - max(a.y, b.y)
+    if width <= 0 or height <= 0:
+        return 0.0
+    return width * height / min(a.width * a.height, b.width * b.height)

@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Moving blobs followed from frame to frame: who might be a walker."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.starting.motion_blobs import Blob
+
+__all__ = ['Candidate', 'follow']
+
+_MOST = 8
+"""Candidates followed at a time."""
+
+_LOST_S = 0.3
+"""Time for which a candidate may go unseen."""
+
+_GAIN_PLACE, _GAIN_SPEED, _GAIN_SIZE = 0.6, 0.3, 0.3
+_LEAST_OVERLAP = 0.25
+_MOST_ASPECT = 1.3
+"""Largest width over height of a new candidate."""
+
+_LEAST_MOVING = 0.05
+"""Share of a blob that must move now for it to be followed."""
+
+_KEPT_S = 2.0
+
+
+@dataclass
+class Candidate:
+    """
+    A blob that is followed on the canvas.
+
+    ``box`` is its smoothed box, ``speed`` that of its centre against the world in pixels a
+    second.  ``way`` holds (seconds, x, y, height) in world coordinates, of the last two seconds.
+    """
+
+    number: int
+    box: Box
+    born: float
+    seen: float
+    speed: tuple[float, float] = (0.0, 0.0)
+    sightings: int = 1
+    way: deque[tuple[float, float, float, float]] = field(default_factory=deque)
+
+    def predicted(self, seconds: float) -> Box:
+        """Return where it should be at a time."""
+        passed = seconds - self.seen
+        return self.box.shifted(self.speed[0] * passed, self.speed[1] * passed)
+
+    def see(self, box: Box, seconds: float, origin: tuple[float, float]) -> None:
+        """
+        Take in a sighting.
+
+        :param origin: where the canvas lies in the world.
+        """
+        passed = seconds - self.seen
+        expected = self.predicted(seconds)
+        off = box.center_x - expected.center_x, box.center_y - expected.center_y
+        gain = max(_GAIN_PLACE, 1 / (self.sightings + 1))
+        size = max(_GAIN_SIZE, 1 / (self.sightings + 1))
+        x = expected.center_x + gain * off[0]
+        y = expected.center_y + gain * off[1]
+        rate = max(_GAIN_SPEED, 1 / (self.sightings + 1))
+        self.speed = (
+            self.speed[0] + rate * off[0] / passed,
+            self.speed[1] + rate * off[1] / passed,
+        )
+        width = self.box.width + size * (box.width - self.box.width)
+        height = self.box.height + size * (box.height - self.box.height)
+        self.box = Box.from_center(x, y, width, height)
+        self.seen = seconds
+        self.sightings += 1
+        self.note(seconds, origin)
+
+    def note(self, seconds: float, origin: tuple[float, float]) -> None:
+        """Remember where it is in the world."""
+        box = self.box
+        self.way.append((seconds, box.center_x + origin[0], box.center_y + origin[1], box.height))
+        while seconds - self.way[0][0] > _KEPT_S:
+            self.way.popleft()
+
+    def distance(self) -> float:
+        """Return how far it has come, or has grown or shrunk, in body heights."""
+        heights = np.array([entry[3] for entry in self.way])
+        x = np.array([entry[1] for entry in self.way])
+        third = max(1, len(x) // 4)
+        gone = abs(float(x[-third:].mean() - x[:third].mean())) / float(heights.mean())
+        grown = abs(math.log(float(heights[-third:].mean() / heights[:third].mean())))
+        return max(gone, grown)
+
+
+def follow(
+    candidates: list[Candidate],
+    blobs: Sequence[Blob],
+    seconds: float,
+    origin: tuple[float, float],
+    least_height: float,
+    first_number: int,
+) -> list[Candidate]:
+    """
+    Give the blobs of a frame to the candidates, begin new ones and drop lost ones.
+
+    :returns: the candidates there are now.
+    """
+    pairs = []
+    for index, candidate in enumerate(candidates):
+        expected = candidate.predicted(seconds)
+        for number, blob in enumerate(blobs):
+            overlap = expected.iou(blob.box)
+            if overlap >= _LEAST_OVERLAP:
+                pairs.append((overlap, index, number))
+    taken: set[int] = set()
+    served: set[int] = set()
+    for _, index, number in sorted(pairs, reverse=True):
+        if index in served or number in taken:
+            continue
+        served.add(index)
+        taken.add(number)
+        candidates[index].see(blobs[number].box, seconds, origin)
+    kept = [each for each in candidates if seconds - each.seen < _LOST_S]
+    for number, blob in enumerate(blobs):
+        if number in taken or len(kept) >= _MOST:
+            continue
+        box = blob.box
+        if box.height < least_height or box.width > _MOST_ASPECT * box.height:
+            continue
+        if blob.moving < _LEAST_MOVING * blob.area:
+            continue
+        fresh = Candidate(first_number, box, seconds, seconds)
+        fresh.note(seconds, origin)
+        first_number += 1
+        kept.append(fresh)
+    return kept

@@ -1,0 +1,175 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Watching one candidate until the matcher and its gait say that it walks."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.gait_model.bank import TemplateBank
+from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.matching import MatchingConfig, SequenceMatcher
+from gait_segmentation.results import MatchResult
+from gait_segmentation.starting.config import StartingConfig
+from gait_segmentation.starting.motion_candidates import Candidate
+from gait_segmentation.starting.motion_gait import Gait, Shape, gait_of, person_box
+
+__all__ = ['Watch', 'light_bank']
+
+_PERIOD_S, _LONG_PERIOD_S = 0.06, 0.24
+"""Time between two frames in which a candidate is matched: likely ones, and others."""
+
+_HOPELESS = 0.75
+"""Share of the least similarity below which a candidate is not likely."""
+
+_ROWS = 48
+_PHASE_STEP, _VIEW_STEP = 2, 2
+_GAIN_BODY, _GAIN_BLOB = 0.3, 0.15
+"""Shares by which the matched body and the blob move the box that is matched about."""
+
+_ASPECT = 0.4
+_MATCHING = MatchingConfig(
+    shifts_x=3, shifts_y=5, scales=3, shift_step=0.045, scale_step=0.1, levels=4, scale_cost=0.1
+)
+
+_LEAST_SWING = 0.2
+_LEAST_RATIO, _TRUNK_NOISE = 1.1, 0.1
+"""The legs must change by so much more than the trunk and this."""
+
+_LEAST_LEGS, _MOST_LEGS = 0.55, 2.2
+_MOST_PLAIN = 0.82
+_LEAST_COVER = 0.7
+_MOST_WIDTH = 1.1
+_AGREE = 2
+"""Matches in a row that must say the same."""
+
+_BORDER_PX = 1.0
+_SLACK = 0.05
+"""How far the matched body may reach out at the top and bottom, in body heights."""
+
+
+class Watch:
+    """Follows one candidate with a matcher of its own and judges what it sees."""
+
+    def __init__(self, bank: TemplateBank, config: StartingConfig, candidate: Candidate) -> None:
+        """
+        Begin to watch.
+
+        :param bank: from :func:`light_bank`.
+        """
+        self._config = config
+        self._matcher = SequenceMatcher(bank, _MATCHING)
+        self._box = self._blob = candidate.box
+        self._seen: deque[tuple[float, MatchResult, Shape]] = deque()
+        self._agreed = 0
+        self.last = 0.0
+        self.gait: Gait | None = None
+        self.similarity = 0.0
+
+    def due(self, seconds: float) -> bool:
+        """Tell whether it is time to match again."""
+        likely = self.gait is None or self.similarity >= _HOPELESS * self._config.least_similarity
+        return seconds - self.last >= (_PERIOD_S if likely else _LONG_PERIOD_S)
+
+    def shift(self, dx: float, dy: float) -> None:
+        """Move with the canvas."""
+        self._box = self._box.shifted(dx, dy)
+        self._blob = self._blob.shifted(dx, dy)
+
+    def update(
+        self, likelihood: NDArray[np.uint8], candidate: Candidate, stamp_ns: int
+    ) -> Box | None:
+        """
+        Match a frame.
+
+        :param likelihood: (h, w) uint8, 255 = surely no background.
+        :returns: the tight box of the candidate if it walks.
+        """
+        seconds = self.last = candidate.seen
+        blob, self._blob = self._blob, candidate.box
+        self._box = self._box.shifted(self._blob.center_x - blob.center_x, self._blob.y - blob.y)
+        (result,) = self._matcher.update(
+            likelihood,
+            self._box,
+            stamp_ns,
+            track_id=candidate.number,
+            source_size=(likelihood.shape[1], likelihood.shape[0]),
+        )
+        body = result.body
+        assert body is not None
+        self._box = _between(self._box, body, candidate.box)
+        self._seen.append((seconds, result, Shape.of(likelihood, body)))
+        while seconds - self._seen[0][0] > self._config.watch + _PERIOD_S:
+            self._seen.popleft()
+        if seconds - self._seen[0][0] < self._config.watch - _PERIOD_S:
+            return None
+        found = self._judge(likelihood, candidate, result)
+        self._agreed = self._agreed + 1 if found is not None else 0
+        return found if self._agreed >= _AGREE else None
+
+    def _judge(
+        self, likelihood: NDArray[np.uint8], candidate: Candidate, result: MatchResult
+    ) -> Box | None:
+        config = self._config
+        self.gait = gait = gait_of([shape for _, _, shape in self._seen])
+        self.similarity = float(np.mean([match.similarity for _, match, _ in self._seen]))
+        walks = (
+            self.similarity >= config.least_similarity
+            and gait.swing >= _LEAST_SWING
+            and gait.swing >= _LEAST_RATIO * (gait.trunk + _TRUNK_NOISE)
+            and _LEAST_LEGS <= gait.legs <= _MOST_LEGS
+            and gait.plain <= _MOST_PLAIN
+            and candidate.distance() >= config.least_way
+        )
+        if not walks or result.body is None:
+            return None
+        if candidate.box.width > _MOST_WIDTH * result.body.height:
+            return None
+        box, cover = person_box(likelihood, result)
+        if box is None or cover < _LEAST_COVER:
+            return None
+        height, width = likelihood.shape
+        slack = _SLACK * result.body.height
+        foot, head = (result.body.center_y + side * result.body.height / 2 for side in (1, -1))
+        inside = head >= -slack and foot <= height + slack
+        return box if inside and box.x >= _BORDER_PX and box.right <= width - _BORDER_PX else None
+
+
+def _between(box: Box, body: BodyFrame, blob: Box) -> Box:
+    """Move a box towards the matched body, and a little towards the blob."""
+    rest = 1 - _GAIN_BODY - _GAIN_BLOB
+    height = box.height**rest * body.height**_GAIN_BODY * blob.height**_GAIN_BLOB
+    return Box.from_center(
+        rest * box.center_x + _GAIN_BODY * body.center_x + _GAIN_BLOB * blob.center_x,
+        rest * box.center_y + _GAIN_BODY * body.center_y + _GAIN_BLOB * blob.center_y,
+        _ASPECT * height,
+        height,
+    )
+
+
+def light_bank(bank: TemplateBank) -> TemplateBank:
+    """Return a smaller bank to search with: its first build, fewer views, phases and pixels."""
+    chosen = [k for k, build in enumerate(bank.builds) if build == bank.builds[0]]
+    if len(chosen) >= 8 * _VIEW_STEP:
+        chosen = chosen[::_VIEW_STEP]
+    step = _PHASE_STEP if bank.phases >= 8 * _PHASE_STEP else 1
+    templates = bank.templates[chosen][:, ::step]
+    rows, columns = bank.grid
+    if rows > _ROWS:
+        size = (max(1, round(columns * _ROWS / rows)), _ROWS)
+        templates = np.stack(
+            [
+                [cv2.resize(one, size, interpolation=cv2.INTER_AREA) for one in cycle]
+                for cycle in templates
+            ]
+        )
+    return TemplateBank(
+        np.ascontiguousarray(templates),
+        bank.azimuth[chosen],
+        tuple(bank.builds[k] for k in chosen),
+        bank.fill,
+    )

@@ -1,0 +1,161 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
+from gait_segmentation.gait_model import TemplateBank
+from gait_segmentation.geometry import Box
+from gait_segmentation.starting import StartingConfig, WalkerFinder
+from test.walkers import clip, small_bank
+
+PERIOD_NS = 40_000_000
+
+
+def run(
+    images: Iterable[np.ndarray],
+    config: StartingConfig | None = None,
+    occupied: Box | None = None,
+    finder: WalkerFinder | None = None,
+) -> list[tuple[int, Box]]:
+    """Return the frames in which somebody was found, and where."""
+    finder = finder or WalkerFinder(small_bank(), config)
+    found = []
+    for number, image in enumerate(images):
+        taken = [] if occupied is None else [occupied]
+        boxes = finder.update(image, 10**9 + number * PERIOD_NS, taken)
+        found += [(number, box) for box in boxes]
+    return found
+
+
+def scene(size: tuple[int, int] = (240, 320), seed: int = 1) -> np.ndarray:
+    """Return a place with texture and nobody in it, (H, W, 3) float32."""
+    rng = np.random.default_rng(seed)
+    coarse = rng.uniform(60, 180, (size[0] // 8, size[1] // 8, 3)).astype(np.float32)
+    return cv2.resize(coarse, size[::-1], interpolation=cv2.INTER_CUBIC)
+
+
+def noisy(image: np.ndarray, seed: int) -> np.ndarray:
+    noise = np.random.default_rng(seed).normal(0, 2, image.shape)
+    return np.clip(image + noise, 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize('pan', [0.0, 2.0])
+def test_a_walker_is_found_with_a_tight_box(pan: float) -> None:
+    frames = clip(pan=pan, frames=40)
+    found = run(frame.image for frame in frames)
+    assert len(found) == 1
+    number, box = found[0]
+    truth = frames[number].boxes[0]
+    assert truth is not None
+    assert box.iou(truth) > 0.6
+
+
+def test_who_has_a_slot_is_not_found_again() -> None:
+    frames = clip(pan=0.0, frames=40)
+    finder = WalkerFinder(small_bank())
+    for frame in frames:
+        taken = [box for box in frame.boxes if box is not None]
+        assert finder.update(frame.image, frame.stamp_ns, taken) == []
+
+
+@pytest.mark.parametrize('width', [0.4, 1.5])
+def test_a_rigid_box_is_not_taken_for_a_walker(width: float) -> None:
+    def images() -> Iterable[np.ndarray]:
+        for number in range(50):
+            image = scene()
+            left = 10 + 4 * number
+            image[90:190, left : left + round(width * 100)] = (40, 90, 200)
+            yield noisy(image, number)
+
+    assert run(images()) == []
+
+
+def test_a_shaking_camera_finds_nobody() -> None:
+    wide = scene((340, 420))
+    rng = np.random.default_rng(5)
+
+    def images() -> Iterable[np.ndarray]:
+        for number in range(40):
+            x, y = rng.integers(0, 80, 2)
+            yield noisy(wide[y : y + 240, x : x + 320], number)
+
+    assert run(images()) == []
+
+
+def test_a_jump_of_the_exposure_finds_nobody() -> None:
+    gains = [1.0, 1.5, 0.6, 1.0]
+    images = (noisy(scene() * gains[number // 12 % 4], number) for number in range(48))
+    assert run(images) == []
+
+
+def test_noise_without_texture_finds_nobody() -> None:
+    grey = np.full((120, 160, 3), 128.0)
+    assert run(noisy(grey, number) for number in range(30)) == []
+
+
+def test_off_finds_nobody() -> None:
+    images = [frame.image for frame in clip(pan=0.0, frames=40)]
+    assert run(images, StartingConfig(auto_init='off')) == []
+
+
+def test_reset_forgets() -> None:
+    images = [frame.image for frame in clip(pan=0.0, frames=40)]
+    finder = WalkerFinder(small_bank())
+    first = run(images, finder=finder)
+    finder.reset()
+    assert run(images, finder=finder) == first != []
+
+
+def test_a_stamp_that_goes_back_begins_anew() -> None:
+    images = [frame.image for frame in clip(pan=0.0, frames=40)]
+    finder = WalkerFinder(small_bank())
+    assert run(images, finder=finder) == run(images, finder=finder) != []
+
+
+def test_another_size_begins_anew() -> None:
+    images = [frame.image for frame in clip(pan=0.0, frames=40)]
+    finder = WalkerFinder(small_bank())
+    alone = run(images, finder=WalkerFinder(small_bank()))
+    for number in range(10):
+        finder.update(noisy(scene((120, 160)), number), 10**9 - (10 - number) * PERIOD_NS, [])
+    assert run(images, finder=finder) == alone
+
+
+def test_the_same_frames_give_the_same_boxes() -> None:
+    images = [frame.image for frame in clip(pan=2.0, frames=40)]
+    assert run(images) == run(images)
+
+
+def test_what_is_no_image_is_refused() -> None:
+    finder = WalkerFinder(small_bank())
+    with pytest.raises(InputError, match='image'):
+        finder.update(np.zeros((10, 10), np.uint8), 1, [])
+    with pytest.raises(InputError, match='stamp'):
+        finder.update(np.zeros((10, 10, 3), np.uint8), 0, [])
+
+
+def test_a_tiny_image_is_survived() -> None:
+    assert run(np.full((3, 5, 3), number, np.uint8) for number in range(12)) == []
+
+
+def test_a_small_bank_is_used_as_it_is() -> None:
+    bank = small_bank()
+    one = TemplateBank(bank.templates[:1], bank.azimuth[:1], bank.builds[:1], bank.fill)
+    finder = WalkerFinder(one)
+    assert run((frame.image for frame in clip(pan=0.0, frames=8)), finder=finder) == []
+
+
+def test_at_high_frame_rates_frames_are_left_out() -> None:
+    sequence = SyntheticSequence(
+        SyntheticConfig(seed=3, frames=160, fps=100.0, person_height=110.0)
+    )
+    finder = WalkerFinder(small_bank())
+    found = [box for f in sequence for box in finder.update(f.image, f.stamp_ns, [])]
+    assert len(found) == 1

@@ -1,0 +1,77 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.gait_model import render_silhouette
+from gait_segmentation.geometry import BodyFrame, Box, Placement
+from gait_segmentation.results import MatchResult
+from gait_segmentation.starting.motion_gait import Shape, gait_of, person_box
+
+BODY = BodyFrame(80.0, 60.0, 90.0)
+
+
+def scene(shape: np.ndarray) -> np.ndarray:
+    """Return (120, 160) uint8 with a silhouette about the body's place."""
+    out = np.zeros((120, 160), np.uint8)
+    top, left = 60 - shape.shape[0] // 2, 80 - shape.shape[1] // 2
+    out[top : top + shape.shape[0], left : left + shape.shape[1]] = shape
+    return out
+
+
+def walker(phase: float, azimuth: float = 0.0) -> np.ndarray:
+    return scene(render_silhouette(phase, azimuth, 90))
+
+
+def match(prior: np.ndarray) -> MatchResult:
+    place = Placement(0.0, 0.0, 1.0)
+    return MatchResult(1, 1, BODY, place, 0, 0, 0.0, 0.9, 0.0, 0.8, 0.9, prior)
+
+
+def test_the_legs_of_a_walker_swing_and_the_trunk_does_not() -> None:
+    gait = gait_of([Shape.of(walker(0.06 * step), BODY) for step in range(9)])
+    assert gait.swing > 0.4
+    assert gait.swing > 2 * gait.trunk
+    assert 0.6 < gait.legs < 2.0
+    assert gait.plain < 0.8
+
+
+@pytest.mark.parametrize('phase', [0.0, 0.25])
+def test_a_figure_on_wheels_does_not_swing(phase: float) -> None:
+    gait = gait_of([Shape.of(walker(phase), BODY)] * 8)
+    assert gait.swing == gait.trunk == 0
+
+
+def test_rectangles_and_ellipses_are_plain() -> None:
+    box = np.zeros((120, 160), np.uint8)
+    box[15:105, 60:100] = 255
+    rows, columns = np.mgrid[:120, :160]
+    oval = np.where(((rows - 60) / 45) ** 2 + ((columns - 80) / 18) ** 2 < 1, 255, 0)
+    assert Shape.of(box, BODY).plain > 0.9
+    assert Shape.of(oval.astype(np.uint8), BODY).plain > 0.9
+    assert Shape.of(np.zeros_like(box), BODY).plain == 0
+
+
+def test_the_box_is_tight_about_what_moves_at_the_template() -> None:
+    moving = walker(0.0)
+    truth = Box.around(moving > 127)
+    assert truth is not None
+    moving[20:40, 130:150] = 255
+    box, cover = person_box(moving, match(walker(0.0)))
+    assert box is not None
+    assert box.iou(truth) > 0.85
+    assert cover > 0.95
+
+
+def test_what_the_template_does_not_cover_counts_against_it() -> None:
+    broad = np.zeros((120, 160), np.uint8)
+    broad[10:110, 40:120] = 255
+    _, cover = person_box(broad, match(walker(0.25)))
+    assert cover < 0.7
+
+
+def test_nothing_has_no_box() -> None:
+    nothing = np.zeros((120, 160), np.uint8)
+    assert person_box(nothing, match(walker(0.0))) == (None, 0.0)
