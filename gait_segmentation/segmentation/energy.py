@@ -14,11 +14,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.segmentation.graph_cut import CAPACITY, NEIGHBOURS
+from gait_segmentation.segmentation.graph_cut import ALL_STEPS, CAPACITY
 
 __all__ = ['contrast_links', 'distance_links']
 
-_STEPS = np.array(NEIGHBOURS, np.int64)
 _TABLE_END = 8.0
 _TABLE_SIZE = 1024
 _EXP = np.exp(-np.linspace(0, _TABLE_END, _TABLE_SIZE, dtype=np.float32))
@@ -31,24 +30,32 @@ def _contrast(
     steps: NDArray[np.int64],
     weight: float,
     table: NDArray[np.float32],
+    places: NDArray[np.int32],
     out: NDArray[np.int32],
 ) -> None:
     height, width = image.shape[:2]
     total = 0
     pairs = 0
-    for direction in range(4):
-        d_row, d_col = steps[direction]
-        for row in range(height - d_row):
-            for col in range(max(0, -d_col), min(width, width - d_col)):
-                if given[row, col] != 0 and given[row + d_row, col + d_col] != 0:
+    for row in range(height):
+        for col in range(width):
+            if given[row, col] != 0:
+                continue
+            for arc in range(8):
+                next_row, next_col = row + steps[arc, 0], col + steps[arc, 1]
+                if not (0 <= next_row < height and 0 <= next_col < width):
+                    continue
+                if arc < 4:
+                    place = (arc * height + row) * width + col
+                elif given[next_row, next_col] != 0:
+                    place = ((arc - 4) * height + next_row) * width + next_col
+                else:
                     continue
                 square = 0
                 for channel in range(3):
-                    d = int(image[row, col, channel]) - int(
-                        image[row + d_row, col + d_col, channel]
-                    )
+                    d = int(image[row, col, channel]) - int(image[next_row, next_col, channel])
                     square += d * d
-                out[direction, row, col] = square
+                out[place] = square
+                places[pairs] = place
                 total += square
                 pairs += 1
     if pairs == 0:
@@ -56,15 +63,12 @@ def _contrast(
     mean = total / pairs
     beta = 1 / (2 * mean) if total > 0 else 0.0
     to_table = beta * (table.size - 1) / _TABLE_END
-    for direction in range(4):
-        d_row, d_col = steps[direction]
-        gain = weight * CAPACITY / np.sqrt(d_row * d_row + d_col * d_col)
-        for row in range(height - d_row):
-            for col in range(max(0, -d_col), min(width, width - d_col)):
-                if given[row, col] != 0 and given[row + d_row, col + d_col] != 0:
-                    continue
-                entry = min(int(out[direction, row, col] * to_table), table.size - 1)
-                out[direction, row, col] = int(gain * table[entry])
+    straight = weight * CAPACITY
+    across = weight * CAPACITY / np.sqrt(2.0)
+    for k in range(pairs):
+        place = places[k]
+        entry = min(int(out[place] * to_table), table.size - 1)
+        out[place] = int((straight if place < 2 * height * width else across) * table[entry])
 
 
 def contrast_links(
@@ -79,31 +83,48 @@ def contrast_links(
         are left zero and do not count for the mean contrast.
     """
     links = np.zeros((4, *image.shape[:2]), np.int32)
-    _contrast(image, given, _STEPS, weight, _EXP, links)
+    places = np.empty(links.size, np.int32)
+    _contrast(image, given, ALL_STEPS, weight, _EXP, places, links.reshape(-1))
     return links
 
 
 @njit(cache=True, nogil=True)
 def _distance(
-    psi: NDArray[np.float32], steps: NDArray[np.int64], weight: float, links: NDArray[np.int32]
+    psi: NDArray[np.float32],
+    given: NDArray[np.int8],
+    steps: NDArray[np.int64],
+    weight: float,
+    links: NDArray[np.int32],
 ) -> None:
     height, width = psi.shape
-    for direction in range(4):
-        d_row, d_col = steps[direction]
-        gain = weight * CAPACITY / (2 * np.sqrt(d_row * d_row + d_col * d_col))
-        for row in range(height - d_row):
-            for col in range(max(0, -d_col), min(width, width - d_col)):
-                links[direction, row, col] += int(
-                    gain * (psi[row, col] + psi[row + d_row, col + d_col])
-                )
+    straight = weight * CAPACITY / 2
+    across = weight * CAPACITY / (2 * np.sqrt(2.0))
+    for row in range(height):
+        for col in range(width):
+            for arc in range(4):
+                next_row, next_col = row + steps[arc, 0], col + steps[arc, 1]
+                if next_row >= height or not 0 <= next_col < width:
+                    continue
+                if given[row, col] != 0 and given[next_row, next_col] != 0:
+                    continue
+                gain = straight if arc < 2 else across
+                links[arc, row, col] += int(gain * (psi[row, col] + psi[next_row, next_col]))
 
 
-def distance_links(psi: NDArray[np.float32], weight: float, links: NDArray[np.int32]) -> None:
+def distance_links(
+    psi: NDArray[np.float32],
+    weight: float,
+    links: NDArray[np.int32],
+    given: NDArray[np.int8] | None = None,
+) -> None:
     """
     Add the shape term to the n-links in place: (psi_p + psi_q) / (2 dist(p, q)) each.
 
     :param psi: (h, w) float32 >= 0, what a cut costs at each pixel.
     :param weight: its weight in the energy.
     :param links: (4, h, w) int32, added to.
+    :param given: as for :func:`contrast_links`; links between two such pixels stay as they are.
     """
-    _distance(psi, _STEPS, weight, links)
+    if given is None:
+        given = np.zeros(psi.shape, np.int8)
+    _distance(psi, given, ALL_STEPS, weight, links)

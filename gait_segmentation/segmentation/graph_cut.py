@@ -3,19 +3,20 @@
 """
 The minimum cut of a grid graph in which only some pixels are open.
 
-Capacities are integers (the Boykov-Kolmogorov solver is a third faster on them); pixels whose
-label is given are not nodes but are folded into the t-links of their neighbours.
+Capacities are integers; pixels whose label is given are not nodes but are folded into the t-links
+of their neighbours.
 """
 
 from __future__ import annotations
 
 import cv2
-import maxflow
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ['CAPACITY', 'NEIGHBOURS', 'decided', 'minimum_cut']
+from gait_segmentation.segmentation.max_flow import ARCS, FAR, push_flow
+
+__all__ = ['ALL_STEPS', 'CAPACITY', 'NEIGHBOURS', 'decided', 'minimum_cut']
 
 CAPACITY = 256
 """Integer capacity of an energy of one."""
@@ -23,10 +24,11 @@ CAPACITY = 256
 NEIGHBOURS = ((0, 1), (1, 0), (1, 1), (1, -1))
 """(row, column) steps of the four n-links a pixel has to pixels after it."""
 
+ALL_STEPS = np.array([*NEIGHBOURS, *((-row, -column) for row, column in NEIGHBOURS)], np.int64)
+"""(8, 2) int64, these and those to the pixels before it, in the order of a node's arcs."""
+
 _SURE, _NEAR_PX = 2.0, 2
 """Log-odds that are sure, and how far about a pixel all must be."""
-
-_STEPS = np.array(NEIGHBOURS, np.int64)
 
 
 @njit(cache=True, nogil=True)
@@ -49,46 +51,48 @@ def _build(
     given: NDArray[np.int8],
     index: NDArray[np.int32],
     steps: NDArray[np.int64],
-    first: NDArray[np.int32],
-    second: NDArray[np.int32],
+    beside: NDArray[np.int32],
     capacity: NDArray[np.int32],
-    source: NDArray[np.int32],
-    sink: NDArray[np.int32],
-) -> int:
+    terminal: NDArray[np.int32],
+) -> None:
+    """Fill in the graph of the open pixels, as :func:`push_flow` takes it."""
     height, width = logit.shape
-    edges = 0
+    count = len(terminal) - 1
+    beside[count] = count
+    capacity[count] = 0
+    terminal[count] = 0
     for row in range(height):
         for col in range(width):
-            here = index[row, col]
-            if here >= 0:
-                energy = int(logit[row, col] * CAPACITY)
-                if energy >= 0:
-                    source[here] += energy
-                else:
-                    sink[here] -= energy
-            for direction in range(4):
-                next_row = row + steps[direction, 0]
-                next_col = col + steps[direction, 1]
-                if next_row >= height or next_col < 0 or next_col >= width:
+            node = index[row, col]
+            if node < 0:
+                continue
+            energy = int(logit[row, col] * CAPACITY)
+            for arc in range(ARCS):
+                next_row, next_col = row + steps[arc, 0], col + steps[arc, 1]
+                beside[node, arc] = count
+                capacity[node, arc] = 0
+                if not (0 <= next_row < height and 0 <= next_col < width):
                     continue
-                link = links[direction, row, col]
-                there = index[next_row, next_col]
-                if here >= 0 and there >= 0:
-                    first[edges] = here
-                    second[edges] = there
-                    capacity[edges] = link
-                    edges += 1
-                elif here >= 0:
-                    if given[next_row, next_col] > 0:
-                        source[here] += link
-                    else:
-                        sink[here] += link
-                elif there >= 0:
-                    if given[row, col] > 0:
-                        source[there] += link
-                    else:
-                        sink[there] += link
-    return edges
+                link = links[arc, row, col] if arc < 4 else links[arc - 4, next_row, next_col]
+                other = index[next_row, next_col]
+                if other >= 0:
+                    beside[node, arc] = other
+                    capacity[node, arc] = link
+                elif given[next_row, next_col] > 0:
+                    energy += link
+                else:
+                    energy -= link
+            terminal[node] = energy
+
+
+@njit(cache=True, nogil=True)
+def _read_off(
+    index: NDArray[np.int32], label: NDArray[np.int32], labels: NDArray[np.bool_]
+) -> None:
+    for row in range(index.shape[0]):
+        for col in range(index.shape[1]):
+            if index[row, col] >= 0:
+                labels[row, col] = label[index[row, col]] == FAR
 
 
 def decided(logit: NDArray[np.float32]) -> NDArray[np.int8]:
@@ -114,7 +118,8 @@ def minimum_cut(
     Return the labelling of least energy.
 
     The energy of labels A in {0, 1} is ``-sum(A_p logit_p)`` plus, for every pair of neighbours
-    with different labels, the link between them over :data:`CAPACITY`.
+    with different labels, the link between them over :data:`CAPACITY`.  Of several labellings of
+    the same energy it is the one with the most ones.
 
     :param logit: (h, w) float32, log-odds of label 1 (data term, t-links).
     :param links: (4, h, w) int32 >= 0, capacity of the n-links along :data:`NEIGHBOURS`.
@@ -128,18 +133,9 @@ def minimum_cut(
     labels = given > 0
     if nodes == 0:
         return labels
-    first = np.empty(4 * nodes, np.int32)
-    second = np.empty_like(first)
-    capacity = np.empty_like(first)
-    source = np.zeros(nodes, np.int32)
-    sink = np.zeros(nodes, np.int32)
-    edges = _build(logit, links, given, index, _STEPS, first, second, capacity, source, sink)
-    graph = maxflow.GraphInt(nodes, edges)
-    ids = graph.add_nodes(nodes)
-    if edges:
-        graph.add_edges(first[:edges], second[:edges], capacity[:edges], capacity[:edges])
-    graph.add_grid_tedges(ids, source, sink)
-    graph.maxflow()
-    # PyMaxflow calls the sink's side True; the sink's side is label 0.
-    labels[index >= 0] = ~graph.get_grid_segments(ids)
+    beside = np.empty((nodes + 1, ARCS), np.int32)
+    capacity = np.empty((nodes + 1, ARCS), np.int32)
+    terminal = np.empty(nodes + 1, np.int32)
+    _build(logit, links, given, index, ALL_STEPS, beside, capacity, terminal)
+    _read_off(index, push_flow(beside, capacity, terminal), labels)
     return labels

@@ -8,26 +8,48 @@ Its cost follows the length of the outline, not the area of the image.
 
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
+from gait_segmentation.images import shrink
 from gait_segmentation.segmentation.energy import contrast_links
 from gait_segmentation.segmentation.graph_cut import minimum_cut
 
-__all__ = ['refine', 'upsample']
+__all__ = ['finest', 'refine', 'upsample']
 
 _BAND = 1.0
 """Half width of the band, in pixels of the first cut."""
+
+_FINEST = 2.5
+"""Most that the second cut is finer than the first: 320 px for a person at the standard size."""
+
+
+def finest(image: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
+    """
+    Return a window as fine as its outline is cut.
+
+    Finer than that the outline is interpolated: the nodes of the cut would grow with the square
+    of the resolution, for a fraction of a percent of the body's height.
+
+    :param image: (H, W, 3) uint8, the window at full resolution.
+    :param shape: (h, w) of the first cut of it.
+    """
+    if image.shape[0] <= _FINEST * shape[0]:
+        return image
+    return shrink(image, (math.ceil(_FINEST * shape[0]), math.ceil(_FINEST * shape[1])))
 
 
 def upsample(labels: NDArray[np.bool_], shape: tuple[int, int]) -> NDArray[np.bool_]:
     """Return a mask at another size, its outline interpolated."""
     if labels.shape == shape:
         return labels
-    grown = cv2.resize(labels.astype(np.float32), shape[::-1], interpolation=cv2.INTER_LINEAR)
-    return np.asarray(grown > 0.5)
+    values = labels.view(np.uint8) * np.uint8(255)
+    grown = cv2.resize(values, shape[::-1], interpolation=cv2.INTER_LINEAR)
+    return np.asarray(grown > 127)
 
 
 def refine(
@@ -39,7 +61,7 @@ def refine(
     """
     Cut again at the size of the image.
 
-    :param image: (H, W, 3) uint8, the window at full resolution.
+    :param image: (H, W, 3) uint8, the window at full resolution, or as :func:`finest` gives it.
     :param labels: (h, w) bool, the first cut of the same window at working size.
     :param logit: (h, w) float32, its data term.
     :param contrast: weight of the contrast term of the first cut.
@@ -55,10 +77,10 @@ def refine(
     part = found.padded(reach + 1, reach + 1).slices(shape[1], shape[0])
     area = refined[part].view(np.uint8)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
-    given = cv2.erode(area, kernel).astype(np.int8) + cv2.dilate(area, kernel).astype(np.int8) - 1
+    given = cv2.erode(area, kernel).view(np.int8) + cv2.dilate(area, kernel).view(np.int8)
+    given -= np.int8(1)
     # A working pixel's evidence is shared by 1/scale^2 pixels, a link's by 1/scale of them.
     fine = cv2.resize(logit * np.float32(scale), shape[::-1], interpolation=cv2.INTER_LINEAR)
     links = contrast_links(image[part], contrast, given)
-    refined = refined.copy()
     refined[part] = minimum_cut(fine[part], links, given)
     return refined

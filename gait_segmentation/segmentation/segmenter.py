@@ -10,18 +10,21 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box, body_window
-from gait_segmentation.images import Window, check_image, shrink
+from gait_segmentation.images import Window, check_image, same_proportions, shrink
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.components import fill_holes, keep_supported
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.energy import contrast_links, distance_links
 from gait_segmentation.segmentation.graph_cut import decided, minimum_cut
 from gait_segmentation.segmentation.paper_prior import PaperPrior
-from gait_segmentation.segmentation.refinement import refine, upsample
+from gait_segmentation.segmentation.refinement import finest, refine, upsample
 from gait_segmentation.segmentation.residual import PersonalShape
 from gait_segmentation.segmentation.shape_prior import ShapeTerms, shape_terms
 
 __all__ = ['Segmenter']
+
+_FULL_CONTRAST_PX = 128.0
+"""Height of a body, at working size, from which the contrast term has its full weight."""
 
 _LEAST_AREA = 0.25
 """A mask smaller than this share of the template teaches nothing."""
@@ -47,7 +50,11 @@ class Segmenter:
         self._last = None
 
     def update(
-        self, image: NDArray[np.uint8], likelihood: NDArray[np.uint8], match: MatchResult
+        self,
+        image: NDArray[np.uint8],
+        likelihood: NDArray[np.uint8],
+        match: MatchResult,
+        taken: NDArray[np.uint8] | None = None,
     ) -> SegmentationResult:
         """
         Segment one frame.
@@ -55,6 +62,7 @@ class Segmenter:
         :param image: (H, W, 3) uint8 BGR, the source frame with the stamp of ``match``.
         :param likelihood: (h, w) uint8, its foreground likelihood image at working size.
         :param match: the matched template of that frame.
+        :param taken: (H, W) uint8, non-zero where pixels belong to somebody else, if any.
         :raises InputError: if shapes or types do not fit.
         """
         check_image(image)
@@ -64,26 +72,30 @@ class Segmenter:
             self._track_id = match.track_id
         height, width = image.shape[:2]
         if match.body is None:
-            return self._empty(image, match, 'nobody is tracked')
+            gone = 'the person is hidden or gone'
+            return self._empty(image, match, gone if match.track_id else 'nobody is tracked')
         scale = likelihood.shape[1] / width
         body = match.body.scaled(scale)
         window = self._window(body, likelihood.shape)
         if window[0].start >= window[0].stop or window[1].start >= window[1].stop:
             return self._empty(image, match, 'the person is outside of the image')
         crop = _source_window(window, scale, (height, width))
-        source = image[crop]
+        size = (crop[0].stop - crop[0].start, crop[1].stop - crop[1].start)
+        # What is finer than the outline is cut is scaled down once, and all work on that.
+        source = finest(image[crop], likelihood[window].shape)
+        if taken is not None:
+            likelihood = _without(likelihood, window, taken[crop])
         labels, logit = self._cut(source, likelihood, match, body, window)
         if not labels.any():
             return self._empty(image, match, 'the cut found no person')
         self._learn(labels, match, body, window)
-        if labels.shape == source.shape[:2]:
-            fine = labels
-        elif self.config.use_refinement:
-            fine = refine(source, labels, logit, self.config.contrast)
-        else:
-            fine = upsample(labels, source.shape[:2])
+        if self.config.use_refinement and labels.shape != source.shape[:2]:
+            labels = refine(source, labels, logit, self._contrast(body))
         mask = np.zeros((height, width), np.uint8)
-        mask[crop] = fine.view(np.uint8) * np.uint8(255)
+        fine = upsample(labels, size)
+        np.multiply(fine.view(np.uint8), np.uint8(255), out=mask[crop])
+        if taken is not None:
+            mask[crop][taken[crop] > 0] = 0
         return SegmentationResult(match.stamp_ns, match.track_id, mask, '')
 
     def _cut(
@@ -104,12 +116,12 @@ class Segmenter:
         if terms.logit is not None:
             logit = logit + terms.logit
         given = decided(logit)
-        links = contrast_links(lab, self.config.contrast, given)
+        links = contrast_links(lab, self._contrast(body), given)
         if terms.psi is not None:
             weight = self.config.distance_weight
             if self._paper is not None:
                 weight = self.config.paper_weight
-            distance_links(terms.psi, weight, links)
+            distance_links(terms.psi, weight, links, given)
         labels = minimum_cut(logit, links, given)
         support = evidence.astype(np.float32) / np.float32(255)
         if terms.psi is not None:
@@ -134,6 +146,10 @@ class Segmenter:
                 prior.shape, _in_window(body, window), match.phase
             )
         return shape_terms(prior, body.height, personal, self.config)
+
+    def _contrast(self, body: BodyFrame) -> float:
+        """Return the weight of the contrast term: of what is small, the outline is the more."""
+        return self.config.contrast * min(body.height / _FULL_CONTRAST_PX, 1.0)
 
     def _learn(
         self, labels: NDArray[np.bool_], match: MatchResult, body: BodyFrame, window: Window
@@ -173,12 +189,24 @@ class Segmenter:
                 f'likelihood and shape prior must have the same size, got {likelihood.shape} '
                 f'and {match.shape_prior.shape}'
             )
-        scale = likelihood.shape[1] / image.shape[1]
-        if scale > 1 or abs(likelihood.shape[0] - scale * image.shape[0]) > 1:
+        smaller = all(
+            size <= whole for size, whole in zip(likelihood.shape, image.shape[:2], strict=True)
+        )
+        if not smaller or not same_proportions(likelihood.shape, image.shape[:2]):
             raise InputError(
                 f'likelihood must have the proportions of the image {image.shape[:2]} and be no '
                 f'larger, got {likelihood.shape}'
             )
+
+
+def _without(
+    likelihood: NDArray[np.uint8], window: Window, taken: NDArray[np.uint8]
+) -> NDArray[np.uint8]:
+    """Return a likelihood without the pixels that are taken, given in the source's window."""
+    out = likelihood.copy()
+    part = out[window]
+    part[shrink(taken, (part.shape[0], part.shape[1])) > 127] = 0
+    return out
 
 
 def _in_window(body: BodyFrame, window: Window) -> BodyFrame:

@@ -193,8 +193,12 @@ class Vocabulary:
             )
         _need(entries, _KEYS, 'a vocabulary')
         words = entries['words']
-        if not isinstance(words, list) or not isinstance(entries['provenance'], dict):
-            raise VocabularyError('words must be a list and provenance an object')
+        provenance = entries['provenance']
+        if not isinstance(words, list) or not isinstance(provenance, dict):
+            raise VocabularyError(
+                'words must be a list and provenance an object, got '
+                f'{type(words).__name__} and {type(provenance).__name__}'
+            )
         for word in words:
             _need(word, _WORD_KEYS, 'a word')
         try:

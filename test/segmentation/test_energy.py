@@ -66,3 +66,13 @@ def test_the_shape_term_is_the_mean_of_both_ends() -> None:
     assert links[1, 0, 0] == int(2 * CAPACITY * 0.25)
     assert links[2, 0, 0] == 0
     assert links[3, 0, 1] == int(2 * CAPACITY * 0.75 / np.sqrt(2))
+
+
+def test_the_shape_term_leaves_links_between_given_pixels_alone() -> None:
+    given = np.ones((3, 4), np.int8)
+    given[1, 1] = 0
+    links = np.zeros((4, 3, 4), np.int32)
+    distance_links(np.ones((3, 4), np.float32), 1.0, links, given)
+    assert np.count_nonzero(links) == 8
+    assert links[0, 1, 1] == CAPACITY
+    assert links[0, 0, 0] == 0

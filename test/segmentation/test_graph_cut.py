@@ -70,3 +70,12 @@ def test_everything_given_needs_no_graph() -> None:
 def test_one_pixel_follows_its_data_term(sign: int) -> None:
     logit = np.full((1, 1), sign * 2.0, np.float32)
     assert minimum_cut(logit, np.zeros((4, 1, 1), np.int32))[0, 0] == (sign > 0)
+
+
+def test_of_equal_labellings_the_one_with_the_most_ones_wins() -> None:
+    flat = np.zeros((2, 3), np.float32)
+    assert minimum_cut(flat, np.zeros((4, 2, 3), np.int32)).all()
+    logit = np.array([[1.0, 0.0, -1.0]], np.float32)
+    links = np.zeros((4, 1, 3), np.int32)
+    links[0, 0, :2] = 50
+    assert minimum_cut(logit, links).tolist() == [[True, True, False]]

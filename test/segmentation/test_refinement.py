@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from gait_segmentation.segmentation.refinement import refine, upsample
+from gait_segmentation.segmentation.refinement import finest, refine, upsample
 
 
 def test_upsampling_interpolates_the_outline() -> None:
@@ -36,3 +36,10 @@ def test_nothing_to_refine_stays() -> None:
     labels = np.zeros((10, 10), np.bool_)
     picture = np.zeros((20, 20, 3), np.uint8)
     assert not refine(picture, labels, np.zeros((10, 10), np.float32), 2.0).any()
+
+
+def test_windows_are_scaled_down_to_what_the_outline_needs() -> None:
+    picture = np.zeros((250, 200, 3), np.uint8)
+    assert finest(picture, (100, 80)) is picture
+    assert finest(picture, (50, 40)).shape == (125, 100, 3)
+    assert finest(picture[:, :1], (50, 1)).shape == (125, 3, 3)

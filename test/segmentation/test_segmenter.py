@@ -79,6 +79,15 @@ def test_refinement_follows_the_full_resolution_better() -> None:
     assert iou(fine, person(3)) > iou(coarse, person(3))
 
 
+@pytest.mark.parametrize('use_refinement', [True, False])
+def test_outlines_are_true_at_many_times_the_working_size(use_refinement: bool) -> None:
+    """Finer than the outline is cut it is interpolated; steps of the first cut would show."""
+    config = SegmentationConfig(use_refinement=use_refinement)
+    result = Segmenter(config).update(picture(7), noisy(), match(body=BODY.scaled(7)))
+    assert result.mask.shape == (7 * SHAPE[0], 7 * SHAPE[1])
+    assert iou(result.mask, person(7)) > (0.98 if use_refinement else 0.95)
+
+
 def test_the_prior_fills_what_the_likelihood_lost() -> None:
     likelihood = noisy()
     likelihood[60:90, 50:70] = 90
@@ -100,9 +109,12 @@ def test_a_likelihood_that_says_nothing_gives_a_mask_or_a_reason(value: int, pri
 
 def test_nobody_and_outside_are_empty_with_the_reason() -> None:
     segmenter = Segmenter()
-    result = segmenter.update(picture(), noisy(), match(body=None))
+    result = segmenter.update(picture(), noisy(), match(body=None, track_id=0))
     assert not result.mask.any()
     assert result.reason == 'nobody is tracked'
+    result = segmenter.update(picture(), noisy(), match(body=None))
+    assert not result.mask.any()
+    assert result.reason == 'the person is hidden or gone'
     away = match(body=BodyFrame(900, 900, 100), prior=np.zeros(SHAPE, np.uint8))
     result = segmenter.update(picture(), noisy(), away)
     assert not result.mask.any()
@@ -114,6 +126,18 @@ def test_tiny_and_huge_people_give_a_mask_or_a_reason(height: int) -> None:
     result = Segmenter().update(picture(), noisy(), match(body=BodyFrame(60, 80, height)))
     assert result.mask.shape == SHAPE
     assert result.mask.any() == (result.reason == '')
+
+
+@pytest.mark.parametrize(('height', 'kept'), [(48, True), (120, False)])
+def test_thin_parts_of_small_people_are_not_smoothed_away(height: int, kept: bool) -> None:
+    image = np.full((*SHAPE, 3), 77, np.uint8)
+    likelihood = np.zeros(SHAPE, np.uint8)
+    likelihood[70:90, 50:66] = 250
+    likelihood[79:82, 66:82] = 225
+    segmenter = Segmenter(SegmentationConfig(prior='none'))
+    mask = segmenter.update(image, likelihood, match(body=BodyFrame(60, 80, height))).mask
+    assert mask[80, 58]
+    assert bool(mask[80, 78]) == kept
 
 
 def test_a_constant_image_is_no_problem() -> None:

@@ -1,0 +1,171 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+One segmenter for each slot, and their masks put together.
+
+Where people overlap they are cut out from the nearest to the farthest, and what one has got the
+next cannot have: each pixel has one owner.  Nearer is who has the lower feet.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.crew import Crew
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.results import MatchResult, SegmentationResult
+from gait_segmentation.segmentation.config import SegmentationConfig
+from gait_segmentation.segmentation.segmenter import Segmenter
+
+__all__ = ['PeopleMasks', 'PeopleSegmenter']
+
+
+@dataclass(frozen=True)
+class PeopleMasks:
+    """
+    The silhouettes of all people in one frame.
+
+    ``people`` has one result a slot.  ``mask`` is (H, W) uint8 0/255, their union; ``labels`` is
+    (H, W) uint8, 0 or slot + 1.  No pixel belongs to two people.
+    """
+
+    people: tuple[SegmentationResult, ...]
+    mask: NDArray[np.uint8]
+    labels: NDArray[np.uint8]
+
+
+class PeopleSegmenter:
+    """Cuts several people out of frame after frame."""
+
+    def __init__(
+        self, config: SegmentationConfig | None = None, *, max_people: int = 1, threads: int = 1
+    ) -> None:
+        """
+        Make a segmenter for each slot.
+
+        :param max_people: number of slots.
+        :param threads: how many work at a time.
+        """
+        config = config or SegmentationConfig()
+        self._slots = [Segmenter(config) for _ in range(max_people)]
+        self._crew = Crew(threads)
+
+    @property
+    def config(self) -> SegmentationConfig:
+        """Return the configuration in force; it may be exchanged between frames."""
+        return self._slots[0].config
+
+    @config.setter
+    def config(self, config: SegmentationConfig) -> None:
+        for slot in self._slots:
+            slot.config = config
+
+    def reset(self) -> None:
+        """Forget everybody."""
+        for slot in self._slots:
+            slot.reset()
+
+    def update(
+        self,
+        image: NDArray[np.uint8],
+        likelihoods: Sequence[NDArray[np.uint8]],
+        matches: Sequence[MatchResult],
+    ) -> PeopleMasks:
+        """
+        Segment one frame.
+
+        :param image: (H, W, 3) uint8 BGR, the source frame with the stamp of the matches.
+        :param likelihoods: (h, w) uint8, the foreground likelihood image of each slot.
+        :param matches: the matched template of each slot.
+        :raises InputError: if shapes or types do not fit.
+        """
+        if not len(likelihoods) == len(matches) == len(self._slots):
+            raise InputError(
+                f'there must be {len(self._slots)} likelihoods and matches, one a slot, got '
+                f'{len(likelihoods)} and {len(matches)}'
+            )
+        tasks = [
+            partial(self._cut_out, group, image, likelihoods, matches)
+            for group in _groups(by_depth(matches), matches)
+        ]
+        found: dict[int, SegmentationResult] = {}
+        for part in self._crew.run(tasks):
+            found |= part
+        return put_together([found[slot] for slot in range(len(self._slots))])
+
+    def _cut_out(
+        self,
+        group: Sequence[int],
+        image: NDArray[np.uint8],
+        likelihoods: Sequence[NDArray[np.uint8]],
+        matches: Sequence[MatchResult],
+    ) -> dict[int, SegmentationResult]:
+        """Cut out slots one after the other."""
+        found: dict[int, SegmentationResult] = {}
+        for slot in group:
+            taken = _taken(slot, matches, found)
+            found[slot] = self._slots[slot].update(image, likelihoods[slot], matches[slot], taken)
+        return found
+
+
+def by_depth(matches: Sequence[MatchResult]) -> list[int]:
+    """Return the slots from the nearest person to the farthest, empty ones last."""
+    feet = [-math.inf if each.body is None else _feet(each.body) for each in matches]
+    return sorted(range(len(matches)), key=lambda slot: (-feet[slot], slot))
+
+
+def _groups(order: Sequence[int], matches: Sequence[MatchResult]) -> list[list[int]]:
+    """Return the slots in groups that do not touch each other, each in the order given."""
+    groups: list[list[int]] = []
+    for slot in order:
+        touching = [group for group in groups if any(_touch(matches, slot, k) for k in group)]
+        joined = [each for each in order if any(each in group for group in touching)]
+        groups = [group for group in groups if group not in touching]
+        groups.append([*joined, slot])
+    return groups
+
+
+def _touch(matches: Sequence[MatchResult], one: int, two: int) -> bool:
+    first, second = matches[one].body, matches[two].body
+    if first is None or second is None:
+        return False
+    return _reach(first).iou(_reach(second)) > 0
+
+
+def _feet(body: BodyFrame) -> float:
+    return body.center_y + 0.5 * body.height * math.cos(body.angle)
+
+
+def _taken(
+    slot: int, matches: Sequence[MatchResult], found: Mapping[int, SegmentationResult]
+) -> NDArray[np.uint8] | None:
+    """Return what people cut out before have got about a person, None if they are elsewhere."""
+    taken: NDArray[np.uint8] | None = None
+    for other, result in found.items():
+        if _touch(matches, slot, other):
+            taken = result.mask if taken is None else taken | result.mask
+    return taken
+
+
+def _reach(body: BodyFrame) -> Box:
+    """Return the box that a person's mask may fill."""
+    return Box.from_center(body.center_x, body.center_y, 1.4 * body.height, 1.4 * body.height)
+
+
+def put_together(found: Sequence[SegmentationResult]) -> PeopleMasks:
+    """Make labels and the union of masks that do not overlap."""
+    if len(found) == 1:
+        mask = found[0].mask
+        return PeopleMasks((found[0],), mask, mask & np.uint8(1))
+    labels = np.zeros(found[0].mask.shape, np.uint8)
+    for slot, each in enumerate(found):
+        labels[each.mask > 0] = slot + 1
+    mask = np.where(labels > 0, 255, 0).astype(np.uint8)
+    return PeopleMasks(tuple(found), mask, labels)
