@@ -4,77 +4,119 @@
 
 import os
 
-from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
-from launch.conditions import IfCondition
-from launch.substitutions import EqualsSubstitution, LaunchConfiguration
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.parameter_descriptions import ParameterFile
 
 from gait_segmentation.ros.files import shared_file, use_shared_memory
 from launch import LaunchDescription
 
 PACKAGE = 'gait_segmentation'
+NODES = {
+    'split': ('gait_tracker', 'gait_matcher', 'gait_segmenter'),
+    'single': ('gait_pipeline',),
+}
+TRUTH = ['true', 'false']
+
+ARGUMENTS = [
+    DeclareLaunchArgument(
+        'style',
+        default_value='split',
+        choices=list(NODES),
+        description='split = tracker, matcher and segmenter as processes of their own; '
+        'single = gait_pipeline, one process with the least latency',
+    ),
+    DeclareLaunchArgument(
+        'image', default_value='image', description='topic of the camera images'
+    ),
+    DeclareLaunchArgument(
+        'image_transport',
+        default_value='raw',
+        choices=['raw', 'compressed'],
+        description='raw = the topic itself, compressed = the topic with /compressed behind it '
+        '(JPEG or PNG)',
+    ),
+    DeclareLaunchArgument(
+        'namespace', default_value='', description='namespace of all nodes and topics'
+    ),
+    DeclareLaunchArgument(
+        'params_file',
+        default_value=str(shared_file('config/gait_segmentation.yaml')),
+        description='parameters of all nodes',
+    ),
+    DeclareLaunchArgument(
+        'max_people',
+        default_value='',
+        description='people tracked at a time, 1 to 16; empty = as in the parameter file',
+    ),
+    DeclareLaunchArgument(
+        'initial_box',
+        default_value='',
+        description='tight box of a person in the first frame, "[x, y, width, height]" in '
+        'pixels; empty = as in the parameter file',
+    ),
+    DeclareLaunchArgument(
+        'use_sim_time',
+        default_value='false',
+        choices=TRUTH,
+        description='take the time from /clock',
+    ),
+    DeclareLaunchArgument(
+        'log_level',
+        default_value='info',
+        choices=['debug', 'info', 'warn', 'error', 'fatal'],
+        description='least severe messages that are logged',
+    ),
+    DeclareLaunchArgument(
+        'respawn',
+        default_value='false',
+        choices=TRUTH,
+        description='start a node again that has died',
+    ),
+]
 
 
 def generate_launch_description():
     """Return what ``ros2 launch`` is to do."""
-    arguments = [
-        DeclareLaunchArgument(
-            'style',
-            default_value='split',
-            choices=['split', 'single'],
-            description='split = tracker, matcher and segmenter as processes of their own; '
-            'single = gait_pipeline, one process with the least latency',
-        ),
-        DeclareLaunchArgument(
-            'image', default_value='image', description='topic of the camera images'
-        ),
-        DeclareLaunchArgument(
-            'namespace', default_value='', description='namespace of all nodes and topics'
-        ),
-        DeclareLaunchArgument(
-            'params_file',
-            default_value=str(shared_file('config/gait_segmentation.yaml')),
-            description='parameters of all nodes',
-        ),
-        DeclareLaunchArgument(
-            'use_sim_time', default_value='false', description='take the time from /clock'
-        ),
-        DeclareLaunchArgument(
-            'log_level', default_value='info', description='debug, info, warn, error or fatal'
-        ),
-    ]
     # Large images need a larger shared memory segment than Fast DDS makes by default.
     environment = dict(os.environ)
     use_shared_memory(environment)
     variables = environment.items() - os.environ.items()
-    nodes = [
-        _node('gait_tracker', 'split', debug='gait_tracker/debug_image'),
-        _node('gait_matcher', 'split', debug='gait_matcher/debug_image'),
-        _node('gait_segmenter', 'split'),
-        _node('gait_pipeline', 'single'),
-    ]
     settings = [SetEnvironmentVariable(name, value) for name, value in sorted(variables)]
-    return LaunchDescription([*arguments, *settings, *nodes])
+    return LaunchDescription([*ARGUMENTS, *settings, OpaqueFunction(function=_nodes)])
 
 
-def _node(executable, style, debug='debug_image'):
-    image = LaunchConfiguration('image')
+def _nodes(context):
+    given = {each.name: LaunchConfiguration(each.name).perform(context) for each in ARGUMENTS}
+    return [_node(name, given) for name in NODES[given['style']]]
+
+
+def _node(name, given):
+    parameters = {
+        'use_sim_time': given['use_sim_time'] == 'true',
+        'image_transport': given['image_transport'],
+    }
+    if given['max_people']:
+        parameters['max_people'] = int(given['max_people'])
+    if given['initial_box']:
+        numbers = given['initial_box'].strip('[] ').replace(',', ' ').split()
+        parameters['initial_box'] = [float(number) for number in numbers]
+    # Three nodes side by side need three names for their pictures.
+    pictures = given['style'] == 'split' and name != 'gait_segmenter'
     return Node(
         package=PACKAGE,
-        executable=executable,
-        name=executable,
-        namespace=LaunchConfiguration('namespace'),
-        condition=IfCondition(EqualsSubstitution(LaunchConfiguration('style'), style)),
-        parameters=[
-            LaunchConfiguration('params_file'),
-            {'use_sim_time': ParameterValue(LaunchConfiguration('use_sim_time'), value_type=bool)},
-        ],
+        executable=name,
+        name=name,
+        namespace=given['namespace'],
+        parameters=[ParameterFile(given['params_file']), parameters],
         remappings=[
-            ('image', image),
-            ('image/compressed', [image, '/compressed']),
-            ('debug_image', debug),
+            ('image', given['image']),
+            ('image/compressed', f'{given["image"]}/compressed'),
+            ('debug_image', f'{name}/debug_image' if pictures else 'debug_image'),
         ],
-        arguments=['--ros-args', '--log-level', LaunchConfiguration('log_level')],
+        arguments=['--ros-args', '--log-level', given['log_level']],
         output='screen',
+        respawn=given['respawn'] == 'true',
+        respawn_delay=1.0,
     )

@@ -16,10 +16,11 @@ from typing import TYPE_CHECKING, Any
 from tqdm import tqdm
 
 from gait_segmentation.cli.clip import CLIP_BOX, CLIP_START, demo_clip
-from gait_segmentation.cli.film import Film
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
-from gait_segmentation.errors import ConfigError, GaitSegmentationError
-from gait_segmentation.geometry import Box
+from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputError
+from gait_segmentation.geometry import Box, check_start_box
+from gait_segmentation.inputs import ImageSource, open_input
+from gait_segmentation.people import MOST_PEOPLE
 from gait_segmentation.ros.files import use_shared_memory
 
 if TYPE_CHECKING:
@@ -59,6 +60,7 @@ writes to the output folder
 examples
   gait_demo
   gait_demo --clip walk.mp4 --box 400 120 80 260 --start 15 --out out/walk
+  gait_demo --box auto --people 3
 """
 
 
@@ -72,14 +74,15 @@ def parser() -> argparse.ArgumentParser:
     )
     add = made.add_argument
     add('--out', type=Path, default=Path('out/demo'), help='output folder (%(default)s)')
-    add('--clip', type=Path, metavar='FILE', help='a film or folder of images of your own')
+    add('--clip', type=Path, metavar='FILE', help='a film, folder of images or bag of your own')
     add(
         '--box',
-        type=float,
-        nargs=4,
-        metavar=('X', 'Y', 'W', 'H'),
-        help='tight box of the person in the first frame played, in pixels of the film',
+        nargs='+',
+        metavar='X Y W H|auto',
+        help='tight box of the person in the first frame played, in pixels of the film; auto = '
+        'people are found by their walk',
     )
+    add('--people', type=int, default=1, metavar='N', help='people at a time (%(default)s)')
     add('--start', type=int, metavar='N', help='first frame played, counted from 0')
     add('--count', type=int, metavar='M', help='number of frames played (all)')
     add('--width', type=int, default=960, metavar='PX', help='width played (%(default)s)')
@@ -140,8 +143,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
         with ProcessGroup(os.environ, logs) as processes:
-            start_nodes(processes, box)
-            recorder = Recorder()
+            start_nodes(processes, box, options.people)
+            recorder = Recorder(options.people)
             try:
                 play(processes, recorder, film, options.rate, stamps)
             finally:
@@ -150,7 +153,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         rclpy.try_shutdown()
     published = read_stamps(stamps)
     frames = frames_shown(published, recorder)
-    images = dict(zip(published, film.frames(), strict=False))
+    images = {each.number: each.image for each in film.frames() if each.image is not None}
     write_masks(options.out / 'masks', frames)
     write_film(options.out / 'overlay.mp4', frames, images, options.rate or film.fps)
     write_sheet(options.out / 'contact_sheet.png', frames, images)
@@ -161,26 +164,50 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     return report
 
 
-def _film_and_box(options: argparse.Namespace) -> tuple[Film, Box]:
-    """Return the film and the person's box in the pixels that are played."""
+def _film_and_box(options: argparse.Namespace) -> tuple[ImageSource, Box | None]:
+    """Return the film and the person's box in the pixels that are played, None to find people."""
+    auto = options.box == ['auto']
+    box = None if auto else _numbers(options.box)
     if options.clip is None:
-        if options.box is not None or options.start is not None:
+        if box is not None or options.start is not None:
             raise ConfigError('--box and --start belong to a film of your own: give --clip too')
-        path, start, box = demo_clip(), CLIP_START, CLIP_BOX
+        path, start = demo_clip(), CLIP_START
+        box = None if auto else CLIP_BOX
     else:
-        if options.box is None:
-            raise ConfigError('--clip needs --box X Y W H, the person in the first frame played')
-        path, start, box = options.clip, options.start or 0, Box(*options.box)
+        if box is None and not auto:
+            raise ConfigError(
+                '--clip needs --box X Y W H, the person in the first frame played, or --box auto'
+            )
+        path, start = options.clip, options.start or 0
+    if not 1 <= options.people <= MOST_PEOPLE:
+        raise ConfigError(f'--people must be from 1 to {MOST_PEOPLE}, got {options.people}')
     if options.width < 64 or options.rate < 0:
         raise ConfigError(
             f'--width must be at least 64 and --rate positive, got {options.width} and '
             f'{options.rate:g}'
         )
-    film = Film(path, width=options.width, start=start, count=options.count)
+    film = open_input(path, width=options.width, start=start, count=options.count)
+    if box is None:
+        return film, None
     scaled = box.scaled(film.scale)
-    if scaled.clipped(*film.size) is None:
-        raise ConfigError(f'the box {options.box} lies outside of the film {path}')
+    try:
+        check_start_box(scaled, film.size)
+    except InputError as error:
+        raise ConfigError(f'--box {options.box} and {path}: {error}') from error
     return film, scaled
+
+
+def _numbers(words: list[str] | None) -> Box | None:
+    """Return the box that four words give."""
+    if words is None:
+        return None
+    try:
+        x, y, width, height = (float(word) for word in words)
+    except ValueError:
+        raise ConfigError(
+            f'--box must be four numbers X Y W H, or auto, got {" ".join(words)!r}'
+        ) from None
+    return Box(x, y, width, height)
 
 
 def prepare_environment(environment: MutableMapping[str, str]) -> None:
@@ -191,20 +218,23 @@ def prepare_environment(environment: MutableMapping[str, str]) -> None:
     use_shared_memory(environment)
 
 
-def start_nodes(processes: ProcessGroup, box: Box) -> None:
-    """Start tracker, matcher and segmenter with the person's first box."""
-    numbers = ', '.join(f'{value:.2f}' for value in (box.x, box.y, box.width, box.height))
+def start_nodes(processes: ProcessGroup, box: Box | None, people: int = 1) -> None:
+    """Start tracker, matcher and segmenter; without a first box they find people themselves."""
     package = 'gait_segmentation.nodes'
-    start = ('-p', f'initial_box:=[{numbers}]')
-    processes.start('gait_tracker', f'{package}.tracker_node', '--ros-args', *_PATIENT, *start)
-    processes.start('gait_matcher', f'{package}.matcher_node', '--ros-args', *_PATIENT)
-    processes.start('gait_segmenter', f'{package}.segmenter_node', '--ros-args', *_PATIENT, *_KEEP)
+    start: tuple[str, ...] = ('-p', 'starting.auto_init:=motion')
+    if box is not None:
+        numbers = ', '.join(f'{value:.2f}' for value in (box.x, box.y, box.width, box.height))
+        start = ('-p', f'initial_box:=[{numbers}]')
+    common = ('--ros-args', *_PATIENT, '-p', f'max_people:={people}')
+    processes.start('gait_tracker', f'{package}.tracker_node', *common, *start)
+    processes.start('gait_matcher', f'{package}.matcher_node', *common)
+    processes.start('gait_segmenter', f'{package}.segmenter_node', *common, *_KEEP)
 
 
 def play(
     processes: ProcessGroup,
     recorder: Recorder,
-    film: Film,
+    film: ImageSource,
     rate: float,
     stamps: Path,
     nodes: tuple[str, ...] = NODES,

@@ -7,6 +7,7 @@ from __future__ import annotations
 import json
 import math
 import platform
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import metadata
@@ -46,6 +47,11 @@ class Shown:
     record: Record
 
 
+def person_mask(labels: NDArray[np.uint8], slot: int) -> NDArray[np.uint8]:
+    """Return the mask of a slot, 0/255."""
+    return np.where(labels == slot + 1, 255, 0).astype(np.uint8)
+
+
 def write_masks(folder: Path, frames: Sequence[Shown]) -> None:
     """
     Write ``NNNN.png`` for every frame, named by its number in the film.
@@ -73,16 +79,17 @@ def write_film(
     writer = cv2.VideoWriter(str(path), _MP4V, fps, (width, height))
     for shown in frames:
         picture = images[shown.number].copy()
-        record = shown.record
-        if record.box is not None:
-            draw_person(
-                picture,
-                mask=record.mask,
-                box=record.box,
-                track_id=record.track_id,
-                phase=record.phase,
-                azimuth=record.azimuth,
-            )
+        labels = shown.record.labels
+        for slot, person in sorted(shown.record.people.items()):
+            if person.box is not None:
+                draw_person(
+                    picture,
+                    mask=person_mask(labels, slot),
+                    box=person.box,
+                    track_id=person.track_id,
+                    phase=person.phase,
+                    azimuth=person.azimuth,
+                )
         draw_label(picture, f'{shown.number}', (4, 4))
         writer.write(picture)
     writer.release()
@@ -95,43 +102,57 @@ def write_film(
         raise SequenceError(f'{path} must have {len(frames)} frames, {readable} can be read')
 
 
+def longest(frames: Sequence[Shown]) -> int:
+    """Return the slot that somebody was seen in for most frames."""
+    counts = Counter(
+        slot
+        for shown in frames
+        for slot, person in shown.record.people.items()
+        if person.box is not None
+    )
+    return min(counts, key=lambda slot: (-counts[slot], slot), default=0)
+
+
 def write_sheet(path: Path, frames: Sequence[Shown], images: dict[int, NDArray[np.uint8]]) -> None:
     """
-    Write a contact sheet of the person: about 30 frames with outline.
+    Write a contact sheet of the person seen longest: about 30 frames with outline.
 
     :raises SequenceError: if the file cannot be written.
     """
-    tracked = [shown for shown in frames if shown.record.mask.any()] or list(frames)
+    slot = longest(frames)
+    tracked = [shown for shown in frames if shown.record.person(slot).box] or list(frames)
     places = np.linspace(0, len(tracked) - 1, min(_SHEET_FRAMES, len(tracked)))
     chosen = [tracked[index] for index in dict.fromkeys(places.round().astype(int).tolist())]
     tiles = []
     for shown in chosen:
-        record = shown.record
+        person = shown.record.person(slot)
         image = images[shown.number]
-        box = record.box or Box(0, 0, image.shape[1], image.shape[0])
+        box = person.box or Box(0, 0, image.shape[1], image.shape[0])
         tall = 1.25 * max(box.height, box.width * _TILE[1] / _TILE[0])
         region = Box.from_center(box.center_x, box.center_y, tall * _TILE[0] / _TILE[1], tall)
         # Cropped and enlarged first, so that the outline is drawn at full sharpness.
         tile = crop(image, region, _TILE)
-        draw_outline(tile, crop(record.mask, region, _TILE), track_colour(record.track_id))
-        phase = '' if math.isnan(record.phase) else f' {record.phase:.2f}'
+        mask = person_mask(shown.record.labels, slot)
+        draw_outline(tile, crop(mask, region, _TILE), track_colour(person.track_id))
+        phase = '' if math.isnan(person.phase) else f' {person.phase:.2f}'
         draw_label(tile, f'{shown.number}{phase}', (2, 2))
         tiles.append(tile)
     _write_image(path, contact_sheet(tiles, _SHEET_COLUMNS))
 
 
 def write_phase(path: Path, frames: Sequence[Shown]) -> None:
-    """Plot gait phase and walking direction over time."""
+    """Plot gait phase and walking direction of the person seen longest over time."""
     import matplotlib
 
     matplotlib.use('Agg')
     from matplotlib import pyplot as plt
 
     times = np.array([shown.time_s for shown in frames])
-    phase = np.array([shown.record.phase for shown in frames])
+    slot = longest(frames)
+    phase = np.array([shown.record.person(slot).phase for shown in frames])
     # No line where the phase begins anew.
     line = np.where(np.abs(np.diff(phase, prepend=phase[:1])) > 0.5, np.nan, phase)
-    azimuth = np.rad2deg([shown.record.azimuth for shown in frames]) % 360
+    azimuth = np.rad2deg([shown.record.person(slot).azimuth for shown in frames]) % 360
     figure, axes = plt.subplots(2, 1, sharex=True, figsize=(8, 5), height_ratios=(2, 1))
     axes[0].plot(times, line, color='tab:blue')
     axes[0].plot(times, phase, '.', color='tab:blue', markersize=3)
@@ -165,10 +186,21 @@ def make_report(frames_in: int, frames: Sequence[Shown], topics: dict[str, int])
         'dropped': frames_in - len(frames),
         'fps': round(len(frames) / seconds, 2) if seconds > 0 else 0.0,
         'latency_ms': {'p50': round(float(median), 1), 'p95': round(float(high), 1)},
-        'tracked_frames': sum(bool(shown.record.mask.any()) for shown in frames),
+        'tracked_frames': sum(bool(shown.record.labels.any()) for shown in frames),
+        'tracks': {str(track_id): count for track_id, count in sorted(_tracks(frames).items())},
         'messages': topics,
         'versions': _versions(),
     }
+
+
+def _tracks(frames: Sequence[Shown]) -> Counter[int]:
+    """Return in how many frames each track was seen."""
+    return Counter(
+        person.track_id
+        for shown in frames
+        for person in shown.record.people.values()
+        if person.box is not None
+    )
 
 
 def write_report(path: Path, report: dict[str, Any]) -> None:

@@ -5,7 +5,11 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import inspect
 import sys
+import tempfile
+import textwrap
 import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -22,7 +26,8 @@ from gait_segmentation.evaluation.ablation import (
     prior_table,
 )
 from gait_segmentation.evaluation.plots import plot_priors
-from gait_segmentation.evaluation.report import table, write_json
+from gait_segmentation.evaluation.report import table, tracking_table, write_json
+from gait_segmentation.evaluation.scenes import SCENES, scene
 from gait_segmentation.evaluation.session import Session, load_sequences
 from gait_segmentation.evaluation.settings import overridden
 
@@ -31,10 +36,11 @@ __all__ = ['main', 'parser']
 Item = TypeVar('Item')
 
 DESCRIPTION = """\
-Run the pipeline over sequences with ground truth and score the masks.
+Run the pipeline over sequences with ground truth and score the masks and tracks.
 
-The pipeline gets the first box once and then every frame in order, in lockstep,
-so that two runs give the same masks to the bit.
+The pipeline gets each person's first box once (or none, --init auto) and then
+every frame in order, in lockstep, so that two runs give the same masks to the
+bit.
 """
 
 EPILOG = """\
@@ -44,8 +50,15 @@ a sequence is a folder with
                       ambiguous (left out of every score); frames without a
                       mask are run but not scored
   sequence.yaml       fps, initial_box: [x, y, width, height], initial_frame
+and, where several people are labelled,
+  labels/NNNN.png     0 nobody, 1 to 16 one person each, 255 ambiguous; there
+                      are then as many slots as people (unless --set says
+                      people.max_people); people start from the initial_boxes
+                      of sequence.yaml ([{{frame: N, box: [x, y, w, h]}}, ...]),
+                      or else from their true box in the first frame that
+                      shows all of them
 
-columns of the table
+columns of the first table
   J        intersection over union in the window of 1.5 x the true box
   F        boundary measure of DAVIS (tolerance 0.8 % of the diagonal)
   error %  missegmented pixels in the window; image %: in the whole image
@@ -53,11 +66,30 @@ columns of the table
   ms       median per frame, all stages; fps: frames over the whole time in
            the pipeline, the start included
 
+columns of the second table
+  J, box IoU, centre  per person, with the track that suits best in each frame;
+                      centre: distance over the person's height
+  one id              J with the one track id that suits the person best
+  lost                frames of somebody visible without a box of IoU >= 0.2
+  switches            times that somebody is held (IoU >= 0.5) by another id
+                      than before; shared: ids that held two people
+  MOTA, IDF1          by motmetrics, left out if that is not installed
+  lock s              longest time from showing somebody whole to the first box
+                      with IoU >= 0.5; back s: the same for somebody who comes
+                      back into view after having been hidden
+  false               track ids that never were on a person
+
+scenes (--synthetic)
+{scenes}
+  all                 all of these
+
 examples
   gait_evaluate data/hall data/lucia --json scores.json
   gait_evaluate data/* --out out/eval --restarts
   gait_evaluate data/* --ablate priors --out out/eval
   gait_evaluate data/hall --set tracking.use_background=false
+  gait_evaluate data/hall --init auto --set people.max_people=3
+  gait_evaluate --synthetic crossing --synthetic pillar --keep out/scenes
 """
 
 
@@ -66,11 +98,28 @@ def parser() -> argparse.ArgumentParser:
     made = argparse.ArgumentParser(
         prog='gait_evaluate',
         description=DESCRIPTION,
-        epilog=EPILOG,
+        epilog=EPILOG.format(scenes=_scenes()),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = made.add_argument
-    add('sequence', nargs='+', type=Path, metavar='SEQUENCE_DIR', help='sequence folders')
+    add('sequence', nargs='*', type=Path, metavar='SEQUENCE_DIR', help='sequence folders')
+    add(
+        '--synthetic',
+        action='append',
+        default=[],
+        metavar='SCENE',
+        choices=[*SCENES, 'all'],
+        help='also make a synthetic scene (see below) and run it; may be repeated',
+    )
+    add('--seed', type=int, default=0, help='of the scenes (default: %(default)s)')
+    add('--keep', type=Path, metavar='DIR', help='leave the scenes in DIR as sequence folders')
+    add(
+        '--init',
+        choices=('box', 'auto'),
+        default='box',
+        help='how people get a track: from boxes of the ground truth, or found by the pipeline '
+        'itself (default: %(default)s)',
+    )
     add('--prior', help='shape prior of the segmentation, e.g. none or default')
     add(
         '--set',
@@ -108,6 +157,18 @@ def parser() -> argparse.ArgumentParser:
     return made
 
 
+def _scenes() -> str:
+    """Return the names of the scenes and what they show."""
+    return '\n'.join(
+        textwrap.fill(
+            inspect.getdoc(make) or '',
+            initial_indent=f'  {name:<20}',
+            subsequent_indent=' ' * 22,
+        )
+        for name, make in SCENES.items()
+    )
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     options = parser().parse_args(arguments)
@@ -133,6 +194,20 @@ def evaluate(options: argparse.Namespace) -> None:
 
     :raises GaitSegmentationError: if an option, a sequence or a file cannot be used.
     """
+    if options.synthetic:
+        with contextlib.ExitStack() as stack:
+            folder = options.keep or Path(stack.enter_context(tempfile.TemporaryDirectory()))
+            names = list(SCENES) if 'all' in options.synthetic else options.synthetic
+            for name in tqdm(names, 'scenes', unit='scene', disable=None, leave=False):
+                scene(name, options.seed).write(folder / name)
+            _evaluate(options, [*options.sequence, *(folder / name for name in names)])
+        return
+    if not options.sequence:
+        raise ConfigError('there must be a SEQUENCE_DIR or a --synthetic SCENE')
+    _evaluate(options, options.sequence)
+
+
+def _evaluate(options: argparse.Namespace, folders: list[Path]) -> None:
     # Here, so that --help does not wait for the kernels to be loaded.
     from gait_segmentation.pipeline import Pipeline, PipelineConfig
     from gait_segmentation.warm_up import warm_up
@@ -145,16 +220,18 @@ def evaluate(options: argparse.Namespace) -> None:
         settings.append(f'segmentation.prior={options.prior}')
     config = overridden(PipelineConfig(), settings)
     session = Session(
-        sequences=load_sequences(options.sequence),
+        sequences=load_sequences(folders),
         make_pipeline=lambda config: Pipeline(config, clock=time.perf_counter),
         clock=time.perf_counter,
         restarts=options.restarts,
         likelihood=options.likelihood,
         progress=_shown,
+        auto=options.init == 'auto',
+        fixed=frozenset(setting.partition('=')[0].strip() for setting in settings),
     )
     warm_up(config)
     report = session.evaluate(config, options.out)
-    print(table(report))
+    print(f'{table(report)}\n\n{tracking_table(report)}')
     if options.ablate == 'priors':
         priors = compare_priors(session, config, report)
         print(f'\n{prior_table(priors)}')

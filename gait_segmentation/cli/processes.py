@@ -10,8 +10,9 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -75,7 +76,8 @@ class ProcessGroup:
         """Start ``python -m module arguments``."""
         self._logs.mkdir(parents=True, exist_ok=True)
         log = self._logs / f'{name}.log'
-        with open(log, 'wb') as output:
+        # An interrupt between the two would leave a process that nobody stops.
+        with open(log, 'wb') as output, _interrupts_held():
             process = subprocess.Popen(
                 [sys.executable, '-m', module, *arguments],
                 env=self._environment,
@@ -85,7 +87,7 @@ class ProcessGroup:
                 start_new_session=True,
                 preexec_fn=_die_with_parent,
             )
-        self._children[name] = _Child(process, log)
+            self._children[name] = _Child(process, log)
 
     def check(self) -> None:
         """
@@ -114,6 +116,10 @@ class ProcessGroup:
         """Return whether a process has ended."""
         return self._children[name].process.poll() is not None
 
+    def pid(self, name: str) -> int:
+        """Return the number of a process."""
+        return self._children[name].process.pid
+
     def last_lines(self, name: str) -> str:
         """Return the end of a process's output, indented."""
         log = self._children[name].log
@@ -137,6 +143,26 @@ def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
     if process.poll() is None:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, number)
+
+
+@contextlib.contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Let interrupts wait until the end of the context."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    before = {
+        number: signal.signal(number, lambda got, _frame: came.append(got))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        for got in came:
+            signal.raise_signal(got)
 
 
 def _die_with_parent() -> None:

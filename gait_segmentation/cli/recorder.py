@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
+import cv2
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonInstanceStamped
@@ -21,41 +22,49 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image, JointState
 
 from gait_segmentation.geometry import Box
+from gait_segmentation.people import slot_name
 from gait_segmentation.ros.image import read_mono8
 from gait_segmentation.ros.messages import read_box, read_gait, stamp_of
 
-__all__ = ['Record', 'Recorder']
+__all__ = ['Record', 'Recorder', 'Seen']
 
 _DEPTH = 200
 
-_TOPICS = {
-    'person_0/box': PolygonInstanceStamped,
-    'person_0/likelihood': Image,
-    'person_0/matched_box': PolygonInstanceStamped,
-    'person_0/shape_prior': Image,
-    'person_0/gait': JointState,
-    'person_0/mask': Image,
+_SLOT_TOPICS = {
+    'box': PolygonInstanceStamped,
+    'likelihood': Image,
+    'matched_box': PolygonInstanceStamped,
+    'shape_prior': Image,
+    'gait': JointState,
     'mask': Image,
-    'labels': Image,
 }
+_FRAME_TOPICS = {'mask': Image, 'labels': Image}
 
-_UNREAD = ('person_0/likelihood', 'person_0/shape_prior', 'person_0/mask', 'labels')
+_SLOT_UNREAD = ('likelihood', 'shape_prior', 'mask')
 
 _CDR_STAMP = struct.Struct('=4xiI')
 """Of a serialised message that begins with a header, in the byte order that DDS uses here."""
 
-_CONNECTED = {
-    'image_size': 1,
-    'person_0/box': 2,
-    'person_0/likelihood': 3,
-    'person_0/matched_box': 3,
-    'person_0/shape_prior': 3,
-    'person_0/gait': 2,
-    'person_0/mask': 2,
-    'mask': 1,
-    'labels': 1,
+_SLOT_CONNECTED = {
+    'box': 2,
+    'likelihood': 3,
+    'matched_box': 3,
+    'shape_prior': 3,
+    'gait': 2,
+    'mask': 2,
 }
+_FRAME_CONNECTED = {'image_size': 1, 'mask': 1, 'labels': 1}
 """Subscribers of each topic when all nodes and the recorder are connected."""
+
+
+@dataclass
+class Seen:
+    """What was received for one slot of one frame."""
+
+    box: Box | None = None
+    track_id: int = 0
+    phase: float = float('nan')
+    azimuth: float = float('nan')
 
 
 @dataclass
@@ -63,41 +72,57 @@ class Record:
     """
     What was received for one frame.
 
-    ``latency_s`` is the time from the frame's stamp to the arrival of its mask.
+    ``latency_s`` is the time from the frame's stamp to the arrival of its labels.
     """
 
     topics: dict[str, int] = field(default_factory=dict)
+    people: dict[int, Seen] = field(default_factory=dict)
     packed: NDArray[np.uint8] | None = None
-    shape: tuple[int, int] = (0, 0)
-    box: Box | None = None
-    track_id: int = 0
-    phase: float = float('nan')
-    azimuth: float = float('nan')
     arrived_s: float = 0.0
     latency_s: float = float('nan')
 
     @property
-    def mask(self) -> NDArray[np.uint8]:
-        """Return the mask, (H, W) uint8 0/255."""
+    def labels(self) -> NDArray[np.uint8]:
+        """Return the labels, (H, W) uint8: 0 or slot + 1."""
         assert self.packed is not None
-        bits = np.unpackbits(self.packed, count=self.shape[0] * self.shape[1])
-        return np.asarray(bits.reshape(self.shape) * np.uint8(255))
+        return np.asarray(cv2.imdecode(self.packed, cv2.IMREAD_UNCHANGED))
+
+    @property
+    def mask(self) -> NDArray[np.uint8]:
+        """Return the mask of everybody, (H, W) uint8 0/255."""
+        return np.where(self.labels > 0, 255, 0).astype(np.uint8)
+
+    def person(self, slot: int) -> Seen:
+        """Return what is known of a slot."""
+        return self.people.setdefault(slot, Seen())
 
 
 class Recorder:
     """Records by stamp, in a thread of its own."""
 
-    def __init__(self) -> None:
+    def __init__(self, slots: int = 1) -> None:
         """Subscribe and begin to record; rclpy must be initialised."""
         self.records: dict[int, Record] = {}
+        self._topics = dict(_FRAME_TOPICS)
+        self._connected = dict(_FRAME_CONNECTED)
+        self._unread = {'mask'}
+        self._slots: dict[str, tuple[int, str]] = {}
+        for slot in range(slots):
+            for name, kind in _SLOT_TOPICS.items():
+                topic = f'{slot_name(slot)}/{name}'
+                self._topics[topic] = kind
+                self._connected[topic] = _SLOT_CONNECTED[name]
+                self._slots[topic] = (slot, name)
+                if name in _SLOT_UNREAD:
+                    self._unread.add(topic)
         self._subscribers: dict[str, int] = {}
         self._active: set[str] = set()
         self._lock = threading.Lock()
         self._node = Node('gait_recorder')
-        for topic, kind in _TOPICS.items():
+        for topic, kind in self._topics.items():
             # Of most images only the stamp is looked at: to make messages of them would cost
             # the nodes processor time.
-            raw = topic in _UNREAD
+            raw = topic in self._unread
             self._node.create_subscription(
                 kind,
                 topic,
@@ -122,8 +147,9 @@ class Recorder:
         alone = len(nodes) == 1
         with self._lock:
             return set(nodes) <= self._active and all(
-                self._subscribers.get(f'/{topic}', 0) >= (topic in _TOPICS if alone else count)
-                for topic, count in _CONNECTED.items()
+                self._subscribers.get(f'/{topic}', 0)
+                >= (topic in self._topics if alone else count)
+                for topic, count in self._connected.items()
             )
 
     def received(self, topic: str) -> int:
@@ -134,12 +160,12 @@ class Recorder:
     def complete(self) -> int:
         """Return the number of frames of which all outputs have come."""
         with self._lock:
-            return sum(len(record.topics) == len(_TOPICS) for record in self.records.values())
+            return sum(len(record.topics) == len(self._topics) for record in self.records.values())
 
     @property
     def topics(self) -> tuple[str, ...]:
         """Return the topics recorded."""
-        return tuple(_TOPICS)
+        return tuple(self._topics)
 
     def _spin(self) -> None:
         try:
@@ -159,17 +185,21 @@ class Recorder:
         with self._lock:
             record = self.records.setdefault(stamp_ns, Record())
             record.topics[topic] = record.topics.get(topic, 0) + 1
-            if topic == 'mask':
-                mask = read_mono8(message)
-                record.shape = (mask.shape[0], mask.shape[1])
-                record.packed = np.packbits(mask > 127)
+            if topic == 'labels':
+                # PNG of a few flat regions is small, and quick to make at the lowest level.
+                _, record.packed = cv2.imencode(
+                    '.png', read_mono8(message), (cv2.IMWRITE_PNG_COMPRESSION, 1)
+                )
                 record.arrived_s = now
                 record.latency_s = now - stamp_ns / 1e9
-            elif topic == 'person_0/box':
-                record.box = read_box(message)[0]
-                record.track_id = int(message.polygon.id)
-            elif topic == 'person_0/gait' and message.name:
-                record.phase, _, record.azimuth = read_gait(message)
+                return
+            slot, name = self._slots[topic]
+            if name == 'box':
+                record.person(slot).box = read_box(message)[0]
+                record.person(slot).track_id = int(message.polygon.id)
+            elif name == 'gait' and message.name:
+                person = record.person(slot)
+                person.phase, _, person.azimuth = read_gait(message)
 
     def _diagnose(self, message: DiagnosticArray) -> None:
         prefix = 'subscribers of '

@@ -142,8 +142,10 @@ def test_a_node_that_dies_is_named_and_the_others_are_stopped(demo: Demo) -> Non
         (['--clip', 'no_such.mp4', '--box', '1', '1', '9', '9'], 'does not exist'),
         (['--clip', 'film'], 'needs --box'),
         (['--box', '1', '1', '9', '9'], 'give --clip'),
-        (['--clip', 'film', '--box', '9999', '1', '9', '9'], 'outside of the film'),
+        (['--clip', 'film', '--box', '9999', '1', '9', '9'], 'must not lie outside of the image'),
         (['--clip', 'film', '--box', '1', '1', '0', '9'], 'must be positive'),
+        (['--clip', 'film', '--box', '1', '1', 'nine'], 'four numbers X Y W H, or auto'),
+        (['--clip', 'film', '--box', '1', '1', '9', '9', '--people', '0'], 'from 1 to 16'),
         (['--clip', 'film', '--box', '1', '1', '9', '9', '--width', '3'], 'at least 64'),
     ],
 )

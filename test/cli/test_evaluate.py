@@ -43,13 +43,67 @@ def test_scores_are_printed_and_written(pipeline, folder, tmp_path, capsys):
     numbers = report['sequences']['walk']
     assert set(numbers) == {
         'frames', 'J', 'F', 'error_rate', 'error_rate_image', 'box_iou', 'lost_frames',
-        'ms_per_frame', 'fps',
+        'ms_per_frame', 'fps', 'tracking',
     }  # fmt: skip
     assert set(numbers['ms_per_frame']) == {'tracking', 'matching', 'segmentation', 'total'}
     assert report['mean']['J'] == 1
     assert report['restarts']['J0'] == 1
     assert (out / 'walk' / 'contact_sheet.png').is_file()
     assert cv2.imread(str(out / 'walk' / 'masks' / '0000.png'), -1).max() == 255
+
+
+def test_people_are_followed_in_a_second_table(pipeline, folder, tmp_path, capsys):
+    scores = tmp_path / 'scores.json'
+    assert main([str(folder), '--json', str(scores)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[3] == ''
+    assert lines[4].startswith('tracking')
+    assert lines[5].split()[:3] == ['walk', '1', '1.0000']
+    tracking = json.loads(scores.read_text())['sequences']['walk']['tracking']
+    assert tracking['people']['1']['ids'] == [1]
+    assert tracking['lock_seconds'] == 0
+    assert tracking['false_slots'] == 0
+
+
+def test_without_motmetrics_its_columns_are_left_out(pipeline, folder, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, 'motmetrics', None)
+    assert main([str(folder)]) == 0
+    text = capsys.readouterr().out
+    assert 'MOTA  ' not in text
+    assert 'MOTA and IDF1 need the Python package motmetrics' in text
+
+
+def test_scenes_are_made_run_and_kept(pipeline, tmp_path, monkeypatch, capsys):
+    short = SyntheticConfig(seed=6, frames=4, width=96, height=80, person_height=50.0, walkers=2)
+    monkeypatch.setattr(
+        'gait_segmentation.cli.evaluate.scene', lambda *_: SyntheticSequence(short)
+    )
+    keep = tmp_path / 'kept'
+    assert main(['--synthetic', 'crossing', '--keep', str(keep)]) == 0
+    assert capsys.readouterr().out.splitlines()[1].split()[:2] == ['crossing', '4']
+    assert (keep / 'crossing' / 'labels' / '0003.png').is_file()
+    assert main(['--synthetic', 'crossing']) == 0
+
+
+def test_boxes_are_given_or_not(pipeline, folder, monkeypatch):
+    made = []
+    monkeypatch.setattr(
+        pipeline, 'Pipeline', lambda config, clock: made.append(FakePipeline(config)) or made[-1]
+    )
+    assert main([str(folder)]) == 0
+    assert made[-1].box is not None
+    assert made[-1].config.starting.auto_init == 'off'
+    assert main([str(folder), '--init', 'auto', '--set', 'people.max_people=3']) == 0
+    assert made[-1].box is None
+    assert made[-1].config.starting.auto_init == 'motion'
+    assert made[-1].config.people.max_people == 3
+    assert main([str(folder), '--set', 'starting.auto_init=motion']) == 0
+    assert made[-1].config.starting.auto_init == 'motion'
+
+
+def test_nothing_to_run_is_an_error(pipeline, capsys):
+    assert main([]) == 2
+    assert 'SEQUENCE_DIR or a --synthetic SCENE' in capsys.readouterr().err
 
 
 def test_two_runs_write_the_same_bytes(pipeline, folder, tmp_path):
@@ -126,6 +180,8 @@ def test_help_tells_what_a_sequence_is(capsys):
     text = capsys.readouterr().out
     assert 'sequence.yaml' in text
     assert '--restarts' in text
+    assert 'hidden by a pillar' in text
+    assert '[{frame: N, box: [x, y, w, h]}, ...]' in text
 
 
 def test_the_real_pipeline_follows_a_synthetic_walker(tmp_path, capsys):

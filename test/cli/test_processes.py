@@ -100,3 +100,22 @@ def test_processes_do_not_outlive_a_parent_that_is_killed(group, tmp_path: Path)
     )
     child = int(done.stdout)
     wait_for(lambda: not alive(child), 'the end of the child')
+
+
+def test_an_interrupt_while_a_process_starts_leaves_no_stray(
+    group: ProcessGroup, monkeypatch
+) -> None:
+    popen = subprocess.Popen
+
+    def interrupted(*arguments, **options):
+        made = popen(*arguments, **options)
+        signal.raise_signal(signal.SIGINT)
+        return made
+
+    monkeypatch.setattr(subprocess, 'Popen', interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        group.start('child', 'sleeper')
+    pid = group.pid('child')
+    assert alive(pid)
+    group.stop()
+    assert not alive(pid)

@@ -10,6 +10,7 @@ import pytest
 
 pytest.importorskip('launch_ros', reason='needs the packages launch and launch_ros')
 
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.launch_description_sources import (
     get_launch_description_from_python_launch_file,
 )
@@ -17,36 +18,62 @@ from launch_ros.actions import Node
 
 import launch
 
-FILE = Path(__file__).parents[2] / 'launch/gait_segmentation.launch.py'
+FOLDER = Path(__file__).parents[2] / 'launch'
+FILE = FOLDER / 'gait_segmentation.launch.py'
+REPLAY = FOLDER / 'replay.launch.py'
 SPLIT = ['gait_tracker', 'gait_matcher', 'gait_segmenter']
 
 
-def started(**arguments: str) -> list[str]:
+def started(file: Path = FILE, **arguments: str) -> list[Node]:
     """Return the nodes that would be started."""
-    description = get_launch_description_from_python_launch_file(str(FILE))
+    description = get_launch_description_from_python_launch_file(str(file))
     context = launch.LaunchContext()
-    for argument in description.get_launch_arguments():
-        default = argument.default_value
-        assert argument.description
-        context.launch_configurations[argument.name] = ''.join(
-            part.perform(context) for part in default
-        )
-    assert set(arguments) <= set(context.launch_configurations)
     context.launch_configurations.update(arguments)
-    return [
-        action.node_executable
-        for action in description.entities
-        if isinstance(action, Node) and action.condition.evaluate(context)
-    ]
+    known = {argument.name for argument in description.get_launch_arguments()}
+    assert set(arguments) <= known
+    nodes = []
+    waiting = list(description.entities)
+    while waiting:
+        entity = waiting.pop(0)
+        if isinstance(entity, Node):
+            nodes.append(entity)
+        elif isinstance(entity, DeclareLaunchArgument):
+            assert entity.description
+            entity.execute(context)
+        elif isinstance(entity, launch.actions.IncludeLaunchDescription | OpaqueFunction):
+            made = entity.execute(context) or []
+            waiting = [each for each in made if isinstance(each, launch.Action | FOUND)] + waiting
+        elif isinstance(entity, launch.LaunchDescription):
+            waiting = [*entity.entities, *waiting]
+    return nodes
+
+
+FOUND = launch.LaunchDescription
+
+
+def names(nodes: list[Node]) -> list[str]:
+    return [node.node_executable for node in nodes]
 
 
 def test_three_nodes_are_started_by_default() -> None:
-    assert started() == SPLIT
-    assert started(style='split', image='/camera/image_raw', namespace='robot') == SPLIT
+    assert names(started()) == SPLIT
+    assert names(started(image='/camera/image_raw', namespace='robot')) == SPLIT
 
 
 def test_one_node_is_started_if_asked_for() -> None:
-    assert started(style='single') == ['gait_pipeline']
+    assert names(started(style='single', max_people='3')) == ['gait_pipeline']
+
+
+def test_a_box_is_numbers() -> None:
+    assert names(started(initial_box='[1, 2, 30.5, 40]')) == SPLIT
+    with pytest.raises(ValueError, match='could not convert'):
+        started(initial_box='[left, top]')
+
+
+def test_an_input_is_played_into_the_nodes() -> None:
+    assert names(started(REPLAY, input='walk.mp4')) == [*SPLIT, 'gait_source']
+    single = started(REPLAY, input='walk.mp4', style='single', loop='true')
+    assert names(single) == ['gait_pipeline', 'gait_source']
 
 
 def test_the_parameter_file_exists() -> None:

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.cli.film import Film
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.inputs import DamagedError, ImageSource, open_input
 
 
 @pytest.fixture
@@ -20,27 +20,27 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def greys(film: Film) -> list[int]:
-    return [int(image[20, 20, 0]) // 50 for image in film.frames()]
+def greys(film: ImageSource) -> list[int]:
+    return [int(image[20, 20, 0]) // 50 for image in film.images()]
 
 
 def test_a_folder_is_read_in_the_order_of_names(folder: Path) -> None:
-    film = Film(folder)
+    film = open_input(folder)
     assert (film.size, film.scale, film.fps) == ((60, 40), 1.0, 30.0)
     assert greys(film) == [0, 1, 2, 3, 4]
     assert greys(film) == [0, 1, 2, 3, 4]
 
 
 def test_start_and_count_choose_frames(folder: Path) -> None:
-    assert greys(Film(folder, start=1, count=2)) == [1, 2]
-    assert greys(Film(folder, start=3, count=9)) == [3, 4]
+    assert greys(open_input(folder, start=1, count=2)) == [1, 2]
+    assert greys(open_input(folder, start=3, count=9)) == [3, 4]
 
 
 def test_frames_are_scaled_down_and_never_up(folder: Path) -> None:
-    film = Film(folder, width=30)
+    film = open_input(folder, width=30)
     assert (film.size, film.scale) == ((30, 20), 0.5)
-    assert next(film.frames()).shape == (20, 30, 3)
-    assert Film(folder, width=600).size == (60, 40)
+    assert next(film.images()).shape == (20, 30, 3)
+    assert open_input(folder, width=600).size == (60, 40)
 
 
 def test_a_film_file_is_read(tmp_path: Path) -> None:
@@ -50,24 +50,41 @@ def test_a_film_file_is_read(tmp_path: Path) -> None:
     for index in range(5):
         writer.write(np.full((48, 64, 3), 10 + 50 * index, np.uint8))
     writer.release()
-    film = Film(path, start=2)
+    film = open_input(path, start=2)
     assert film.fps == pytest.approx(12)
     assert greys(film) == [2, 3, 4]
 
 
 def test_what_cannot_be_used_is_an_error(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(SequenceError, match='does not exist'):
-        Film(tmp_path / 'nowhere')
+        open_input(tmp_path / 'nowhere')
     with pytest.raises(SequenceError, match='has no frame 9'):
-        Film(folder, start=9)
+        open_input(folder, start=9)
     with pytest.raises(SequenceError, match='count at least 1'):
-        Film(folder, count=0)
+        open_input(folder, count=0)
     with pytest.raises(SequenceError, match='cannot be read as a film'):
-        Film(folder / 'notes.txt')
+        open_input(folder / 'notes.txt')
     (folder / '2.png').write_bytes(b'broken')
     with pytest.raises(SequenceError, match=r'2\.png cannot be read'):
-        list(Film(folder).frames())
+        list(open_input(folder).images())
     empty = tmp_path / 'empty'
     empty.mkdir()
     with pytest.raises(SequenceError, match='holds no images'):
-        Film(empty)
+        open_input(empty)
+
+
+def test_a_film_that_is_cut_off_says_so(tmp_path: Path) -> None:
+    path = tmp_path / 'film.avi'
+    codec = int.from_bytes(b'MJPG', 'little')
+    writer = cv2.VideoWriter(str(path), codec, 25.0, (64, 48))
+    rng = np.random.default_rng(1)
+    for _ in range(40):
+        writer.write(rng.integers(0, 256, (48, 64, 3)).astype(np.uint8))
+    writer.release()
+    assert len(list(open_input(path).images())) == 40
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    frames = []
+    with pytest.raises(DamagedError, match='should hold 40 frames'):
+        frames.extend(open_input(path).frames())
+    assert 10 < len(frames) < 30

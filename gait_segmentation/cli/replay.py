@@ -1,0 +1,333 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``gait_replay``: recordings through the pipeline, every frame, into a bag and more."""
+
+from __future__ import annotations
+
+import argparse
+import multiprocessing
+import signal
+import sys
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tqdm import tqdm
+
+from gait_segmentation.errors import ConfigError, GaitSegmentationError
+
+if TYPE_CHECKING:
+    from gait_segmentation.cli.replaying.runner import Job, Report
+
+__all__ = ['main', 'parser']
+
+_POLL_S = 0.2
+_DONE, _DAMAGED, _FAILED, _INTERRUPTED = 0, 1, 2, 130
+
+DESCRIPTION = """\
+Run recordings through the pipeline in lockstep: every frame, and the same bits
+on every run. An input is a film, a folder of images, a rosbag2 (folder, .mcap
+or .db3) or a ROS 1 bag; neither reading nor writing needs ROS.
+"""
+
+EPILOG = """\
+writes OUT/NAME, a new bag (MCAP) with the topics and messages of the live
+nodes, and what else is asked for:
+
+  --masks DIR     NNNN.png (255 = person) by the frame's number in the input
+  --overlay FILE  a film with outline, box, direction and phase
+  --csv FILE      boxes, phase, cadence, azimuth and confidence, a row a
+                  person and frame
+  --opengait DIR  walks for gait recognition as OpenGait reads them: arrays
+                  (N, 64, 64) uint8 in DIR/NAME/person-ID/VIEW/VIEW.pkl
+
+With several inputs every FILE and DIR is a folder, and gets a file or folder
+NAME (with its suffix) for each input. NAME is the input's without suffix.
+
+Outputs that exist are not made again, so an interrupted run is continued by
+the same command; --force makes them anew. Ctrl-C, an error or a full disk
+leave what was done as NAME.partial, which can be read.
+
+Stamps are those of the headers in a bag (the time of recording where a header
+has none); frame N of a film has the stamp (N + 1) / fps.
+
+exit code: 0, 1 if an input was damaged (all frames before the damage came
+out), 2 if an input could not be replayed, 130 if interrupted
+
+examples
+  gait_replay walk.mp4 --box 400 120 80 260 --overlay walk-overlay.mp4
+  gait_replay bags/* --out out/replay --opengait silhouettes --jobs 2
+  gait_replay robot.bag --topic /camera/image_raw --set people.max_people=3
+"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    made = argparse.ArgumentParser(
+        prog='gait_replay',
+        description=DESCRIPTION,
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = made.add_argument
+    add('input', nargs='+', type=Path, metavar='INPUT', help='films, folders of images, bags')
+    add(
+        '--out',
+        type=Path,
+        default=Path('out/replay'),
+        metavar='DIR',
+        help='for bags (%(default)s)',
+    )
+    add('--masks', type=Path, metavar='DIR', help='write masks as images')
+    add('--overlay', type=Path, metavar='FILE', help='write a film (.mp4)')
+    add('--csv', type=Path, metavar='FILE', help='write a table')
+    add('--opengait', type=Path, metavar='DIR', help='write normalised silhouettes')
+    add('--topic', default='', help='of the images in bags, where there are several')
+    add(
+        '--box',
+        type=float,
+        nargs=4,
+        metavar=('X', 'Y', 'W', 'H'),
+        help='tight box of a person in the first frame, in pixels of the input; without it, '
+        'people are found by their motion',
+    )
+    add('--start', type=int, default=0, metavar='N', help='first frame, counted from 0')
+    add('--count', type=int, metavar='M', help='number of frames (all)')
+    add('--width', type=int, default=0, metavar='PX', help='scale down to this width')
+    add(
+        '--set',
+        action='append',
+        default=[],
+        metavar='STAGE.PARAM=VALUE',
+        help='change a parameter, e.g. matching.lag=15; may be repeated',
+    )
+    add('--params', type=Path, metavar='FILE', help='ROS parameter file, as for the nodes')
+    add('--bank', default='', metavar='FILE', help='template bank, as gait_bank writes it')
+    add('--jobs', type=int, default=1, metavar='N', help='inputs at a time (%(default)s)')
+    add('--threads', type=int, default=1, help='threads of OpenCV in each (%(default)s)')
+    add('--force', action='store_true', help='make outputs that exist anew')
+    return made
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command and return its exit code."""
+    options = parser().parse_args(arguments)
+    try:
+        return _replay_all(options)
+    except GaitSegmentationError as error:
+        print(f'gait_replay: error: {error}', file=sys.stderr)
+        return _FAILED
+    except KeyboardInterrupt:
+        print('gait_replay: interrupted', file=sys.stderr)
+        return _INTERRUPTED
+
+
+def make_jobs(options: argparse.Namespace) -> list[Job]:
+    """
+    Return what is to be done.
+
+    :raises ConfigError: if an option cannot be used.
+    """
+    from gait_segmentation.cli.replaying.runner import Job
+    from gait_segmentation.cli.replaying.settings import Settings, read_parameter_file
+    from gait_segmentation.evaluation.settings import overridden
+    from gait_segmentation.geometry import Box
+    from gait_segmentation.pipeline import PipelineConfig
+
+    if options.jobs < 1 or options.threads < 1:
+        raise ConfigError(
+            f'--jobs and --threads must be at least 1, got {options.jobs} and {options.threads}'
+        )
+    settings = Settings(PipelineConfig())
+    if options.params is not None:
+        settings = read_parameter_file(options.params, settings)
+    config = overridden(settings.config, options.set)
+    box = Box(*options.box) if options.box is not None else settings.box
+    several = len(options.input) > 1
+
+    def place(given: Path | None, name: str, suffix: str) -> Path | None:
+        return given / f'{name}{suffix}' if given is not None and several else given
+
+    return [
+        Job(
+            input=path,
+            config=config,
+            bank=options.bank or settings.bank,
+            bag=options.out / name,
+            topic=options.topic,
+            width=options.width,
+            start=options.start,
+            count=options.count,
+            box=box,
+            masks=place(options.masks, name, ''),
+            overlay=place(options.overlay, name, '.mp4'),
+            opengait=options.opengait / name if options.opengait is not None else None,
+            csv=place(options.csv, name, '.csv'),
+            threads=options.threads,
+        )
+        for path, name in zip(options.input, names_of(options.input), strict=True)
+    ]
+
+
+def names_of(paths: list[Path]) -> list[str]:
+    """
+    Return the names of outputs: that of the input, with its folder's where two have the same.
+
+    :raises ConfigError: if that does not tell them apart.
+    """
+    paths = [path.resolve() for path in paths]
+    names = [path.name if path.is_dir() else path.stem for path in paths]
+    often = {name for name, count in Counter(names).items() if count > 1}
+    names = [
+        f'{path.parent.name}_{name}' if name in often else name
+        for path, name in zip(paths, names, strict=True)
+    ]
+    for name, count in Counter(names).items():
+        if count > 1:
+            raise ConfigError(f'{count} inputs have the name {name}; replay them one by one')
+    return names
+
+
+def _replay_all(options: argparse.Namespace) -> int:
+    jobs = []
+    for job in make_jobs(options):
+        if job.finished and not options.force:
+            print(f'{job.input}: done before')
+        else:
+            jobs.append(job)
+    if not jobs:
+        return _DONE
+    started = time.monotonic()
+    run = _in_turn if options.jobs == 1 or len(jobs) == 1 else _side_by_side
+    reports = run(jobs, options)
+    _print(reports, time.monotonic() - started)
+    if any(report.interrupted for report in reports) or len(reports) < len(jobs):
+        return _INTERRUPTED
+    if any(report.error for report in reports):
+        return _FAILED
+    return _DAMAGED if any(report.damaged for report in reports) else _DONE
+
+
+def _print(reports: list[Report], seconds: float) -> None:
+    for report in reports:
+        for note in report.notes:
+            print(f'gait_replay: {report.input}: {note}', file=sys.stderr)
+        if report.unsaid:
+            print(f'gait_replay: {report.input}: {report.unsaid} more', file=sys.stderr)
+        if report.damaged:
+            print(f'gait_replay: warning: {report.damaged}', file=sys.stderr)
+        if report.error:
+            print(f'gait_replay: error: {report.input}: {report.error}', file=sys.stderr)
+        if report.interrupted:
+            print(f'gait_replay: {report.input}: interrupted', file=sys.stderr)
+        for path in report.left:
+            print(f'gait_replay: {path} was left incomplete', file=sys.stderr)
+    frames = sum(report.frames for report in reports)
+    print(f'{frames} frames in {seconds:.1f} s, {frames / max(seconds, 1e-9):.1f} a second')
+
+
+@contextmanager
+def _until_interrupted() -> Iterator[threading.Event]:
+    """Give an event that Ctrl-C or SIGTERM sets; a second one interrupts as usual."""
+    stop = threading.Event()
+
+    def handle(number: int, _frame: Any) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+        stop.set()
+
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _in_turn(jobs: list[Job], options: argparse.Namespace) -> list[Report]:
+    from gait_segmentation.cli.replaying.runner import replay
+    from gait_segmentation.warm_up import open_bank
+
+    bank = open_bank(jobs[0].bank)
+    reports: list[Report] = []
+    with _until_interrupted() as stop:
+        for job in jobs:
+            # disable=None: no bar where stderr is not a terminal.
+            with tqdm(
+                total=_frames_of(job), unit='frame', desc=job.bag.name, disable=None, leave=False
+            ) as bar:
+                reports.append(
+                    replay(job, bank, stop, force=options.force, progress=lambda: _step(bar))
+                )
+            if stop.is_set():
+                break
+    return reports
+
+
+def _step(bar: Any) -> None:
+    bar.update()
+
+
+def _frames_of(job: Job) -> int | None:
+    try:
+        return job.source().total
+    except GaitSegmentationError:
+        return None
+
+
+def _side_by_side(jobs: list[Job], options: argparse.Namespace) -> list[Report]:
+    """Replay in processes; they are told of an interruption by a shared event."""
+    context = multiprocessing.get_context('spawn')
+    halt = context.Event()
+    done = context.Value('Q', 0)
+    totals = [_frames_of(job) for job in jobs]
+    known = None if None in totals else sum(total for total in totals if total is not None)
+    with (
+        _until_interrupted() as stop,
+        ProcessPoolExecutor(
+            min(options.jobs, len(jobs)), context, _begin_worker, (halt, done, jobs[0].bank)
+        ) as pool,
+        tqdm(total=known, unit='frame', disable=None, leave=False) as bar,
+    ):
+        futures = [pool.submit(_work, job, options.force) for job in jobs]
+        waiting: set[Future[Report]] = set(futures)
+        while waiting:
+            waiting = wait(waiting, _POLL_S, FIRST_COMPLETED).not_done
+            bar.update(done.value - bar.n)
+            if stop.is_set():
+                halt.set()
+                for future in futures:
+                    future.cancel()
+    return [future.result() for future in futures if not future.cancelled()]
+
+
+_WORKER: dict[str, Any] = {}
+"""Of a process: the event that breaks off, the count of frames, and the bank."""
+
+
+def _begin_worker(halt: Any, done: Any, bank: str) -> None:
+    # Ctrl-C in a terminal reaches all processes; the parent alone decides.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    from gait_segmentation.warm_up import open_bank
+
+    _WORKER.update(halt=halt, done=done, bank=open_bank(bank))
+
+
+def _work(job: Job, force: bool) -> Report:
+    from gait_segmentation.cli.replaying.runner import replay
+
+    def count() -> None:
+        with _WORKER['done'].get_lock():
+            _WORKER['done'].value += 1
+
+    progress: Callable[[], None] = count
+    return replay(job, _WORKER['bank'], _WORKER['halt'], force=force, progress=progress)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

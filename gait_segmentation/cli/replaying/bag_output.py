@@ -1,0 +1,255 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The messages of the live graph, written to a new bag without ROS."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from gait_segmentation.cli.replaying.output import Output, Replayed
+from gait_segmentation.gait_model import TemplateBank
+from gait_segmentation.inputs import Frame
+from gait_segmentation.people import slot_name
+from gait_segmentation.ros.fields import Corners, gait_joints, matched_corners, track_corners
+
+__all__ = ['BagOutput', 'Messages']
+
+_BOX = 'geometry_msgs/msg/PolygonInstanceStamped'
+_IMAGE = 'sensor_msgs/msg/Image'
+_GAIT = 'sensor_msgs/msg/JointState'
+_SIZE = 'sensor_msgs/msg/RegionOfInterest'
+
+_RESERVE_BYTES = 4 << 20
+"""Kept free for the end of the bag, in case that the disk becomes full."""
+
+_FOREVER = QosTime(2147483647, 4294967295)
+_DEPTH = 30
+
+
+class _Written(NamedTuple):
+    """How far a bag has come: end of the file, chunks, messages by connection, times."""
+
+    end: int
+    chunks: int
+    counts: dict[int, int]
+    channel_counts: dict[int, int]
+    bag_times: tuple[int, int]
+    storage_times: tuple[int, int]
+
+
+class Messages:
+    """Makes messages of the types that rosbags brings, and serialises them."""
+
+    def __init__(self) -> None:
+        """Load the types of Jazzy."""
+        self.store = get_typestore(Stores.ROS2_JAZZY)
+        types = self.store.types
+        self._time = types['builtin_interfaces/msg/Time']
+        self._header = types['std_msgs/msg/Header']
+        self._image = types[_IMAGE]
+        self._box = types[_BOX]
+        self._instance = types['geometry_msgs/msg/PolygonInstance']
+        self._polygon = types['geometry_msgs/msg/Polygon']
+        self._point = types['geometry_msgs/msg/Point32']
+        self._gait = types[_GAIT]
+        self._size = types[_SIZE]
+
+    def header(self, frame: Frame) -> Any:
+        """Return the header of the source image, bit for bit."""
+        seconds, nanoseconds = divmod(frame.header_ns, 1_000_000_000)
+        return self._header(self._time(seconds, nanoseconds), frame.frame_id)
+
+    def image(self, image: NDArray[np.uint8], header: Any) -> bytes:
+        """Serialise a (H, W) uint8 image as mono8."""
+        height, width = image.shape
+        data = np.ascontiguousarray(image).reshape(-1)
+        message = self._image(header, height, width, 'mono8', 0, width, data)
+        return bytes(self.store.serialize_cdr(message, _IMAGE))
+
+    def box(self, corners: Corners, track_id: int, header: Any) -> bytes:
+        """Serialise a box."""
+        points = [self._point(float(x), float(y), 0.0) for x, y in corners]
+        message = self._box(header, self._instance(self._polygon(points), track_id))
+        return bytes(self.store.serialize_cdr(message, _BOX))
+
+    def gait(self, match: Any, header: Any) -> bytes:
+        """Serialise what a match says of the gait."""
+        joints = gait_joints(match)
+        message = self._gait(
+            header,
+            list(joints.names),
+            np.array(joints.positions, np.float64),
+            np.array(joints.velocities, np.float64),
+            np.array([], np.float64),
+        )
+        return bytes(self.store.serialize_cdr(message, _GAIT))
+
+    def size(self, shape: tuple[int, int]) -> bytes:
+        """Serialise the size of the source."""
+        message = self._size(0, 0, shape[0], shape[1], False)
+        return bytes(self.store.serialize_cdr(message, _SIZE))
+
+
+class BagOutput(Output):
+    """
+    A rosbag2 (MCAP) with the topics and messages of the live graph.
+
+    Messages are recorded at the time at which the source image was, so that both bags can be
+    played or looked at together.
+    """
+
+    files = re.compile(r'metadata\.yaml|[^/]+\.mcap')
+
+    def __init__(self, path: Path, bank: TemplateBank, slots: int) -> None:
+        """
+        Begin the bag.
+
+        :param path: its folder.
+        :raises OSError: if it cannot be written.
+        """
+        super().__init__(path)
+        self._bank = bank
+        self._messages = Messages()
+        self._shape: tuple[int, int] | None = None
+        self.work.mkdir(parents=True)
+        self._reserve = self.work / 'reserve'
+        self._reserve.write_bytes(os.urandom(_RESERVE_BYTES))
+        self._writer: Any = Writer(
+            self.work / path.name, version=9, storage_plugin=StoragePlugin.MCAP
+        )
+        self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        self._writer.open()
+        self._connections: dict[str, Any] = {}
+        self._connect('image_size', _SIZE, latched=True)
+        for slot in range(slots):
+            for topic, kind in (
+                ('box', _BOX),
+                ('likelihood', _IMAGE),
+                ('matched_box', _BOX),
+                ('shape_prior', _IMAGE),
+                ('gait', _GAIT),
+                ('mask', _IMAGE),
+            ):
+                self._connect(f'{slot_name(slot)}/{topic}', kind)
+        self._connect('mask', _IMAGE)
+        self._connect('labels', _IMAGE)
+        self._good = self._written()
+
+    def add(self, replayed: Replayed) -> None:
+        """Write all messages of a frame."""
+        frame, result = replayed.frame, replayed.result
+        make = self._messages
+        header = make.header(frame)
+        shape = (result.mask.shape[0], result.mask.shape[1])
+        if shape != self._shape and frame.image is not None:
+            self._shape = shape
+            self._write('image_size', frame, make.size(shape))
+        for slot, person in enumerate(result.people):
+            track, match, name = person.track, person.match, slot_name(slot)
+            box = make.box(track_corners(track), track.track_id, header)
+            matched = make.box(matched_corners(match, self._bank), match.track_id, header)
+            self._write(f'{name}/box', frame, box)
+            self._write(f'{name}/likelihood', frame, make.image(track.likelihood, header))
+            self._write(f'{name}/matched_box', frame, matched)
+            self._write(f'{name}/shape_prior', frame, make.image(match.shape_prior, header))
+            self._write(f'{name}/gait', frame, make.gait(match, header))
+            self._write(f'{name}/mask', frame, make.image(person.segmentation.mask, header))
+        self._write('mask', frame, make.image(result.mask, header))
+        self._write('labels', frame, make.image(result.labels, header))
+
+    def finish(self) -> None:
+        """Write the index; if the disk is full, for what is there, from the reserve."""
+        if self._writer.storage is None:
+            return
+        self._reserve.unlink(missing_ok=True)
+        try:
+            self._writer.close()
+        except OSError:
+            self._rescue()
+            raise
+
+    def made(self) -> Path:
+        """Return the folder of the bag."""
+        return self.work / self.path.name
+
+    def _connect(self, topic: str, kind: str, latched: bool = False) -> None:
+        qos = Qos(
+            QosHistory.KEEP_LAST,
+            1 if latched else _DEPTH,
+            QosReliability.RELIABLE,
+            QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
+            _FOREVER,
+            _FOREVER,
+            QosLiveliness.AUTOMATIC,
+            _FOREVER,
+            False,
+        )
+        self._connections[topic] = self._writer.add_connection(
+            f'/{topic}', kind, typestore=self._messages.store, offered_qos_profiles=[qos]
+        )
+
+    def _write(self, topic: str, frame: Frame, data: bytes) -> None:
+        chunks = len(self._writer.storage.chunks)
+        try:
+            self._writer.write(self._connections[topic], frame.recorded_ns, data)
+            if len(self._writer.storage.chunks) > chunks:
+                self._good = self._written()
+        except OSError:
+            self._reserve.unlink(missing_ok=True)
+            self._rescue()
+            raise
+
+    def _written(self) -> _Written:
+        """Write everything out and return how far the bag has come."""
+        writer, storage = self._writer, self._writer.storage
+        storage.bio.flush()
+        return _Written(
+            storage.bio.tell(),
+            len(storage.chunks),
+            dict(writer.counts),
+            dict(storage.channel_stats),
+            (writer.min_timestamp, writer.max_timestamp),
+            (storage.message_start_time, storage.message_end_time),
+        )
+
+    def _rescue(self) -> None:
+        """
+        Cut the file behind its last whole chunk and let that be all.
+
+        If not even the index can be written then the bag has none, and is read from the front.
+        """
+        writer, storage, good = self._writer, self._writer.storage, self._good
+        with contextlib.suppress(OSError):
+            storage.bio.seek(good.end)
+            storage.bio.truncate()
+        storage.chunk.bio.seek(0)
+        storage.chunk.bio.truncate()
+        storage.chunk.msgs.clear()
+        del storage.chunks[good.chunks :]
+        writer.counts, storage.channel_stats = good.counts, good.channel_counts
+        writer.min_timestamp, writer.max_timestamp = good.bag_times
+        storage.message_start_time, storage.message_end_time = good.storage_times
+        try:
+            writer.close()
+        except OSError:
+            with contextlib.suppress(OSError):
+                storage.bio.close()
+            writer.storage = None
+            os.truncate(storage.path, good.end)

@@ -1,0 +1,168 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Masks as images, an overlay film, and a table of what was found."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.cli.replaying.output import Output, Replayed
+from gait_segmentation.drawing import draw_label, draw_person
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.pipeline import PersonResult
+
+__all__ = ['COLUMNS', 'CsvOutput', 'MasksOutput', 'OverlayOutput']
+
+_MP4V = int.from_bytes(b'mp4v', 'little')
+
+COLUMNS = (
+    'frame',
+    'stamp_ns',
+    'slot',
+    'track_id',
+    'state',
+    'box_x_px',
+    'box_y_px',
+    'box_width_px',
+    'box_height_px',
+    'tilt_rad',
+    'track_confidence',
+    'gait_phase_strides',
+    'cadence_steps_per_min',
+    'azimuth_rad',
+    'match_confidence',
+    'mask_px',
+)
+"""Of the table: one row a frame and person."""
+
+_STEPS_PER_STRIDE = 2
+
+
+class MasksOutput(Output):
+    """A folder with ``NNNN.png`` for every frame, named by its number in the input."""
+
+    files = re.compile(r'\d+\.png')
+
+    def __init__(self, path: Path) -> None:
+        """Begin the folder."""
+        super().__init__(path)
+        self.work.mkdir(parents=True)
+
+    def add(self, replayed: Replayed) -> None:
+        """Write the mask of a frame."""
+        if replayed.result.mask.size:
+            data = cv2.imencode('.png', replayed.result.mask)[1]
+            path = self.work / f'{replayed.frame.number:04d}.png'
+            try:
+                path.write_bytes(data.tobytes())
+            except OSError:
+                path.unlink(missing_ok=True)
+                raise
+
+    def finish(self) -> None:
+        """Do nothing: every mask is complete."""
+
+
+class OverlayOutput(Output):
+    """A film with outlines, boxes, directions and phases."""
+
+    def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
+        """
+        Begin the film.
+
+        :param size: its width and height.
+        :raises SequenceError: if there is no encoder for the name.
+        """
+        super().__init__(path)
+        self._size = size
+        self._frames = 0
+        self._film = cv2.VideoWriter(str(self.work), _MP4V, fps, size)
+        if not self._film.isOpened():
+            raise SequenceError(f'{path} cannot be written as a film; use a name such as walk.mp4')
+
+    def add(self, replayed: Replayed) -> None:
+        """Draw a frame and write it."""
+        frame, result = replayed.frame, replayed.result
+        picture = np.zeros((self._size[1], self._size[0], 3), np.uint8)
+        if frame.image is not None:
+            picture = frame.image.copy()
+        for person in result.people:
+            if person.track.box is not None:
+                _draw(picture, person)
+        draw_label(picture, f'{frame.number}', (4, 4))
+        if picture.shape[1::-1] != self._size:
+            picture = np.asarray(cv2.resize(picture, self._size, interpolation=cv2.INTER_AREA))
+        self._film.write(picture)
+        self._frames += 1
+
+    def finish(self) -> None:
+        """Write the index, and count the frames, since OpenCV does not tell of a full disk."""
+        self._film.release()
+        capture = cv2.VideoCapture(str(self.work))
+        readable = 0
+        while capture.grab():
+            readable += 1
+        capture.release()
+        if readable != self._frames:
+            raise OSError(f'{self.path} must have {self._frames} frames, {readable} can be read')
+
+
+def _draw(picture: NDArray[np.uint8], person: PersonResult) -> None:
+    track, match = person.track, person.match
+    found = match.body is not None
+    draw_person(
+        picture,
+        mask=person.segmentation.mask,
+        box=track.box,
+        track_id=track.track_id,
+        phase=match.phase if found else float('nan'),
+        azimuth=match.azimuth if found else float('nan'),
+    )
+
+
+class CsvOutput(Output):
+    """A table of boxes, phases, cadences, directions and confidences."""
+
+    def __init__(self, path: Path) -> None:
+        """Begin the table."""
+        super().__init__(path)
+        self._file = open(self.work, 'w', encoding='ascii', newline='')  # noqa: SIM115
+        self._table = csv.writer(self._file, lineterminator='\n')
+        self._table.writerow(COLUMNS)
+
+    def add(self, replayed: Replayed) -> None:
+        """Write a row for everybody who is there."""
+        for slot, person in enumerate(replayed.result.people):
+            if person.track.track_id:
+                self._table.writerow(
+                    (replayed.frame.number, replayed.frame.stamp_ns, slot, *_row(person))
+                )
+
+    def finish(self) -> None:
+        """Write everything out."""
+        self._file.close()
+
+
+def _row(person: PersonResult) -> tuple[object, ...]:
+    track, match = person.track, person.match
+    box: tuple[object, ...] = ('',) * 6
+    if track.box is not None:
+        sides = (track.box.x, track.box.y, track.box.width, track.box.height)
+        box = (*(f'{side:.2f}' for side in sides), f'{track.angle:.4f}', f'{track.confidence:.3f}')
+    gait: tuple[object, ...] = ('',) * 4
+    if match.body is not None:
+        cadence = 60 * _STEPS_PER_STRIDE * match.phase_rate
+        gait = (
+            f'{match.phase:.4f}',
+            f'{cadence:.1f}',
+            f'{match.azimuth:.4f}',
+            f'{match.confidence:.3f}',
+        )
+    pixels = int(np.count_nonzero(person.segmentation.mask))
+    return (track.track_id, track.state, *box, *gait, pixels)

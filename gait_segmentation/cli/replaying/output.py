@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an output of gait_replay is: made under another name, renamed when it is complete."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import shutil
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.inputs import Frame
+from gait_segmentation.pipeline import FrameResult
+
+__all__ = ['Output', 'Replayed', 'partial_path', 'remove', 'work_path']
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """A frame of the input and what was found in it."""
+
+    frame: Frame
+    result: FrameResult
+
+
+def work_path(path: Path) -> Path:
+    """Return where an output is while it is made: beside it, so that it can be renamed."""
+    return path.with_name(f'.{path.stem}.part{path.suffix}')
+
+
+def partial_path(path: Path) -> Path:
+    """Return where an output that was broken off is left."""
+    return path.with_name(f'{path.stem}.partial{path.suffix}')
+
+
+def remove(path: Path) -> None:
+    """Remove a file or a folder, if it is there."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+class Output(ABC):
+    """
+    A file or folder of results.
+
+    It is at :func:`work_path` while it grows.  :meth:`close` moves it to its name, or, if the
+    replay was broken off, to :func:`partial_path`; it can be read in both cases.
+    """
+
+    files: ClassVar[re.Pattern[str]] = re.compile('')
+    """The files that a folder of this kind may hold, relative to it."""
+
+    def __init__(self, path: Path) -> None:
+        """
+        Begin an empty output in place of what an earlier attempt left.
+
+        :raises SequenceError: if the place is taken by what looks like something else.
+        """
+        if path.is_dir():
+            self._check_folder(path)
+        self._closed = False
+        self.path = path
+        self.work = work_path(path)
+        for old in (self.work, partial_path(path)):
+            remove(old)
+        path.parent.mkdir(parents=True, exist_ok=True)
+
+    def _check_folder(self, path: Path) -> None:
+        """Refuse to replace a folder that was not made by this."""
+        for each in path.rglob('*'):
+            if not each.is_dir() and not self.files.fullmatch(each.relative_to(path).as_posix()):
+                raise SequenceError(f'{path} holds {each.name} and is not replaced; remove it')
+
+    @abstractmethod
+    def add(self, replayed: Replayed) -> None:
+        """
+        Add a frame.
+
+        :raises OSError: if it cannot be written.
+        """
+
+    @abstractmethod
+    def finish(self) -> None:
+        """
+        Write what belongs to the end.
+
+        :raises OSError: if it cannot be written.
+        """
+
+    def close(self, *, complete: bool) -> None:
+        """
+        Finish, and give the output its name; nothing if that was done.
+
+        :raises OSError: if it is to be complete and cannot be finished.
+        """
+        if self._closed:
+            return
+        if complete:
+            self.finish()
+            remove(self.path)
+            self.made().replace(self.path)
+        else:
+            with contextlib.suppress(OSError):
+                self.finish()
+            if self.made().exists():
+                self.made().replace(partial_path(self.path))
+        remove(self.work)
+        self._closed = True
+
+    def made(self) -> Path:
+        """Return the finished file or folder, before it has its name."""
+        return self.work

@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The parameters of a replay from a ROS parameter file and from the command line."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from gait_segmentation.config import parameters_of
+from gait_segmentation.errors import ConfigError, GaitSegmentationError
+from gait_segmentation.evaluation.settings import replaced, stages_of
+from gait_segmentation.geometry import Box
+from gait_segmentation.pipeline import PipelineConfig
+
+__all__ = ['Settings', 'read_parameter_file']
+
+_NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter', 'gait_pipeline')
+_UNNAMED = 'people'
+"""The stage whose parameters have no prefix in ROS."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a parameter file says that concerns a replay."""
+
+    config: PipelineConfig
+    bank: str = ''
+    box: Box | None = None
+
+
+def read_parameter_file(path: Path, settings: Settings) -> Settings:
+    """
+    Return settings changed by a ROS parameter file, as the nodes read it.
+
+    Sections of other nodes, and parameters that only nodes have, are left out.
+
+    :raises ConfigError: if it cannot be read, or a stage has no such parameter or value.
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding='utf-8')) or {}
+    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        raise ConfigError(f'{path} cannot be read as a parameter file: {error}') from error
+    if not isinstance(content, dict):
+        raise ConfigError(f'{path} must hold sections of nodes, got {type(content).__name__}')
+    for name, section in content.items():
+        if not _concerns(str(name)) or not isinstance(section, dict):
+            continue
+        for parameter, value in _flat(section.get('ros__parameters') or {}).items():
+            try:
+                settings = _changed(settings, parameter, value)
+            except GaitSegmentationError as error:
+                raise ConfigError(f'{path}: {error}') from error
+    return settings
+
+
+def _concerns(name: str) -> bool:
+    return name.rsplit('/', 1)[-1] in (*_NODES, '**', '*')
+
+
+def _flat(values: Any, prefix: str = '') -> dict[str, Any]:
+    """Return nested sections as names with dots."""
+    if not isinstance(values, dict):
+        return {prefix.rstrip('.'): values}
+    found: dict[str, Any] = {}
+    for name, value in values.items():
+        found |= _flat(value, f'{prefix}{name}.')
+    return found
+
+
+def _changed(settings: Settings, name: str, value: Any) -> Settings:
+    if name == 'bank':
+        return dataclasses.replace(settings, bank=str(value))
+    if name == 'initial_box':
+        numbers = [float(each) for each in value] if isinstance(value, list) else []
+        if len(numbers) != 4:
+            raise ConfigError(f'initial_box must be 4 numbers, got {value!r}')
+        return dataclasses.replace(settings, box=Box(*numbers) if any(numbers) else None)
+    stage, dot, parameter = name.rpartition('.')
+    stages = stages_of(settings.config)
+    chosen = stages.get(stage or _UNNAMED)
+    known = {about.name: about for about in parameters_of(chosen)} if chosen else {}
+    if parameter not in known:
+        if dot and stage in stages:
+            raise ConfigError(f'{stage} has no parameter {parameter!r}; it has {", ".join(known)}')
+        return settings
+    if known[parameter].type is float and type(value) is int:
+        value = float(value)
+    config = replaced(settings.config, stage or _UNNAMED, parameter, value)
+    return dataclasses.replace(settings, config=config)

@@ -1,0 +1,32 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where frames come from: films, folders of images, and the bags of ROS 1 and ROS 2."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from gait_segmentation.inputs.bag import BagSource, is_bag
+from gait_segmentation.inputs.film import FilmSource, FolderSource
+from gait_segmentation.inputs.source import DamagedError, Frame, ImageSource
+
+__all__ = ['DamagedError', 'Frame', 'ImageSource', 'open_input']
+
+
+def open_input(
+    path: Path, *, topic: str = '', width: int = 0, start: int = 0, count: int | None = None
+) -> ImageSource:
+    """
+    Open an input of whatever kind it is, and look at its first frame.
+
+    :param path: a film, a folder of images, a rosbag2 (folder, .mcap or .db3) or a ROS 1 bag.
+    :param topic: of the images in a bag; it may be left out where there is only one.
+    :param width: of the frames in pixels; 0, or more than the input has, leaves them as they are.
+    :param start: first frame wanted, counted from 0.
+    :param count: number of frames wanted, None for all that follow.
+    :raises SequenceError: if the input is missing, holds no images, or has no such frames.
+    """
+    if path.exists() and is_bag(path):
+        return BagSource(path, topic=topic, width=width, start=start, count=count)
+    kind = FolderSource if path.is_dir() else FilmSource
+    return kind(path, width=width, start=start, count=count)

@@ -1,0 +1,241 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The images of a rosbag2 (sqlite3 or MCAP) or of a ROS 1 bag."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import InputError, SequenceError
+from gait_segmentation.inputs import damaged
+from gait_segmentation.inputs.encodings import claimed_shape, read_bgr, read_compressed
+from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource
+
+__all__ = ['BagSource', 'is_bag']
+
+_SUFFIXES = ('.mcap', '.db3', '.bag')
+_IMAGE = 'sensor_msgs/msg/Image'
+_COMPRESSED = 'sensor_msgs/msg/CompressedImage'
+_DEFAULT_FPS = 30.0
+_RATE_FRAMES = 60
+"""Stamps that the rate is found from."""
+
+
+def is_bag(path: Path) -> bool:
+    """Return whether a path looks like a bag: by its suffix, or by what the folder holds."""
+    if path.is_dir():
+        return (path / 'metadata.yaml').is_file() or bool(_storage_files(path))
+    return path.suffix in _SUFFIXES
+
+
+def _storage_files(path: Path) -> list[Path]:
+    """Return the files of a bag in the order they were written."""
+    if not path.is_dir():
+        return [path]
+    # NAME_2 comes before NAME_10.
+    files = (p for p in path.iterdir() if p.suffix in ('.mcap', '.db3'))
+    return sorted(files, key=lambda p: (len(p.name), p.name))
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A topic of a bag; ``count`` is the number of its messages, None if unknown."""
+
+    kind: str
+    count: int | None
+
+    def __str__(self) -> str:
+        """Return the type and the number of messages in words."""
+        messages = '' if self.count is None else f', {self.count} messages'
+        return f'{self.kind}{messages}'
+
+
+class BagSource(ImageSource):
+    """
+    The images on one topic of a bag, with the stamps of their headers.
+
+    A bag that cannot be opened as it should (its recording was cut off, so that index or
+    metadata are missing, or it is truncated) is read from the front for as far as it goes.
+    """
+
+    def __init__(self, path: Path, *, topic: str = '', **wanted: Any) -> None:
+        """
+        Open a bag.
+
+        :param topic: of the images; empty: the one that holds images.
+        :param wanted: ``width``, ``start`` and ``count``, see :func:`open_input`.
+        :raises SequenceError: if the bag cannot be read, or the topic is not there or not clear.
+        """
+        self.topic = topic
+        self._intact = True
+        super().__init__(path, **wanted)
+
+    def open(self) -> int | None:
+        """Find the topic."""
+        topics = self._topics()
+        self.topic = _chosen(self.path, topics, self.topic)
+        self._kind = topics[self.topic].kind
+        return topics[self.topic].count
+
+    def rate(self) -> float:
+        """Return the rate by the median interval of the first stamps."""
+        stamps = []
+        try:
+            for entry in islice(self.entries(), _RATE_FRAMES):
+                stamps.append(entry.header_ns or entry.recorded_ns)
+        except DamagedError:
+            pass
+        steps = np.diff(stamps)
+        steps = steps[steps > 0]
+        return float(1e9 / np.median(steps)) if steps.size else _DEFAULT_FPS
+
+    def entries(self) -> Iterator[Entry]:
+        """Yield all images of the topic."""
+        read = 0
+        first_ns = last_ns = 0
+        try:
+            for recorded_ns, data in self._messages():
+                read += 1
+                first_ns = first_ns or recorded_ns
+                last_ns = recorded_ns
+                yield self._entry(recorded_ns, data)
+        except damaged.BrokenError as error:
+            raise DamagedError(
+                f'{self.path} is damaged: {error}; {read} images on {self.topic} come before, '
+                f'the last {(last_ns - first_ns) / 1e9:.3f} s after the first'
+            ) from error
+
+    def _entry(self, recorded_ns: int, data: bytes) -> Entry:
+        try:
+            message = self._deserialized(data)
+        except InputError as error:
+            return Entry(0, recorded_ns, '', (0, 0), partial(_fail, error))
+        stamp = message.header.stamp
+        header_ns = int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+        compressed = self._kind == _COMPRESSED
+        decode = partial(read_compressed if compressed else read_bgr, message)
+        shape = (0, 0) if compressed else claimed_shape(message) or (0, 0)
+        return Entry(header_ns, recorded_ns, message.header.frame_id, shape, decode)
+
+    def _deserialized(self, data: bytes) -> Any:
+        try:
+            if self.path.suffix == '.bag':
+                return _ros1_types().deserialize_ros1(data, self._kind)
+            return _ros2_types().deserialize_cdr(data, self._kind)
+        except Exception as error:
+            # rosbags raises whatever the data made of it.
+            raise InputError(f'the message cannot be read ({error!r})') from error
+
+    def _reader(self) -> Any:
+        from rosbags.rosbag1 import Reader as Reader1
+        from rosbags.rosbag2 import Reader as Reader2
+
+        return Reader1(self.path) if self.path.suffix == '.bag' else Reader2(self.path)
+
+    def _topics(self) -> dict[str, Topic]:
+        try:
+            with self._reader() as reader:
+                found: dict[str, Topic] = {}
+                for each in reader.connections:
+                    before = found[each.topic].count if each.topic in found else 0
+                    found[each.topic] = Topic(each.msgtype, (before or 0) + each.msgcount)
+                return found
+        except Exception as error:
+            # rosbags and SQLite raise whatever the damage made of it.
+            self._intact = False
+            found = {}
+            for path in _storage_files(self.path):
+                found |= {name: Topic(kind, None) for name, kind in damaged.topics(path).items()}
+            if not found:
+                raise SequenceError(f'{self.path} cannot be read as a bag: {error}') from error
+            return found
+
+    def _messages(self) -> Iterator[tuple[int, bytes]]:
+        if not self._intact:
+            for path in _storage_files(self.path):
+                yield from damaged.messages(path, self.topic)
+            return
+        with self._reader() as reader:
+            wanted = [each for each in reader.connections if each.topic == self.topic]
+            missing = sum(each.msgcount for each in wanted)
+            messages = iter(reader.messages(connections=wanted))
+            while True:
+                try:
+                    _, recorded_ns, data = next(messages)
+                except StopIteration:
+                    break
+                except Exception as error:
+                    raise damaged.BrokenError(f'{error!r}') from error
+                missing -= 1
+                yield recorded_ns, data
+        if missing > 0:
+            # Damaged places inside of chunks are skipped by rosbags.
+            raise damaged.BrokenError(f'{missing} images that it should hold are missing')
+
+
+def _fail(error: InputError) -> NDArray[np.uint8]:
+    raise error
+
+
+def _chosen(path: Path, topics: dict[str, Topic], wanted: str) -> str:
+    """
+    Return the topic to read.
+
+    :raises SequenceError: with a list of the topics if it is not there or not clear.
+    """
+    images = {name: topic for name, topic in topics.items() if topic.kind in (_IMAGE, _COMPRESSED)}
+    if wanted:
+        names = [name for name in (wanted, f'/{wanted}') if name in topics]
+        if names and names[0] in images:
+            return names[0]
+        what = f'is {topics[names[0]]}' if names else 'is not there'
+        raise SequenceError(
+            f'{path}: topic {wanted} {what}; topics with images: {_listed(images or topics)}'
+        )
+    filled = [name for name, topic in images.items() if topic.count != 0]
+    if len(filled) == 1:
+        return filled[0]
+    if not filled:
+        raise SequenceError(
+            f'{path} has no images (sensor_msgs/Image or CompressedImage); its topics: '
+            f'{_listed(topics)}'
+        )
+    raise SequenceError(
+        f'{path} has {len(filled)} topics with images, choose one with --topic: {_listed(images)}'
+    )
+
+
+def _listed(topics: dict[str, Topic]) -> str:
+    return ', '.join(f'{name} ({topics[name]})' for name in sorted(topics)) or 'none'
+
+
+def _ros1_types() -> Any:
+    from rosbags.typesys import Stores
+
+    return _types(Stores.ROS1_NOETIC)
+
+
+def _ros2_types() -> Any:
+    from rosbags.typesys import Stores
+
+    return _types(Stores.ROS2_JAZZY)
+
+
+def _types(store: Any) -> Any:
+    from rosbags.typesys import get_typestore
+
+    if store not in _TYPES:
+        _TYPES[store] = get_typestore(store)
+    return _TYPES[store]
+
+
+_TYPES: dict[Any, Any] = {}
+"""Made once: images mean the same in every distribution of ROS 1 and of ROS 2."""

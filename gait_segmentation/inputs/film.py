@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Films and folders of images."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource
+
+__all__ = ['FilmSource', 'FolderSource']
+
+_IMAGES = ('.bmp', '.jpeg', '.jpg', '.png', '.ppm', '.tif', '.tiff', '.webp')
+_DEFAULT_FPS = 30.0
+_FRAME_ID = 'camera'
+_UNKNOWN = (0, 0)
+_ALL = 0.97
+"""Share of the frames a film claims that must be there; some formats only estimate them."""
+
+
+def _stamp_ns(number: int, fps: float) -> int:
+    """Return the stamp of a frame of a film: its end, since zero stands for no stamp."""
+    return round((number + 1) * 1e9 / fps)
+
+
+class FilmSource(ImageSource):
+    """A film file; ``fps`` is what it says, 30 if it says nothing sensible."""
+
+    def open(self) -> int | None:
+        """Open the film once."""
+        capture = cv2.VideoCapture(str(self.path))
+        opened = capture.isOpened()
+        self._fps = float(capture.get(cv2.CAP_PROP_FPS))
+        self._claimed = max(int(capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
+        capture.release()
+        if not opened:
+            raise SequenceError(f'{self.path} cannot be read as a film')
+        return self._claimed or None
+
+    def rate(self) -> float:
+        """Return what the film says."""
+        return self._fps if 0 < self._fps <= 1000 else _DEFAULT_FPS
+
+    def entries(self) -> Iterator[Entry]:
+        """Yield all frames."""
+        capture = cv2.VideoCapture(str(self.path))
+        fps = self.rate()
+        number = 0
+        try:
+            # Not by seeking: that lands on another frame in films with few key frames.
+            while capture.grab():
+                stamp_ns = _stamp_ns(number, fps)
+                yield Entry(stamp_ns, stamp_ns, _FRAME_ID, _UNKNOWN, partial(_retrieve, capture))
+                number += 1
+        finally:
+            capture.release()
+        if number < _ALL * self._claimed - 2:
+            raise DamagedError(
+                f'{self.path} is damaged: it should hold {self._claimed} frames, {number} can be '
+                'read'
+            )
+
+
+class FolderSource(ImageSource):
+    """A folder of images in the order of their names, at 30 frames per second."""
+
+    def open(self) -> int:
+        """List the images."""
+        self._files = sorted(p for p in self.path.iterdir() if p.suffix.lower() in _IMAGES)
+        if not self._files:
+            raise SequenceError(f'{self.path} holds no images ({", ".join(_IMAGES)}) and no bag')
+        return len(self._files)
+
+    def rate(self) -> float:
+        """Return the default: a folder says nothing."""
+        return _DEFAULT_FPS
+
+    def entries(self) -> Iterator[Entry]:
+        """Yield all frames."""
+        for number, path in enumerate(self._files):
+            stamp_ns = _stamp_ns(number, _DEFAULT_FPS)
+            yield Entry(stamp_ns, stamp_ns, _FRAME_ID, _UNKNOWN, partial(_read, path))
+
+
+def _retrieve(capture: cv2.VideoCapture) -> NDArray[np.uint8]:
+    read, image = capture.retrieve()
+    if not read:
+        raise SequenceError('a frame of the film cannot be decoded')
+    return np.asarray(image)
+
+
+def _read(path: Path) -> NDArray[np.uint8]:
+    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    if image is None:
+        raise SequenceError(f'{path} cannot be read as an image')
+    return np.asarray(image)

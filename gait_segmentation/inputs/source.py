@@ -1,0 +1,174 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What all inputs have in common: frames by number, with stamps, scaled to a width."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import InputError, SequenceError
+from gait_segmentation.images import shrink
+
+__all__ = ['DamagedError', 'Entry', 'Frame', 'ImageSource']
+
+Shape = tuple[int, int]
+
+
+class DamagedError(SequenceError):
+    """An input breaks off: all that came before has been handed out, the rest cannot be read."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """
+    A frame that has not been decoded.
+
+    ``header_ns`` is the stamp of its header, ``recorded_ns`` the time of recording.  ``shape`` is
+    what it claims to have, (0, 0) if it says nothing.  ``decode`` raises :class:`InputError` if
+    this one frame cannot be read.
+    """
+
+    header_ns: int
+    recorded_ns: int
+    frame_id: str
+    shape: Shape
+    decode: Callable[[], NDArray[np.uint8]]
+
+
+@dataclass(frozen=True)
+class Frame:
+    """
+    A frame of an input.
+
+    ``number`` counts from 0 at the beginning of the input.  ``stamp_ns`` tells frames apart: the
+    stamp of the header, or the time of recording where the header has none.  ``image`` is
+    (H, W, 3) uint8 BGR, or None if it could not be read, and ``problem`` says why.  ``shape`` is
+    that of the image, or what a frame that could not be read claims to have, (0, 0) if nothing.
+    """
+
+    number: int
+    stamp_ns: int
+    recorded_ns: int
+    header_ns: int
+    frame_id: str
+    shape: Shape
+    image: NDArray[np.uint8] | None
+    problem: str = ''
+
+
+class ImageSource(ABC):
+    """
+    An input that can be read from its beginning as often as one likes.
+
+    ``size`` is the width and height of the first frame, ``scale`` the factor from its pixels in
+    the input to those handed out.  ``fps`` is the rate of the frames, ``total`` how many there
+    are from the start, None if that is not known.
+    """
+
+    def __init__(
+        self, path: Path, *, width: int = 0, start: int = 0, count: int | None = None
+    ) -> None:
+        """
+        Look at the first frame; the parameters are those of :func:`open_input`.
+
+        :raises SequenceError: if the input is missing, holds no images, or has no such frames.
+        """
+        self.path = path
+        self.start = start
+        self.count = count
+        self._width = width
+        if start < 0 or (count is not None and count < 1) or width < 0:
+            raise SequenceError(
+                f'start must be at least 0, count at least 1 and width at least 0, got {start}, '
+                f'{count} and {width}'
+            )
+        if not path.exists():
+            raise SequenceError(f'{path} does not exist')
+        number = self.open()
+        self.total = None if number is None else max(number - start, 0)
+        if count is not None:
+            self.total = count if self.total is None else min(self.total, count)
+        self.scale, self.size = self._look()
+        self.fps = self.rate()
+
+    @abstractmethod
+    def open(self) -> int | None:
+        """
+        Find out what is there.
+
+        :returns: the number of frames in the whole input, None if unknown.
+        :raises SequenceError: if it cannot be used.
+        """
+
+    @abstractmethod
+    def rate(self) -> float:
+        """Return the frames per second."""
+
+    @abstractmethod
+    def entries(self) -> Iterator[Entry]:
+        """
+        Yield all frames from the beginning of the input.
+
+        :raises DamagedError: where it breaks off.
+        """
+
+    def frames(self) -> Iterator[Frame]:
+        """
+        Yield the frames wanted.
+
+        :raises DamagedError: where the input breaks off, after all the frames before.
+        :raises SequenceError: if the input cannot be read any more.
+        """
+        for number, entry in self._wanted():
+            stamp_ns = entry.header_ns or entry.recorded_ns
+            about = (number, stamp_ns, entry.recorded_ns, entry.header_ns, entry.frame_id)
+            try:
+                image = self._scaled(entry.decode())
+            except InputError as error:
+                yield Frame(*about, self._scaled_shape(entry.shape), None, str(error))
+            else:
+                yield Frame(*about, (image.shape[0], image.shape[1]), image)
+
+    def images(self) -> Iterator[NDArray[np.uint8]]:
+        """Yield the images of the frames that can be read, (H, W, 3) uint8 BGR."""
+        for frame in self.frames():
+            if frame.image is not None:
+                yield frame.image
+
+    def _wanted(self) -> Iterator[tuple[int, Entry]]:
+        stop = None if self.count is None else self.start + self.count
+        return islice(enumerate(self.entries()), self.start, stop)
+
+    def _look(self) -> tuple[float, tuple[int, int]]:
+        """Return scale and size of the first frame that can be read."""
+        problem = f'{self.path} has no frame {self.start}'
+        try:
+            for number, entry in self._wanted():
+                try:
+                    height, width = entry.decode().shape[:2]
+                except InputError as error:
+                    problem = f'{self.path}: no frame can be read; frame {number}: {error}'
+                    continue
+                rows, columns = self._scaled_shape((height, width))
+                return self._factor(width), (columns, rows)
+        except DamagedError as error:
+            problem = f'{problem}: {error}'
+        raise SequenceError(problem)
+
+    def _factor(self, width: int) -> float:
+        return min(self._width / width, 1.0) if self._width and width else 1.0
+
+    def _scaled_shape(self, shape: Shape) -> Shape:
+        factor = self._factor(shape[1])
+        return (round(shape[0] * factor), round(shape[1] * factor))
+
+    def _scaled(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        shape = self._scaled_shape((image.shape[0], image.shape[1]))
+        return np.ascontiguousarray(shrink(image, shape))

@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Play a bag, a film or a folder of images through the nodes, as fast as it was recorded."""
+
+from pathlib import Path
+
+from launch.actions import (
+    DeclareLaunchArgument,
+    EmitEvent,
+    IncludeLaunchDescription,
+    OpaqueFunction,
+    RegisterEventHandler,
+    TimerAction,
+)
+from launch.event_handlers import OnProcessExit
+from launch.events import Shutdown
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+from launch import LaunchDescription
+
+NODES = Path(__file__).with_name('gait_segmentation.launch.py')
+DELAY_S = '1'
+"""Time for the nodes to find each other when they have found the images."""
+
+FLOW_OUT_S = 3.0
+"""Time for the last frames to pass before everything ends."""
+
+ARGUMENTS = [
+    DeclareLaunchArgument('input', description='bag (ROS 2 or ROS 1), film or folder of images'),
+    DeclareLaunchArgument(
+        'topic', default_value='', description='of the images in a bag, where there are several'
+    ),
+    DeclareLaunchArgument(
+        'rate', default_value='0', description='frames per second; 0 = as recorded'
+    ),
+    DeclareLaunchArgument(
+        'width', default_value='0', description='scale down to this width; 0 = as recorded'
+    ),
+    DeclareLaunchArgument(
+        'loop', default_value='false', choices=['true', 'false'], description='play for ever'
+    ),
+    DeclareLaunchArgument(
+        'keep_stamps',
+        default_value='true',
+        choices=['true', 'false'],
+        description='true = the stamps of the input, also on /clock (give use_sim_time:=true to '
+        'follow it); false = the time of publishing',
+    ),
+]
+
+
+def generate_launch_description():
+    """Return what ``ros2 launch`` is to do."""
+    nodes = IncludeLaunchDescription(PythonLaunchDescriptionSource(str(NODES)))
+    return LaunchDescription([*ARGUMENTS, nodes, OpaqueFunction(function=_source)])
+
+
+def _source(context):
+    def given(name):
+        return LaunchConfiguration(name).perform(context)
+
+    # Both the tracker and the segmenter look at the images.
+    readers = '1' if given('style') == 'single' else '2'
+    options = ['--rate', given('rate'), '--width', given('width')]
+    options += ['--wait-for', readers, '--wait-timeout', '120', '--delay', DELAY_S]
+    options += ['--topic', given('topic')] if given('topic') else []
+    options += ['--loop'] if given('loop') == 'true' else []
+    options += ['--keep-stamps', '--clock'] if given('keep_stamps') == 'true' else []
+    source = Node(
+        package='gait_segmentation',
+        executable='gait_source',
+        namespace=given('namespace'),
+        remappings=[('image', given('image'))],
+        arguments=[given('input'), *options],
+        output='screen',
+    )
+    end = TimerAction(
+        period=FLOW_OUT_S, actions=[EmitEvent(event=Shutdown(reason='the input has ended'))]
+    )
+    return [
+        source,
+        RegisterEventHandler(OnProcessExit(target_action=source, on_exit=[end])),
+    ]

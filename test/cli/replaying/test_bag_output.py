@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import errno
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import Reader
+
+from gait_segmentation.cli.replaying.bag_output import BagOutput, Messages
+from gait_segmentation.cli.replaying.output import Replayed
+from gait_segmentation.errors import SequenceError
+from test.cli.replaying.results import STEP_NS, replayed
+from test.walkers import small_bank
+
+SHAPE = (240, 320)
+TOPICS = {
+    '/person_0/box': 'geometry_msgs/msg/PolygonInstanceStamped',
+    '/person_0/likelihood': 'sensor_msgs/msg/Image',
+    '/person_0/matched_box': 'geometry_msgs/msg/PolygonInstanceStamped',
+    '/person_0/shape_prior': 'sensor_msgs/msg/Image',
+    '/person_0/gait': 'sensor_msgs/msg/JointState',
+    '/person_0/mask': 'sensor_msgs/msg/Image',
+    '/mask': 'sensor_msgs/msg/Image',
+    '/labels': 'sensor_msgs/msg/Image',
+}
+
+
+def frame(index: int) -> Replayed:
+    mask = np.zeros(SHAPE, np.uint8)
+    mask[50:200, 30 + index : 90 + index] = 255
+    return replayed(index, [(7, mask, 0.3)])
+
+
+def contents(path: Path) -> list[tuple[str, int, bytes]]:
+    with Reader(path) as reader:
+        return [(c.topic, stamp, bytes(data)) for c, stamp, data in reader.messages()]
+
+
+def test_the_topics_are_those_of_the_nodes(tmp_path: Path) -> None:
+    output = BagOutput(tmp_path / 'walk', small_bank(), 1)
+    for index in range(5):
+        output.add(frame(index))
+    output.close(complete=True)
+    assert sorted(p.name for p in (tmp_path / 'walk').iterdir()) == ['metadata.yaml', 'walk.mcap']
+    with Reader(tmp_path / 'walk') as reader:
+        assert {name: topic.msgtype for name, topic in reader.topics.items()} == {
+            **TOPICS,
+            '/image_size': 'sensor_msgs/msg/RegionOfInterest',
+        }
+        counts = {name: topic.msgcount for name, topic in reader.topics.items()}
+        assert counts == {**dict.fromkeys(TOPICS, 5), '/image_size': 1}
+        stamps = [stamp for _, stamp, _ in reader.messages()]
+        assert reader.duration == 4 * STEP_NS + 1
+        assert stamps == sorted(stamps)
+        store = Messages().store
+        for connection, stamp, data in reader.messages():
+            if connection.topic != '/image_size':
+                header: Any = store.deserialize_cdr(data, connection.msgtype).header
+                assert header.frame_id == 'head_camera'
+                assert header.stamp.sec * 10**9 + header.stamp.nanosec == stamp - 1000
+
+
+@pytest.mark.filterwarnings('ignore::DeprecationWarning')
+def test_messages_are_those_of_the_nodes(tmp_path: Path) -> None:
+    pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
+    from rclpy.serialization import deserialize_message, serialize_message
+    from sensor_msgs.msg import RegionOfInterest
+    from std_msgs.msg import Header
+
+    from gait_segmentation.ros.fields import matched_corners, track_corners
+    from gait_segmentation.ros.image import image_message
+    from gait_segmentation.ros.messages import box_message, gait_message
+
+    bank = small_bank()
+    output = BagOutput(tmp_path / 'walk', bank, 1)
+    one = frame(3)
+    output.add(one)
+    output.close(complete=True)
+    (person,) = one.result.people
+    header = Header(frame_id='head_camera')
+    header.stamp.sec, header.stamp.nanosec = divmod(one.frame.header_ns, 10**9)
+    expected = {
+        '/image_size': RegionOfInterest(height=240, width=320),
+        '/person_0/box': box_message(track_corners(person.track), 7, header),
+        '/person_0/likelihood': image_message(person.track.likelihood, header),
+        '/person_0/matched_box': box_message(matched_corners(person.match, bank), 7, header),
+        '/person_0/shape_prior': image_message(person.match.shape_prior, header),
+        '/person_0/gait': gait_message(person.match, header),
+        '/person_0/mask': image_message(person.segmentation.mask, header),
+        '/mask': image_message(one.result.mask, header),
+        '/labels': image_message(one.result.labels, header),
+    }
+    found = {topic: data for topic, _, data in contents(tmp_path / 'walk')}
+    assert found.keys() == expected.keys()
+    for topic, message in expected.items():
+        # Not byte by byte: rclpy leaves to chance what lies between aligned fields.
+        sent = bytes(serialize_message(message))
+        kind = type(message)
+        assert deserialize_message(found[topic], kind) == deserialize_message(sent, kind), topic
+        assert len(found[topic].rstrip(b'\0')) <= len(sent) <= len(found[topic]) + 8, topic
+
+
+def test_what_was_written_stays_readable_when_it_is_broken_off(tmp_path: Path) -> None:
+    output = BagOutput(tmp_path / 'walk', small_bank(), 1)
+    for index in range(4):
+        output.add(frame(index))
+    output.close(complete=False)
+    assert [p.name for p in tmp_path.iterdir()] == ['walk.partial']
+    assert len(contents(tmp_path / 'walk.partial')) == 4 * len(TOPICS) + 1
+    again = BagOutput(tmp_path / 'walk', small_bank(), 1)
+    again.add(frame(0))
+    again.close(complete=True)
+    assert [p.name for p in tmp_path.iterdir()] == ['walk']
+
+
+def add_all(output: BagOutput, frames: list[Replayed]) -> None:
+    for each in frames:
+        output.add(each)
+
+
+class FullDisk:
+    """A file that takes no more than some bytes until the reserve is given back."""
+
+    def __init__(self, file: Any, room: int, reserve: Path, more: int) -> None:
+        self._file, self._room, self._reserve, self._more = file, room, reserve, more
+
+    def write(self, data: bytes) -> int:
+        room = self._room + (0 if self._reserve.exists() else self._more)
+        if self._file.tell() + len(data) > room:
+            self._file.write(bytes(data)[: max(room - self._file.tell(), 0)])
+            raise OSError(errno.ENOSPC, 'No space left on device')
+        return int(self._file.write(data))
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._file, name)
+
+
+@pytest.mark.parametrize('more', [1 << 20, -300_000], ids=['reserve', 'no reserve'])
+def test_a_full_disk_leaves_whole_messages(tmp_path: Path, more: int) -> None:
+    output = BagOutput(tmp_path / 'walk', small_bank(), 1)
+    noise = np.random.default_rng(2).integers(0, 2, (60, *SHAPE)).astype(np.uint8) * 255
+    storage = output._writer.storage
+    storage.bio = FullDisk(storage.bio, 300_000, output.work / 'reserve', more)
+    with pytest.raises(OSError, match='No space left'):
+        add_all(output, [replayed(index, [(7, mask, 0.3)]) for index, mask in enumerate(noise)])
+    output.close(complete=False)
+    (left,) = tmp_path.iterdir()
+    assert left.name == 'walk.partial'
+    if more > 0:
+        found = contents(left)
+        with Reader(left) as reader:
+            assert reader.message_count == len(found)
+        assert sum(topic == '/mask' for topic, _, _ in found) > 5
+    else:
+        from gait_segmentation.inputs import DamagedError, open_input
+
+        frames = []
+        with pytest.raises(DamagedError, match='the end is missing'):
+            frames.extend(open_input(left, topic='/mask').frames())
+        assert len(frames) > 5
+
+
+def test_a_folder_of_something_else_is_not_replaced(tmp_path: Path) -> None:
+    (tmp_path / 'walk').mkdir()
+    (tmp_path / 'walk/thesis.tex').write_text('years of work')
+    with pytest.raises(SequenceError, match=r'holds thesis\.tex and is not replaced'):
+        BagOutput(tmp_path / 'walk', small_bank(), 1)
+    assert (tmp_path / 'walk/thesis.tex').exists()

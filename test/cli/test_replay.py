@@ -1,0 +1,295 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""gait_replay from end to end on a short synthetic bag."""
+
+from __future__ import annotations
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from rosbags.rosbag2 import Reader
+
+from gait_segmentation.cli.replay import main, make_jobs, names_of, parser
+from gait_segmentation.cli.replaying.bag_output import Messages
+from gait_segmentation.cli.replaying.file_outputs import COLUMNS
+from gait_segmentation.cli.replaying.runner import replay
+from gait_segmentation.errors import ConfigError
+from gait_segmentation.inputs import open_input
+from gait_segmentation.pipeline import Pipeline
+from test.inputs.bags import image_fields, stamp, write_bag2
+from test.walkers import clip, small_bank
+
+ROOT = Path(__file__).parents[2]
+FRAMES = 10
+BROKEN = 4
+
+
+@pytest.fixture(scope='module')
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a bank and a bag, one of whose images cannot be read."""
+    path = tmp_path_factory.mktemp('replay')
+    small_bank().save(path / 'small.npz')
+    messages = [
+        image_fields(frame.image, stamp(index)) for index, frame in enumerate(clip()[:FRAMES])
+    ]
+    messages[BROKEN].encoding = '64FC9'
+    write_bag2(path / 'walk', {'/camera/image_raw': messages})
+    return path
+
+
+@pytest.fixture
+def given(folder: Path, tmp_path: Path) -> list[str]:
+    """Return the command line."""
+    box = clip()[0].boxes[0]
+    assert box is not None
+    numbers = [str(value) for value in (box.x, box.y, box.width, box.height)]
+    return [
+        str(folder / 'walk'), '--bank', str(folder / 'small.npz'), '--box', *numbers,
+        '--out', str(tmp_path / 'out'),
+    ]  # fmt: skip
+
+
+def images(path: Path, topic: str) -> list[np.ndarray]:
+    return list(open_input(path, topic=topic).images())
+
+
+def test_every_frame_has_the_pipelines_results(given: list[str], tmp_path: Path) -> None:
+    assert main(given) == 0
+    pipeline = Pipeline(bank=small_bank())
+    pipeline.initialize(clip()[0].boxes[0])
+    expected = []
+    for index, frame in enumerate(clip()[:FRAMES]):
+        if index == BROKEN:
+            expected.append(np.zeros(frame.image.shape[:2], np.uint8))
+            continue
+        (result,) = pipeline.update(frame.image, stamp(index))
+        expected.append(result.mask)
+        assert result.mask.any()
+    found = images(tmp_path / 'out/walk', '/mask')
+    np.testing.assert_array_equal([image[:, :, 0] for image in found], expected)
+    with Reader(tmp_path / 'out/walk') as reader:
+        counts = {name: topic.msgcount for name, topic in reader.topics.items()}
+        assert counts.pop('/image_size') == 1
+        assert set(counts.values()) == {FRAMES}
+        store = Messages().store
+        for connection, stamp_ns, data in reader.messages():
+            message: Any = store.deserialize_cdr(data, connection.msgtype)
+            if connection.topic == '/person_0/gait':
+                header = message.header
+                when = header.stamp.sec * 10**9 + header.stamp.nanosec
+                assert (when, header.frame_id) == (stamp_ns - 5_000_000, 'head_camera')
+                assert bool(message.name) == (when != stamp(BROKEN))
+
+
+def test_two_replays_are_the_same_to_the_byte(given: list[str], tmp_path: Path) -> None:
+    outputs = ['--csv', str(tmp_path / 'out/walk.csv'), '--opengait', str(tmp_path / 'out/gait')]
+    assert main([*given, *outputs]) == 0
+    files = sorted(p for p in (tmp_path / 'out').rglob('*') if p.is_file())
+    assert {p.suffix for p in files} == {'.csv', '.yaml', '.mcap', '.pkl'}
+    first = [path.read_bytes() for path in files]
+    assert main([*given, *outputs, '--force']) == 0
+    assert [path.read_bytes() for path in files] == first
+
+
+def test_a_lag_leaves_no_frame_out(given: list[str], tmp_path: Path) -> None:
+    assert main([*given, '--set', 'matching.lag=3']) == 0
+    masks = images(tmp_path / 'out/walk', '/mask')
+    assert [bool(mask.any()) for mask in masks] == [index != BROKEN for index in range(FRAMES)]
+
+
+def test_other_outputs_on_request(given: list[str], tmp_path: Path) -> None:
+    masks, film, table = tmp_path / 'masks', tmp_path / 'film.mp4', tmp_path / 'table.csv'
+    options = ['--masks', str(masks), '--overlay', str(film), '--csv', str(table)]
+    assert main([*given, *options, '--start', '1', '--count', '7', '--width', '240']) == 0
+    assert sorted(p.name for p in masks.iterdir()) == [f'{n:04d}.png' for n in range(1, 8)]
+    mask = cv2.imread(str(masks / '0002.png'), cv2.IMREAD_UNCHANGED)
+    assert mask.shape[1] == 240
+    assert set(np.unique(mask)) == {0, 255}
+    assert len(list(open_input(film).images())) == 7
+    with open(table, newline='') as file:
+        rows = list(csv.DictReader(file))
+    assert tuple(rows[0]) == COLUMNS
+    assert [int(row['frame']) for row in rows] == [1, 2, 3, 5, 6, 7]
+    assert [int(row['stamp_ns']) for row in rows] == [stamp(n) for n in (1, 2, 3, 5, 6, 7)]
+    for row in rows:
+        assert 0 <= float(row['gait_phase_strides']) < 1
+        assert 20 < float(row['box_height_px']) < 200
+        assert row['state'] == 'tracked'
+
+
+def test_what_is_there_is_not_made_again(given: list[str], tmp_path: Path, capsys) -> None:
+    assert main(given) == 0
+    bag = tmp_path / 'out/walk/walk.mcap'
+    before = bag.stat().st_mtime_ns
+    assert main(given) == 0
+    assert 'done before' in capsys.readouterr().out
+    assert main([*given, '--csv', str(tmp_path / 'table.csv')]) == 0
+    assert (tmp_path / 'table.csv').exists()
+    assert bag.stat().st_mtime_ns == before
+    assert main([*given, '--force']) == 0
+    assert bag.stat().st_mtime_ns > before
+
+
+def test_a_damaged_bag_comes_out_up_to_the_damage(
+    given: list[str], folder: Path, tmp_path: Path, capsys
+) -> None:
+    cut = tmp_path / 'cut.mcap'
+    whole = (folder / 'walk/walk.mcap').read_bytes()
+    cut.write_bytes(whole[: len(whole) * 6 // 10])
+    assert main([str(cut), *given[1:]]) == 1
+    said = capsys.readouterr().err
+    assert 'cut.mcap is damaged' in said
+    assert '6 images on /camera/image_raw come before' in said
+    assert len(images(tmp_path / 'out/cut', '/mask')) == 6
+
+
+class StopAfter:
+    """Is set after some frames."""
+
+    def __init__(self, frames: int) -> None:
+        self.left = frames
+
+    def is_set(self) -> bool:
+        self.left -= 1
+        return self.left <= 0
+
+
+def test_an_interruption_leaves_a_bag_that_can_be_read(given: list[str], tmp_path: Path) -> None:
+    table = tmp_path / 'table.csv'
+    walks = tmp_path / 'walks'
+    more = ['--csv', str(table), '--opengait', str(walks)]
+    (job,) = make_jobs(parser().parse_args([*given, *more]))
+    report = replay(job, small_bank(), StopAfter(3))
+    assert (report.interrupted, report.frames) == (True, 3)
+    assert sorted(report.left) == [
+        tmp_path / 'out/walk.partial',
+        tmp_path / 'table.partial.csv',
+        walks / 'walk.partial',
+    ]
+    assert len(images(tmp_path / 'out/walk.partial', '/mask')) == 3
+    assert len((tmp_path / 'table.partial.csv').read_text().splitlines()) == 4
+    assert replay(job, small_bank(), threading.Event()).frames == FRAMES
+    assert sorted(p.name for p in tmp_path.iterdir()) == ['out', 'table.csv', 'walks']
+    assert [p.name for p in (tmp_path / 'out').iterdir()] == ['walk']
+    assert [p.name for p in walks.iterdir()] == ['walk']
+
+
+def test_a_failure_leaves_no_half_outputs(given: list[str], tmp_path: Path, monkeypatch) -> None:
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError
+
+    (job,) = make_jobs(parser().parse_args(given))
+    monkeypatch.setattr(Pipeline, 'flush', fail)
+    with pytest.raises(ZeroDivisionError):
+        replay(job, small_bank(), threading.Event())
+    assert [p.name for p in (tmp_path / 'out').iterdir()] == ['walk.partial']
+    assert len(images(tmp_path / 'out/walk.partial', '/mask')) == FRAMES
+
+
+def test_ctrl_c_ends_the_command(given: list[str], tmp_path: Path) -> None:
+    frames = [image_fields(clip()[0].image, stamp(index)) for index in range(400)]
+    given = [str(write_bag2(tmp_path / 'long', {'/image': frames})), *given[1:]]
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'gait_segmentation.cli.replay', *given],
+        env={**os.environ, 'PYTHONPATH': str(ROOT)},
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        bag = tmp_path / 'out/.long.part/long/long.mcap'
+        deadline = time.monotonic() + 60
+        while not bag.exists() and time.monotonic() < deadline:
+            time.sleep(0.02)
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    assert process.returncode == 130, said
+    assert 'interrupted' in said
+    assert 'Traceback' not in said
+    assert [p.name for p in (tmp_path / 'out').iterdir()] == ['long.partial']
+    with Reader(tmp_path / 'out/long.partial') as reader:
+        assert reader.message_count % 8 in (0, 1)
+
+
+def test_many_inputs_side_by_side_are_the_same_as_one_by_one(
+    given: list[str], folder: Path, tmp_path: Path
+) -> None:
+    other = folder / 'other'
+    if not other.exists():
+        write_bag2(other, {'/image': [image_fields(f.image, stamp(i)) for i, f in
+                                      enumerate(clip()[:4])]})  # fmt: skip
+    missing = str(tmp_path / 'missing.mp4')
+    masks = ['--masks', str(tmp_path / 'masks')]
+    inputs = [given[0], str(other), missing]
+    assert main([*inputs, *given[1:], *masks, '--jobs', '2']) == 2
+    assert len(list((tmp_path / 'masks/walk').iterdir())) == FRAMES
+    assert len(list((tmp_path / 'masks/other').iterdir())) == 4
+    apart = [*given[1:-1], str(tmp_path / 'apart')]
+    assert main([given[0], *apart]) == 0
+    one, two = (tmp_path / f'{name}/walk/walk.mcap' for name in ('out', 'apart'))
+    assert one.read_bytes() == two.read_bytes()
+
+
+def test_names_tell_inputs_apart(tmp_path: Path) -> None:
+    paths = [tmp_path / 'a/walk.mp4', tmp_path / 'b/walk.bag', tmp_path / 'b/run.mp4']
+    assert names_of(paths) == ['a_walk', 'b_walk', 'run']
+    with pytest.raises(ConfigError, match='2 inputs have the name a_walk'):
+        names_of([tmp_path / 'a/walk.mp4', tmp_path / 'a/walk.bag'])
+
+
+@pytest.mark.parametrize(
+    ('options', 'reason'),
+    [
+        (['--box', '5000', '0', '10', '10'], 'must not lie outside of the image'),
+        (['--topic', '/nowhere'], 'topic /nowhere is not there'),
+        (['--set', 'matching.nothing=1'], "matching has no parameter 'nothing'"),
+        (['--jobs', '0'], '--jobs and --threads must be at least 1'),
+        (['--overlay', 'x.nonsense'], 'cannot be written as a film'),
+        (['--params', 'no_such_file.yaml'], 'cannot be read as a parameter file'),
+    ],
+)
+def test_what_cannot_be_used_is_said(
+    given: list[str], options: list[str], reason: str, tmp_path: Path, capfd, monkeypatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main([*given, *options]) == 2
+    assert reason in capfd.readouterr().err
+    assert not list(tmp_path.rglob('walk'))
+
+
+def test_a_parameter_file_is_read_as_the_nodes_read_it(given: list[str], tmp_path: Path) -> None:
+    file = tmp_path / 'params.yaml'
+    file.write_text(
+        '/**:\n  ros__parameters:\n    backlog: 3\n    max_people: 2\n'
+        '    initial_box: [1, 2, 30, 40]\n'
+        '/robot/gait_pipeline:\n  ros__parameters:\n    matching: {lag: 4, window: 1}\n'
+        'camera:\n  ros__parameters:\n    matching.lag: 9\n'
+    )
+    command = [given[0], '--out', given[-1], '--params', str(file)]
+    (job,) = make_jobs(parser().parse_args(command))
+    assert (job.config.people.max_people, job.config.matching.lag) == (2, 4)
+    assert job.config.matching.window == 1.0
+    assert job.box is not None
+    assert (job.box.x, job.box.height) == (1, 40)
+    file.write_text('/**:\n  ros__parameters:\n    matching.lagg: 3\n')
+    with pytest.raises(ConfigError, match="matching has no parameter 'lagg'"):
+        make_jobs(parser().parse_args(command))
+
+
+def test_the_shipped_parameter_file_holds_the_defaults(given: list[str]) -> None:
+    path = str(ROOT / 'config/gait_segmentation.yaml')
+    plain, filed = (
+        make_jobs(parser().parse_args([given[0], *more]))[0] for more in ([], ['--params', path])
+    )
+    assert plain == filed

@@ -1,0 +1,199 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import StoragePlugin
+
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.inputs import DamagedError, ImageSource, open_input
+from test.inputs.bags import (
+    STEP_NS,
+    compressed_fields,
+    grey,
+    greys,
+    image_fields,
+    stamp,
+    write_bag1,
+    write_bag2,
+    write_compressed_bag2,
+)
+
+ROOT = Path(__file__).parents[2]
+BIG = (320, 240)
+"""Of which one chunk of MCAP holds five."""
+
+
+def sqlite_bag(path: Path, topics: dict) -> Path:
+    return write_bag2(path, topics, StoragePlugin.SQLITE3)
+
+
+WRITERS: dict[str, Callable[[Path, dict], Path]] = {
+    'mcap': write_bag2,
+    'mcap compressed': write_compressed_bag2,
+    'sqlite3': sqlite_bag,
+    'ros1': lambda path, topics: write_bag1(path.with_suffix('.bag'), topics),
+}
+
+
+def noisy(count: int) -> list[Any]:
+    """Return images that no compression makes small; the first pixel tells the number."""
+    messages = greys(count, BIG)
+    rng = np.random.default_rng(1)
+    for message in messages:
+        message.data[3:] = rng.integers(0, 256, message.data.size - 3)
+    return messages
+
+
+def numbers(source: ImageSource) -> list[int]:
+    return [int(image[0, 0, 0]) // 10 for image in source.images()]
+
+
+@pytest.mark.parametrize('kind', WRITERS)
+def test_frames_come_with_the_stamps_of_their_headers(kind: str, tmp_path: Path) -> None:
+    path = WRITERS[kind](tmp_path / 'walk', {'/camera/image_raw': greys(6)})
+    source = open_input(path)
+    assert isinstance(source.fps, float)
+    assert (source.size, source.total) == ((60, 40), 6)
+    assert source.fps == pytest.approx(1e9 / STEP_NS)
+    frames = list(source.frames())
+    assert [frame.number for frame in frames] == list(range(6))
+    assert [frame.stamp_ns for frame in frames] == [stamp(index) for index in range(6)]
+    assert [frame.recorded_ns - frame.header_ns for frame in frames] == [5_000_000] * 6
+    assert {frame.frame_id for frame in frames} == {'head_camera'}
+    assert numbers(source) == list(range(6))
+
+
+def test_start_count_and_width_choose(tmp_path: Path) -> None:
+    path = write_bag2(tmp_path / 'walk', {'/image': greys(6)})
+    source = open_input(path, start=2, count=3, width=30)
+    assert numbers(source) == [2, 3, 4]
+    assert [frame.number for frame in source.frames()] == [2, 3, 4]
+    assert (source.size, source.scale, source.total) == ((30, 20), 0.5, 3)
+    with pytest.raises(SequenceError, match='has no frame 6'):
+        open_input(path, start=6)
+
+
+def test_a_storage_file_or_a_folder_without_metadata_will_do(tmp_path: Path) -> None:
+    folder = write_bag2(tmp_path / 'walk', {'/image': greys(3)})
+    assert numbers(open_input(folder / 'walk.mcap')) == [0, 1, 2]
+    (folder / 'metadata.yaml').unlink()
+    assert numbers(open_input(folder)) == [0, 1, 2]
+
+
+def test_compressed_images_and_other_encodings_are_read(tmp_path: Path) -> None:
+    messages = [compressed_fields(grey(index), stamp(index)) for index in range(3)]
+    assert numbers(open_input(write_bag2(tmp_path / 'png', {'/c': messages}))) == [0, 1, 2]
+    rgb = np.zeros((4, 6, 3), np.uint8)
+    rgb[:] = (10, 20, 30)
+    path = write_bag2(tmp_path / 'rgb', {'/c': [image_fields(rgb, stamp(0), 'rgb8')]})
+    (image,) = open_input(path).images()
+    assert image[0, 0].tolist() == [30, 20, 10]
+
+
+def test_the_topic_is_found_or_asked_for(tmp_path: Path) -> None:
+    roi = [compressed_fields(grey(1), stamp(0))]
+    path = write_bag2(tmp_path / 'two', {'/left/image': greys(2), '/right/compressed': roi})
+    with pytest.raises(
+        SequenceError, match=r'2 topics with images, choose one with --topic: '
+    ) as e:
+        open_input(path)
+    assert '/left/image (sensor_msgs/msg/Image, 2 messages)' in str(e.value)
+    assert '/right/compressed (sensor_msgs/msg/CompressedImage, 1 messages)' in str(e.value)
+    assert numbers(open_input(path, topic='/left/image')) == [0, 1]
+    assert numbers(open_input(path, topic='left/image')) == [0, 1]
+    with pytest.raises(SequenceError, match=r'topic /middle is not there; .*/left/image'):
+        open_input(path, topic='/middle')
+
+
+def test_a_frame_that_cannot_be_read_is_no_end(tmp_path: Path) -> None:
+    messages = greys(3)
+    messages[1].encoding = '32FC1'
+    source = open_input(write_bag2(tmp_path / 'walk', {'/image': messages}))
+    frames = list(source.frames())
+    assert [frame.image is None for frame in frames] == [False, True, False]
+    assert frames[1].stamp_ns == stamp(1)
+    assert frames[1].shape == (40, 60)
+    assert "'32FC1'" in frames[1].problem
+
+
+def test_without_a_stamp_the_time_of_recording_tells_frames_apart(tmp_path: Path) -> None:
+    messages = [image_fields(grey(index), 0) for index in range(2)]
+    frames = list(open_input(write_bag2(tmp_path / 'walk', {'/image': messages})).frames())
+    assert [frame.header_ns for frame in frames] == [0, 0]
+    assert [frame.stamp_ns for frame in frames] == [stamp(0) + 5_000_000, stamp(1) + 5_000_000]
+
+
+@pytest.mark.parametrize('kind', WRITERS)
+@pytest.mark.parametrize('share', [0.6, 0.9])
+def test_all_frames_before_a_cut_come_out(kind: str, share: float, tmp_path: Path) -> None:
+    messages = noisy(16)
+    path = WRITERS[kind](tmp_path / 'walk', {'/image': messages})
+    file = path if path.is_file() else next(p for p in path.iterdir() if p.suffix != '.yaml')
+    whole = file.read_bytes()
+    file.write_bytes(whole[: int(share * len(whole))])
+    source = open_input(path)
+    found = []
+    with pytest.raises(
+        DamagedError, match=f'is damaged: {file.name}: .*on /image come before'
+    ) as e:
+        found.extend(int(frame.image[0, 0, 0]) // 10 for frame in source.frames())
+    assert found == list(range(len(found)))
+    assert int(share * 16) - 1 <= len(found) <= int(share * 16)
+    assert f'{len(found)} images on /image come before' in str(e.value)
+
+
+@pytest.mark.parametrize('kind', ['mcap', 'mcap compressed'])
+def test_damage_in_the_middle_is_found(kind: str, tmp_path: Path) -> None:
+    path = WRITERS[kind](tmp_path / 'walk', {'/image': noisy(12)})
+    file = path / 'walk.mcap'
+    data = bytearray(file.read_bytes())
+    middle = len(data) // 2
+    data[middle : middle + 300_000] = b'\xff' * 300_000
+    file.write_bytes(data)
+    found = []
+    with pytest.raises(DamagedError, match='come before'):
+        found.extend(int(frame.image[0, 0, 0]) // 10 for frame in open_input(path).frames())
+    assert found[:4] == [0, 1, 2, 3]
+    assert len(found) < 12
+
+
+@pytest.mark.parametrize('name', ['empty.mcap', 'empty.bag', 'empty.db3'])
+def test_what_is_no_bag_is_an_error(name: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_bytes(b'')
+    with pytest.raises(SequenceError, match='cannot be read as a bag'):
+        open_input(path)
+    path.write_bytes(b'something else' * 9)
+    with pytest.raises(SequenceError, match='cannot be read as a bag'):
+        open_input(path)
+
+
+def test_a_bag_without_images_lists_what_it_has(tmp_path: Path) -> None:
+    from test.inputs.bags import ROS2
+
+    message = ROS2.types['std_msgs/msg/String'](data='hello')
+    path = write_bag2(tmp_path / 'talk', {'/chatter': [message]})
+    with pytest.raises(SequenceError, match=r'no images .*: /chatter \(std_msgs/msg/String, 1 me'):
+        open_input(path)
+
+
+def test_bags_are_read_without_ros(tmp_path: Path) -> None:
+    path = write_bag2(tmp_path / 'walk', {'/image': greys(2)})
+    program = (
+        'import sys, pathlib\n'
+        'for name in ("rclpy", "sensor_msgs", "std_msgs"): sys.modules[name] = None\n'
+        'from gait_segmentation.inputs import open_input\n'
+        f'print(len(list(open_input(pathlib.Path({str(path)!r})).images())))'
+    )
+    done = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, cwd=ROOT, check=False
+    )
+    assert done.stdout.strip() == '2', done.stderr
