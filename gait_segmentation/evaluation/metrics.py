@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.evaluation.sequence import PERSON
+from gait_segmentation.evaluation.truth import PERSON
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window
 
@@ -31,6 +31,7 @@ __all__ = [
     'FrameScore',
     'PhaseScore',
     'boundary_f',
+    'centre_distance',
     'error_percent',
     'evaluation_window',
     'jaccard',
@@ -38,6 +39,7 @@ __all__ = [
     'score_frame',
     'start_box',
     'true_box',
+    'window_about',
 ]
 
 LOST_IOU = 0.2
@@ -109,18 +111,29 @@ def start_box(truth: NDArray[np.uint8], rim: int = RIM_PX) -> Box | None:
     return Box.around((near > 0) & (truth != 0))
 
 
-def evaluation_window(truth: NDArray[np.uint8]) -> Window:
-    """Return the rows and columns that are scored; all of them if the truth shows nobody."""
-    height, width = truth.shape
-    box = true_box(truth)
-    if box is None:
-        return slice(0, height), slice(0, width)
+def window_about(box: Box, shape: tuple[int, ...]) -> Window:
+    """Return the rows and columns that are scored about a true box in an image of a shape."""
+    height, width = shape
     window_width = max(WINDOW * box.width, WINDOW_ASPECT * box.height)
     window = Box.from_center(box.center_x, box.center_y, window_width, WINDOW * box.height)
     return (
         slice(max(round(window.y), 0), min(round(window.bottom), height)),
         slice(max(round(window.x), 0), min(round(window.right), width)),
     )
+
+
+def evaluation_window(truth: NDArray[np.uint8]) -> Window:
+    """Return the rows and columns that are scored; all of them if the truth shows nobody."""
+    box = true_box(truth)
+    if box is None:
+        return slice(0, truth.shape[0]), slice(0, truth.shape[1])
+    return window_about(box, truth.shape)
+
+
+def centre_distance(box: Box, expected: Box) -> float:
+    """Return how far apart the centres are, in heights of the expected box."""
+    dx, dy = box.center_x - expected.center_x, box.center_y - expected.center_y
+    return math.hypot(dx, dy) / expected.height
 
 
 def _count(inside: NDArray[Any]) -> int:
@@ -199,8 +212,7 @@ def score_frame(mask: NDArray[np.uint8], box: Box | None, truth: NDArray[np.uint
     if expected is not None:
         iou = 0.0 if box is None else float(box.iou(expected))
         if box is not None:
-            dx, dy = box.center_x - expected.center_x, box.center_y - expected.center_y
-            centre = math.hypot(dx, dy) / expected.height
+            centre = centre_distance(box, expected)
     return FrameScore(
         j=jaccard(mask[window], truth[window]),
         f=boundary_f(mask, truth),

@@ -14,7 +14,7 @@ from gait_segmentation.drawing import Image, contact_sheet, crop, draw_label, dr
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.metrics import true_box
 from gait_segmentation.evaluation.runner import Outcome
-from gait_segmentation.evaluation.sequence import PERSON
+from gait_segmentation.evaluation.truth import PERSON
 from gait_segmentation.geometry import Box
 
 __all__ = ['SequenceOutput', 'tile', 'write_image']

@@ -12,11 +12,24 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.metrics import FrameScore
+from gait_segmentation.evaluation.mot import MISSING
 from gait_segmentation.evaluation.runner import Outcome, StartScore
+from gait_segmentation.evaluation.tracking_score import TrackingScore, mean_tracking
 
-__all__ = ['Summary', 'aligned', 'mean_of', 'restart_report', 'table', 'write_json']
+__all__ = [
+    'Summary',
+    'aligned',
+    'mean_of',
+    'restart_report',
+    'table',
+    'tracking_table',
+    'write_json',
+]
 
 STAGES = ('tracking', 'matching', 'segmentation', 'total')
 
@@ -27,12 +40,19 @@ _AVERAGED = ('J', 'F', 'error_rate', 'error_rate_image', 'box_iou', 'fps')
 class Summary:
     """Collects the outcomes of one sequence, without their images."""
 
+    tracking: TrackingScore
     scores: list[FrameScore] = field(default_factory=list)
     timings: list[Mapping[str, float]] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
 
-    def add(self, outcome: Outcome) -> None:
-        """Take in one frame."""
+    def add(self, outcome: Outcome, labels: NDArray[np.uint8] | None) -> None:
+        """
+        Take in one frame.
+
+        :param labels: who is where, None without truth.
+        """
+        if labels is not None:
+            self.tracking.add(outcome.number, labels, outcome.tracks)
         if outcome.score is not None:
             self.scores.append(outcome.score)
         if outcome.timings_ms:
@@ -61,6 +81,7 @@ class Summary:
                 for stage in STAGES
             },
             'fps': len(self.seconds) / total if total > 0 else 0.0,
+            'tracking': self.tracking.numbers(),
         }
 
 
@@ -81,6 +102,7 @@ def mean_of(sequences: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     }
     for name in _AVERAGED:
         mean[name] = _mean(row[name] for row in rows if row[name] is not None)
+    mean['tracking'] = mean_tracking(row['tracking'] for row in rows)
     return mean
 
 
@@ -140,6 +162,41 @@ def table(report: Mapping[str, Any]) -> str:
             row += [_cell(again['J'], 4), _cell(again['J0'], 4)]
         rows.append(row)
     return aligned(rows)
+
+
+def tracking_table(report: Mapping[str, Any]) -> str:
+    """Return how people were followed as an aligned table, one line per sequence and the mean."""
+    known = 'mota' in report['mean']['tracking']
+    header = ['tracking', 'people', 'J', 'one id', 'box IoU', 'centre', 'lost', 'switches']
+    header += ['shared', *(['MOTA', 'IDF1'] if known else []), 'lock s', 'back s', 'false']
+    rows = [header]
+    for name, numbers in [*report['sequences'].items(), ('mean', report['mean'])]:
+        scores = numbers['tracking']
+        row = [
+            name,
+            str(len(scores['people'])) if 'people' in scores else '',
+            _cell(scores['J'], 4),
+            _cell(scores['J_one_id'], 4),
+            _cell(scores['box_iou'], 3),
+            _cell(scores['centre_error'], 3),
+            str(scores['lost_frames']),
+            str(scores['id_switches']),
+            str(scores['shared_ids']),
+        ]
+        if known:
+            row += [_cell(scores['mota'], 3), _cell(scores['idf1'], 3)]
+        row += [
+            _time_cell(scores['lock_seconds'], scores['never_locked']),
+            _time_cell(scores['recovery_seconds'], scores['never_recovered']),
+            str(scores['false_slots']),
+        ]
+        rows.append(row)
+    return aligned(rows) + ('' if known else f'\n({MISSING})')
+
+
+def _time_cell(value: float | None, never: int) -> str:
+    """Return the longest time, and how many never came."""
+    return _cell(value, 2) + (f' ({never} never)' if never else '')
 
 
 def write_json(path: Path, report: Mapping[str, Any]) -> None:

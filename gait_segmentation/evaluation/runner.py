@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -14,9 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.evaluation.metrics import FrameScore, score_frame, start_box
-from gait_segmentation.evaluation.sequence import PERSON, Sequence, read_mask
+from gait_segmentation.evaluation.metrics import FrameScore, jaccard, score_frame, start_box
+from gait_segmentation.evaluation.sequence import Sequence, read_mask
+from gait_segmentation.evaluation.tracking_score import FoundTrack
+from gait_segmentation.evaluation.truth import PERSON
 from gait_segmentation.geometry import Box
+from gait_segmentation.results import TRACKED
 
 __all__ = [
     'RESTART_EVERY',
@@ -81,6 +84,9 @@ class Outcome:
     ``mask`` is (H, W) uint8 0/255 and ``box`` the tracked box, both in source pixels; ``phase``
     and ``azimuth`` are NaN if nobody is tracked.  ``timings_ms`` is by stage, ``seconds`` the
     duration of the call that took the frame in.  ``score`` is None without ground truth.
+
+    With several slots these are of the one whose mask has the greatest J, of the first if there
+    is no truth; ``tracks`` are all slots that see somebody.
     """
 
     number: int
@@ -91,13 +97,14 @@ class Outcome:
     timings_ms: dict[str, float]
     seconds: float
     score: FrameScore | None
+    tracks: tuple[FoundTrack, ...] = ()
 
 
 def run(
     pipeline: Runnable,
     clip: Clip,
     numbers: Iterable[int],
-    box: Box,
+    box: Box | Mapping[int, Iterable[Box]],
     *,
     clock: Callable[[], float],
     likelihood: Callable[[int], NDArray[np.uint8]] | None = None,
@@ -109,13 +116,17 @@ def run(
     counts as an empty mask and no box.
 
     :param numbers: the frames, ascending.
-    :param box: where the person is in the first of them.
+    :param box: where the person is in the first of them; or frame number -> boxes of people who
+        are to be tracked from there on, empty if the pipeline finds people by itself.
     :param clock: seconds, for the durations.
     :param likelihood: makes the likelihood image to use in a frame in place of the tracker's.
     """
-    pipeline.initialize(box)
+    numbers = list(numbers)
+    starts = {numbers[0]: (box,)} if isinstance(box, Box) else box
     waiting: dict[int, tuple[int, tuple[int, ...], float]] = {}
     for number in numbers:
+        for start in starts.get(number, ()):
+            pipeline.initialize(start)
         image = clip.image(number)
         stamp = clip.stamp_ns(number)
         given = None if likelihood is None else likelihood(number)
@@ -133,7 +144,7 @@ def _finished(
 ) -> Iterator[Outcome]:
     by_stamp: dict[int, Any] = {}
     for result in results:
-        by_stamp.setdefault(result.segmentation.stamp_ns, result)
+        by_stamp.setdefault(result.stamp_ns, result)
     for stamp, result in sorted(by_stamp.items()):
         # Frames are answered in order: older ones still waiting will never be.
         for older in [key for key in waiting if key < stamp]:
@@ -149,13 +160,32 @@ def _outcome(
     box = None
     phase = azimuth = math.nan
     timings: dict[str, float] = {}
-    if result is not None:
-        mask, box, timings = result.segmentation.mask, result.track.box, result.timings_ms
-        if result.match.body is not None:
-            phase, azimuth = result.match.phase, result.match.azimuth
+    tracks: tuple[FoundTrack, ...] = ()
     truth = clip.truth(number)
+    if result is not None:
+        person = _person_of(result.people, truth)
+        mask, box, timings = person.segmentation.mask, person.track.box, result.timings_ms
+        if person.match.body is not None:
+            phase, azimuth = person.match.phase, person.match.azimuth
+        tracks = tuple(
+            FoundTrack(
+                each.track.track_id,
+                each.track.box,
+                each.segmentation.mask,
+                each.track.features,
+            )
+            for each in result.people
+            if each.track.state == TRACKED and each.track.box is not None
+        )
     score = None if truth is None else score_frame(mask, box, truth)
-    return Outcome(number, mask, box, phase, azimuth, timings, seconds, score)
+    return Outcome(number, mask, box, phase, azimuth, timings, seconds, score, tracks)
+
+
+def _person_of(people: Any, truth: NDArray[np.uint8] | None) -> Any:
+    """Return the slot that is scored against the truth of one person."""
+    if len(people) == 1 or truth is None:
+        return people[0]
+    return max(people, key=lambda person: jaccard(person.segmentation.mask, truth))
 
 
 def check_truth(sequence: Sequence) -> None:
@@ -181,19 +211,21 @@ def run_sequence(
     *,
     clock: Callable[[], float],
     likelihood_name: str = '',
+    auto: bool = False,
 ) -> Iterator[Outcome]:
     """
-    Run a pipeline over a sequence from its first box on.
+    Run a pipeline over a sequence from ``initial_frame`` on.
 
     :param likelihood_name: folder beside ``frames`` with the likelihood images (NNNN.png, grey)
         to use in place of the tracker's, empty for the tracker's.
+    :param auto: give no boxes; the pipeline must find people by itself.
     :raises SequenceError: if an image is missing or corrupt.
     """
     return run(
         pipeline,
         sequence,
         sequence.numbers,
-        sequence.initial_box,
+        {} if auto else sequence.starts,
         clock=clock,
         likelihood=_likelihoods(sequence, likelihood_name),
     )

@@ -7,12 +7,17 @@ A sequence is a folder with ``frames/NNNN.png`` (or another image format), ``mas
 ``sequence.yaml``.  In a mask 255 is the person, 0 the background, and any other value is
 ambiguous and left out of every score.  The YAML file has ``fps``, ``initial_box`` (x, y, width,
 height in pixels) and ``initial_frame`` (the number of the frame the box belongs to, 0 if absent).
+
+Where several people are labelled there is ``labels/NNNN.png``, too: 0 nobody, 1 to 16 one person
+each, any other value (255) ambiguous.  The YAML file then may go without ``initial_box`` and may
+have ``initial_boxes``: a list of boxes of ``initial_frame``, or of ``{frame: .., box: [..]}``.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -22,15 +27,12 @@ import yaml
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.attendance import Attendance
+from gait_segmentation.evaluation.metrics import start_box
+from gait_segmentation.evaluation.truth import labels_of_truth, truth_of
 from gait_segmentation.geometry import Box
 
-__all__ = ['AMBIGUOUS', 'FRAME_SUFFIXES', 'PERSON', 'Sequence', 'read_image', 'read_mask']
-
-PERSON = 255
-"""Value of the person in a mask."""
-
-AMBIGUOUS = 170
-"""Value this package writes for ambiguous pixels; it reads every value but 0 and 255 so."""
+__all__ = ['FRAME_SUFFIXES', 'Sequence', 'read_image', 'read_mask']
 
 FRAME_SUFFIXES = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp')
 """Endings of the files taken as frames."""
@@ -90,17 +92,23 @@ class Sequence:
     One clip with its ground truth; images are read when they are asked for.
 
     ``frames`` maps the frame numbers (from the file names, ascending) to files, ``masks`` the
-    numbers that have ground truth.  ``size`` is (width, height) of all frames.
+    numbers that have ground truth.  ``size`` is (width, height) of all frames.  ``label_files``
+    maps the numbers that have labels of several people to files; it is empty where only one is
+    labelled.  ``given_boxes`` maps frame numbers to the boxes that start tracks there as the YAML
+    file has them; ``initial_box`` is the first of them, None if it has none.
     """
 
     name: str
     folder: Path
     fps: float
-    initial_box: Box
+    initial_box: Box | None
     initial_frame: int
     size: tuple[int, int]
     frames: dict[int, Path] = field(repr=False)
     masks: dict[int, Path] = field(repr=False)
+    label_files: dict[int, Path] = field(default_factory=dict, repr=False)
+    given_boxes: dict[int, tuple[Box, ...]] = field(default_factory=dict, repr=False)
+    all_given: bool = True
 
     @classmethod
     def load(cls, folder: str | Path) -> Sequence:
@@ -121,9 +129,13 @@ class Sequence:
                 f'{folder / "frames"} has no images named by number, like 0000.png or 0000.jpg'
             )
         masks = _numbered(folder / 'masks', ('.png',))
-        for number, path in masks.items():
-            if number not in frames:
-                raise SequenceError(f'{path} is the mask of a frame that is not in frames/')
+        labels: dict[int, Path] = {}
+        if (folder / 'labels').is_dir():
+            labels = _numbered(folder / 'labels', ('.png',))
+        for what, paths in (('mask', masks), ('label image', labels)):
+            for number, path in paths.items():
+                if number not in frames:
+                    raise SequenceError(f'{path} is the {what} of a frame that is not in frames/')
         fps = _number(about, 'fps', about_path)
         if fps <= 0:
             raise SequenceError(f'fps in {about_path} must be positive, got {fps:g}')
@@ -135,9 +147,17 @@ class Sequence:
             )
         image = read_image(frames[first])
         size = (image.shape[1], image.shape[0])
-        box = _box(about, about_path, size)
+        given: dict[int, tuple[Box, ...]] = {}
+        if 'initial_box' in about or not labels:
+            if 'initial_box' not in about:
+                raise SequenceError(f'{about_path} has no initial_box')
+            given[first] = (_box('initial_box', about['initial_box'], about_path, size),)
+        if 'initial_boxes' in about:
+            given = _boxes(about, about_path, size, first, frames)
+        box = next(iter(given.values()))[0] if given else None
         name = folder.resolve().name
-        return cls(name, folder, fps, box, first, size, frames, masks)
+        whole = not labels or 'initial_boxes' in about
+        return cls(name, folder, fps, box, first, size, frames, masks, labels, given, whole)
 
     @property
     def numbers(self) -> list[int]:
@@ -170,6 +190,54 @@ class Sequence:
         """
         path = self.masks.get(number)
         return None if path is None else read_mask(path, self.size)
+
+    def labels(self, number: int) -> NDArray[np.uint8] | None:
+        """
+        Read who is where in a frame, None if the frame has no truth.
+
+        :returns: (H, W) uint8, 0 nobody, 1 to 16 people, above ambiguous.  Without labels of
+            several people the person of the mask is 1.
+        :raises SequenceError: if a file cannot be read or has another size than the frames.
+        """
+        if self.label_files:
+            path = self.label_files.get(number)
+            return None if path is None else read_mask(path, self.size)
+        truth = self.truth(number)
+        return None if truth is None else labels_of_truth(truth)
+
+    @cached_property
+    def attendance(self) -> Attendance:
+        """Return who is to be seen when, from ``initial_frame`` on."""
+        truths = ((number, self.labels(number)) for number in self.numbers)
+        known = ((number, labels) for number, labels in truths if labels is not None)
+        return Attendance(known, self.fps, self.size)
+
+    @cached_property
+    def starts(self) -> dict[int, tuple[Box, ...]]:
+        """
+        Return the boxes that start tracks, by the number of their frame.
+
+        They are those of the YAML file.  If it has no ``initial_boxes``, everybody else who is
+        labelled starts from their box (with its ambiguous rim) in the first frame that shows all
+        of them.
+        """
+        starts = dict(self.given_boxes)
+        if self.all_given:
+            return starts
+        known = {
+            self.attendance.person_at(box, number)
+            for number, boxes in starts.items()
+            for box in boxes
+        }
+        for person in self.attendance.people:
+            number = self.attendance.first_whole(person)
+            labels = None if person in known or number is None else self.labels(number)
+            if number is None or labels is None:
+                continue
+            box = start_box(truth_of(labels, person))
+            if box is not None:
+                starts[number] = (*starts.get(number, ()), box)
+        return dict(sorted(starts.items()))
 
 
 def _numbered(folder: Path, suffixes: tuple[str, ...]) -> dict[int, Path]:
@@ -213,21 +281,43 @@ def _number(about: dict[str, Any], name: str, path: Path) -> float:
     return float(about[name])
 
 
-def _box(about: dict[str, Any], path: Path, size: tuple[int, int]) -> Box:
-    if 'initial_box' not in about:
-        raise SequenceError(f'{path} has no initial_box')
-    values = about['initial_box']
+def _box(name: str, values: Any, path: Path, size: tuple[int, int]) -> Box:
     if not (isinstance(values, list) and len(values) == 4 and all(map(_finite, values))):
         raise SequenceError(
-            f'initial_box in {path} must be four numbers x, y, width, height, got {values!r}'
+            f'{name} in {path} must be four numbers x, y, width, height, got {values!r}'
         )
     if values[2] <= 0 or values[3] <= 0:
         raise SequenceError(
-            f'initial_box in {path} must have a positive width and height, got {values}'
+            f'{name} in {path} must have a positive width and height, got {values}'
         )
     box = Box(*map(float, values))
     if box.clipped(*size) is None:
         raise SequenceError(
-            f'initial_box in {path} must overlap the image of {size[0]}x{size[1]}, got {values}'
+            f'{name} in {path} must overlap the image of {size[0]}x{size[1]}, got {values}'
         )
     return box
+
+
+def _boxes(
+    about: dict[str, Any],
+    path: Path,
+    size: tuple[int, int],
+    first: int,
+    frames: dict[int, Path],
+) -> dict[int, tuple[Box, ...]]:
+    entries = about['initial_boxes']
+    if not (isinstance(entries, list) and entries):
+        raise SequenceError(f'initial_boxes in {path} must be a list of boxes, got {entries!r}')
+    boxes: dict[int, tuple[Box, ...]] = {}
+    for entry in entries:
+        number, values = first, entry
+        if isinstance(entry, dict):
+            number, values = entry.get('frame', first), entry.get('box')
+        if isinstance(number, bool) or number not in frames or number < first:
+            raise SequenceError(
+                f'a frame of initial_boxes in {path} must be the number of a frame from '
+                f'{first} on, got {number!r}'
+            )
+        box = _box('a box of initial_boxes', values, path, size)
+        boxes[number] = (*boxes.get(number, ()), box)
+    return dict(sorted(boxes.items()))

@@ -21,6 +21,8 @@ from gait_segmentation.evaluation.runner import (
     run_sequence,
 )
 from gait_segmentation.evaluation.sequence import Sequence
+from gait_segmentation.evaluation.settings import replaced
+from gait_segmentation.evaluation.tracking_score import TrackingScore, first_frames
 
 __all__ = ['Progress', 'Session', 'load_sequences', 'silent']
 
@@ -66,6 +68,10 @@ class Session:
     ``make_pipeline`` makes a pipeline that has seen nothing from a configuration, ``clock`` gives
     seconds.  With ``restarts`` the report has the restart score, too.  ``likelihood`` is the
     folder beside the frames with likelihood images to use, empty for the tracker's.
+
+    With ``auto`` no boxes are given and pipelines find people by themselves; without it they only
+    track who is given.  Pipelines of sequences with several people have a slot for each of them.
+    ``fixed`` are the parameters (``stage.name``) that are not changed for that.
     """
 
     sequences: ListLike[Sequence]
@@ -74,6 +80,8 @@ class Session:
     restarts: bool = False
     likelihood: str = ''
     progress: Progress = silent
+    auto: bool = False
+    fixed: frozenset[str] = frozenset()
 
     def evaluate(self, config: Any, out: Path | None = None, name: str = '') -> dict[str, Any]:
         """
@@ -91,8 +99,9 @@ class Session:
             title = f'{name} {sequence.name}'.strip()
             rows[sequence.name] = self._run(config, sequence, out, title)
             if self.restarts:
+                single = self._suited(config, 1, auto=False)
                 runs = run_restarts(
-                    lambda: self.make_pipeline(config),
+                    lambda single=single: self.make_pipeline(single),  # type: ignore[misc]
                     sequence,
                     clock=self.clock,
                     likelihood_name=self.likelihood,
@@ -107,21 +116,37 @@ class Session:
     def _run(
         self, config: Any, sequence: Sequence, out: Path | None, title: str
     ) -> dict[str, Any]:
-        summary = Summary()
+        attendance, starts = sequence.attendance, {} if self.auto else sequence.starts
+        slots = len(attendance.people) if sequence.label_files else 0
+        config = self._suited(config, slots, auto=self.auto)
+        summary = Summary(TrackingScore(attendance, first_frames(attendance, starts)))
         output = None if out is None else SequenceOutput(out / sequence.name, sequence.numbers)
         outcomes = run_sequence(
             self.make_pipeline(config),
             sequence,
             clock=self.clock,
             likelihood_name=self.likelihood,
+            auto=self.auto,
         )
         for outcome in self.progress(outcomes, title, len(sequence.numbers)):
-            summary.add(outcome)
+            summary.add(outcome, sequence.labels(outcome.number))
             if output is not None:
                 _write(output, sequence, outcome)
         if output is not None:
             output.close()
         return summary.numbers()
+
+    def _suited(self, config: Any, slots: int, *, auto: bool) -> Any:
+        """Return a configuration with a number of slots (0 as it is) that starts by itself."""
+        changes: dict[tuple[str, str], Any] = {
+            ('starting', 'auto_init'): 'motion' if auto else 'off'
+        }
+        if slots > 0:
+            changes['people', 'max_people'] = slots
+        for (stage, name), value in changes.items():
+            if f'{stage}.{name}' not in self.fixed:
+                config = replaced(config, stage, name, value)
+        return config
 
 
 def _write(output: SequenceOutput, sequence: Sequence, outcome: Outcome) -> None:

@@ -10,9 +10,10 @@ drawn without perspective within the body, but grow and shrink with their distan
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -21,14 +22,17 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.clothing import make_outfit
+from gait_segmentation.evaluation.courses import Straight
 from gait_segmentation.evaluation.output import write_image
+from gait_segmentation.evaluation.props import Prop, draw_prop
 from gait_segmentation.evaluation.scenery import Occluder, make_occluder, make_panorama
-from gait_segmentation.evaluation.sequence import AMBIGUOUS, FIRST_STAMP_NS, PERSON
+from gait_segmentation.evaluation.sequence import FIRST_STAMP_NS
 from gait_segmentation.evaluation.synthetic_config import SyntheticConfig
+from gait_segmentation.evaluation.truth import AMBIGUOUS, PERSON, UNCLEAR
 from gait_segmentation.evaluation.walkers import Walker, draw_walker, draw_walkers_by_lot
 from gait_segmentation.geometry import BodyFrame, Box
 
-__all__ = ['SyntheticConfig', 'SyntheticFrame', 'SyntheticSequence']
+__all__ = ['Staging', 'SyntheticConfig', 'SyntheticFrame', 'SyntheticSequence']
 
 EYE_LEVEL = 0.9
 """Height of the camera above the ground, in statures."""
@@ -53,7 +57,8 @@ class SyntheticFrame:
 
     ``image`` is (H, W, 3) uint8 BGR; ``masks`` are (H, W) uint8 0/255, the pixels at least half
     covered by what can be seen of the walker; ``truths`` the same with 170 for mixed pixels;
-    ``labels`` is (H, W) uint8, 0 or walker + 1.  ``boxes`` are tight about the masks, None where
+    ``labels`` is (H, W) uint8, 0 or walker + 1, ``true_labels`` the same with 255 for mixed
+    pixels.  ``boxes`` are tight about the masks, None where
     nothing can be seen.  ``phases`` are those of :class:`~gait_segmentation.results.MatchResult`
     (0 = heel contact of the leg nearer to the camera), ``azimuths`` in radians.
     """
@@ -62,6 +67,7 @@ class SyntheticFrame:
     stamp_ns: int
     image: NDArray[np.uint8]
     labels: NDArray[np.uint8]
+    true_labels: NDArray[np.uint8]
     masks: tuple[NDArray[np.uint8], ...]
     truths: tuple[NDArray[np.uint8], ...]
     boxes: tuple[Box | None, ...]
@@ -69,25 +75,59 @@ class SyntheticFrame:
     azimuths: tuple[float, ...]
 
 
+def _still(number: int) -> tuple[float, float]:
+    return 0.0, 0.0
+
+
+def _even(number: int) -> float:
+    return 1.0
+
+
+@dataclass(frozen=True)
+class Staging:
+    """
+    Who and what is in a clip in place of what the configuration's lots would draw.
+
+    ``cast`` are all people (``walkers``, ``azimuth``, ``stride_rate`` and ``build`` of the
+    configuration do not count then), ``props`` the things among them.  ``panorama`` makes the
+    (H, W, 3) uint8 picture behind them from lots and its shape.  ``sway`` moves the picture of a
+    frame by (x, y) pixels beside pan and jitter, ``exposure`` multiplies its brightness; ``grey``
+    makes a grey camera: three equal channels.
+    """
+
+    cast: tuple[Walker, ...]
+    props: tuple[Prop, ...] = ()
+    panorama: Callable[[np.random.Generator, tuple[int, int]], NDArray[np.uint8]] | None = None
+    sway: Callable[[int], tuple[float, float]] = _still
+    exposure: Callable[[int], float] = _even
+    grey: bool = False
+
+
 class SyntheticSequence:
     """
-    Frames of a made-up clip; the same configuration gives the same bits.
+    Frames of a made-up clip; the same configuration and staging give the same bits.
 
-    Frames can be asked for in any order.  The first walker is the one to track.
+    Frames can be asked for in any order.  ``walkers`` are the people; the first is the one to
+    track where only one is.
     """
 
-    def __init__(self, config: SyntheticConfig | None = None) -> None:
+    def __init__(
+        self, config: SyntheticConfig | None = None, staging: Staging | None = None
+    ) -> None:
         """Draw the place and the people."""
         self.config = config or SyntheticConfig()
+        self._staging = staging
         rng = np.random.default_rng(self.config.seed)
         self._focal = FOCAL_LENGTH * self.config.width
         # Level with the middle of the first walker's way, so that feet and head have room.
         self._horizon = self.config.height / 2 + (0.5 - EYE_LEVEL) * self.config.person_height
         self._distance = self._focal / self.config.person_height
-        self._walkers = self._make_walkers(rng)
+        self.walkers = self._make_walkers(rng) if staging is None else list(staging.cast)
         self._shake = self._make_shake(rng)
+        sway = self._add_sway()
+        self._margin_y = math.ceil(4 * self.config.jitter + 4 + sway)
         self._margin = math.ceil(
-            abs(self.config.pan) * self.config.frames / 2 + 4 * self.config.jitter + 4
+            abs(self.config.pan) * self.config.frames / 2 + 4 * self.config.jitter + 4 + sway
         )
         shape = (
             self.config.height + 2 * self._margin_y,
@@ -95,13 +135,12 @@ class SyntheticSequence:
         )
         unit = self._focal / (WALL_DISTANCE * self._distance)
         ground = round(self._horizon + EYE_LEVEL * unit) + self._margin_y
-        self._panorama = make_panorama(rng, shape, ground, unit, self.config.clutter)
+        if staging is not None and staging.panorama is not None:
+            self._panorama = staging.panorama(rng, shape)
+        else:
+            self._panorama = make_panorama(rng, shape, ground, unit, self.config.clutter)
         self._occluder = self._make_occluder(rng, shape) if self.config.occluder else None
         self._last: SyntheticFrame | None = None
-
-    @property
-    def _margin_y(self) -> int:
-        return math.ceil(4 * self.config.jitter + 4)
 
     @property
     def numbers(self) -> list[int]:
@@ -125,6 +164,10 @@ class SyntheticSequence:
         """Return the truth of the first walker: 255, 170 where pixels are mixed, 0."""
         return self.frame(number).truths[0]
 
+    def labels(self, number: int) -> NDArray[np.uint8]:
+        """Return who is where: 0 nobody, walker + 1, 255 where pixels are mixed."""
+        return self.frame(number).true_labels
+
     def __len__(self) -> int:
         """Return the number of frames."""
         return self.config.frames
@@ -147,36 +190,40 @@ class SyntheticSequence:
 
     def write(self, folder: str | Path) -> None:
         """
-        Write the clip as a sequence folder with the truth of the first walker.
+        Write the clip as a sequence folder, with the labels of all walkers.
 
-        :raises SequenceError: if it cannot be written or the walker is not seen at first.
+        ``masks`` have the truth of the first.  If that one is seen in the first frame, the folder
+        has the ``initial_box``.
+
+        :raises SequenceError: if it cannot be written or nobody is ever to be seen.
         """
         folder = Path(folder)
-        box = self.initial_box
-        if box is None:
-            raise SequenceError(f'{folder}: the first walker is not to be seen in frame 0')
+        seen = False
         for frame in self:
-            write_image(folder / 'frames' / f'{frame.number:04d}.png', frame.image)
-            write_image(folder / 'masks' / f'{frame.number:04d}.png', frame.truths[0])
-        about = {
-            'name': folder.name,
-            'fps': self.config.fps,
-            'initial_box': [box.x, box.y, box.width, box.height],
-            'initial_frame': 0,
-            'notes': f'synthetic, seed {self.config.seed}',
-            'labels': {'background': 0, 'ambiguous': AMBIGUOUS, 'person': PERSON},
-        }
+            name = f'{frame.number:04d}.png'
+            write_image(folder / 'frames' / name, frame.image)
+            write_image(folder / 'masks' / name, frame.truths[0])
+            write_image(folder / 'labels' / name, frame.true_labels)
+            seen = seen or any(box is not None for box in frame.boxes)
+        if not seen:
+            raise SequenceError(f'{folder}: nobody is to be seen in any frame')
+        about: dict[str, Any] = {'name': folder.name, 'fps': self.config.fps}
+        box = self.initial_box
+        if box is not None:
+            about['initial_box'] = [box.x, box.y, box.width, box.height]
+        about['initial_frame'] = 0
+        about['notes'] = f'synthetic, seed {self.config.seed}'
+        about['labels'] = {'background': 0, 'ambiguous': AMBIGUOUS, 'person': PERSON}
         text = yaml.safe_dump(about, sort_keys=False)
-        (folder / 'sequence.yaml').write_text(text, encoding='utf-8')
+        try:
+            (folder / 'sequence.yaml').write_text(text, encoding='utf-8')
+        except OSError as error:
+            raise SequenceError(f'{folder} cannot be written: {error.strerror}') from error
 
     def _make_walkers(self, rng: np.random.Generator) -> list[Walker]:
         config = self.config
         first = Walker(
-            0.0,
-            self._distance,
-            config.azimuth,
-            config.stride_rate,
-            rng.uniform(),
+            Straight(0.0, self._distance, config.azimuth, config.stride_rate, rng.uniform()),
             config.build,
             make_outfit(rng, config.build),
         )
@@ -194,12 +241,21 @@ class SyntheticSequence:
             shake[number] = 0.8 * shake[number - 1] + 0.6 * steps[number]
         return np.clip(self.config.jitter * shake, -3 * self.config.jitter, 3 * self.config.jitter)
 
+    def _add_sway(self) -> float:
+        """Add the staging's motion to the shake and return its greatest extent in pixels."""
+        if self._staging is None:
+            return 0.0
+        sway = np.array([self._staging.sway(number) for number in self.numbers], np.float64)
+        self._shake = self._shake + sway
+        return float(np.abs(sway).max())
+
     def _make_occluder(self, rng: np.random.Generator, shape: tuple[int, int]) -> Occluder:
         x = self._margin + self.config.width * rng.uniform(0.4, 0.6)
         ground = self._horizon + 1.1 * EYE_LEVEL * self.config.person_height + self._margin_y
         return make_occluder(rng, shape, x, ground, self.config.person_height)
 
-    def _seconds(self, number: int) -> float:
+    def seconds(self, number: int) -> float:
+        """Return the time of a frame after half way of the clip."""
         return (number - (self.config.frames - 1) / 2) / self.config.fps
 
     def _shift(self, number: int, share: float) -> tuple[float, float]:
@@ -221,24 +277,33 @@ class SyntheticSequence:
 
     def _draw(self, number: int) -> SyntheticFrame:
         config = self.config
-        seconds = self._seconds(number)
+        seconds = self.seconds(number)
         picture = self._view(self._panorama, number, 1 / WALL_DISTANCE)
-        seen = [np.zeros((config.height, config.width), np.float32) for _ in self._walkers]
-        places = [walker.place(seconds) for walker in self._walkers]
-        for index in sorted(range(len(places)), key=lambda k: -places[k][1]):
-            walker = self._walkers[index]
-            if places[index][1] < NEAREST * self._distance:
+        seen = [np.zeros((config.height, config.width), np.float32) for _ in self.walkers]
+        things = [(walker.at(seconds).z, index) for index, walker in enumerate(self.walkers)]
+        props = () if self._staging is None else self._staging.props
+        things += [(prop.at(seconds).z, ~index) for index, prop in enumerate(props)]
+        # The farthest first; of two equally far the one named last.
+        for z, index in sorted(things, key=lambda thing: -thing[0]):
+            if z < NEAREST * self._distance:
                 continue
-            cover = draw_walker(
-                picture,
-                walker,
-                self._body(places[index], number),
-                walker.bank_phase(seconds),
-                config.shadow,
-            )
+            if index < 0:
+                stand = props[~index].at(seconds)
+                unit = self._body(stand.x, stand.z, number)
+                cover = draw_prop(picture, props[~index], stand, unit)
+            else:
+                where = self.walkers[index].at(seconds)
+                cover = draw_walker(
+                    picture,
+                    self.walkers[index],
+                    self._body(where.x, where.z, number),
+                    where,
+                    config.shadow,
+                )
             for behind in seen:
                 behind *= 1 - cover
-            seen[index] = cover
+            if index >= 0:
+                seen[index] = cover
         if self._occluder is not None:
             cover = np.clip(self._view(self._occluder.alpha, number, 1.0), 0, 1)
             picture += cover[..., None] * (
@@ -248,9 +313,8 @@ class SyntheticSequence:
                 behind *= 1 - cover
         return self._finish(number, picture, seen)
 
-    def _body(self, place: tuple[float, float], number: int) -> BodyFrame:
+    def _body(self, x: float, z: float, number: int) -> BodyFrame:
         """Return where somebody at (x, z) is seen."""
-        x, z = place
         height = self._focal / z
         dx, dy = self._shift(number, self._distance / z)
         center_y = self._horizon + (EYE_LEVEL - 0.5) * height
@@ -259,11 +323,19 @@ class SyntheticSequence:
     def _finish(
         self, number: int, picture: NDArray[np.float32], seen: list[NDArray[np.float32]]
     ) -> SyntheticFrame:
+        staging = self._staging
+        if staging is not None and staging.grey:
+            grey = cv2.cvtColor(np.clip(picture, 0, 255), cv2.COLOR_BGR2GRAY)
+            picture = np.repeat(grey[..., None], 3, axis=2)
         if self.config.blur > 0:
             picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), self.config.blur))
-        seconds = self._seconds(number)
+        seconds = self.seconds(number)
         rng = np.random.default_rng([self.config.seed, number])
         noise = rng.standard_normal(picture.shape, dtype=np.float32)
+        if staging is not None:
+            picture = np.clip(picture, 0, 255) * np.float32(staging.exposure(number))
+            if staging.grey:
+                noise = np.repeat(noise[..., :1], 3, axis=2)
         image = np.clip(np.rint(picture + self.config.noise * noise), 0, 255).astype(np.uint8)
         cover = np.rint(255 * np.array(seen)).astype(np.uint8)
         masks = tuple(np.where(alpha > 127, 255, 0).astype(np.uint8) for alpha in cover)
@@ -276,12 +348,13 @@ class SyntheticSequence:
             stamp_ns=self.stamp_ns(number),
             image=image,
             labels=labels,
+            true_labels=np.where(mixed.any(axis=0), UNCLEAR, labels).astype(np.uint8),
             masks=masks,
             truths=tuple(
                 np.where(rim, AMBIGUOUS, mask).astype(np.uint8)
                 for rim, mask in zip(mixed, masks, strict=True)
             ),
             boxes=tuple(Box.around(mask) for mask in masks),
-            phases=tuple(walker.near_phase(seconds) for walker in self._walkers),
-            azimuths=tuple(walker.azimuth for walker in self._walkers),
+            phases=tuple(walker.near_phase(seconds) for walker in self.walkers),
+            azimuths=tuple(walker.at(seconds).azimuth for walker in self.walkers),
         )

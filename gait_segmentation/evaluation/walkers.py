@@ -12,45 +12,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.evaluation.clothing import Outfit, make_outfit, paint
+from gait_segmentation.evaluation.courses import Motion, Straight, Whereabouts
 from gait_segmentation.gait_model import BUILDS, render_parts
 from gait_segmentation.geometry import BodyFrame, Box
 
 __all__ = ['Walker', 'cast_shadow', 'draw_walker', 'draw_walkers_by_lot']
 
-STRIDE_LENGTH = 0.83
-"""In statures."""
-
 
 @dataclass(frozen=True)
 class Walker:
     """
-    Somebody who walks straight on.
+    Somebody who walks: the way, the body and the clothes.
 
-    ``x`` (to the right) and ``z`` (away from the camera) are in statures and hold half way,
-    like ``phase`` (from the right heel's contact); ``azimuth`` in radians, 0 to the right, pi/2
-    away; ``stride_rate`` in strides per second.
+    ``build`` names figure and kind of clothes.
     """
 
-    x: float
-    z: float
-    azimuth: float
-    stride_rate: float
-    phase: float
+    motion: Motion
     build: str
     outfit: Outfit
 
-    def place(self, seconds: float) -> tuple[float, float]:
-        """Return x and z at a time after half way."""
-        way = STRIDE_LENGTH * self.stride_rate * seconds
-        return self.x + way * math.cos(self.azimuth), self.z + way * math.sin(self.azimuth)
-
-    def bank_phase(self, seconds: float) -> float:
-        """Return the phase in [0, 1), 0 = contact of the right heel."""
-        return (self.phase + self.stride_rate * seconds) % 1.0
+    def at(self, seconds: float) -> Whereabouts:
+        """Return where the walker is at a time after half way of the clip."""
+        return self.motion.at(seconds)
 
     def near_phase(self, seconds: float) -> float:
         """Return the phase in [0, 1), 0 = heel contact of the leg nearer to the camera."""
-        return (self.bank_phase(seconds) + (0.0 if math.cos(self.azimuth) >= 0 else 0.5)) % 1.0
+        where = self.at(seconds)
+        return (where.phase + (0.0 if math.cos(where.azimuth) >= 0 else 0.5)) % 1.0
 
 
 def draw_walkers_by_lot(
@@ -69,11 +57,13 @@ def draw_walkers_by_lot(
         build = str(rng.choice(list(BUILDS)))
         walkers.append(
             Walker(
-                half_width * nearer * rng.uniform(-0.8, 0.8),
-                distance * nearer,
-                float(rng.choice([0.0, math.pi]) + rng.uniform(-0.3, 0.3)),
-                stride_rate * rng.uniform(0.85, 1.15),
-                rng.uniform(),
+                Straight(
+                    half_width * nearer * rng.uniform(-0.8, 0.8),
+                    distance * nearer,
+                    float(rng.choice([0.0, math.pi]) + rng.uniform(-0.3, 0.3)),
+                    stride_rate * rng.uniform(0.85, 1.15),
+                    rng.uniform(),
+                ),
                 build,
                 make_outfit(rng, build),
             )
@@ -82,21 +72,25 @@ def draw_walkers_by_lot(
 
 
 def draw_walker(
-    picture: NDArray[np.float32], walker: Walker, body: BodyFrame, phase: float, shadow: bool
+    picture: NDArray[np.float32],
+    walker: Walker,
+    body: BodyFrame,
+    where: Whereabouts,
+    shadow: bool,
 ) -> NDArray[np.float32]:
     """
     Draw somebody into a picture.
 
     :param picture: (H, W, 3) float32, changed.
     :param body: where the body stands; its angle is not used.
-    :param phase: from the right heel's contact.
+    :param where: direction and phase to draw; not the place.
     :param shadow: whether to cast a shadow on the ground.
     :returns: (H, W) float32 in 0..1, how much of each pixel the body covers.
     """
     whole_x, whole_y = math.floor(body.center_x), math.floor(body.center_y)
     parts = render_parts(
-        phase,
-        walker.azimuth,
+        where.phase,
+        where.azimuth,
         body.height,
         build=walker.build,
         shift=(body.center_x - whole_x, body.center_y - whole_y),

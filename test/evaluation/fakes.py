@@ -32,10 +32,22 @@ class FakeSegmentation(StageConfig):
 
 
 @dataclass(frozen=True)
+class FakePeople(StageConfig):
+    max_people: int = parameter(1, 'Slots.', minimum=1, maximum=16)
+
+
+@dataclass(frozen=True)
+class FakeStarting(StageConfig):
+    auto_init: str = parameter('motion', 'How.', choices=('motion', 'off'))
+
+
+@dataclass(frozen=True)
 class FakePipelineConfig:
     tracking: FakeTracking = field(default_factory=FakeTracking)
     matching: FakeMatching = field(default_factory=FakeMatching)
     segmentation: FakeSegmentation = field(default_factory=FakeSegmentation)
+    people: FakePeople = field(default_factory=FakePeople)
+    starting: FakeStarting = field(default_factory=FakeStarting)
 
 
 class FakePipeline:
@@ -66,9 +78,13 @@ class FakePipeline:
         self.held.append(
             SimpleNamespace(
                 stamp_ns=stamp_ns,
-                track=SimpleNamespace(track_id=1, box=box),
-                match=SimpleNamespace(body=body, phase=0.25, azimuth=0.0),
-                segmentation=SimpleNamespace(stamp_ns=stamp_ns, track_id=1, mask=mask),
+                people=(
+                    SimpleNamespace(
+                        track=SimpleNamespace(track_id=1, box=box, state='tracked', features=()),
+                        match=SimpleNamespace(body=body, phase=0.25, azimuth=0.0),
+                        segmentation=SimpleNamespace(stamp_ns=stamp_ns, track_id=1, mask=mask),
+                    ),
+                ),
                 timings_ms={'tracking': 1.0, 'matching': 2.0, 'segmentation': 3.0, 'total': 6.0},
             )
         )

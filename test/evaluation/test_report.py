@@ -3,9 +3,11 @@
 import json
 import math
 
+import numpy as np
 import pytest
 
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.attendance import Attendance
 from gait_segmentation.evaluation.metrics import FrameScore
 from gait_segmentation.evaluation.report import (
     Summary,
@@ -13,9 +15,12 @@ from gait_segmentation.evaluation.report import (
     mean_of,
     restart_report,
     table,
+    tracking_table,
     write_json,
 )
 from gait_segmentation.evaluation.runner import Outcome, StartScore
+from gait_segmentation.evaluation.tracking_score import FoundTrack, TrackingScore
+from gait_segmentation.geometry import Box
 
 
 def outcome(j, box_iou=0.5, total=10.0, lost=False, scored=True):
@@ -24,14 +29,24 @@ def outcome(j, box_iou=0.5, total=10.0, lost=False, scored=True):
     return Outcome(0, None, None, 0.0, 0.0, times, 0.02, score if scored else None)
 
 
+def tracking(held):
+    """Score one frame with one person, who is held or not."""
+    labels = np.zeros((20, 30), np.uint8)
+    labels[4:16, 10:14] = 1
+    attendance = Attendance([(0, labels)], 25.0, (30, 20))
+    score = TrackingScore(attendance, {1: 0})
+    score.add(0, labels, [FoundTrack(5, Box(10, 4, 4, 12), labels * 255)] if held else [])
+    return score
+
+
 @pytest.fixture
 def report():
-    first, second = Summary(), Summary()
+    first, second = Summary(tracking(True)), Summary(tracking(False))
     for j, total in ((0.5, 10), (0.7, 12), (0.9, 500)):
-        first.add(outcome(j, total=total))
-    first.add(outcome(0, scored=False))
-    second.add(outcome(1.0, box_iou=math.nan))
-    second.add(outcome(0.0, box_iou=0.1, lost=True))
+        first.add(outcome(j, total=total), None)
+    first.add(outcome(0, scored=False), None)
+    second.add(outcome(1.0, box_iou=math.nan), None)
+    second.add(outcome(0.0, box_iou=0.1, lost=True), None)
     rows = {'one': first.numbers(), 'two': second.numbers()}
     return {'sequences': rows, 'mean': mean_of(rows)}
 
@@ -79,6 +94,18 @@ def test_the_table_is_aligned(report):
     assert lines[0].split()[:3] == ['sequence', 'frames', 'J']
     assert len({len(line) for line in lines}) == 1
     assert aligned([['a', 'b'], ['ccc', 'dd']]) == 'a     b\nccc  dd'
+
+
+def test_tracking_has_a_table_of_its_own(report):
+    pytest.importorskip('motmetrics')
+    lines = tracking_table(report).splitlines()
+    assert lines[0].split()[:3] == ['tracking', 'people', 'J']
+    perfect = ['1.0000', '1.0000', '1.000', '0.000', '0', '0', '0', '1.000', '1.000']
+    assert lines[1].split() == ['one', '1', *perfect, '0.00', '-', '0']
+    assert lines[2].split()[:3] == ['two', '1', '0.0000']
+    assert '- (1 never)' in lines[2]
+    assert lines[3].split()[:2] == ['mean', '0.5000']
+    assert report['mean']['tracking']['never_locked'] == 1
 
 
 def test_the_report_is_written_as_json(report, tmp_path):

@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 import itertools
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -10,10 +11,12 @@ from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.runner import (
     check_truth,
     restart_starts,
+    run,
     run_restarts,
     run_sequence,
 )
 from gait_segmentation.evaluation.sequence import Sequence
+from gait_segmentation.geometry import Box
 
 from .fakes import FakeMatching, FakePipeline, FakePipelineConfig, write_sequence
 
@@ -114,3 +117,62 @@ def test_masks_of_zeros_and_ones_are_refused(sequence):
         cv2.imwrite(str(path), np.minimum(cv2.imread(str(path), 0), 1))
     with pytest.raises(SequenceError, match='has a pixel of 255'):
         check_truth(sequence)
+
+
+class Pair(FakePipeline):
+    """Sees somebody else in its first slot, and the red man in its second; a third is lost."""
+
+    def update(self, image, stamp_ns, likelihood=None):
+        (result,) = super().update(image, stamp_ns, likelihood)
+        (person,) = result.people
+        other = np.zeros_like(person.segmentation.mask)
+        other[6:35, 30:40] = 255
+        first = SimpleNamespace(
+            track=SimpleNamespace(
+                track_id=8, box=Box(30, 6, 10, 29), state='tracked', features=()
+            ),
+            match=person.match,
+            segmentation=SimpleNamespace(mask=other),
+        )
+        lost = SimpleNamespace(
+            track=SimpleNamespace(track_id=9, box=None, state='lost'),
+            match=person.match,
+            segmentation=SimpleNamespace(mask=np.zeros_like(other)),
+        )
+        result.people = (first, person, lost)
+        return [result]
+
+
+def test_all_slots_that_see_somebody_are_told_and_the_fitting_one_is_scored(sequence):
+    outcomes = list(run_sequence(Pair(), sequence, clock=ticking()))
+    assert [outcome.score.j for outcome in outcomes] == [1] * 8
+    assert [[track.track_id for track in outcome.tracks] for outcome in outcomes] == [[8, 1]] * 8
+    assert outcomes[0].tracks[0].box == Box(30, 6, 10, 29)
+    assert outcomes[0].tracks[1].mask is outcomes[0].mask
+
+
+class Noting(FakePipeline):
+    """Notes the boxes and before which frame they come."""
+
+    def __init__(self):
+        super().__init__()
+        self.starts = []
+
+    def initialize(self, box):
+        self.starts.append((len(self.likelihoods), box))
+
+
+def test_boxes_come_before_their_frames(sequence):
+    pipeline = Noting()
+    one, two = Box(1, 2, 3, 4), Box(5, 6, 7, 8)
+    list(run(pipeline, sequence, range(2, 8), {4: (one, two), 6: (one,)}, clock=ticking()))
+    assert pipeline.starts == [(2, one), (2, two), (4, one)]
+    pipeline = Noting()
+    list(run(pipeline, sequence, range(2, 8), one, clock=ticking()))
+    assert pipeline.starts == [(0, one)]
+
+
+def test_nobody_is_told_of_when_people_must_be_found(sequence):
+    pipeline = Noting()
+    list(run_sequence(pipeline, sequence, clock=ticking(), auto=True))
+    assert pipeline.starts == []

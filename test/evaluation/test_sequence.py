@@ -148,3 +148,62 @@ def test_odd_file_names_are_refused(folder):
     (folder / 'frames' / '2.png').unlink()
     with pytest.raises(SequenceError, match='mask of a frame'):
         Sequence.load(folder)
+
+
+def label(folder, boxes, frames=3):
+    """Label people as filled boxes, {person: (x, y, width, height)}."""
+    (folder / 'labels').mkdir(exist_ok=True)
+    for number in range(frames):
+        labels = np.zeros((40, 48), np.uint8)
+        for person, (x, y, width, height) in boxes.items():
+            labels[y : y + height, x : x + width] = person
+        cv2.imwrite(str(folder / 'labels' / f'{number:04d}.png'), labels)
+
+
+def test_without_labels_the_person_of_the_mask_is_number_one(folder):
+    sequence = Sequence.load(folder)
+    np.testing.assert_array_equal(sequence.labels(1) == 1, sequence.truth(1) == 255)
+    assert sequence.attendance.people == (1,)
+    assert sequence.starts == {0: (sequence.initial_box,)}
+    sequence.masks.pop(1)
+    assert sequence.labels(1) is None
+
+
+def test_labelled_people_start_from_their_true_boxes(folder):
+    label(folder, {1: (4, 6, 10, 29), 2: (30, 8, 8, 20)})
+    sequence = Sequence.load(folder)
+    assert sequence.attendance.people == (1, 2)
+    assert sequence.starts == {0: (sequence.initial_box, Box(30, 8, 8, 20))}
+    rewrite(folder, initial_box=None)
+    sequence = Sequence.load(folder)
+    assert sequence.initial_box is None
+    assert sequence.starts == {0: (Box(4, 6, 10, 29), Box(30, 8, 8, 20))}
+
+
+def test_boxes_can_be_given_for_everybody(folder):
+    label(folder, {1: (4, 6, 10, 29), 2: (30, 8, 8, 20)})
+    rewrite(folder, initial_boxes=[[3, 5, 12, 31], {'frame': 2, 'box': [29, 8, 9, 21]}])
+    sequence = Sequence.load(folder)
+    assert sequence.starts == {0: (Box(3, 5, 12, 31),), 2: (Box(29, 8, 9, 21),)}
+
+
+@pytest.mark.parametrize(
+    ('boxes', 'message'),
+    [
+        ([], r'must be a list of boxes, got \[\]'),
+        ('here', "must be a list of boxes, got 'here'"),
+        ([[1, 2]], 'four numbers'),
+        ([{'frame': 9, 'box': [1, 2, 3, 4]}], 'number of a frame from 0 on, got 9'),
+        ([{'frame': 1}], 'four numbers x, y, width, height, got None'),
+    ],
+)
+def test_boxes_that_cannot_be_used_are_refused(folder, boxes, message):
+    rewrite(folder, initial_boxes=boxes)
+    with pytest.raises(SequenceError, match=message):
+        Sequence.load(folder)
+
+
+def test_labels_of_frames_that_do_not_exist_are_refused(folder):
+    label(folder, {1: (4, 6, 10, 29)}, frames=4)
+    with pytest.raises(SequenceError, match=r'0003\.png is the label image of a frame'):
+        Sequence.load(folder)

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import itertools
 
+import cv2
+import numpy as np
 import pytest
 
 from gait_segmentation.errors import SequenceError
@@ -51,3 +53,53 @@ def test_two_sequences_of_one_name_are_refused(folders, tmp_path):
     again = write_sequence(tmp_path / 'other' / 'a')
     with pytest.raises(SequenceError, match='a name of its own'):
         load_sequences([*folders, again])
+
+
+def label_another(folder):
+    """Label the red man, and somebody who stands on the right."""
+    (folder / 'labels').mkdir()
+    for path in sorted((folder / 'masks').iterdir()):
+        truth = cv2.imread(str(path), -1)
+        labels = np.where(truth == 170, 255, np.where(truth == 255, 1, 0)).astype(np.uint8)
+        labels[10:34, 40:46] = 2
+        cv2.imwrite(str(folder / 'labels' / path.name), labels)
+
+
+def test_there_is_a_slot_for_everybody_who_is_labelled(folders):
+    label_another(folders[0])
+    made = []
+
+    def make(config):
+        made.append(FakePipeline(config))
+        return made[-1]
+
+    clock = itertools.count().__next__
+    report = Session(load_sequences(folders), make, clock).evaluate(FakePipelineConfig())
+    assert [each.config.people.max_people for each in made] == [2, 1]
+    people = report['sequences']['a']['tracking']['people']
+    assert people['1']['J'] == 1
+    assert people['2']['J'] == 0
+    assert people['2']['lock_seconds'] is None
+    assert report['mean']['tracking']['never_locked'] == 1
+
+    fixed = Session(load_sequences(folders), make, clock, fixed=frozenset(['people.max_people']))
+    fixed.evaluate(FakePipelineConfig())
+    assert made[-2].config.people.max_people == 1
+
+
+def test_restarts_have_one_slot_and_a_box(folders):
+    label_another(folders[0])
+    made = []
+
+    def make(config):
+        made.append(FakePipeline(config))
+        return made[-1]
+
+    sequences = load_sequences(folders[:1])
+    clock = itertools.count().__next__
+    Session(sequences, make, clock, restarts=True, auto=True).evaluate(FakePipelineConfig())
+    assert made[0].box is None
+    assert made[0].config.starting.auto_init == 'motion'
+    assert made[1].box is not None
+    assert made[1].config.people.max_people == 1
+    assert made[1].config.starting.auto_init == 'off'

@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.clothing import make_outfit
+from gait_segmentation.evaluation.courses import Course, Straight
 from gait_segmentation.evaluation.metrics import true_box
+from gait_segmentation.evaluation.props import make_pillar
 from gait_segmentation.evaluation.sequence import Sequence
-from gait_segmentation.evaluation.synthetic import SyntheticSequence
+from gait_segmentation.evaluation.synthetic import Staging, SyntheticSequence
 from gait_segmentation.evaluation.synthetic_config import SyntheticConfig
+from gait_segmentation.evaluation.walkers import Walker
 from gait_segmentation.geometry import Box
 
 
@@ -115,10 +119,46 @@ def test_a_clip_is_written_as_a_sequence(tmp_path):
     assert true_box(sequence.truth(0)) is not None
 
 
-def test_a_clip_that_begins_without_its_walker_is_not_written(tmp_path):
-    clip = SyntheticSequence(small(frames=240, width=64))
-    with pytest.raises(SequenceError, match='not to be seen'):
-        clip.write(tmp_path / 'made')
+def test_all_walkers_are_labelled(tmp_path):
+    clip = SyntheticSequence(small(frames=3, walkers=2, seed=1))
+    clip.write(tmp_path / 'made')
+    sequence = Sequence.load(tmp_path / 'made')
+    for frame in clip:
+        labels = sequence.labels(frame.number)
+        np.testing.assert_array_equal(labels, clip.labels(frame.number))
+        sure = labels != 255
+        np.testing.assert_array_equal(labels[sure], frame.labels[sure])
+        assert (~sure).any()
+    assert sequence.attendance.people == (1, 2)
+
+
+def test_the_first_walker_may_come_later(tmp_path):
+    config = small(frames=3, jitter=0.0)
+    motion = Straight(0.0, 2.9, 0.0, 0.9, 0.0)
+
+    def walker(begins):
+        course = Course(((-9.0, 2.9), (9.0, 2.9)), 0.9, 0.0, begins, 1.0)
+        return Walker(course, 'average', make_outfit(np.random.default_rng(0)))
+
+    later = Staging((walker(0.0), Walker(motion, 'slim', make_outfit(np.random.default_rng(1)))))
+    SyntheticSequence(config, later).write(tmp_path / 'made')
+    sequence = Sequence.load(tmp_path / 'made')
+    assert sequence.initial_box is None
+    assert list(sequence.starts) == [0]
+    with pytest.raises(SequenceError, match='nobody is to be seen'):
+        SyntheticSequence(config, Staging((walker(0.0),))).write(tmp_path / 'empty')
+
+
+def test_things_hide_who_is_behind_them():
+    rng = np.random.default_rng(0)
+    walker = Walker(Straight(0.0, 2.9, 0.0, 0.9, 0.0), 'average', make_outfit(rng))
+    free = SyntheticSequence(small(), Staging((walker,))).frame(5)
+    before = Staging((walker,), (make_pillar(rng, 0.0, 2.5, 1.0),))
+    assert SyntheticSequence(small(), before).frame(5).boxes[0] is None
+    behind = Staging((walker,), (make_pillar(rng, 0.0, 3.5, 1.0),))
+    hidden = SyntheticSequence(small(), behind).frame(5)
+    np.testing.assert_array_equal(hidden.masks[0], free.masks[0])
+    assert (hidden.image != free.image).mean() > 0.1
 
 
 def test_frames_that_do_not_exist():

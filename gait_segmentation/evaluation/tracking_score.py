@@ -1,0 +1,359 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+How well people are followed: silhouettes, boxes and identities against labels of several people.
+
+A person counts in a frame if :meth:`Attendance.seen` and the start is past: the frame of the
+person's box, or the first that shows all of the person.
+
+*Silhouettes and boxes.*  In every frame people and tracks are paired one to one, the pair with
+the greatest J (then box IoU) first; J, box IoU and centre error are those of the pair, whatever
+its id, and 0 for who is left over.  ``J_one_id`` takes for each person the one id that suits best
+over the whole clip.
+
+*Identities.*  Somebody is *held* by a track whose box overlaps the true box by an IoU of at least
+0.5.  As in CLEAR-MOT (Bernardin and Stiefelhagen, 2008) who is held stays with the track as long
+as that is so; others are given to free tracks by greatest overlap.  An id switch is somebody held
+by another id than the last time.
+
+*Ghosts.*  A track in a frame is false if its box overlaps nobody's by :data:`LOST_IOU` and its
+mask (its box, if the mask is empty) lies less than half in ambiguous pixels; a false slot is a
+track id that is false in all its frames.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.evaluation.attendance import SAME_IOU, Attendance
+from gait_segmentation.evaluation.metrics import (
+    LOST_IOU,
+    centre_distance,
+    jaccard,
+    window_about,
+)
+from gait_segmentation.evaluation.mot import MotFrame, mot_scores
+from gait_segmentation.evaluation.truth import truth_of
+from gait_segmentation.geometry import Box
+from gait_segmentation.people import MOST_PEOPLE
+from gait_segmentation.results import FeatureWeight
+
+__all__ = ['FoundTrack', 'TrackingScore', 'first_frames', 'mean_tracking']
+
+_UNCLEAR_SHARE = 0.5
+"""Share of ambiguous pixels in a mask from which on nobody knows whether it is right."""
+
+
+@dataclass(frozen=True)
+class FoundTrack:
+    """
+    A track that sees somebody in a frame: id, box and (H, W) uint8 mask in source pixels.
+
+    ``features`` are those its likelihood was made from and the others it knows.
+    """
+
+    track_id: int
+    box: Box
+    mask: NDArray[np.uint8]
+    features: tuple[FeatureWeight, ...] = ()
+
+
+@dataclass
+class _Person:
+    """What is known of one person so far."""
+
+    since: int
+    j: list[float] = field(default_factory=list)
+    j_of_id: dict[int, float] = field(default_factory=dict)
+    box_iou: list[float] = field(default_factory=list)
+    centre_error: list[float] = field(default_factory=list)
+    lost_frames: int = 0
+    ids: list[int] = field(default_factory=list)
+    held: list[int] = field(default_factory=list)
+    switches: int = 0
+    looks: int = 0
+    features: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+
+def first_frames(attendance: Attendance, starts: Mapping[int, Iterable[Box]]) -> dict[int, int]:
+    """
+    Return for each person the frame from which on it counts.
+
+    That is the frame of the box that starts the person, otherwise the first that shows all of it.
+
+    :param starts: frame number -> boxes that start tracks there.
+    """
+    since: dict[int, int] = {}
+    for number, boxes in sorted(starts.items()):
+        for box in boxes:
+            person = attendance.person_at(box, number)
+            if person is not None:
+                since.setdefault(person, number)
+    for person in attendance.people:
+        whole = attendance.first_whole(person)
+        if whole is not None:
+            since.setdefault(person, whole)
+    return since
+
+
+class TrackingScore:
+    """Takes in what was found frame by frame and says how well people were followed."""
+
+    def __init__(self, attendance: Attendance, since: Mapping[int, int]) -> None:
+        """
+        Begin.
+
+        :param since: person -> the first frame that counts, see :func:`first_frames`.
+        """
+        self._attendance = attendance
+        self._people = {person: _Person(number) for person, number in since.items()}
+        self._seen = {person: set(attendance.seen(person)) for person in self._people}
+        self._holds: dict[int, int] = {}
+        self._ids: set[int] = set()
+        self._real_ids: set[int] = set()
+        self._false_frames = 0
+        self._mot: list[MotFrame] = []
+
+    def add(self, number: int, labels: NDArray[np.uint8], tracks: Sequence[FoundTrack]) -> None:
+        """
+        Take in a frame that has truth.
+
+        :param labels: (H, W) uint8, see :mod:`gait_segmentation.evaluation.truth`.
+        """
+        sightings = self._attendance.sightings(number)
+        iou = {
+            (person, track.track_id): float(seen.box.iou(track.box))
+            for person, seen in sightings.items()
+            for track in tracks
+        }
+        counted = [
+            person
+            for person, known in self._people.items()
+            if number >= known.since and number in self._seen[person]
+        ]
+        j = self._overlaps(number, labels, counted, tracks)
+        by_id = {track.track_id: track for track in tracks}
+        order = sorted(iou, key=lambda pair: (-j.get(pair, 0.0), -iou[pair], pair))
+        pairs = dict(_one_to_one(pair for pair in order if j.get(pair, 0) > 0 or iou[pair] > 0))
+        for person in counted:
+            known = self._people[person]
+            track_id = pairs.get(person)
+            pair = (person, track_id or 0)
+            known.j.append(j.get(pair, 0.0))
+            known.box_iou.append(iou.get(pair, 0.0))
+            known.lost_frames += iou.get(pair, 0.0) < LOST_IOU
+            if track_id is not None:
+                expected = sightings[person].box
+                known.centre_error.append(centre_distance(by_id[track_id].box, expected))
+                _note_features(known, by_id[track_id].features)
+            for (whom, other), value in j.items():
+                if whom == person:
+                    known.j_of_id[other] = known.j_of_id.get(other, 0.0) + value
+        self._identify(number, iou)
+        self._find_ghosts(labels, tracks, iou)
+        self._keep(counted, tracks, iou)
+
+    def numbers(self) -> dict[str, Any]:
+        """Return the scores by name; None where there is nothing to measure."""
+        people = {
+            str(person): self._person_numbers(person, known)
+            for person, known in sorted(self._people.items())
+        }
+        ids = [known.ids for known in self._people.values()]
+        held_by = [set(each) for each in ids]
+        shared = {i for i in self._ids if sum(i in each for each in held_by) > 1}
+        rows = list(people.values())
+        recoveries = [value for row in rows for value in row['recovery_seconds']]
+        locks = [row['lock_seconds'] for row in rows]
+        return {
+            'people': people,
+            'J': _mean(row['J'] for row in rows),
+            'J_one_id': _mean(row['J_one_id'] for row in rows),
+            'box_iou': _mean(row['box_iou'] for row in rows),
+            'centre_error': _mean(row['centre_error'] for row in rows),
+            'lost_frames': sum(row['lost_frames'] for row in rows),
+            'id_switches': sum(row['id_switches'] for row in rows),
+            'shared_ids': len(shared),
+            'false_slots': len(self._ids - self._real_ids),
+            'false_frames': self._false_frames,
+            'lock_seconds': max((value for value in locks if value is not None), default=None),
+            'never_locked': sum(value is None for value in locks),
+            'recovery_seconds': max(
+                (value for value in recoveries if value is not None), default=None
+            ),
+            'never_recovered': sum(value is None for value in recoveries),
+            **mot_scores(self._mot),
+        }
+
+    def _overlaps(
+        self,
+        number: int,
+        labels: NDArray[np.uint8],
+        counted: Sequence[int],
+        tracks: Sequence[FoundTrack],
+    ) -> dict[tuple[int, int], float]:
+        """Return J of each counted person with each track in the window about the person."""
+        j = {}
+        for person in counted:
+            sighting = self._attendance.sighting(person, number)
+            if sighting is None:
+                continue
+            window = window_about(sighting.box, labels.shape)
+            truth = truth_of(labels[window], person)
+            for track in tracks:
+                j[person, track.track_id] = jaccard(track.mask[window], truth)
+        return j
+
+    def _identify(self, number: int, iou: Mapping[tuple[int, int], float]) -> None:
+        good = {pair: value for pair, value in iou.items() if value >= SAME_IOU}
+        kept = [pair for pair in self._holds.items() if pair in good]
+        others = sorted(good, key=lambda pair: (-good[pair], pair))
+        now = dict(_one_to_one([*kept, *others]))
+        for person, track_id in now.items():
+            if person not in self._people:
+                continue
+            known = self._people[person]
+            known.held.append(number)
+            if number < known.since:
+                continue
+            known.switches += bool(known.ids) and known.ids[-1] != track_id
+            if not known.ids or known.ids[-1] != track_id:
+                known.ids.append(track_id)
+        # Who is hidden for a while stays with the id of before.
+        self._holds.update(now)
+
+    def _find_ghosts(
+        self,
+        labels: NDArray[np.uint8],
+        tracks: Sequence[FoundTrack],
+        iou: Mapping[tuple[int, int], float],
+    ) -> None:
+        for track in tracks:
+            self._ids.add(track.track_id)
+            best = max((v for (_, i), v in iou.items() if i == track.track_id), default=0.0)
+            if best >= LOST_IOU or _unclear(labels, track):
+                self._real_ids.add(track.track_id)
+            else:
+                self._false_frames += 1
+
+    def _keep(
+        self,
+        counted: Sequence[int],
+        tracks: Sequence[FoundTrack],
+        iou: Mapping[tuple[int, int], float],
+    ) -> None:
+        """Remember the frame for MOTA and IDF1, without tracks on people who do not count."""
+        ids = [track.track_id for track in tracks]
+        elsewhere = {
+            track_id
+            for (person, track_id), value in iou.items()
+            if person not in counted and value >= SAME_IOU
+        }
+        ids = [i for i in ids if i not in elsewhere]
+        overlap = np.array([[iou[person, i] for i in ids] for person in counted], np.float64)
+        self._mot.append(
+            MotFrame(tuple(counted), tuple(ids), overlap.reshape(len(counted), len(ids)))
+        )
+
+    def _person_numbers(self, person: int, known: _Person) -> dict[str, Any]:
+        fps, attendance = self._attendance.fps, self._attendance
+        whole = attendance.first_whole(person)
+        lock = None
+        if known.held and whole is not None:
+            lock = max(known.held[0] - whole, 0) / fps
+        recoveries: list[float | None] = []
+        for number in attendance.returns(person):
+            if number <= known.since:
+                continue
+            again = next((held for held in known.held if held >= number), None)
+            recoveries.append(None if again is None else (again - number) / fps)
+        frames = len(known.j)
+        best = max(known.j_of_id.values(), default=0.0)
+        return {
+            'frames': frames,
+            'J': _mean(known.j),
+            'J_one_id': best / frames if frames else None,
+            'box_iou': _mean(known.box_iou),
+            'centre_error': _mean(known.centre_error),
+            'lost_frames': known.lost_frames,
+            'id_switches': known.switches,
+            'ids': known.ids,
+            'lock_seconds': lock,
+            'recovery_seconds': recoveries,
+            'features': {
+                name: {'weight': weight / known.looks, 'variance_ratio': ratio / known.looks}
+                for name, (weight, ratio) in sorted(
+                    known.features.items(), key=lambda item: (-item[1][0], -item[1][1])
+                )
+            },
+        }
+
+
+def _note_features(known: _Person, features: Iterable[FeatureWeight]) -> None:
+    """Add up weights and variance ratios of the frames in which there are any."""
+    features = list(features)
+    known.looks += bool(features)
+    for each in features:
+        weight, ratio = known.features.get(each.name, (0.0, 0.0))
+        known.features[each.name] = weight + each.weight, ratio + each.variance_ratio
+
+
+def _one_to_one(pairs: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Take the pairs in order, leaving out those with somebody who is taken."""
+    left: set[int] = set()
+    right: set[int] = set()
+    taken = []
+    for first, second in pairs:
+        if first not in left and second not in right:
+            left.add(first)
+            right.add(second)
+            taken.append((first, second))
+    return taken
+
+
+def _unclear(labels: NDArray[np.uint8], track: FoundTrack) -> bool:
+    """Return whether the mask, or without one the box, lies mostly in ambiguous pixels."""
+    inside = labels[track.mask > 0]
+    if inside.size == 0:
+        inside = labels[track.box.slices(labels.shape[1], labels.shape[0])].ravel()
+    return bool(inside.size) and float((inside > MOST_PEOPLE).mean()) >= _UNCLEAR_SHARE
+
+
+def _mean(values: Iterable[float | None]) -> float | None:
+    known = [value for value in values if value is not None and not math.isnan(value)]
+    return statistics.fmean(known) if known else None
+
+
+_SUMMED = (
+    'lost_frames',
+    'id_switches',
+    'shared_ids',
+    'false_slots',
+    'false_frames',
+    'never_locked',
+    'never_recovered',
+)
+
+_AVERAGED = ('J', 'J_one_id', 'box_iou', 'centre_error', 'mota', 'idf1')
+
+_WORST = ('lock_seconds', 'recovery_seconds')
+
+
+def mean_tracking(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """Put the scores of sequences together: means, sums of counts, the longest of times."""
+    rows = list(rows)
+    mean: dict[str, Any] = {name: sum(row[name] for row in rows) for name in _SUMMED}
+    for name in _AVERAGED:
+        if all(name in row for row in rows):
+            mean[name] = _mean(row[name] for row in rows)
+    for name in _WORST:
+        times = [row[name] for row in rows if row[name] is not None]
+        mean[name] = max(times, default=None)
+    return mean

@@ -1,0 +1,187 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gait_segmentation.evaluation.attendance import Attendance
+from gait_segmentation.evaluation.mot import mot_scores
+from gait_segmentation.evaluation.tracking_score import (
+    FoundTrack,
+    TrackingScore,
+    first_frames,
+    mean_tracking,
+)
+from gait_segmentation.geometry import Box
+from gait_segmentation.results import FeatureWeight
+
+SIZE = (100, 40)
+FPS = 10.0
+
+
+def labels_of(people):
+    drawn = np.zeros((SIZE[1], SIZE[0]), np.uint8)
+    for person, x in people.items():
+        drawn[5:35, x : x + 10] = person
+    return drawn
+
+
+def track(track_id, x, width=10):
+    mask = np.zeros((SIZE[1], SIZE[0]), np.uint8)
+    mask[5:35, x : x + width] = 255
+    return FoundTrack(track_id, Box(x, 5, width, 30), mask)
+
+
+def score(truth, found, starts=None):
+    """Score lists of {person: x} and {track id: x or (x, width)}, one entry a frame."""
+    frames = [(n, labels_of(people)) for n, people in enumerate(truth)]
+    attendance = Attendance(frames, FPS, SIZE)
+    scores = TrackingScore(attendance, first_frames(attendance, starts or {}))
+    for (number, labels), tracks in zip(frames, found, strict=True):
+        made = [track(i, *(x if isinstance(x, tuple) else (x,))) for i, x in tracks.items()]
+        scores.add(number, labels, made)
+    numbers = scores.numbers()
+    json.dumps(numbers)
+    return numbers
+
+
+def test_perfect_tracks_have_perfect_scores():
+    truth = [{1: 10 + n, 2: 60 - n} for n in range(10)]
+    numbers = score(truth, [{4: 10 + n, 9: 60 - n} for n in range(10)])
+    assert numbers['J'] == numbers['J_one_id'] == numbers['box_iou'] == 1
+    assert numbers['centre_error'] == 0
+    assert numbers['people']['1']['ids'] == [4]
+    assert numbers['people']['2']['ids'] == [9]
+    names = ('lost_frames', 'id_switches', 'shared_ids', 'false_slots', 'false_frames')
+    assert [numbers[name] for name in names] == [0] * 5
+    assert numbers['lock_seconds'] == 0
+    assert numbers['recovery_seconds'] is None
+
+
+def test_exchanged_ids_are_two_switches_but_cost_no_overlap():
+    truth = [{1: 10, 2: 60} for _ in range(10)]
+    found = [{4: 10, 9: 60} if n < 6 else {4: 60, 9: 10} for n in range(10)]
+    numbers = score(truth, found)
+    assert numbers['J'] == 1
+    assert numbers['J_one_id'] == pytest.approx(0.6)
+    assert numbers['id_switches'] == 2
+    assert numbers['shared_ids'] == 2
+    assert numbers['people']['1']['ids'] == [4, 9]
+
+
+def test_who_is_held_stays_with_the_track_while_both_fit():
+    truth = [{1: 20}] * 3
+    numbers = score(truth, [{4: 20}, {4: 22, 9: 20}, {9: 20, 4: 22}])
+    assert numbers['id_switches'] == 0
+    assert numbers['people']['1']['ids'] == [4]
+
+
+def test_nobody_there_is_lost_frames_and_no_overlap():
+    truth = [{1: 20}] * 4
+    numbers = score(truth, [{4: 20}, {}, {4: 70}, {4: 22}])
+    assert numbers['lost_frames'] == 2
+    # Shifted by 2 of 10 columns: 8 common of 12.
+    assert numbers['J'] == pytest.approx((1 + 8 / 12) / 4)
+    assert numbers['centre_error'] == pytest.approx((0 + 2 / 30) / 2)
+    assert numbers['false_frames'] == 1
+    assert numbers['false_slots'] == 0
+
+
+def test_a_track_that_never_is_on_anybody_is_a_false_slot():
+    numbers = score([{1: 20}] * 3, [{4: 20}, {4: 20, 5: 70}, {4: 20, 5: 70}])
+    assert numbers['false_slots'] == 1
+    assert numbers['false_frames'] == 2
+
+
+def test_who_knows_what_is_in_ambiguous_pixels():
+    frames = [(0, labels_of({1: 20, 200: 70}))]
+    attendance = Attendance(frames, FPS, SIZE)
+    assert attendance.people == (1,)
+    scores = TrackingScore(attendance, {1: 0})
+    unclear = track(5, 71)
+    empty = FoundTrack(6, unclear.box, np.zeros_like(unclear.mask))
+    wide = FoundTrack(7, Box(60, 0, 35, 40), unclear.mask)
+    scores.add(0, frames[0][1], [track(4, 20), unclear, empty, wide])
+    assert scores.numbers()['false_slots'] == 0
+    scores.add(0, frames[0][1], [track(8, 76)])
+    assert scores.numbers()['false_slots'] == 1
+
+
+def test_times_to_lock_and_to_recover():
+    truth = [{} if n < 5 or 15 <= n < 20 else {1: 20} for n in range(30)]
+    found = [{4: 20} if 8 <= n < 15 or n >= 24 else {} for n in range(30)]
+    numbers = score(truth, found)
+    assert numbers['lock_seconds'] == pytest.approx(0.3)
+    assert numbers['recovery_seconds'] == pytest.approx(0.4)
+    assert numbers['id_switches'] == 0
+    # Frames 5 to 7 and 20 to 23.
+    assert numbers['lost_frames'] == 7
+    assert numbers['people']['1']['frames'] == 20
+    never = score(truth, [{4: 20} if n == 8 else {} for n in range(30)])
+    assert never['never_recovered'] == 1
+    assert score(truth, [{}] * 30)['never_locked'] == 1
+
+
+def test_people_count_from_their_box_on():
+    truth = [{1: 10, 2: 60} for _ in range(10)]
+    found = [{4: 10} if n < 4 else {4: 10, 9: 60} for n in range(10)]
+    starts = {0: (Box(10, 5, 10, 30),), 4: (Box(60, 5, 10, 30),)}
+    numbers = score(truth, found, starts)
+    assert numbers['lost_frames'] == 0
+    assert numbers['people']['2']['frames'] == 6
+    assert score(truth, found)['lost_frames'] == 4
+
+
+def test_switches_are_those_of_motmetrics():
+    motmetrics = pytest.importorskip('motmetrics')
+    rng = np.random.default_rng(3)
+    truth = [{1: 10 + n, 2: 40 + n, 3: 90 - n} for n in range(30)]
+    found = []
+    for people in truth:
+        ids = rng.permutation([4, 5, 6]) if rng.random() < 0.2 else [4, 5, 6]
+        found.append(
+            {int(i): x for i, x in zip(ids, people.values(), strict=True) if rng.random() < 0.9}
+        )
+    numbers = score(truth, found)
+    assert numbers['id_switches'] > 4
+    accumulator = motmetrics.MOTAccumulator(auto_id=True)
+    for people, tracks in zip(truth, found, strict=True):
+        overlap = [
+            [Box(a, 5, 10, 30).iou(Box(b, 5, 10, 30)) for b in tracks.values()]
+            for a in people.values()
+        ]
+        distance = 1 - np.array(overlap).reshape(len(people), len(tracks))
+        distance[distance > 0.5] = np.nan
+        accumulator.update(list(people), list(tracks), distance)
+    known = motmetrics.metrics.create().compute(
+        accumulator, metrics=['num_switches', 'mota'], return_dataframe=False
+    )
+    # Where three people cross one may cover the other: frames in which not all three count.
+    assert numbers['id_switches'] == pytest.approx(known['num_switches'], abs=1)
+    assert numbers['mota'] == pytest.approx(known['mota'], abs=0.1)
+
+
+def test_features_are_averaged_over_the_frames_that_have_any():
+    labels = labels_of({1: 20})
+    scores = TrackingScore(Attendance([(n, labels) for n in range(3)], FPS, SIZE), {1: 0})
+    scores.add(0, labels, [track(4, 20)])
+    one = (FeatureWeight('hue', 2.0, 1.0), FeatureWeight('red', 1.0, 0.0))
+    for number, features in ((1, one), (2, one[:1])):
+        scores.add(number, labels, [replace(track(4, 20), features=features)])
+    assert scores.numbers()['people']['1']['features'] == {
+        'hue': {'weight': 1.0, 'variance_ratio': 2.0},
+        'red': {'weight': 0.0, 'variance_ratio': 0.5},
+    }
+
+
+def test_means_over_sequences():
+    good = score([{1: 20}] * 2, [{4: 20}] * 2)
+    bad = score([{1: 20}] * 2, [{5: 70}] * 2)
+    mean = mean_tracking([good, bad])
+    assert mean['J'] == 0.5
+    assert mean['false_slots'] == 1
+    assert mean['never_locked'] == 1
+    assert mean['lock_seconds'] == 0
+    assert ('mota' in mean) == bool(mot_scores([]))
