@@ -1,26 +1,31 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``gait_matcher``: box and likelihood of a person in, matched template and gait out."""
+"""``gait_matcher``: boxes and likelihoods of people in, matched templates and gait out."""
 
 from __future__ import annotations
 
 import sys
 from collections import deque
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PolygonInstanceStamped
 from sensor_msgs.msg import Image, RegionOfInterest
+from std_msgs.msg import Header
 
 from gait_segmentation.config import StageConfig
-from gait_segmentation.matching import MatchingConfig, SequenceMatcher
-from gait_segmentation.results import MatchResult
+from gait_segmentation.matching import MatchingConfig, PeopleMatcher
+from gait_segmentation.people import PeopleConfig, slot_name
+from gait_segmentation.results import MatchResult, TrackResult
 from gait_segmentation.ros.camera import claimed_shape
 from gait_segmentation.ros.config import BankConfig, NodeConfig, SizeConfig
+from gait_segmentation.ros.fields import check_size
 from gait_segmentation.ros.image import read_mono8
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_box, stamp_of
-from gait_segmentation.ros.outputs import SLOT, DebugOutput, MatchOutputs, matching_picture
+from gait_segmentation.ros.outputs import DebugOutput, MatchOutputs, matching_picture
 from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.warm_up import open_bank, warm_up_matcher
@@ -29,6 +34,8 @@ __all__ = ['MatcherNode', 'main']
 
 _KEPT = 64
 """Likelihoods kept while their box has not come, and the other way round."""
+
+_TOPICS = {'box': PolygonInstanceStamped, 'likelihood': Image}
 
 Parts = dict[str, Any]
 
@@ -41,22 +48,31 @@ class MatcherNode(GaitNode):
     from ``image_size``, else, where nobody publishes that, it is taken to be the likelihood's.
     """
 
-    groups = (('', BankConfig), ('', SizeConfig), ('matching', MatchingConfig))
+    groups = (
+        ('', PeopleConfig),
+        ('', BankConfig),
+        ('', SizeConfig),
+        ('matching', MatchingConfig),
+    )
 
     def __init__(self, **options: Any) -> None:
         """Make the node, unconfigured."""
         super().__init__('gait_matcher', **options)
-        self._matcher: SequenceMatcher | None = None
+        self._matcher: PeopleMatcher | None = None
 
     def build(self) -> None:
         """Make the stage, compile it and make the publishers."""
         self._bank = open_bank(self.parameters.get(BankConfig).bank)
         config = self.parameters.get(MatchingConfig)
         warm_up_matcher(self._bank, config)
-        self._matcher = SequenceMatcher(self._bank, config)
+        people = self.parameters.get(PeopleConfig)
+        self._slots = people.max_people
+        self._matcher = PeopleMatcher(
+            self._bank, config, max_people=self._slots, threads=people.people_threads
+        )
         self._messages: deque[Parts] = deque()
         self._stamp_ns = 0
-        self._results = MatchOutputs(self, self._bank)
+        self._results = MatchOutputs(self, self._bank, self._slots)
         self._debug = DebugOutput(self)
 
     def connect(self) -> None:
@@ -69,25 +85,28 @@ class MatcherNode(GaitNode):
         self._unsized: deque[tuple[int, Parts]] = deque(
             maxlen=self.parameters.get(NodeConfig).backlog
         )
-        self._join = ExactJoin(('box', 'likelihood'), _KEPT)
+        topics = {
+            f'{slot_name(slot)}/{name}': kind
+            for slot in range(self._slots)
+            for name, kind in _TOPICS.items()
+        }
+        self._join = ExactJoin(topics, _KEPT)
         self.input(RegionOfInterest, 'image_size', self._sized, LATCHED)
-        self.input(
-            PolygonInstanceStamped, f'{SLOT}/box', lambda message: self._part('box', message)
-        )
-        self.input(Image, f'{SLOT}/likelihood', lambda message: self._part('likelihood', message))
+        for topic, kind in topics.items():
+            self.input(kind, topic, partial(self._part, topic))
 
     def release(self) -> None:
         """Let go of the stage."""
         self._matcher = None
 
     def apply(self, group: str, config: StageConfig) -> None:
-        """Put a changed configuration into force; the path begins anew."""
+        """Put a changed configuration into force; the paths begin anew."""
         if self._matcher is not None and isinstance(config, MatchingConfig):
             self.finish()
-            self._matcher = SequenceMatcher(self._bank, config)
+            self._matcher.config = config
 
     def forget(self) -> None:
-        """Forget the path."""
+        """Forget the paths."""
         if self._matcher is not None:
             self._matcher.reset()
             self._messages.clear()
@@ -100,41 +119,38 @@ class MatcherNode(GaitNode):
     def process(self, frame: Parts) -> None:
         """Match a frame."""
         assert self._matcher is not None
-        header = frame['box'].header
-        stamp_ns = stamp_of(header)
-        likelihood = read_mono8(frame['likelihood'])
-        box, angle = read_box(frame['box'])
+        tracks = [read_track(frame, slot) for slot in range(self._slots)]
+        size = frame['size'] or tracks[0].likelihood.shape[::-1]
+        check_size(size)
+        stamp_ns = tracks[0].stamp_ns
         if stamp_ns < self._stamp_ns:
-            self.warn('time', 'the stamp went back (a bag that loops?): the path begins anew')
+            self.warn('time', 'the stamp went back (a bag that loops?): the paths begin anew')
             self.finish()
             self.forget()
         self._stamp_ns = stamp_ns
-        results = self._matcher.update(
-            likelihood,
-            box,
-            stamp_ns,
-            track_id=int(frame['box'].polygon.id),
-            source_size=frame['size'] or likelihood.shape[::-1],
-            angle=angle,
-        )
+        results = self._matcher.update(tracks, source_size=size)
         self._messages.append(frame)
         self._publish(results)
 
     def process_unusable(self, frame: Parts) -> None:
         """Publish that nobody is seen."""
-        shape = claimed_shape(frame['likelihood']) or (0, 0)
-        self._results.blank(shape, frame['box'].header)
-        self._debug.blank(shape, frame['box'].header)
+        header = _header(frame)
+        shape = claimed_shape(frame[f'{slot_name(0)}/likelihood']) or (0, 0)
+        self._results.blank(shape, header)
+        self._debug.blank(shape, header)
 
-    def _publish(self, results: list[MatchResult]) -> None:
-        for match in results:
+    def _publish(self, results: Sequence[Sequence[MatchResult]]) -> None:
+        for matches in results:
             message = self._messages.popleft()
-            while stamp_of(message['box'].header) != match.stamp_ns:
+            while stamp_of(_header(message)) != matches[0].stamp_ns:
                 message = self._messages.popleft()
-            self._results.publish(match, message['box'].header)
+            self._results.publish(matches, _header(message))
             if self._debug.wanted:
-                likelihood = read_mono8(message['likelihood'])
-                self._debug.publish(matching_picture(likelihood, match), message['box'].header)
+                likelihoods = [
+                    read_mono8(message[f'{slot_name(slot)}/likelihood'])
+                    for slot in range(self._slots)
+                ]
+                self._debug.publish(matching_picture(likelihoods, matches), _header(message))
 
     def _part(self, part: str, message: Any) -> None:
         stamp_ns = stamp_of(message.header)
@@ -155,6 +171,28 @@ class MatcherNode(GaitNode):
         while self._unsized:
             stamp_ns, parts = self._unsized.popleft()
             self.hand_over(stamp_ns, {**parts, 'size': self._size})
+
+
+def read_track(parts: Parts, slot: int) -> TrackResult:
+    """
+    Put the tracker's messages about a slot together again.
+
+    :raises InputError: if a message cannot be read.
+    """
+    message = parts[f'{slot_name(slot)}/box']
+    box, angle = read_box(message)
+    return TrackResult(
+        stamp_ns=stamp_of(message.header),
+        track_id=int(message.polygon.id),
+        box=box,
+        likelihood=read_mono8(parts[f'{slot_name(slot)}/likelihood']),
+        confidence=0.0,
+        angle=angle,
+    )
+
+
+def _header(parts: Parts) -> Header:
+    return parts[f'{slot_name(0)}/box'].header
 
 
 def main(arguments: list[str] | None = None) -> int:

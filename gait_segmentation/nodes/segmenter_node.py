@@ -12,7 +12,7 @@ from geometry_msgs.msg import PolygonInstanceStamped
 from sensor_msgs.msg import CompressedImage, Image, JointState
 
 from gait_segmentation.config import StageConfig
-from gait_segmentation.geometry import Box
+from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.camera import CameraSubscription, claimed_shape, decode
 from gait_segmentation.ros.config import CameraConfig, SegmenterNodeConfig
@@ -20,17 +20,19 @@ from gait_segmentation.ros.image import read_mono8
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_body, read_gait, stamp_of
-from gait_segmentation.ros.outputs import (
-    SLOT,
-    DebugOutput,
-    SegmentationOutputs,
-    segmentation_picture,
-)
+from gait_segmentation.ros.outputs import DebugOutput, SegmentationOutputs, segmentation_picture
 from gait_segmentation.ros.running import run_node
-from gait_segmentation.segmentation import SegmentationConfig, Segmenter
+from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 from gait_segmentation.warm_up import warm_up_segmenter
 
 __all__ = ['SegmenterNode', 'main']
+
+_TOPICS = {
+    'likelihood': Image,
+    'matched_box': PolygonInstanceStamped,
+    'shape_prior': Image,
+    'gait': JointState,
+}
 
 Parts = dict[str, Any]
 
@@ -40,6 +42,7 @@ class SegmenterNode(GaitNode):
 
     groups = (
         ('', CameraConfig),
+        ('', PeopleConfig),
         ('', SegmenterNodeConfig),
         ('segmentation', SegmentationConfig),
     )
@@ -47,31 +50,34 @@ class SegmenterNode(GaitNode):
     def __init__(self, **options: Any) -> None:
         """Make the node, unconfigured."""
         super().__init__('gait_segmenter', **options)
-        self._segmenter: Segmenter | None = None
+        self._segmenter: PeopleSegmenter | None = None
 
     def build(self) -> None:
         """Make the stage, compile it and make the publishers."""
         config = self.parameters.get(SegmentationConfig)
         warm_up_segmenter(config)
-        self._segmenter = Segmenter(config)
+        people = self.parameters.get(PeopleConfig)
+        self._slots = people.max_people
+        self._segmenter = PeopleSegmenter(
+            config, max_people=self._slots, threads=people.people_threads
+        )
         self._shape: tuple[int, int] | None = None
         self._stamp_ns = 0
-        self._results = SegmentationOutputs(self)
+        self._results = SegmentationOutputs(self, self._slots)
         self._debug = DebugOutput(self)
 
     def connect(self) -> None:
         """Subscribe to the camera and to the other nodes' outputs."""
+        topics = {
+            f'{slot_name(slot)}/{name}': kind
+            for slot in range(self._slots)
+            for name, kind in _TOPICS.items()
+        }
         self._join = ExactJoin(
-            ('image', 'likelihood', 'box', 'prior', 'gait'),
-            self.parameters.get(SegmenterNodeConfig).keep_images,
+            ('image', *topics), self.parameters.get(SegmenterNodeConfig).keep_images
         )
-        for kind, topic, part in (
-            (Image, 'likelihood', 'likelihood'),
-            (PolygonInstanceStamped, 'matched_box', 'box'),
-            (Image, 'shape_prior', 'prior'),
-            (JointState, 'gait', 'gait'),
-        ):
-            self.input(kind, f'{SLOT}/{topic}', partial(self._part, part))
+        for topic, kind in topics.items():
+            self.input(kind, topic, partial(self._part, topic))
         camera = CameraSubscription(
             self,
             self.parameters.get(CameraConfig),
@@ -89,7 +95,7 @@ class SegmenterNode(GaitNode):
             self._segmenter.config = config
 
     def forget(self) -> None:
-        """Forget the person."""
+        """Forget everybody."""
         if self._segmenter is not None:
             self._segmenter.reset()
 
@@ -104,13 +110,13 @@ class SegmenterNode(GaitNode):
             self.warn('reset', 'the stamp went back or the image size changed: starting anew')
             self._segmenter.reset()
         self._stamp_ns, self._shape = stamp_ns, shape
-        match = read_match(frame)
-        result = self._segmenter.update(image, read_mono8(frame['likelihood']), match)
-        self._results.publish(result, header)
+        slots = range(self._slots)
+        likelihoods = [read_mono8(frame[f'{slot_name(slot)}/likelihood']) for slot in slots]
+        matches = [read_match(frame, slot) for slot in slots]
+        masks = self._segmenter.update(image, likelihoods, matches)
+        self._results.publish(masks, header)
         if self._debug.wanted:
-            box = Box.around(result.mask) if match.body is not None else None
-            picture = segmentation_picture(image, result.mask, box, match)
-            self._debug.publish(picture, header)
+            self._debug.publish(segmentation_picture(image, masks, matches), header)
 
     def process_unusable(self, frame: Parts) -> None:
         """Publish empty masks."""
@@ -131,19 +137,22 @@ class SegmenterNode(GaitNode):
             self.hand_over(stamp_ns, parts)
 
 
-def read_match(parts: Parts) -> MatchResult:
+def read_match(parts: Parts, slot: int) -> MatchResult:
     """
-    Put the matcher's messages together again.
+    Put the matcher's messages about a slot together again.
 
     What the segmentation does not need (template, placement, similarity) is not sent.
 
     :raises InputError: if a message cannot be read.
     """
-    phase, rate, azimuth = read_gait(parts['gait'])
+    box, prior, gait = (
+        parts[f'{slot_name(slot)}/{name}'] for name in ('matched_box', 'shape_prior', 'gait')
+    )
+    phase, rate, azimuth = read_gait(gait)
     return MatchResult(
-        stamp_ns=stamp_of(parts['box'].header),
-        track_id=int(parts['box'].polygon.id),
-        body=read_body(parts['box']),
+        stamp_ns=stamp_of(box.header),
+        track_id=int(box.polygon.id),
+        body=read_body(box),
         placement=None,
         sequence=0,
         phase_index=0,
@@ -152,7 +161,7 @@ def read_match(parts: Parts) -> MatchResult:
         azimuth=azimuth,
         similarity=0.0,
         confidence=0.0,
-        shape_prior=read_mono8(parts['prior']),
+        shape_prior=read_mono8(prior),
     )
 
 

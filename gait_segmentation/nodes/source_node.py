@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``gait_source``: a film or a folder of images as a live camera."""
+"""``gait_source``: a film, a folder of images or a bag as a live camera."""
 
 from __future__ import annotations
 
@@ -9,45 +9,65 @@ import os
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from itertools import chain, repeat
 from pathlib import Path
 
-import numpy as np
 import rclpy
-from numpy.typing import NDArray
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.utilities import remove_ros_args
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from gait_segmentation.cli.film import Film
 from gait_segmentation.errors import GaitSegmentationError, SequenceError
+from gait_segmentation.inputs import DamagedError, Frame, ImageSource, open_input
 from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.messages import stamp_of
 from gait_segmentation.ros.qos import BETWEEN_NODES
 
-__all__ = ['main', 'parser', 'publish_film']
+__all__ = ['main', 'parser', 'publish_input']
 
 _FLOW_OUT_S = 10
 _POLL_S = 0.02
+_LONGEST_GAP_S = 5.0
+"""Pauses of a recording that are kept; longer ones are taken for a new recording."""
 
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     made = argparse.ArgumentParser(
         prog='gait_source',
-        description='Publish a film or a folder of images on the topic image, as a camera would: '
-        'at its rate, stamped with the time of publishing.',
+        description='Publish the images of a film, a folder or a bag (rosbag2 or ROS 1) on the '
+        'topic image, as a camera would: at their rate, stamped with the time of publishing.',
     )
     add = made.add_argument
-    add('input', type=Path, help='film, or folder of images (in the order of their names)')
-    add('--rate', type=float, default=0.0, metavar='HZ', help="frames per second (the film's)")
+    add('input', type=Path, help='film, folder of images (in the order of their names), or bag')
+    add('--topic', default='', help='of the images in a bag, where there are several')
+    add(
+        '--rate',
+        type=float,
+        default=0.0,
+        metavar='HZ',
+        help='frames per second (those of the film; in a bag, as its stamps lie)',
+    )
     add('--width', type=int, default=0, metavar='PX', help='scale down to this width')
     add('--start', type=int, default=0, metavar='N', help='first frame, counted from 0')
     add('--count', type=int, metavar='M', help='number of frames (all)')
     add('--loop', action='store_true', help='begin again at the end, until interrupted')
+    add(
+        '--keep-stamps',
+        action='store_true',
+        help='keep the stamps (and frame_id) of the input instead of the time of publishing',
+    )
+    add(
+        '--clock',
+        action='store_true',
+        help='publish every stamp on /clock, just before its image, for nodes with use_sim_time',
+    )
     add(
         '--preload',
         action='store_true',
@@ -61,53 +81,104 @@ def parser() -> argparse.ArgumentParser:
         help='begin when N subscribers are connected',
     )
     add('--wait-timeout', type=float, default=60.0, metavar='S', help='and fail after this time')
+    add(
+        '--delay',
+        type=float,
+        default=0.0,
+        metavar='S',
+        help='and wait for this time before the first frame, for nodes to find each other',
+    )
     add('--stamps', type=Path, metavar='FILE', help='write "frame stamp_ns" of every frame')
     add('--frame-id', default='camera', help='frame_id of the headers (%(default)s)')
     return made
 
 
-def publish_film(options: argparse.Namespace, node: Node) -> int:
+@dataclass
+class Pace:
     """
-    Publish all frames.
+    Says when frames are due, in seconds of a steady clock.
+
+    A camera that was held up does not catch up.
+    """
+
+    period_s: float
+    by_stamp: bool
+    _due_s: float | None = None
+    _stamp_ns: int = 0
+
+    def due_s(self, stamp_ns: int, now_s: float) -> float:
+        """Return when the next frame is due, whose stamp in the input is given."""
+        step_s = self.period_s
+        if self.by_stamp:
+            gap_s = (stamp_ns - self._stamp_ns) / 1e9
+            step_s = gap_s if 0 < gap_s < _LONGEST_GAP_S else self.period_s
+        self._stamp_ns = stamp_ns
+        self._due_s = now_s if self._due_s is None else max(self._due_s + step_s, now_s)
+        return self._due_s
+
+
+def publish_input(options: argparse.Namespace, node: Node) -> int:
+    """
+    Publish all frames; those that cannot be read are left out with a warning.
 
     :returns: how many were published.
     :raises SequenceError: if the input cannot be used or nobody subscribes in time.
+    :raises DamagedError: where the input breaks off, after all frames before.
     """
-    film = Film(options.input, width=options.width, start=options.start, count=options.count)
+    source = open_input(
+        options.input,
+        topic=options.topic,
+        width=options.width,
+        start=options.start,
+        count=options.count,
+    )
     if options.rate < 0:
         raise SequenceError(f'--rate must be positive, got {options.rate:g}')
-    period = 1 / (options.rate or film.fps)
-    frames = _frames(film, options.loop, options.preload)
-    publisher = node.create_publisher(Image, 'image', BETWEEN_NODES)
-    _wait_for(publisher, options.wait_for, options.wait_timeout)
+    pace = Pace(1 / (options.rate or source.fps), by_stamp=not options.rate)
+    frames = _frames(source, options.loop, options.preload)
+    images = node.create_publisher(Image, 'image', BETWEEN_NODES)
+    clock = node.create_publisher(Clock, '/clock', BETWEEN_NODES) if options.clock else None
+    _wait_for(images, options.wait_for, options.wait_timeout)
+    time.sleep(max(options.delay, 0.0))
     published = 0
     with open(options.stamps or os.devnull, 'w', encoding='ascii') as stamps:
-        due = time.monotonic()
-        for image in frames:
+        for frame in frames:
+            if frame.image is None:
+                node.get_logger().warning(f'frame {frame.number} is left out: {frame.problem}')
+                continue
             # Copied into the message before the frame is due, stamped when it is.
-            message = image_message(image, Header(frame_id=options.frame_id))
-            time.sleep(max(due - time.monotonic(), 0.0))
-            message.header.stamp = node.get_clock().now().to_msg()
-            publisher.publish(message)
-            stamps.write(f'{film.start + published} {stamp_of(message.header)}\n')
+            message = image_message(frame.image, Header(frame_id=options.frame_id))
+            now_s = time.monotonic()
+            time.sleep(max(pace.due_s(frame.stamp_ns, now_s) - now_s, 0.0))
+            if options.keep_stamps:
+                seconds, nanoseconds = divmod(frame.stamp_ns, 1_000_000_000)
+                message.header.stamp.sec, message.header.stamp.nanosec = seconds, nanoseconds
+                message.header.frame_id = frame.frame_id
+            else:
+                message.header.stamp = node.get_clock().now().to_msg()
+            if not node.context.ok():
+                break
+            if clock is not None:
+                clock.publish(Clock(clock=message.header.stamp))
+            images.publish(message)
+            stamps.write(f'{frame.number} {stamp_of(message.header)}\n')
             stamps.flush()
             published += 1
-            # A camera that was held up does not catch up.
-            due = max(due + period, time.monotonic())
-    publisher.wait_for_all_acked(Duration(seconds=_FLOW_OUT_S))
+    if node.context.ok():
+        images.wait_for_all_acked(Duration(seconds=_FLOW_OUT_S))
     return published
 
 
-def _frames(film: Film, loop: bool, preload: bool) -> Iterator[NDArray[np.uint8]]:
+def _frames(source: ImageSource, loop: bool, preload: bool) -> Iterator[Frame]:
     if preload:
-        kept = list(film.frames())
+        kept = list(source.frames())
         return chain.from_iterable(repeat(kept)) if loop else iter(kept)
     if loop:
-        return chain.from_iterable(film.frames() for _ in repeat(None))
-    return film.frames()
+        return chain.from_iterable(source.frames() for _ in repeat(None))
+    return source.frames()
 
 
-def _wait_for(publisher: rclpy.publisher.Publisher, subscribers: int, timeout_s: float) -> None:
+def _wait_for(publisher: Publisher, subscribers: int, timeout_s: float) -> None:
     deadline = time.monotonic() + timeout_s
     while publisher.get_subscription_count() < subscribers:
         if time.monotonic() > deadline:
@@ -125,9 +196,13 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         rclpy.init(args=given)
         node = Node('gait_source')
-        published = publish_film(options, node)
-        node.get_logger().info(f'{published} frames published')
+        published = publish_input(options, node)
+        if rclpy.ok():
+            node.get_logger().info(f'{published} frames published')
         node.destroy_node()
+    except DamagedError as error:
+        print(f'gait_source: warning: {error}', file=sys.stderr)
+        return 1
     except GaitSegmentationError as error:
         print(f'gait_source: error: {error}', file=sys.stderr)
         return 2

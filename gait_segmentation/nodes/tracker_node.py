@@ -1,28 +1,30 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``gait_tracker``: images in, box and foreground likelihood image of a person out."""
+"""``gait_tracker``: images in, boxes and foreground likelihood images of people out."""
 
 from __future__ import annotations
 
 import sys
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PolygonInstanceStamped
-from sensor_msgs.msg import CompressedImage, Image, RegionOfInterest
+from sensor_msgs.msg import Image
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.nodes.camera_node import CameraMessage, CameraNode
+from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import Feedback
-from gait_segmentation.ros.camera import CameraSubscription, claimed_shape, decode
-from gait_segmentation.ros.config import BankConfig, CameraConfig, StartConfig
+from gait_segmentation.ros.camera import claimed_shape, decode
+from gait_segmentation.ros.config import BankConfig
 from gait_segmentation.ros.image import read_mono8
-from gait_segmentation.ros.intake import Intake
 from gait_segmentation.ros.join import ExactJoin
-from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.messages import read_body, read_region, stamp_of
-from gait_segmentation.ros.outputs import SLOT, DebugOutput, TrackOutputs, tracking_picture
+from gait_segmentation.ros.messages import read_body, stamp_of
+from gait_segmentation.ros.outputs import DebugOutput, TrackOutputs, tracking_picture
 from gait_segmentation.ros.running import run_node
-from gait_segmentation.tracking import PersonTracker, TrackingConfig
+from gait_segmentation.starting import StartingConfig
+from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 from gait_segmentation.warm_up import open_bank, warm_up_tracker
 
 __all__ = ['TrackerNode', 'main']
@@ -30,104 +32,84 @@ __all__ = ['TrackerNode', 'main']
 _FEEDBACK_KEPT = 30
 """Incomplete feedback kept; the tracker itself keeps fewer frames to learn from."""
 
+_FEEDBACK = {'mask': Image, 'shape_prior': Image, 'matched_box': PolygonInstanceStamped}
 
-class TrackerNode(GaitNode):
+
+class TrackerNode(CameraNode):
     """Runs the tracking stage."""
-
-    groups = (
-        ('', CameraConfig),
-        ('', StartConfig),
-        ('', BankConfig),
-        ('tracking', TrackingConfig),
-    )
-    with_initial_box = True
 
     def __init__(self, **options: Any) -> None:
         """Make the node, unconfigured."""
         super().__init__('gait_tracker', **options)
-        self._tracker: PersonTracker | None = None
-        self._track_id = 0
+        self._tracker: PeopleTracker | None = None
 
     def build(self) -> None:
         """Make the stage, compile it and make the publishers."""
-        bank = open_bank(self.parameters.get(BankConfig).bank)
-        config = self.parameters.get(TrackingConfig)
-        warm_up_tracker(bank, config)
-        self._tracker = PersonTracker(bank, config)
-        self._intake = Intake(
-            reset=self._tracker.reset,
-            initialize=self._tracker.initialize,
-            warn=self.warn,
-            initial_box=self.parameters.initial_box,
-            initial_stamp_ns=self.parameters.get(StartConfig).initial_box_stamp,
+        get = self.parameters.get
+        bank = open_bank(get(BankConfig).bank)
+        warm_up_tracker(bank, get(TrackingConfig), get(StartingConfig))
+        self._slots = get(PeopleConfig).max_people
+        self._tracker = PeopleTracker(
+            bank, get(TrackingConfig), max_people=self._slots, starting=get(StartingConfig)
         )
-        self._outputs_of_track = TrackOutputs(self)
+        self.take_from(initialize=self._tracker.initialize)
+        self._results = TrackOutputs(self, self._slots)
         self._debug = DebugOutput(self)
 
     def connect(self) -> None:
-        """Subscribe to the camera, to first boxes and to the feedback."""
-        self._join = ExactJoin(('mask', 'prior', 'box'), _FEEDBACK_KEPT)
-        self.input(Image, f'{SLOT}/mask', lambda message: self._feedback('mask', message))
-        self.input(Image, f'{SLOT}/shape_prior', lambda message: self._feedback('prior', message))
-        self.input(
-            PolygonInstanceStamped,
-            f'{SLOT}/matched_box',
-            lambda message: self._feedback('box', message),
-        )
-        self.input(RegionOfInterest, 'init_roi', self._start)
-        camera = CameraSubscription(self, self.parameters.get(CameraConfig), self._image)
-        self._inputs.append(camera)
+        """Subscribe to the feedback, to the camera and to first boxes."""
+        parts = {
+            f'{slot_name(k)}/{name}': kind
+            for k in range(self._slots)
+            for name, kind in _FEEDBACK.items()
+        }
+        self._join = ExactJoin(parts, _FEEDBACK_KEPT)
+        for topic, kind in parts.items():
+            self.input(kind, topic, partial(self._feedback, topic))
+        super().connect()
 
     def release(self) -> None:
         """Let go of the stage."""
         self._tracker = None
-        self._track_id = 0
+        self.show(())
 
     def apply(self, group: str, config: StageConfig) -> None:
         """Put a changed configuration into force."""
-        if self._tracker is not None and isinstance(config, TrackingConfig):
+        if self._tracker is None:
+            return
+        if isinstance(config, TrackingConfig):
             self._tracker.config = config
+        elif isinstance(config, StartingConfig):
+            self._tracker.starting = config
 
     def forget(self) -> None:
-        """Forget the person."""
+        """Forget everybody."""
         if self._tracker is not None:
             self._tracker.reset()
-            self._intake.forget()
-            self._track_id = 0
+            self.intake.forget()
+            self.show(())
 
-    def status(self) -> dict[str, str]:
-        """Report the track."""
-        return {'track id': str(self._track_id)}
+    def start_over(self) -> None:
+        """Forget everybody, but not the boxes that wait."""
+        assert self._tracker is not None
+        self._tracker.reset()
 
-    def process(self, frame: Image | CompressedImage) -> None:
+    def process(self, frame: CameraMessage) -> None:
         """Track a frame."""
         assert self._tracker is not None
         image = decode(frame)
         stamp_ns = stamp_of(frame.header)
-        self._intake.take(image, stamp_ns)
-        track = self._tracker.update(image, stamp_ns)
-        self._track_id = track.track_id
-        self._outputs_of_track.publish(track, image.shape[:2], frame.header)
+        self.intake.take(image, stamp_ns)
+        tracks = self._tracker.update(image, stamp_ns)
+        self.show(tracks)
+        self._results.publish(tracks, image.shape[:2], frame.header)
         if self._debug.wanted:
-            self._debug.publish(tracking_picture(image, track), frame.header)
+            self._debug.publish(tracking_picture(image, tracks), frame.header)
 
-    def process_unusable(self, frame: Image | CompressedImage) -> None:
+    def process_unusable(self, frame: CameraMessage) -> None:
         """Publish that nobody is seen."""
-        self._outputs_of_track.blank(frame.header)
-        self._debug.blank(claimed_shape(frame) or self._intake.shape or (0, 0), frame.header)
-
-    def _image(self, message: Image | CompressedImage) -> None:
-        stamp_ns = stamp_of(message.header)
-        if self.accept(stamp_ns):
-            self.hand_over(stamp_ns, message)
-
-    def _start(self, message: RegionOfInterest) -> None:
-        try:
-            box = read_region(message)
-        except GaitSegmentationError as error:
-            self.warn('roi', f'init_roi is ignored: {error}')
-            return
-        self.later(lambda: self._intake.request(box))
+        self._results.blank(frame.header)
+        self._debug.blank(claimed_shape(frame) or self.intake.shape or (0, 0), frame.header)
 
     def _feedback(self, part: str, message: Any) -> None:
         parts = self._join.add(part, stamp_of(message.header), message)
@@ -136,16 +118,24 @@ class TrackerNode(GaitNode):
 
     def _learn(self, parts: dict[str, Any]) -> None:
         assert self._tracker is not None
-        box = parts['box']
         try:
-            body = read_body(box)
-            if body is None:
-                return
-            mask, prior = read_mono8(parts['mask']), read_mono8(parts['prior'])
-            track_id = int(box.polygon.id)
-            self._tracker.learn(Feedback(stamp_of(box.header), track_id, mask, body, prior))
+            feedback = [read_feedback(parts, slot) for slot in range(self._slots)]
+            self._tracker.learn([each for each in feedback if each is not None])
         except GaitSegmentationError as error:
             self.warn('feedback', f'feedback is ignored: {error}')
+
+
+def read_feedback(parts: dict[str, Any], slot: int) -> Feedback | None:
+    """
+    Put the feedback for a slot together, None if it was empty.
+
+    :raises InputError: if a message cannot be read.
+    """
+    mask, prior, box = (parts[f'{slot_name(slot)}/{name}'] for name in _FEEDBACK)
+    track_id, body = int(box.polygon.id), read_body(box)
+    if not track_id:
+        return None
+    return Feedback(stamp_of(box.header), track_id, read_mono8(mask), body, read_mono8(prior))
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -10,21 +10,24 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.qos import ReliabilityPolicy
+from rclpy.qos import QoSPolicyKind, ReliabilityPolicy
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import CompressedImage, Image
 
-from gait_segmentation.ros.image import read_bgr, read_compressed
+from gait_segmentation.inputs import encodings
+from gait_segmentation.inputs.encodings import read_bgr, read_compressed
 from gait_segmentation.ros.qos import image_profile
 
 if TYPE_CHECKING:
-    from rclpy.event_handler import QoSRequestedIncompatibleQoSInfo
-    from rclpy.node import Node
+    from rclpy.event_handler import QoSMessageLostInfo, QoSRequestedIncompatibleQoSInfo
 
     from gait_segmentation.ros.config import CameraConfig
+    from gait_segmentation.ros.lifecycle import GaitNode
 
 __all__ = ['CameraSubscription', 'claimed_shape', 'decode']
 
-_MOST_PIXELS = 1 << 26
+_OVERRIDABLE = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH)
+"""By qos_overrides parameters; reliability has a parameter of its own, and changes."""
 
 
 def decode(message: Image | CompressedImage) -> NDArray[np.uint8]:
@@ -40,10 +43,7 @@ def decode(message: Image | CompressedImage) -> NDArray[np.uint8]:
 
 def claimed_shape(message: Image | CompressedImage) -> tuple[int, int] | None:
     """Return (height, width) that an image claims to have, None if it says nothing sensible."""
-    if isinstance(message, CompressedImage):
-        return None
-    shape = (message.height, message.width)
-    return shape if 0 < shape[0] * shape[1] <= _MOST_PIXELS else None
+    return None if isinstance(message, CompressedImage) else encodings.claimed_shape(message)
 
 
 class CameraSubscription:
@@ -56,7 +56,7 @@ class CameraSubscription:
 
     def __init__(
         self,
-        node: Node,
+        node: GaitNode,
         config: CameraConfig,
         received: Callable[[Image | CompressedImage], None],
     ) -> None:
@@ -96,7 +96,9 @@ class CameraSubscription:
 
     def _subscribe(self, best_effort: bool) -> None:
         events = SubscriptionEventCallbacks(
-            incompatible_qos=self._incompatible, use_default_callbacks=False
+            incompatible_qos=self._incompatible,
+            message_lost=self._lost,
+            use_default_callbacks=False,
         )
         self._subscription = self._node.create_subscription(
             self._type,
@@ -104,6 +106,16 @@ class CameraSubscription:
             self._received,
             image_profile(best_effort),
             event_callbacks=events,
+            qos_overriding_options=QoSOverridingOptions(_OVERRIDABLE),
+        )
+
+    def _lost(self, event: QoSMessageLostInfo) -> None:
+        self._node.statistics.lost += event.total_count_change
+        self._node.warn(
+            'lost',
+            f'{event.total_count_change} images were lost on the way; for large images use the '
+            'shared memory profile config/fastdds_shm.xml in all processes, the camera too, or a '
+            'reliable camera',
         )
 
     def _incompatible(self, event: QoSRequestedIncompatibleQoSInfo) -> None:

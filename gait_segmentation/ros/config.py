@@ -11,6 +11,7 @@ from gait_segmentation.config import StageConfig, parameter
 __all__ = [
     'BankConfig',
     'CameraConfig',
+    'DetectionConfig',
     'NodeConfig',
     'SegmenterNodeConfig',
     'SizeConfig',
@@ -27,9 +28,6 @@ class NodeConfig(StageConfig):
         'Configure and activate the node when it starts, instead of waiting for a life cycle '
         'manager.',
         read_only=True,
-    )
-    max_people: int = parameter(
-        1, 'People tracked at a time (slots person_0, ...).', minimum=1, maximum=1, read_only=True
     )
     backlog: int = parameter(
         10,
@@ -79,6 +77,18 @@ class StartConfig(StageConfig):
         unit='ns',
         minimum=0,
         read_only=True,
+    )
+
+
+@dataclass(frozen=True)
+class DetectionConfig(StageConfig):
+    """Parameters of starting tracks from detections (vision_msgs)."""
+
+    detection_class: str = parameter(
+        'person', 'Class of the detections that start tracks. Empty = every class.'
+    )
+    detection_score: float = parameter(
+        0.5, 'Least score of a detection that starts a track.', minimum=0.0, maximum=1.0
     )
 
 

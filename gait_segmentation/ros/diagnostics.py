@@ -17,6 +17,9 @@ __all__ = ['diagnostic_message']
 _LATE_MS = 250.0
 """Latency (95th percentile) above which a node warns."""
 
+_QUIET_S = 3.0
+"""Time without input after which a node is stale."""
+
 
 def diagnostic_message(
     name: str,
@@ -42,20 +45,18 @@ def diagnostic_message(
     values = {
         'state': state,
         'input rate (Hz)': f'{statistics.rate_hz(now_s):.1f}',
+        'output rate (Hz)': f'{statistics.output_rate_hz(now_s):.1f}',
         'received': str(statistics.received),
         'processed': str(statistics.processed),
         'skipped': str(statistics.skipped),
         'failed': str(statistics.failed),
+        'lost on the wire': str(statistics.lost),
         'latency p50 (ms)': f'{median:.1f}',
         'latency p95 (ms)': f'{high:.1f}',
         'age of the last stamp (s)': f'{age:.3f}',
         **details,
     }
-    level, text = DiagnosticStatus.OK, state
-    if state == 'active' and not statistics.received:
-        text = 'active, no input yet'
-    elif high > _LATE_MS:
-        level, text = DiagnosticStatus.WARN, f'slow: 95 % of the outputs within {high:.0f} ms'
+    level, text = _judged(state, statistics, now_s, high)
     status = DiagnosticStatus(
         level=level,
         name=name.strip('/'),
@@ -66,3 +67,18 @@ def diagnostic_message(
     message = DiagnosticArray(status=[status])
     message.header.stamp = now
     return message
+
+
+def _judged(state: str, statistics: Statistics, now_s: float, late_ms: float) -> tuple[bytes, str]:
+    """Return the level and what it is for."""
+    losses = statistics.losses()
+    if state == 'active' and not statistics.received:
+        return DiagnosticStatus.OK, 'active, no input yet'
+    if state == 'active' and statistics.quiet_s(now_s) > _QUIET_S:
+        quiet = f'no input for {statistics.quiet_s(now_s):.0f} s'
+        return DiagnosticStatus.STALE, quiet
+    if losses:
+        return DiagnosticStatus.WARN, f'{losses} frames lost or skipped since the last report'
+    if late_ms > _LATE_MS:
+        return DiagnosticStatus.WARN, f'slow: 95 % of the outputs within {late_ms:.0f} ms'
+    return DiagnosticStatus.OK, state

@@ -1,24 +1,28 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Image messages to arrays and back, without copies where the encoding allows it.
+Image messages to arrays and back.
 
-``cv_bridge`` is not used: its Python side breaks with NumPy 2, and assigning an array to
-``Image.data`` costs rclpy a check of every byte.
+Assigning an array to ``Image.data`` costs rclpy a check of every byte, so nothing here does.
 """
 
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
-from sensor_msgs.msg import CompressedImage, Image
+from sensor_msgs.msg import Image
 
-from gait_segmentation.errors import InputError
+from gait_segmentation.inputs.encodings import (
+    ENCODINGS,
+    Encoding,
+    pixels,
+    read_bgr,
+    read_compressed,
+    read_mono8,
+)
 
 if TYPE_CHECKING:
     from std_msgs.msg import Header
@@ -32,138 +36,6 @@ __all__ = [
     'read_compressed',
     'read_mono8',
 ]
-
-
-@dataclass(frozen=True)
-class Encoding:
-    """How the pixels of an encoding lie in memory, and the OpenCV code that makes them BGR."""
-
-    channels: int
-    to_bgr: int | None
-    sample_bytes: int = 1
-
-
-_UYVY = Encoding(2, cv2.COLOR_YUV2BGR_UYVY)
-_YUYV = Encoding(2, cv2.COLOR_YUV2BGR_YUY2)
-
-# OpenCV names a Bayer pattern by its second row and column, ROS by its first.
-ENCODINGS: dict[str, Encoding] = {
-    'bgr8': Encoding(3, None),
-    'rgb8': Encoding(3, cv2.COLOR_RGB2BGR),
-    'bgra8': Encoding(4, cv2.COLOR_BGRA2BGR),
-    'rgba8': Encoding(4, cv2.COLOR_RGBA2BGR),
-    'mono8': Encoding(1, cv2.COLOR_GRAY2BGR),
-    'mono16': Encoding(1, cv2.COLOR_GRAY2BGR, 2),
-    '8UC1': Encoding(1, cv2.COLOR_GRAY2BGR),
-    '8UC3': Encoding(3, None),
-    'yuv422': _UYVY,
-    'uyvy': _UYVY,
-    'yuv422_yuy2': _YUYV,
-    'yuyv': _YUYV,
-    'bayer_rggb8': Encoding(1, cv2.COLOR_BayerBG2BGR),
-    'bayer_bggr8': Encoding(1, cv2.COLOR_BayerRG2BGR),
-    'bayer_gbrg8': Encoding(1, cv2.COLOR_BayerGR2BGR),
-    'bayer_grbg8': Encoding(1, cv2.COLOR_BayerGB2BGR),
-}
-"""The encodings that can be read; 8UC3 is taken for BGR."""
-
-
-def pixels(message: Image) -> NDArray[np.uint8] | NDArray[np.uint16]:
-    """
-    View the pixels of a message as they are encoded, without copying them.
-
-    The array aliases the message: copy it before you draw on it.
-
-    :returns: (height, width) or (height, width, channels), uint8, or uint16 for ``mono16`` in
-        the byte order of the message.
-    :raises InputError: if the encoding is unknown, the size zero, ``step`` too small for a row
-        or the data too short.
-    """
-    encoding = ENCODINGS.get(message.encoding)
-    if encoding is None:
-        raise InputError(
-            f'image encoding must be one of {", ".join(ENCODINGS)}, got {message.encoding!r}'
-        )
-    height, width, step = message.height, message.width, message.step
-    if height == 0 or width == 0:
-        raise InputError(f'image must have at least one pixel, got {width} x {height}')
-    pixel = encoding.channels * encoding.sample_bytes
-    if step < width * pixel:
-        raise InputError(
-            f'image step must be at least {width * pixel} bytes for {width} pixels of '
-            f'{message.encoding}, got {step}'
-        )
-    # Some drivers leave out the padding behind the last row.
-    needed = step * (height - 1) + width * pixel
-    if len(message.data) < needed:
-        raise InputError(
-            f'image data must have at least {needed} bytes for {width} x {height} pixels of '
-            f'{message.encoding} with step {step}, got {len(message.data)}'
-        )
-    data = np.frombuffer(message.data, np.uint8)
-    if encoding.sample_bytes == 2:
-        order = '>' if message.is_bigendian else '<'
-        strides: tuple[int, ...] = (step, 2)
-        return np.ndarray((height, width), f'{order}u2', data.data, 0, strides)
-    if encoding.channels == 1:
-        return np.ndarray((height, width), np.uint8, data.data, 0, (step, 1))
-    shape = (height, width, encoding.channels)
-    return np.ndarray(shape, np.uint8, data.data, 0, (step, encoding.channels, 1))
-
-
-def read_bgr(message: Image) -> NDArray[np.uint8]:
-    """
-    Read an image of any supported encoding as BGR.
-
-    :returns: (height, width, 3) uint8, contiguous; an alias of the message where it is
-        ``bgr8`` without padding.
-    :raises InputError: see :func:`pixels`; also if the size does not suit the encoding.
-    """
-    view = pixels(message)
-    encoding = ENCODINGS[message.encoding]
-    if encoding.sample_bytes == 2:
-        view = (view >> 8).astype(np.uint8)
-    if encoding.to_bgr is None:
-        return np.ascontiguousarray(view)
-    if encoding.channels == 2 and message.width % 2:
-        raise InputError(f'{message.encoding} needs an even width, got {message.width}')
-    if message.encoding.startswith('bayer') and min(message.width, message.height) < 4:
-        raise InputError(
-            f'{message.encoding} needs at least 4 x 4 pixels, got '
-            f'{message.width} x {message.height}'
-        )
-    return np.asarray(cv2.cvtColor(np.ascontiguousarray(view), encoding.to_bgr))
-
-
-def read_mono8(message: Image) -> NDArray[np.uint8]:
-    """
-    Read a likelihood, a mask or a shape prior.
-
-    :returns: (height, width) uint8, contiguous, an alias of the message where it has no padding.
-    :raises InputError: see :func:`pixels`; also if the image is not ``mono8`` or ``8UC1``.
-    """
-    if message.encoding not in ('mono8', '8UC1'):
-        raise InputError(f'image encoding must be mono8 or 8UC1, got {message.encoding!r}')
-    return np.ascontiguousarray(pixels(message))
-
-
-def read_compressed(message: CompressedImage) -> NDArray[np.uint8]:
-    """
-    Decode a JPEG or PNG image.
-
-    :returns: (height, width, 3) uint8 BGR.
-    :raises InputError: if the data is empty or cannot be decoded.
-    """
-    data = np.frombuffer(message.data, np.uint8)
-    image = None
-    if data.size:
-        image = cv2.imdecode(data, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
-    if image is None:
-        raise InputError(
-            f'compressed image must be a JPEG or PNG, got {data.size} bytes of format '
-            f'{message.format!r} that cannot be decoded'
-        )
-    return np.asarray(image)
 
 
 def image_message(image: NDArray[np.uint8], header: Header) -> Image:

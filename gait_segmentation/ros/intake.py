@@ -9,7 +9,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import Box
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import Box, check_start_box
 
 __all__ = ['Intake']
 
@@ -18,7 +19,7 @@ class Intake:
     """
     Watches stamps and sizes, and starts tracks.
 
-    A box asked for by :meth:`request` starts a track at the next frame.  The initial box does so
+    Boxes asked for by :meth:`request` start tracks at the next frame.  The initial box does so
     at the first frame that is not earlier than its stamp, and again after time jumped back,
     since a bag that loops begins anew.
     """
@@ -45,17 +46,17 @@ class Intake:
         self._initial_box = initial_box
         self._initial_stamp_ns = initial_stamp_ns
         self._armed = initial_box is not None
-        self._requested: Box | None = None
+        self._requested: list[Box] = []
         self._stamp_ns = 0
         self.shape: tuple[int, int] | None = None
 
     def request(self, box: Box) -> None:
         """Start a track at the next frame."""
-        self._requested = box
+        self._requested.append(box)
 
     def forget(self) -> None:
-        """Drop a box that was asked for and has not been used."""
-        self._requested = None
+        """Drop boxes that were asked for and have not been used."""
+        self._requested.clear()
 
     def take(self, image: NDArray[np.uint8], stamp_ns: int) -> None:
         """
@@ -82,18 +83,18 @@ class Intake:
             self._reset()
         self._stamp_ns = stamp_ns
         self.shape = shape
-        box, self._requested = self._requested, None
+        boxes, self._requested = self._requested, []
         if self._armed and stamp_ns >= self._initial_stamp_ns:
             self._armed = False
-            box = box or self._initial_box
-        if box is None:
-            return
-        if box.clipped(shape[1], shape[0]) is None:
-            self._warn(
-                'box',
-                f'the box to start from, x {box.x:g}, y {box.y:g}, {box.width:g} x '
-                f'{box.height:g}, lies outside of the image of {shape[1]} x {shape[0]} pixels '
-                'and is ignored',
-            )
+            if self._initial_box is not None and not boxes:
+                boxes = [self._initial_box]
+        for box in boxes:
+            self._start(box, shape)
+
+    def _start(self, box: Box, shape: tuple[int, int]) -> None:
+        try:
+            check_start_box(box, (shape[1], shape[0]))
+        except InputError as error:
+            self._warn('box', f'{error}: it is ignored')
             return
         self._initialize(box)

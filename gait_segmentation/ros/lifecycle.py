@@ -7,6 +7,7 @@ from __future__ import annotations
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from copy import copy
 from typing import Any, ClassVar
 
 import cv2
@@ -15,6 +16,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_srvs.srv import SetBool, Trigger
 
 from gait_segmentation.config import StageConfig
@@ -117,7 +119,14 @@ class GaitNode(LifecycleNode):
         """Make a publisher that lives until the clean-up."""
         # Every event that could be reported costs the executor time in every round.
         silent = PublisherEventCallbacks(use_default_callbacks=False)
-        publisher = self.create_publisher(kind, topic, profile, event_callbacks=silent)
+        publisher = self.create_publisher(
+            kind,
+            topic,
+            # A copy, because overrides are written into it.
+            copy(profile),
+            event_callbacks=silent,
+            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        )
         self._outputs.append(publisher)
         return publisher
 
@@ -138,7 +147,14 @@ class GaitNode(LifecycleNode):
             use_default_callbacks=False,
         )
         self._inputs.append(
-            self.create_subscription(kind, topic, received, profile, event_callbacks=events)
+            self.create_subscription(
+                kind,
+                topic,
+                received,
+                copy(profile),
+                event_callbacks=events,
+                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+            )
         )
 
     def accept(self, stamp_ns: int) -> bool:
@@ -268,7 +284,8 @@ class GaitNode(LifecycleNode):
             self.statistics.failed += 1
             self.warn(f'frame {type(error).__name__}', f'a frame cannot be used: {error}')
             self.process_unusable(frame)
-        self.statistics.finished(time.monotonic() - arrived_s)
+        now_s = time.monotonic()
+        self.statistics.finished(now_s - arrived_s, now_s)
 
     def _worker_failed(self, error: BaseException) -> None:
         if self.context.ok():

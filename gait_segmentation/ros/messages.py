@@ -12,6 +12,7 @@ from sensor_msgs.msg import JointState, RegionOfInterest
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.ros.fields import GAIT_NAMES, Corners, gait_joints
 
 if TYPE_CHECKING:
     from std_msgs.msg import Header
@@ -28,13 +29,7 @@ __all__ = [
     'read_gait',
     'read_region',
     'stamp_of',
-    'tracked_corners',
 ]
-
-GAIT_NAMES = ('gait_phase', 'view_azimuth')
-"""Joints of the gait message: radians of the stride with their rate, and walking direction."""
-
-Corners = tuple[tuple[float, float], ...]
 
 _MOST_TILT = math.pi / 4
 
@@ -68,13 +63,6 @@ def points_of(message: PolygonInstanceStamped) -> Corners:
     if not all(math.isfinite(value) for point in points for value in point):
         raise InputError(f'box points must be finite, got {points}')
     return points
-
-
-def tracked_corners(box: Box, angle: float) -> Corners:
-    """Return the corners of a tracked box that is turned by ``angle`` about its centre."""
-    if not angle:
-        return box.corners()
-    return BodyFrame(box.center_x, box.center_y, box.height, angle).corners(box.width)
 
 
 def read_box(message: PolygonInstanceStamped) -> tuple[Box | None, float]:
@@ -120,10 +108,7 @@ def read_region(message: RegionOfInterest) -> Box:
 def gait_message(match: MatchResult, header: Header) -> JointState:
     """Make the gait message of a match; it has no joints if nobody is tracked."""
     message = JointState(header=header)
-    if match.body is not None:
-        message.name = list(GAIT_NAMES)
-        message.position = [2 * math.pi * match.phase, match.azimuth]
-        message.velocity = [2 * math.pi * match.phase_rate, 0.0]
+    message.name, message.position, message.velocity = map(list, gait_joints(match))
     return message
 
 

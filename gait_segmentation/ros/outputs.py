@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import cv2
@@ -13,22 +14,24 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import Image, JointState, RegionOfInterest
 
 from gait_segmentation.drawing import draw_box, draw_label, draw_outline, draw_person, track_colour
+from gait_segmentation.geometry import Box
+from gait_segmentation.people import slot_name
+from gait_segmentation.results import LOST
+from gait_segmentation.ros.fields import matched_corners, track_corners
 from gait_segmentation.ros.image import image_message
-from gait_segmentation.ros.messages import box_message, gait_message, tracked_corners
+from gait_segmentation.ros.messages import box_message, gait_message
 from gait_segmentation.ros.qos import LATCHED
+from gait_segmentation.ros.vision import detection_types, detections_message
 
 if TYPE_CHECKING:
     from std_msgs.msg import Header
 
     from gait_segmentation.gait_model import TemplateBank
-    from gait_segmentation.geometry import Box
-    from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
+    from gait_segmentation.results import MatchResult, TrackResult
     from gait_segmentation.ros.lifecycle import GaitNode
+    from gait_segmentation.segmentation import PeopleMasks
 
-__all__ = ['SLOT', 'DebugOutput', 'MatchOutputs', 'SegmentationOutputs', 'TrackOutputs']
-
-SLOT = 'person_0'
-"""Prefix of the topics of the one person that is tracked at a time."""
+__all__ = ['DebugOutput', 'MatchOutputs', 'SegmentationOutputs', 'TrackOutputs']
 
 Shape = tuple[int, int]
 
@@ -56,127 +59,161 @@ class DebugOutput:
 
 
 class TrackOutputs:
-    """Box and likelihood of a person, and the size of the images they are measured in."""
+    """Box and likelihood of every slot, and the size of the images they are measured in."""
 
-    def __init__(self, node: GaitNode) -> None:
+    def __init__(self, node: GaitNode, slots: int) -> None:
         """Make the publishers."""
         # First, so that it is known to a matcher before the likelihoods are.
         self._size = node.output(RegionOfInterest, 'image_size', LATCHED)
-        self._box = node.output(PolygonInstanceStamped, f'{SLOT}/box')
-        self._likelihood = node.output(Image, f'{SLOT}/likelihood')
+        self._slots = [
+            (
+                node.output(PolygonInstanceStamped, f'{slot_name(slot)}/box'),
+                node.output(Image, f'{slot_name(slot)}/likelihood'),
+            )
+            for slot in range(slots)
+        ]
+        self._types = types = detection_types()
+        self._tracks = None if types is None else node.output(types.Detection2DArray, 'tracks')
         self._shape: Shape | None = None
         self.likelihood_shape: Shape = (0, 0)
 
-    def publish(self, track: TrackResult, shape: Shape, header: Header) -> None:
-        """Publish a result; ``shape`` is that of the source image."""
+    def publish(self, tracks: Sequence[TrackResult], shape: Shape, header: Header) -> None:
+        """Publish the results of a frame; ``shape`` is that of the source image."""
         if shape != self._shape:
             self._shape = shape
             self._size.publish(RegionOfInterest(height=shape[0], width=shape[1]))
-        self.likelihood_shape = (track.likelihood.shape[0], track.likelihood.shape[1])
-        corners = () if track.box is None else tracked_corners(track.box, track.angle)
-        self._box.publish(box_message(corners, track.track_id, header))
-        self._likelihood.publish(image_message(track.likelihood, header))
+        for (boxes, likelihoods), track in zip(self._slots, tracks, strict=True):
+            self.likelihood_shape = (track.likelihood.shape[0], track.likelihood.shape[1])
+            boxes.publish(box_message(track_corners(track), track.track_id, header))
+            likelihoods.publish(image_message(track.likelihood, header))
+        self._publish_detections(tracks, header)
 
     def blank(self, header: Header) -> None:
         """Publish that nobody is seen."""
-        self._box.publish(box_message((), 0, header))
-        black = np.zeros(self.likelihood_shape, np.uint8)
-        self._likelihood.publish(image_message(black, header))
+        black = image_message(np.zeros(self.likelihood_shape, np.uint8), header)
+        for boxes, likelihoods in self._slots:
+            boxes.publish(box_message((), 0, header))
+            likelihoods.publish(black)
+        self._publish_detections((), header)
+
+    def _publish_detections(self, tracks: Sequence[TrackResult], header: Header) -> None:
+        if self._tracks is not None:
+            self._tracks.publish(detections_message(tracks, header, self._types))
 
 
 class MatchOutputs:
-    """Matched box, shape prior and gait of a person."""
+    """Matched box, shape prior and gait of every slot."""
 
-    def __init__(self, node: GaitNode, bank: TemplateBank) -> None:
+    def __init__(self, node: GaitNode, bank: TemplateBank, slots: int) -> None:
         """Make the publishers."""
         self._bank = bank
-        self._box = node.output(PolygonInstanceStamped, f'{SLOT}/matched_box')
-        self._prior = node.output(Image, f'{SLOT}/shape_prior')
-        self._gait = node.output(JointState, f'{SLOT}/gait')
+        self._slots = [
+            (
+                node.output(PolygonInstanceStamped, f'{slot_name(slot)}/matched_box'),
+                node.output(Image, f'{slot_name(slot)}/shape_prior'),
+                node.output(JointState, f'{slot_name(slot)}/gait'),
+            )
+            for slot in range(slots)
+        ]
 
-    def publish(self, match: MatchResult, header: Header) -> None:
-        """Publish a result."""
-        corners: tuple[tuple[float, float], ...] = ()
-        if match.body is not None:
-            corners = match.body.corners(match.body.height * self._width(match))
-        self._box.publish(box_message(corners, match.track_id, header))
-        self._gait.publish(gait_message(match, header))
-        self._prior.publish(image_message(match.shape_prior, header))
+    def publish(self, matches: Sequence[MatchResult], header: Header) -> None:
+        """Publish the results of a frame."""
+        for (boxes, priors, gaits), match in zip(self._slots, matches, strict=True):
+            corners = matched_corners(match, self._bank)
+            boxes.publish(box_message(corners, match.track_id, header))
+            gaits.publish(gait_message(match, header))
+            priors.publish(image_message(match.shape_prior, header))
 
     def blank(self, shape: Shape, header: Header) -> None:
         """Publish that nobody is seen; ``shape`` is that of the likelihood."""
-        self._box.publish(box_message((), 0, header))
-        self._gait.publish(JointState(header=header))
-        self._prior.publish(image_message(np.zeros(shape, np.uint8), header))
-
-    def _width(self, match: MatchResult) -> float:
-        """Return the width of the matched template about the body's axis, in body heights."""
-        template = self._bank.templates[match.sequence, match.phase_index]
-        rows, columns = template.shape
-        inside = np.flatnonzero((template > 127).any(axis=0))
-        if not inside.size:
-            return 1.0
-        half = max(columns / 2 - inside[0], inside[-1] + 1 - columns / 2)
-        return float(2 * half / (rows * self._bank.fill))
+        black = image_message(np.zeros(shape, np.uint8), header)
+        for boxes, priors, gaits in self._slots:
+            boxes.publish(box_message((), 0, header))
+            gaits.publish(JointState(header=header))
+            priors.publish(black)
 
 
 class SegmentationOutputs:
-    """The masks."""
+    """The mask of every slot, and all of them in one image."""
 
-    def __init__(self, node: GaitNode) -> None:
+    def __init__(self, node: GaitNode, slots: int) -> None:
         """Make the publishers."""
-        self._person = node.output(Image, f'{SLOT}/mask')
+        self._slots = [node.output(Image, f'{slot_name(slot)}/mask') for slot in range(slots)]
         self._mask = node.output(Image, 'mask')
         self._labels = node.output(Image, 'labels')
 
-    def publish(self, result: SegmentationResult, header: Header) -> None:
-        """Publish a result."""
-        self._publish(result.mask, header)
+    def publish(self, masks: PeopleMasks, header: Header) -> None:
+        """Publish the results of a frame."""
+        for output, person in zip(self._slots, masks.people, strict=True):
+            output.publish(image_message(person.mask, header))
+        self._mask.publish(image_message(masks.mask, header))
+        self._labels.publish(image_message(masks.labels, header))
 
     def blank(self, shape: Shape, header: Header) -> None:
         """Publish empty masks; ``shape`` is that of the source image."""
-        self._publish(np.zeros(shape, np.uint8), header)
-
-    def _publish(self, mask: NDArray[np.uint8], header: Header) -> None:
-        message = image_message(mask, header)
-        self._person.publish(message)
-        self._mask.publish(message)
-        self._labels.publish(image_message(mask & np.uint8(1), header))
+        black = image_message(np.zeros(shape, np.uint8), header)
+        for output in (*self._slots, self._mask, self._labels):
+            output.publish(black)
 
 
-def tracking_picture(image: NDArray[np.uint8], track: TrackResult) -> NDArray[np.uint8]:
-    """Return a frame with the likelihood in red and the box."""
+def tracking_picture(image: NDArray[np.uint8], tracks: Sequence[TrackResult]) -> NDArray[np.uint8]:
+    """Return a frame with the likelihoods in red, and boxes with the state of the tracks."""
     picture = image.copy()
     size = (image.shape[1], image.shape[0])
-    red = cv2.resize(track.likelihood, size, interpolation=cv2.INTER_LINEAR)
-    picture[:, :, 2] = np.maximum(picture[:, :, 2], red)
-    if track.box is not None:
+    for track in tracks:
+        if track.box is None:
+            continue
+        red = cv2.resize(track.likelihood, size, interpolation=cv2.INTER_LINEAR)
+        picture[:, :, 2] = np.maximum(picture[:, :, 2], red)
+    lost = [track.track_id for track in tracks if track.state == LOST]
+    for track in tracks:
+        if track.box is None:
+            continue
         colour = track_colour(track.track_id)
         draw_box(picture, track.box, colour)
         words = f'{track.track_id}  {100 * track.confidence:.0f} %'
         draw_label(picture, words, (track.box.x, track.box.y - 16), colour)
+    for line, track_id in enumerate(lost):
+        draw_label(picture, f'{track_id}  lost', (4, 4 + 18 * line), track_colour(track_id))
     return picture
 
 
-def matching_picture(likelihood: NDArray[np.uint8], match: MatchResult) -> NDArray[np.uint8]:
-    """Return a likelihood with the outline of the matched template."""
-    picture = np.asarray(cv2.cvtColor(likelihood, cv2.COLOR_GRAY2BGR))
-    draw_outline(picture, match.shape_prior, track_colour(match.track_id))
+def matching_picture(
+    likelihoods: Sequence[NDArray[np.uint8]], matches: Sequence[MatchResult]
+) -> NDArray[np.uint8]:
+    """Return the likelihoods with the outlines of the matched templates, at one size."""
+    shape = max((each.shape for each in likelihoods), key=lambda each: (each[0] * each[1], each))
+    size = (shape[1], shape[0])
+    joint = np.zeros(shape, np.uint8)
+    for each in likelihoods:
+        joint = np.maximum(joint, _resized(each, size))
+    picture = np.asarray(cv2.cvtColor(joint, cv2.COLOR_GRAY2BGR))
+    for match in matches:
+        if match.body is not None:
+            draw_outline(picture, _resized(match.shape_prior, size), track_colour(match.track_id))
     return picture
+
+
+def _resized(image: NDArray[np.uint8], size: tuple[int, int]) -> NDArray[np.uint8]:
+    if image.shape[::-1] == size:
+        return image
+    return np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_LINEAR))
 
 
 def segmentation_picture(
-    image: NDArray[np.uint8], mask: NDArray[np.uint8], box: Box | None, match: MatchResult
+    image: NDArray[np.uint8], masks: PeopleMasks, matches: Sequence[MatchResult]
 ) -> NDArray[np.uint8]:
-    """Return a frame with silhouette, box and gait."""
+    """Return a frame with silhouettes, boxes and gait."""
     picture = image.copy()
-    if box is not None:
-        draw_person(
-            picture,
-            mask=mask,
-            box=box,
-            track_id=match.track_id,
-            phase=match.phase,
-            azimuth=match.azimuth,
-        )
+    for found, match in zip(masks.people, matches, strict=True):
+        box = Box.around(found.mask) if match.body is not None else None
+        if box is not None:
+            draw_person(
+                picture,
+                mask=found.mask,
+                box=box,
+                track_id=match.track_id,
+                phase=match.phase,
+                azimuth=match.azimuth,
+            )
     return picture

@@ -28,9 +28,12 @@ class Statistics:
         self.processed = 0
         self.skipped = 0
         self.failed = 0
+        self.lost = 0
         self.last_stamp_ns = 0
         self._arrivals: deque[float] = deque(maxlen=_WINDOW)
+        self._departures: deque[float] = deque(maxlen=_WINDOW)
         self._latencies_s: deque[float] = deque(maxlen=_WINDOW)
+        self._told = 0
         self._lock = threading.Lock()
 
     def arrived(self, now_s: float, stamp_ns: int) -> None:
@@ -40,16 +43,35 @@ class Statistics:
             self.last_stamp_ns = stamp_ns
             self._arrivals.append(now_s)
 
-    def finished(self, latency_s: float) -> None:
+    def finished(self, latency_s: float, now_s: float = 0.0) -> None:
         """Count a frame whose output is published, ``latency_s`` after its arrival."""
         with self._lock:
             self.processed += 1
             self._latencies_s.append(latency_s)
+            self._departures.append(now_s)
 
     def rate_hz(self, now_s: float) -> float:
         """Return the rate of the frames of the last 5 seconds, 0 without."""
+        return self._rate(self._arrivals, now_s)
+
+    def output_rate_hz(self, now_s: float) -> float:
+        """Return the rate of the outputs of the last 5 seconds, 0 without."""
+        return self._rate(self._departures, now_s)
+
+    def quiet_s(self, now_s: float) -> float:
+        """Return the time since the last frame arrived, NaN if none did."""
         with self._lock:
-            recent = [each for each in self._arrivals if now_s - each <= 5.0]
+            return now_s - self._arrivals[-1] if self._arrivals else float('nan')
+
+    def losses(self) -> int:
+        """Return the frames lost or skipped since this was last asked."""
+        now = self.lost + self.skipped
+        before, self._told = self._told, now
+        return now - before
+
+    def _rate(self, times: deque[float], now_s: float) -> float:
+        with self._lock:
+            recent = [each for each in times if now_s - each <= 5.0]
         if len(recent) < 2 or recent[-1] <= recent[0]:
             return 0.0
         return (len(recent) - 1) / (recent[-1] - recent[0])

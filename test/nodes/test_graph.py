@@ -14,8 +14,9 @@ from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
-from gait_segmentation.ros.image import read_mono8
+from gait_segmentation.ros.image import image_message, read_mono8
 from test.nodes.bench import OUTPUTS, Bench, frame, header
+from test.walkers import couple
 
 STYLES = {'split': (TrackerNode, MatcherNode, SegmenterNode), 'single': (PipelineNode,)}
 CAMERAS = {'split': 2, 'single': 1}
@@ -158,3 +159,44 @@ def test_first_boxes_that_make_no_sense_are_ignored(graph: Graph, region, warnin
     new = graph.feed(frame(0))
     assert not new['person_0/box'][0].polygon.polygon.points
     assert warning in graph.warnings
+
+
+@pytest.mark.parametrize('style', STYLES)
+def test_every_slot_answers_every_frame(bench: Bench, style: str) -> None:
+    """Two people in three slots: one message per frame on each topic of each slot."""
+    for kind in STYLES[style]:
+        bench.add(kind, max_people=3)
+    slots = [f'person_{slot}' for slot in range(3)]
+    topics = {
+        f'{slot}/{name.removeprefix("person_0/")}': kind
+        for slot in slots
+        for name, kind in OUTPUTS.items()
+        if name.startswith('person_0/')
+    }
+    topics |= {'mask': Image, 'labels': Image}
+    for topic, kind in topics.items():
+        bench.record(kind, topic)
+    camera = bench.publisher(Image, 'image', CAMERAS[style])
+    starter = bench.publisher(RegionOfInterest, 'init_roi', 1)
+    for box in couple()[0].boxes:
+        region = RegionOfInterest(
+            x_offset=int(box.x), y_offset=int(box.y), width=int(box.width), height=int(box.height)
+        )
+        starter.publish(region)
+    assert starter.wait_for_all_acked()
+    bench.settle()
+    for index, shown in enumerate(couple()[:4]):
+        camera.publish(image_message(shown.image, header(index)))
+        bench.until(
+            lambda count=index + 1: all(len(bench.received[t]) == count for t in topics),
+            'all outputs',
+        )
+        bench.settle()
+    for topic in topics:
+        assert [m.header for m in bench.received[topic]] == [header(i) for i in range(4)], topic
+    labels = read_mono8(bench.received['labels'][-1])
+    assert set(np.unique(labels)) == {0, 1, 2}
+    for slot, name in enumerate(slots):
+        own = read_mono8(bench.received[f'{name}/mask'][-1])
+        np.testing.assert_array_equal(own, (labels == slot + 1) * np.uint8(255))
+    assert [m.polygon.id for m in (bench.received[f'{s}/box'][-1] for s in slots)] == [1, 2, 0]

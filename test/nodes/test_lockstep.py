@@ -50,7 +50,7 @@ def test_masks_agree(bench: Bench, style: str) -> None:
     pipeline.initialize(frames[0].boxes[0])
     for index, (frame, mask) in enumerate(zip(frames, found, strict=True)):
         (result,) = pipeline.update(frame.image, stamp_of(header(index)))
-        expected = result.segmentation.mask
+        expected = result.mask
         assert expected.any()
         if style == 'single':
             np.testing.assert_array_equal(mask, expected)

@@ -107,11 +107,12 @@ def test_a_changed_parameter_begins_a_new_path(bench: Bench) -> None:
     door = Door(bench)
     door.publish(0, 1.0)
     door.wait(1)
-    before = door.node._matcher
+    (before,) = door.node._matcher._slots
     (result,) = door.node.set_parameters([Parameter('matching.view_cost', value=0.2)])
     assert result.successful
     bench.settle()
-    assert door.node._matcher is not before
+    (after,) = door.node._matcher._slots
+    assert after is not before
     assert door.node._matcher.config == door.node.parameters.get(MatchingConfig)
     (result,) = door.node.set_parameters([Parameter('matching.minimum_cadence', value=200.0)])
     assert not result.successful

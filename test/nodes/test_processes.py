@@ -13,9 +13,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 
+from gait_segmentation.nodes.source_node import Pace
 from gait_segmentation.ros.messages import stamp_of
+from test.inputs.bags import greys, stamp, write_bag2
 from test.nodes.bench import Bench
 
 ROOT = Path(__file__).parents[2]
@@ -72,6 +75,41 @@ def test_gait_source_plays_a_folder_with_real_stamps(bench: Bench, tmp_path: Pat
     written = [tuple(map(int, line.split())) for line in stamps.read_text().splitlines()]
     assert written == [(1 + index, stamp_of(m.header)) for index, m in enumerate(images)]
     assert written == sorted(set(written))
+
+
+def test_gait_source_plays_a_bag_with_its_own_stamps_and_a_clock(
+    bench: Bench, tmp_path: Path
+) -> None:
+    bag = write_bag2(tmp_path / 'walk', {'/camera/image_raw': greys(5)})
+    images: list[Image] = []
+    clocks: list[Clock] = []
+    bench.probe.create_subscription(Image, 'image', images.append, 20)
+    bench.probe.create_subscription(Clock, '/clock', clocks.append, 20)
+
+    def ticks() -> list[int]:
+        return [clock.clock.sec * 10**9 + clock.clock.nanosec for clock in clocks]
+
+    process = start('source_node', str(bag), '--keep-stamps', '--clock', '--wait-for', '1')
+    bench.until(lambda: len(images) == 5 and ticks()[-1:] == [stamp(4)], 'images and clock')
+    output, _ = process.communicate(timeout=TIMEOUT_S)
+    assert process.returncode == 0, output
+    assert [stamp_of(message.header) for message in images] == [stamp(n) for n in range(5)]
+    assert {message.header.frame_id for message in images} == {'head_camera'}
+    # /clock may have been discovered a little later than the images.
+    assert ticks() == [stamp(n) for n in range(5)][5 - len(clocks) :]
+
+
+def test_the_pace_follows_the_stamps_or_the_rate() -> None:
+    pace = Pace(0.1, by_stamp=True)
+    first, second = 10**9, 10**9 + 40_000_000
+    assert pace.due_s(first, 7.0) == 7.0
+    assert pace.due_s(second, 7.001) == pytest.approx(7.04)
+    # Held up: no catching up. A stamp that goes back, or a long gap: one period.
+    assert pace.due_s(second + 40_000_000, 9.0) == 9.0
+    assert pace.due_s(first, 9.01) == pytest.approx(9.1)
+    assert pace.due_s(first + 10**11, 9.11) == pytest.approx(9.2)
+    even = Pace(0.1, by_stamp=False)
+    assert [even.due_s(stamp, 1.0) for stamp in (5, 6, 500)] == pytest.approx([1.0, 1.1, 1.2])
 
 
 @pytest.mark.parametrize(

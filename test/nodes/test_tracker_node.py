@@ -2,18 +2,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import cv2
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PolygonInstanceStamped
+from geometry_msgs.msg import PolygonInstance, PolygonInstanceStamped
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CompressedImage, Image
 from std_srvs.srv import SetBool, Trigger
 
 from gait_segmentation.errors import ConfigError
+from gait_segmentation.geometry import Box
+from gait_segmentation.nodes import camera_node
 from gait_segmentation.nodes.tracker_node import TrackerNode
+from gait_segmentation.ros import outputs
 from gait_segmentation.ros.image import image_message, read_bgr, read_mono8
 from gait_segmentation.ros.messages import box_message
 from gait_segmentation.tracking import TrackingConfig
@@ -60,7 +65,7 @@ def test_feedback_of_one_stamp_is_learnt(bench: Bench, monkeypatch) -> None:
     priors.publish(image_message(likelihood, header(0)))
     # A prior of another stamp makes no feedback; that it came first shows that it was heard.
     bench.until(lambda: bool(learnt), 'feedback')
-    (feedback,) = learnt
+    ((feedback,),) = learnt
     assert feedback.stamp_ns == header(0).stamp.sec * 10**9 + header(0).stamp.nanosec
     assert (feedback.track_id, feedback.body.height) == (1, 80)
     np.testing.assert_array_equal(feedback.mask, mask)
@@ -241,5 +246,80 @@ def test_diagnostics_report_frames_and_track(bench: Bench) -> None:
     values = {each.key: each.value for each in status.values}
     assert status.name == 'gait_tracker'
     assert (values['state'], values['received'], values['processed']) == ('active', '2', '2')
-    assert (values['track id'], values['kernels ready']) == ('1', 'true')
+    assert (values['people'], values['kernels ready']) == ('1', 'true')
+    assert values['track of person_0'].startswith('1 tracked')
     assert values['subscribers of /person_0/box'] == '1'
+
+
+def test_the_qos_of_endpoints_can_be_overridden(bench: Bench) -> None:
+    bench.add(
+        TrackerNode,
+        **{
+            'qos_overrides./person_0/box.publisher.depth': 3,
+            'qos_overrides./person_0/box.publisher.reliability': 'best_effort',
+            'qos_overrides./image.subscription.depth': 7,
+        },
+    )
+    (node,) = bench.nodes
+    by_name = {each.topic_name: each.qos_profile for each in node._outputs}
+    assert by_name['/person_0/box'].depth == 3
+    assert by_name['/person_0/box'].reliability.name == 'BEST_EFFORT'
+    assert by_name['/person_0/likelihood'].reliability.name == 'RELIABLE'
+    assert node._inputs[-1]._subscription.qos_profile.depth == 7
+
+
+def test_images_lost_on_the_way_are_counted_and_warned_about(bench: Bench, monkeypatch) -> None:
+    node = bench.add(TrackerNode)
+    warnings = []
+    monkeypatch.setattr(node, 'warn', lambda key, text: warnings.append((key, text)))
+    node._inputs[-1]._lost(SimpleNamespace(total_count_change=3))
+    assert node.statistics.lost == 3
+    assert warnings[0][0] == 'lost'
+    assert 'fastdds_shm.xml' in warnings[0][1]
+
+
+def test_detections_start_tracks_of_new_people_and_tracks_go_out(
+    bench: Bench, monkeypatch
+) -> None:
+    """With a message type that stands in for vision_msgs, which has no wheel."""
+    kind = PolygonInstanceStamped
+    types = SimpleNamespace(Detection2DArray=kind)
+    for module in (camera_node, outputs):
+        monkeypatch.setattr(module, 'detection_types', lambda: types)
+    monkeypatch.setattr(camera_node, 'read_detections', lambda message, config: [Box(*BOX)])
+    monkeypatch.setattr(
+        outputs,
+        'detections_message',
+        lambda tracks, header, types: kind(
+            header=header, polygon=PolygonInstance(id=sum(t.box is not None for t in tracks))
+        ),
+    )
+    bench.add(TrackerNode)
+    bench.record_outputs('person_0/box')
+    tracks = bench.record(kind, 'tracks')
+    camera = bench.publisher(Image, 'image', 1)
+    detector = bench.publisher(kind, 'detections', 1)
+    bench.feed(camera, [frame(0)])
+    for index in (1, 2):
+        detector.publish(kind(header=header(index)))
+        assert detector.wait_for_all_acked()
+        bench.settle()
+        bench.feed(camera, [frame(index)])
+    bench.until(lambda: len(tracks) == 3, 'the tracks')
+    assert [message.polygon.id for message in tracks] == [0, 1, 1]
+    # Somebody who is tracked is not started anew.
+    assert [m.polygon.id for m in bench.received['person_0/box']] == [0, 1, 1]
+
+
+def test_somebody_lost_keeps_the_id_and_has_no_box(bench: Bench) -> None:
+    node = bench.add(TrackerNode, initial_box=BOX)
+    bench.record_outputs('person_0/box', 'person_0/likelihood')
+    camera = bench.publisher(Image, 'image', 1)
+    bench.feed(camera, [frame(index) for index in range(5)])
+    empty = np.random.default_rng(5).integers(60, 120, (120, 160, 3)).astype(np.uint8)
+    bench.feed(camera, [image_message(empty, header(index)) for index in range(5, 11)])
+    assert boxes(bench)[:5] == [4] * 5
+    assert boxes(bench)[-1] == 0
+    assert bench.received['person_0/box'][-1].polygon.id == 1
+    assert not read_mono8(bench.received['person_0/likelihood'][-1]).any()
+    assert node.status()['track of person_0'].startswith('1 lost')

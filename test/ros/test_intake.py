@@ -75,3 +75,10 @@ def test_a_box_outside_of_the_image_is_ignored() -> None:
     log.intake.request(Box(80, 0, 5, 5))
     (warning,) = log.take(1)
     assert 'outside of the image of 80 x 60' in warning
+
+
+def test_a_box_far_larger_than_the_image_is_ignored() -> None:
+    log = Log(initial_box=Box(0, 0, 321, 10))
+    (warning,) = log.take(1)
+    assert 'at most 4 times' in warning
+    assert 'got x 0, y 0, 321 x 10' in warning

@@ -17,6 +17,7 @@ from std_msgs.msg import Header
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import MatchResult
+from gait_segmentation.ros.fields import tracked_corners
 from gait_segmentation.ros.messages import (
     box_message,
     gait_message,
@@ -25,7 +26,6 @@ from gait_segmentation.ros.messages import (
     read_gait,
     read_region,
     stamp_of,
-    tracked_corners,
 )
 
 

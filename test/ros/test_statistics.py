@@ -30,3 +30,16 @@ def test_latencies_are_median_and_95th_percentile() -> None:
         statistics.finished(value / 1000)
     assert statistics.latency_ms() == (pytest.approx(50), pytest.approx(95))
     assert statistics.processed == 101
+
+
+def test_losses_are_told_once_and_silence_is_measured() -> None:
+    statistics = Statistics()
+    assert math.isnan(statistics.quiet_s(5.0))
+    statistics.arrived(2.0, 1)
+    assert statistics.quiet_s(5.0) == 3.0
+    statistics.lost, statistics.skipped = 2, 3
+    assert [statistics.losses(), statistics.losses()] == [5, 0]
+    for index in range(5):
+        statistics.finished(0.01, 3.0 + 0.1 * index)
+    assert statistics.output_rate_hz(4.0) == pytest.approx(10)
+    assert statistics.output_rate_hz(40.0) == 0

@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the nodes that find people in the camera's images have in common."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar, TypeAlias
+
+from sensor_msgs.msg import CompressedImage, Image, RegionOfInterest
+
+from gait_segmentation.config import StageConfig
+from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.geometry import Box
+from gait_segmentation.people import PeopleConfig, slot_name
+from gait_segmentation.results import EMPTY, TrackResult
+from gait_segmentation.ros.camera import CameraSubscription
+from gait_segmentation.ros.config import (
+    BankConfig,
+    CameraConfig,
+    DetectionConfig,
+    StartConfig,
+)
+from gait_segmentation.ros.intake import Intake
+from gait_segmentation.ros.lifecycle import GaitNode
+from gait_segmentation.ros.messages import read_region, stamp_of
+from gait_segmentation.ros.vision import detection_types, new_people, read_detections
+from gait_segmentation.starting import StartingConfig
+from gait_segmentation.tracking import TrackingConfig
+
+__all__ = ['CameraMessage', 'CameraNode']
+
+CameraMessage: TypeAlias = Image | CompressedImage
+
+
+class CameraNode(GaitNode):
+    """
+    A node that tracks people in the images of a camera.
+
+    Derived classes make the stages and call :meth:`take_from` with them; frames then come to
+    :meth:`GaitNode.process`, which begins with ``self.intake.take(...)``.
+    """
+
+    groups: ClassVar[Sequence[tuple[str, type[StageConfig]]]] = (
+        ('', CameraConfig),
+        ('', StartConfig),
+        ('', DetectionConfig),
+        ('', PeopleConfig),
+        ('', BankConfig),
+        ('tracking', TrackingConfig),
+        ('starting', StartingConfig),
+    )
+    with_initial_box = True
+
+    def __init__(self, name: str, **options: Any) -> None:
+        """Make the node, unconfigured."""
+        super().__init__(name, **options)
+        self._tracks: tuple[TrackResult, ...] = ()
+
+    def take_from(self, *, initialize: Callable[[Box], None]) -> None:
+        """
+        Prepare the intake of frames and first boxes.
+
+        :param initialize: starts a track at the frame taken in.
+        """
+        self.intake = Intake(
+            reset=self.start_over,
+            initialize=initialize,
+            warn=self.warn,
+            initial_box=self.parameters.initial_box,
+            initial_stamp_ns=self.parameters.get(StartConfig).initial_box_stamp,
+        )
+
+    @abstractmethod
+    def start_over(self) -> None:
+        """Make the stages forget everything, because time or image size jumped (worker)."""
+
+    def connect(self) -> None:
+        """Subscribe to the camera and to first boxes."""
+        self.input(RegionOfInterest, 'init_roi', self._start)
+        types = detection_types()
+        if types is not None:
+            self.input(types.Detection2DArray, 'detections', self._detected)
+        camera = CameraSubscription(self, self.parameters.get(CameraConfig), self._image)
+        self._inputs.append(camera)
+
+    def show(self, tracks: Sequence[TrackResult]) -> None:
+        """Remember what the diagnostics are to report."""
+        self._tracks = tuple(tracks)
+
+    def status(self) -> dict[str, str]:
+        """Report the track of each slot."""
+        found = {
+            f'track of {slot_name(slot)}': track.state
+            if track.state == EMPTY
+            else f'{track.track_id} {track.state} {100 * track.confidence:.0f} %'
+            for slot, track in enumerate(self._tracks)
+        }
+        tracked = sum(track.track_id != 0 for track in self._tracks)
+        return {'people': str(tracked), **found}
+
+    def _image(self, message: CameraMessage) -> None:
+        stamp_ns = stamp_of(message.header)
+        if self.accept(stamp_ns):
+            self.hand_over(stamp_ns, message)
+
+    def _start(self, message: RegionOfInterest) -> None:
+        try:
+            box = read_region(message)
+        except GaitSegmentationError as error:
+            self.warn('roi', f'init_roi is ignored: {error}')
+            return
+        self.later(lambda: self.intake.request(box))
+
+    def _detected(self, message: Any) -> None:
+        boxes = read_detections(message, self.parameters.get(DetectionConfig))
+        self.later(lambda: self._start_new(boxes))
+
+    def _start_new(self, boxes: Sequence[Box]) -> None:
+        slots = self.parameters.get(PeopleConfig).max_people
+        for box in new_people(boxes, self._tracks, slots):
+            self.intake.request(box)

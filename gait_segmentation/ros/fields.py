@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+What the messages say of a result, in numbers: shared by the nodes and by gait_replay.
+
+Nothing here needs ROS, so that a bag can be written without it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.gait_model import TemplateBank
+from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.results import MatchResult, TrackResult
+
+__all__ = [
+    'GAIT_NAMES',
+    'Corners',
+    'Joints',
+    'check_size',
+    'gait_joints',
+    'matched_corners',
+    'track_corners',
+    'tracked_corners',
+]
+
+GAIT_NAMES = ('gait_phase', 'view_azimuth')
+"""Joints of the gait message: radians of the stride with their rate, and walking direction."""
+
+Corners = tuple[tuple[float, float], ...]
+"""Four (x, y) clockwise from the body's top left, none if nobody is tracked."""
+
+
+_MOST_PIXELS = 1 << 26
+
+
+class Joints(NamedTuple):
+    """The fields of a gait message, all empty if nobody is tracked."""
+
+    names: tuple[str, ...]
+    positions: tuple[float, ...]
+    velocities: tuple[float, ...]
+
+
+def tracked_corners(box: Box, angle: float) -> Corners:
+    """Return the corners of a tracked box that is turned by ``angle`` about its centre."""
+    if not angle:
+        return box.corners()
+    return BodyFrame(box.center_x, box.center_y, box.height, angle).corners(box.width)
+
+
+def track_corners(track: TrackResult) -> Corners:
+    """Return what ``box`` says of a track."""
+    return () if track.body is None else tracked_corners(track.body, track.angle)
+
+
+def matched_corners(match: MatchResult, bank: TemplateBank) -> Corners:
+    """Return what ``matched_box`` says: a rectangle about the template along the body's axis."""
+    if match.body is None:
+        return ()
+    return match.body.corners(match.body.height * _relative_width(match, bank))
+
+
+def _relative_width(match: MatchResult, bank: TemplateBank) -> float:
+    """Return the width of the matched template about the body's axis, in body heights."""
+    template = bank.templates[match.sequence, match.phase_index]
+    rows, columns = template.shape
+    inside = np.flatnonzero((template > 127).any(axis=0))
+    if not inside.size:
+        return 1.0
+    half = max(columns / 2 - inside[0], inside[-1] + 1 - columns / 2)
+    return float(2 * half / (rows * bank.fill))
+
+
+def check_size(size: tuple[int, int]) -> None:
+    """
+    Refuse image sizes from the wire that no camera has.
+
+    :param size: width and height of the source image.
+    :raises InputError: if the image has more than 64 megapixels.
+    """
+    if size[0] * size[1] > _MOST_PIXELS:
+        raise InputError(
+            f'image must have at most {_MOST_PIXELS} pixels, got {size[0]} x {size[1]}'
+        )
+
+
+def gait_joints(match: MatchResult) -> Joints:
+    """Return what ``gait`` says of a match."""
+    if match.body is None:
+        return Joints((), (), ())
+    turn = 2 * math.pi
+    return Joints(GAIT_NAMES, (turn * match.phase, match.azimuth), (turn * match.phase_rate, 0.0))

@@ -1,0 +1,34 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import pytest
+
+pytest.importorskip('diagnostic_msgs', reason='needs the message packages of ROS 2')
+
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus
+
+from gait_segmentation.ros.diagnostics import diagnostic_message
+from gait_segmentation.ros.statistics import Statistics
+
+
+def judged(statistics: Statistics, now_s: float = 10.0) -> tuple[bytes, str]:
+    message = diagnostic_message('/a', 'active', statistics, now_s, Time(sec=10), {})
+    (status,) = message.status
+    return status.level, status.message
+
+
+def test_the_level_says_what_is_wrong() -> None:
+    statistics = Statistics()
+    assert judged(statistics) == (DiagnosticStatus.OK, 'active, no input yet')
+    statistics.arrived(9.0, 9_000_000_000)
+    statistics.finished(0.01, 9.01)
+    assert judged(statistics) == (DiagnosticStatus.OK, 'active')
+    statistics.lost = 4
+    assert judged(statistics)[0] == DiagnosticStatus.WARN
+    assert judged(statistics) == (DiagnosticStatus.OK, 'active')
+    assert judged(statistics, 15.0) == (DiagnosticStatus.STALE, 'no input for 6 s')
+    for _ in range(30):
+        statistics.finished(0.4, 9.5)
+    assert judged(statistics) == (DiagnosticStatus.WARN, 'slow: 95 % of the outputs within 400 ms')
