@@ -19,10 +19,13 @@ ROS = [
 ]
 # Only `gait_bank vocabulary` needs it; the learnt words are shipped.
 LEARN = ['scikit-learn']
+# `gait_evaluate` leaves MOTA and IDF1 out without it.
+EVALUATE = ['motmetrics>=1.4']
 TEST = [
     'colcon-common-extensions',
     'hypothesis',
     'mypy',
+    'PyMaxflow',
     'pytest',
     'pytest-xdist',
     'ros-jazzy-ament-package',
@@ -47,17 +50,22 @@ setup(
         (f'share/{NAME}/launch', sorted(glob('launch/*.launch.py'))),
     ],
     install_requires=[
+        'lz4',
         'matplotlib',
         'numba>=0.59',
         'numpy>=1.26',
         'opencv-python-headless>=4.6',
-        'PyMaxflow>=1.3',
         'PyYAML',
-        'rosbags>=0.10',
+        'rosbags>=0.10.11',
         'setuptools',
         'tqdm',
     ],
-    extras_require={'ros': ROS, 'learn': LEARN, 'test': [*TEST, *LEARN]},
+    extras_require={
+        'ros': ROS,
+        'learn': LEARN,
+        'evaluate': EVALUATE,
+        'test': [*TEST, *LEARN, *EVALUATE],
+    },
     zip_safe=False,
     entry_points={
         'console_scripts': [
@@ -66,6 +74,7 @@ setup(
             'gait_evaluate = gait_segmentation.cli.evaluate:main',
             'gait_matcher = gait_segmentation.nodes.matcher_node:main',
             'gait_pipeline = gait_segmentation.nodes.pipeline_node:main',
+            'gait_replay = gait_segmentation.cli.replay:main',
             'gait_segmenter = gait_segmentation.nodes.segmenter_node:main',
             'gait_source = gait_segmentation.nodes.source_node:main',
             'gait_tracker = gait_segmentation.nodes.tracker_node:main',

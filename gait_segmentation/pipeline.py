@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,41 +14,53 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import Box
-from gait_segmentation.matching import MatchingConfig, SequenceMatcher
+from gait_segmentation.images import check_image, same_proportions
+from gait_segmentation.matching import MatchingConfig, PeopleMatcher
+from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback, MatchResult, SegmentationResult, TrackResult
-from gait_segmentation.segmentation import SegmentationConfig, Segmenter
-from gait_segmentation.tracking import PersonTracker, TrackingConfig
+from gait_segmentation.segmentation import PeopleMasks, PeopleSegmenter, SegmentationConfig
+from gait_segmentation.starting import StartingConfig
+from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 
-__all__ = ['PersonResult', 'Pipeline', 'PipelineConfig']
+__all__ = ['FrameResult', 'PersonResult', 'Pipeline', 'PipelineConfig']
 
 
 @dataclass(frozen=True)
 class PipelineConfig:
-    """The configurations of the three stages."""
+    """The configurations of the three stages and of what they share."""
 
     tracking: TrackingConfig = field(default_factory=TrackingConfig)
     matching: MatchingConfig = field(default_factory=MatchingConfig)
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
+    people: PeopleConfig = field(default_factory=PeopleConfig)
+    starting: StartingConfig = field(default_factory=StartingConfig)
 
 
 @dataclass(frozen=True)
 class PersonResult:
-    """
-    All that is known of one person in one frame.
-
-    ``timings_ms`` holds what the stages took: ``tracking`` (with learning), ``matching``,
-    ``segmentation`` and ``total``.  With a lag they are those of the call that emitted the frame.
-    """
+    """All that is known of one slot in one frame."""
 
     track: TrackResult
     match: MatchResult
     segmentation: SegmentationResult
-    timings_ms: dict[str, float]
 
-    @property
-    def stamp_ns(self) -> int:
-        """Return the stamp of the frame."""
-        return self.segmentation.stamp_ns
+
+@dataclass(frozen=True)
+class FrameResult:
+    """
+    All that is known of one frame.
+
+    ``people`` has one result a slot.  ``mask`` is (H, W) uint8 0/255, the union of their masks,
+    and ``labels`` (H, W) uint8, 0 or slot + 1.  ``timings_ms`` holds what the stages took:
+    ``tracking`` (with learning), ``matching``, ``segmentation`` and ``total``.  With a lag they
+    are those of the call that emitted the frame.
+    """
+
+    stamp_ns: int
+    people: tuple[PersonResult, ...]
+    mask: NDArray[np.uint8]
+    labels: NDArray[np.uint8]
+    timings_ms: dict[str, float]
 
 
 def _no_clock() -> float:
@@ -57,7 +69,7 @@ def _no_clock() -> float:
 
 class Pipeline:
     """
-    Tracker, matcher and segmenter on one person, frame by frame.
+    Tracker, matcher and segmenter, frame by frame.
 
     With ``matching.lag`` at 0 every call of :meth:`update` returns the result of its frame; with
     a lag of n frames it returns that of n frames before, and :meth:`flush` the rest.
@@ -77,12 +89,15 @@ class Pipeline:
             zero.
         """
         self._clock = clock
-        self.config = config or PipelineConfig()
+        self.config = config = config or PipelineConfig()
         self.bank = bank if bank is not None else default_bank()
-        self.tracker = PersonTracker(self.bank, self.config.tracking)
-        self.matcher = SequenceMatcher(self.bank, self.config.matching)
-        self.segmenter = Segmenter(self.config.segmentation)
-        self._waiting: deque[tuple[NDArray[np.uint8], TrackResult]] = deque()
+        slots, threads = config.people.max_people, config.people.people_threads
+        self.tracker = PeopleTracker(
+            self.bank, config.tracking, max_people=slots, starting=config.starting
+        )
+        self.matcher = PeopleMatcher(self.bank, config.matching, max_people=slots, threads=threads)
+        self.segmenter = PeopleSegmenter(config.segmentation, max_people=slots, threads=threads)
+        self._waiting: deque[tuple[NDArray[np.uint8], list[TrackResult]]] = deque()
         self._stamp_ns = 0
 
     def reset(self) -> None:
@@ -102,60 +117,52 @@ class Pipeline:
         image: NDArray[np.uint8],
         stamp_ns: int,
         likelihood: NDArray[np.uint8] | None = None,
-    ) -> list[PersonResult]:
+    ) -> list[FrameResult]:
         """
         Take in a frame.
 
         :param image: (H, W, 3) uint8 BGR.
         :param stamp_ns: its stamp; one that goes backwards resets everything.
-        :param likelihood: a likelihood image to use in place of the tracker's, (H, W) uint8 or
-            smaller with the same proportions.
+        :param likelihood: a likelihood image to use in place of the tracker's, for every person:
+            (H, W) uint8 or smaller with the same proportions.
         :returns: the results that are complete now.
         :raises InputError: if the frame cannot be used; the state is then as before.
         """
         started = self._clock()
+        if likelihood is not None:
+            check_image(image)
+            _check_likelihood(likelihood, image)
+        # The tracker refuses what cannot be used before anything is forgotten.
+        tracks = self.tracker.update(image, stamp_ns)
         if stamp_ns < self._stamp_ns:
             self.matcher.reset()
             self.segmenter.reset()
             self._waiting.clear()
-        track = self.tracker.update(image, stamp_ns)
         self._stamp_ns = stamp_ns
         if likelihood is not None:
-            track = _replaced(track, likelihood)
+            tracks = [replace(track, likelihood=likelihood) for track in tracks]
         tracked = self._clock()
-        matches = self.matcher.update(
-            track.likelihood,
-            track.box,
-            stamp_ns,
-            track_id=track.track_id,
-            source_size=(image.shape[1], image.shape[0]),
-            angle=track.angle,
-        )
+        matches = self.matcher.update(tracks, source_size=(image.shape[1], image.shape[0]))
         matched = self._clock()
-        self._waiting.append((image, track))
+        self._waiting.append((image, tracks))
         times = {'tracking': tracked - started, 'matching': matched - tracked}
-        return [self._finish(match, times) for match in matches]
+        return [self._finish(frame, times) for frame in matches]
 
-    def flush(self) -> list[PersonResult]:
+    def flush(self) -> list[FrameResult]:
         """Return the results that the lag still holds back, and let the window begin anew."""
         started = self._clock()
         matches = self.matcher.flush()
         times = {'tracking': 0.0, 'matching': self._clock() - started}
-        return [self._finish(match, times) for match in matches]
+        return [self._finish(frame, times) for frame in matches]
 
-    def _finish(self, match: MatchResult, times: dict[str, float]) -> PersonResult:
-        image, track = self._waiting.popleft()
-        while track.stamp_ns != match.stamp_ns:
-            image, track = self._waiting.popleft()
+    def _finish(self, matches: Sequence[MatchResult], times: dict[str, float]) -> FrameResult:
+        image, tracks = self._waiting.popleft()
+        while tracks[0].stamp_ns != matches[0].stamp_ns:
+            image, tracks = self._waiting.popleft()
         started = self._clock()
-        result = self.segmenter.update(image, track.likelihood, match)
+        masks = self.segmenter.update(image, [track.likelihood for track in tracks], matches)
         segmented = self._clock()
-        if track.box is not None:
-            self.tracker.learn(
-                Feedback(
-                    match.stamp_ns, match.track_id, result.mask, match.body, match.shape_prior
-                )
-            )
+        self.tracker.learn(_feedback(tracks, matches, masks))
         learnt = self._clock()
         seconds = {
             'tracking': times['tracking'] + learnt - segmented,
@@ -163,13 +170,34 @@ class Pipeline:
             'segmentation': segmented - started,
         }
         seconds['total'] = sum(seconds.values())
-        milliseconds = {name: 1e3 * value for name, value in seconds.items()}
-        return PersonResult(track, match, result, milliseconds)
+        people = zip(tracks, matches, masks.people, strict=True)
+        return FrameResult(
+            tracks[0].stamp_ns,
+            tuple(PersonResult(*each) for each in people),
+            masks.mask,
+            masks.labels,
+            {name: 1e3 * value for name, value in seconds.items()},
+        )
 
 
-def _replaced(track: TrackResult, likelihood: NDArray[np.uint8]) -> TrackResult:
+def _feedback(
+    tracks: Sequence[TrackResult], matches: Sequence[MatchResult], masks: PeopleMasks
+) -> list[Feedback]:
+    """Return what was found of everybody, also that the lost were not."""
+    return [
+        Feedback(match.stamp_ns, match.track_id, found.mask, match.body, match.shape_prior)
+        for track, match, found in zip(tracks, matches, masks.people, strict=True)
+        if track.track_id
+    ]
+
+
+def _check_likelihood(likelihood: NDArray[np.uint8], image: NDArray[np.uint8]) -> None:
     if likelihood.ndim != 2 or likelihood.dtype != np.uint8:
         raise InputError(
             f'likelihood must be (height, width) uint8, got {likelihood.shape} {likelihood.dtype}'
         )
-    return replace(track, likelihood=likelihood)
+    if not same_proportions(likelihood.shape, image.shape[:2]):
+        raise InputError(
+            f'likelihood must have the proportions of the image of {image.shape[1]} x '
+            f'{image.shape[0]} pixels, got {likelihood.shape[1]} x {likelihood.shape[0]}'
+        )

@@ -17,20 +17,51 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box, Placement
 
-__all__ = ['Feedback', 'MatchResult', 'SegmentationResult', 'TrackResult']
+__all__ = [
+    'EMPTY',
+    'LOST',
+    'TRACKED',
+    'FeatureWeight',
+    'Feedback',
+    'MatchResult',
+    'SegmentationResult',
+    'TrackResult',
+]
+
+EMPTY, TRACKED, LOST = 'empty', 'tracked', 'lost'
+"""States of a slot."""
+
+
+@dataclass(frozen=True)
+class FeatureWeight:
+    """
+    How much a feature tells, and how much it is listened to.
+
+    ``variance_ratio`` is that of person against surroundings: 0.5 says nothing.  ``weight`` is
+    that of its log-likelihood ratio in the likelihood, 0 if it is not used.
+    """
+
+    name: str
+    variance_ratio: float
+    weight: float
 
 
 @dataclass(frozen=True)
 class TrackResult:
     """
-    One person in one frame, as the tracker sees it.
+    One slot in one frame, as the tracker sees it.
 
-    ``track_id`` is never used twice; 0 means the slot is empty.  ``box`` is the tight box of the
-    person in source pixels, None when nobody is tracked.  ``likelihood`` is the foreground
-    likelihood image, uint8 of the working size, 255 = surely person (black when empty).
-    ``confidence`` in 0..1 says how well the person stands out from the surroundings.  ``angle``
-    is the tilt of the body in radians, positive when the head leans to the right; the box is
-    turned by it about its centre.
+    ``state`` is ``'empty'``, ``'tracked'``, or ``'lost'`` when the person is hidden or gone and
+    waited for; if not given, it is empty or tracked by the track id.  ``track_id`` is never used
+    twice; 0 means the slot is empty.  ``box`` is the tight box of the person in source pixels,
+    None when nobody is seen.  ``likelihood`` is the foreground likelihood image, uint8 of the
+    working size, 255 = surely person (black when nobody is seen).  ``confidence`` in 0..1 says
+    how well the person stands out from the surroundings, of which what is hidden takes its share.
+
+    ``body`` is the box of the whole body, also of what is hidden or outside of the image: what
+    the matcher starts from; if not given, it is the box.  ``angle`` is its tilt in radians,
+    positive when the head leans to the right; it is turned by it about its centre.  ``features``
+    are those the likelihood was made from and the others of the pool, best first.
     """
 
     stamp_ns: int
@@ -39,6 +70,16 @@ class TrackResult:
     likelihood: NDArray[np.uint8]
     confidence: float
     angle: float = 0.0
+    state: str = ''
+    body: Box | None = None
+    features: tuple[FeatureWeight, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Fill in state and body."""
+        if not self.state:
+            object.__setattr__(self, 'state', TRACKED if self.track_id else EMPTY)
+        if self.body is None:
+            object.__setattr__(self, 'body', self.box)
 
 
 @dataclass(frozen=True)
@@ -50,12 +91,14 @@ class MatchResult:
     ``body`` is where the template stands, in source pixels, None when nobody is tracked (then
     the numbers are 0 and ``shape_prior`` is black).  ``placement`` is the same relative to the
     tracked box.  ``sequence`` and ``phase_index`` name the template in the bank.
-    ``phase`` is the gait phase in [0, 1), 0 = heel contact of the leg nearer to the camera, and
-    ``phase_rate`` its rate in strides per second.  ``azimuth`` is the walking direction in
-    radians: 0 to the right in the image, pi/2 away from the camera, pi to the left, -pi/2
-    towards the camera.  ``similarity`` is the Tanimoto similarity of the template with the
-    likelihood, ``confidence`` in 0..1 the trust in the path.  ``shape_prior`` is the template
-    warped into the image: uint8, same size as the likelihood, 255 inside, soft edge.
+    ``phase`` is the gait phase in [0, 1), 0 = heel contact of the leg nearer to the camera (seen
+    from front or back: of the leg it was counted from before), and ``phase_rate`` its rate in
+    strides per second; both come from a clock, so that ``phase`` need not be that of the
+    template.  ``azimuth`` is the walking direction in radians: 0 to the right in the image, pi/2
+    away from the camera, pi to the left, -pi/2 towards the camera.  ``similarity`` is the Tanimoto
+    similarity of the template with the likelihood, ``confidence`` in 0..1 the probability that
+    ``phase`` is right to 5 %, half strides apart.  ``shape_prior`` is the template warped into
+    the image: uint8, same size as the likelihood, 255 inside, soft edge.
     """
 
     stamp_ns: int

@@ -19,7 +19,8 @@ from gait_segmentation.matching import MatchingConfig, SequenceMatcher
 from gait_segmentation.pipeline import PipelineConfig
 from gait_segmentation.results import Feedback, MatchResult
 from gait_segmentation.segmentation import SegmentationConfig, Segmenter
-from gait_segmentation.tracking import PersonTracker, TrackingConfig
+from gait_segmentation.starting import StartingConfig, WalkerFinder
+from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 
 __all__ = ['open_bank', 'warm_up', 'warm_up_matcher', 'warm_up_segmenter', 'warm_up_tracker']
 
@@ -44,23 +45,32 @@ def warm_up(config: PipelineConfig, bank: TemplateBank | None = None) -> None:
     :param bank: the templates; the standard bank if None.
     """
     bank = bank if bank is not None else default_bank()
-    warm_up_tracker(bank, config.tracking)
+    warm_up_tracker(bank, config.tracking, config.starting)
     warm_up_matcher(bank, config.matching)
     warm_up_segmenter(config.segmentation)
 
 
-def warm_up_tracker(bank: TemplateBank, config: TrackingConfig) -> None:
-    """Call everything that the tracking stage calls in its first frames."""
-    tracker = PersonTracker(bank, config)
+def warm_up_tracker(
+    bank: TemplateBank, config: TrackingConfig, starting: StartingConfig | None = None
+) -> None:
+    """
+    Call everything that the tracking stage calls in its first frames.
+
+    :param starting: how people are found; as by default if None.
+    """
+    finder = WalkerFinder(bank, starting)
+    for index in range(_FRAMES):
+        finder.update(_scene(index)[0], (index + 1) * _STEP_NS)
+    tracker = PeopleTracker(bank, config, starting=StartingConfig(auto_init='off'))
     for index in range(_FRAMES):
         image, mask, body = _scene(index)
         box = Box.around(mask)
         if index == 0 and box is not None:
             tracker.initialize(box)
-        track = tracker.update(image, (index + 1) * _STEP_NS)
+        (track,) = tracker.update(image, (index + 1) * _STEP_NS)
         size = track.likelihood.shape[::-1]
         prior = np.asarray(cv2.resize(mask, size, interpolation=cv2.INTER_AREA))
-        tracker.learn(Feedback(track.stamp_ns, track.track_id, mask, body, prior))
+        tracker.learn([Feedback(track.stamp_ns, track.track_id, mask, body, prior)])
 
 
 def warm_up_matcher(bank: TemplateBank, config: MatchingConfig) -> None:

@@ -10,9 +10,11 @@ import pytest
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig
-from gait_segmentation.pipeline import PersonResult, Pipeline, PipelineConfig
+from gait_segmentation.people import PeopleConfig
+from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
+from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import TrackingConfig
-from test.walkers import clip, overlap, small_bank
+from test.walkers import clip, couple, overlap, small_bank
 
 
 def pipeline(lag: int = 0) -> Pipeline:
@@ -20,7 +22,7 @@ def pipeline(lag: int = 0) -> Pipeline:
     return Pipeline(config, small_bank())
 
 
-def run(lag: int = 0, frames: int = 16) -> list[PersonResult]:
+def run(lag: int = 0, frames: int = 16) -> list[FrameResult]:
     pipe = pipeline(lag)
     box = clip()[0].boxes[0]
     assert box is not None
@@ -35,25 +37,31 @@ def test_a_walker_is_segmented_from_the_first_box_alone() -> None:
     results = run()
     assert [each.stamp_ns for each in results] == [frame.stamp_ns for frame in clip()]
     scores = [
-        overlap(each.segmentation.mask, frame.truths[0])
-        for each, frame in zip(results, clip(), strict=True)
+        overlap(each.mask, frame.truths[0]) for each, frame in zip(results, clip(), strict=True)
     ]
     assert np.mean(scores) > 0.8
     assert np.mean(scores[-5:]) > 0.85
 
 
 def test_every_stage_speaks_of_the_same_frame_and_person() -> None:
-    for each in run(frames=5):
-        assert each.track.stamp_ns == each.match.stamp_ns == each.segmentation.stamp_ns
+    for frame in run(frames=5):
+        (each,) = frame.people
+        assert (
+            frame.stamp_ns
+            == each.track.stamp_ns
+            == each.match.stamp_ns
+            == each.segmentation.stamp_ns
+        )
         assert each.track.track_id == each.match.track_id == each.segmentation.track_id == 1
         assert each.match.shape_prior.shape == each.track.likelihood.shape
 
 
 def test_two_runs_give_the_same_bits() -> None:
     for one, two in zip(run(frames=8), run(frames=8), strict=True):
-        assert np.array_equal(one.segmentation.mask, two.segmentation.mask)
-        assert np.array_equal(one.track.likelihood, two.track.likelihood)
-        assert one.match.phase == two.match.phase
+        assert np.array_equal(one.labels, two.labels)
+        (first,), (second,) = one.people, two.people
+        assert np.array_equal(first.track.likelihood, second.track.likelihood)
+        assert first.match.phase == second.match.phase
 
 
 def test_a_lag_delays_but_loses_no_frame() -> None:
@@ -66,7 +74,7 @@ def test_a_lag_delays_but_loses_no_frame() -> None:
     assert len(pipe.flush()) == 3
     results = run(lag=3)
     assert [each.stamp_ns for each in results] == [frame.stamp_ns for frame in clip()]
-    assert overlap(results[-1].segmentation.mask, clip()[-1].truths[0]) > 0.7
+    assert overlap(results[-1].mask, clip()[-1].truths[0]) > 0.7
 
 
 def test_a_loop_of_the_clip_starts_anew() -> None:
@@ -79,16 +87,20 @@ def test_a_loop_of_the_clip_starts_anew() -> None:
         for frame in clip()[:6]:
             results += pipe.update(frame.image, frame.stamp_ns)
     for one, two in zip(first, second, strict=True):
-        assert np.array_equal(one.segmentation.mask, two.segmentation.mask)
-    assert first[0].track.track_id != second[0].track.track_id
+        assert np.array_equal(one.mask, two.mask)
+    assert first[0].people[0].track.track_id != second[0].people[0].track.track_id
 
 
 def test_nobody_gives_empty_results() -> None:
-    [result] = pipeline().update(clip()[0].image, 5)
+    [frame] = pipeline().update(clip()[0].image, 5)
+    [result] = frame.people
     assert result.track.box is None
+    assert result.track.state == 'empty'
     assert result.match.body is None
     assert not result.segmentation.mask.any()
     assert result.segmentation.reason == 'nobody is tracked'
+    assert not frame.mask.any()
+    assert not frame.labels.any()
 
 
 def test_bad_frames_leave_the_stream_going() -> None:
@@ -102,7 +114,7 @@ def test_bad_frames_leave_the_stream_going() -> None:
     with pytest.raises(InputError):
         pipe.update(clip()[1].image, 0)
     [result] = pipe.update(clip()[1].image, clip()[1].stamp_ns)
-    assert result.segmentation.mask.any()
+    assert result.mask.any()
 
 
 def test_an_outer_likelihood_takes_the_place_of_the_trackers() -> None:
@@ -114,9 +126,15 @@ def test_an_outer_likelihood_takes_the_place_of_the_trackers() -> None:
     for frame in clip()[:6]:
         noisy = np.where(rng.random(frame.masks[0].shape) < 0.15, 128, frame.masks[0])
         [result] = pipe.update(frame.image, frame.stamp_ns, likelihood=noisy.astype(np.uint8))
-        assert overlap(result.segmentation.mask, frame.truths[0]) > 0.85
+        assert overlap(result.mask, frame.truths[0]) > 0.85
     with pytest.raises(InputError, match='likelihood must be'):
         pipe.update(frame.image, frame.stamp_ns + 1, likelihood=np.zeros((5, 5, 3), np.uint8))
+    with pytest.raises(
+        InputError, match='proportions of the image of 320 x 240 pixels, got 5 x 90'
+    ):
+        pipe.update(frame.image, frame.stamp_ns + 1, likelihood=np.zeros((90, 5), np.uint8))
+    # Nothing was taken in, so the stamp has not been used.
+    assert len(pipe.update(frame.image, frame.stamp_ns + 1)) == 1
 
 
 def test_timings_come_from_the_clock_given() -> None:
@@ -136,4 +154,62 @@ def test_boxes_at_the_border_or_of_one_pixel_are_no_problem(box: Box) -> None:
     pipe.initialize(box)
     for frame in clip()[:4]:
         [result] = pipe.update(frame.image, frame.stamp_ns)
-    assert result.segmentation.mask.shape == frame.image.shape[:2]
+    assert result.mask.shape == frame.image.shape[:2]
+
+
+def several(lag: int = 0, slots: int = 3, threads: int = 2) -> list[FrameResult]:
+    config = PipelineConfig(
+        TrackingConfig(start_rounds=3),
+        MatchingConfig(lag=lag),
+        people=PeopleConfig(max_people=slots, people_threads=threads),
+        starting=StartingConfig(auto_init='off'),
+    )
+    pipe = Pipeline(config, small_bank())
+    results = []
+    for index, frame in enumerate(couple()):
+        # The second person is started some frames after the first.
+        box = {0: frame.boxes[0], 4: frame.boxes[1]}.get(index)
+        if box is not None:
+            pipe.initialize(box)
+        results += pipe.update(frame.image, frame.stamp_ns)
+    return results + pipe.flush()
+
+
+def test_people_have_slots_of_their_own_and_labels_agree_with_masks() -> None:
+    results = several()
+    assert [each.stamp_ns for each in results] == [frame.stamp_ns for frame in couple()]
+    states = [[person.track.state for person in each.people] for each in results]
+    assert states == [['tracked', 'empty', 'empty']] * 4 + [['tracked', 'tracked', 'empty']] * 8
+    for each in results:
+        assert len(each.people) == 3
+        for slot, person in enumerate(each.people):
+            assert np.array_equal((each.labels == slot + 1) * 255, person.segmentation.mask)
+        assert np.array_equal((each.labels > 0) * 255, each.mask)
+    for slot in (0, 1):
+        assert results[-1].people[slot].track.track_id == slot + 1
+        assert (
+            overlap(results[-1].people[slot].segmentation.mask, couple()[-1].truths[slot]) > 0.75
+        )
+
+
+def test_a_lag_holds_frames_until_all_slots_have_answered() -> None:
+    late, direct = several(lag=2), several()
+    assert [each.stamp_ns for each in late] == [each.stamp_ns for each in direct]
+    assert [len(each.people) for each in late] == [3] * len(couple())
+    assert late[-1].people[1].segmentation.mask.any()
+
+
+def test_two_people_do_not_change_who_is_alone() -> None:
+    """Somebody far away changes nothing of the first person but what is learnt of the world."""
+    alone = [each.people[0].segmentation.mask for each in several(slots=1)[:4]]
+    both = [each.people[0].segmentation.mask for each in several(slots=3)[:4]]
+    for one, two in zip(alone, both, strict=True):
+        assert np.array_equal(one, two)
+
+
+def test_threads_change_nothing() -> None:
+    for one, two in zip(several(threads=1), several(threads=3), strict=True):
+        assert np.array_equal(one.labels, two.labels)
+        for first, second in zip(one.people, two.people, strict=True):
+            assert first.match.phase == second.match.phase
+            assert first.track.box == second.track.box

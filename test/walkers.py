@@ -14,6 +14,7 @@ from gait_segmentation.evaluation.synthetic import (
     SyntheticSequence,
 )
 from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank
+from gait_segmentation.geometry import Box
 
 
 @cache
@@ -34,3 +35,23 @@ def overlap(mask: np.ndarray, truth: np.ndarray) -> float:
     sure = (truth == 0) | (truth == 255)
     found, true = (mask > 0) & sure, truth == 255
     return float((found & true).sum() / max((found | true)[sure].sum(), 1))
+
+
+@cache
+def couple(frames: int = 12, seed: int = 5) -> tuple[SyntheticFrame, ...]:
+    """Return two people who can both be seen in every frame, well apart."""
+    for number in range(seed, seed + 40):
+        config = SyntheticConfig(seed=number, frames=frames, walkers=2, person_height=100.0)
+        found = tuple(SyntheticSequence(config))
+        boxes = [frame.boxes for frame in found]
+        if all(apart(*pair) for pair in boxes):
+            return found
+    raise AssertionError('no couple')
+
+
+def apart(one: Box | None, two: Box | None) -> bool:
+    """Return whether two people are whole in an image of 320 pixels' width and do not touch."""
+    if one is None or two is None or min(one.height, two.height) < 70:
+        return False
+    inside = min(one.x, two.x) > 4 and max(one.right, two.right) < 316
+    return inside and (one.right + 12 < two.x or two.right + 12 < one.x)

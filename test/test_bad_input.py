@@ -1,0 +1,116 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Nothing that a camera or another node may send stops the stream: a mask, or none and why."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import Box
+from gait_segmentation.pipeline import FrameResult, Pipeline
+from test.walkers import clip, small_bank
+
+FRAMES = 4
+
+
+def film() -> list[np.ndarray]:
+    return [frame.image for frame in clip()[:FRAMES]]
+
+
+def first_box() -> Box:
+    box = clip()[0].boxes[0]
+    assert box is not None
+    return box
+
+
+def play(
+    images: Sequence[np.ndarray], box: Box, likelihood: np.ndarray | None = None
+) -> list[FrameResult]:
+    """Run a pipeline and check what holds of every result."""
+    pipe = Pipeline(bank=small_bank())
+    pipe.initialize(box)
+    results = []
+    for number, image in enumerate(images):
+        [result] = pipe.update(image, 10**9 + number * 33_000_000, likelihood)
+        found = result.people[0].segmentation
+        assert found.mask.shape == image.shape[:2]
+        assert set(np.unique(found.mask)) <= {0, 255}
+        assert found.mask.any() == (found.reason == '')
+        results.append(result)
+    return results
+
+
+@pytest.mark.parametrize('shape', [(240, 320), (24, 32), (1, 1)])
+@pytest.mark.parametrize('value', [0, 255])
+def test_a_likelihood_that_says_the_same_everywhere(value: int, shape: tuple[int, int]) -> None:
+    results = play(film(), first_box(), np.full(shape, value, np.uint8))
+    assert all(result.mask.any() == (value > 0) for result in results)
+    if value == 0:
+        assert results[0].people[0].segmentation.reason == 'the cut found no person'
+
+
+@pytest.mark.parametrize('value', [0, 77, 255])
+def test_a_constant_image(value: int) -> None:
+    play([np.full((240, 320, 3), value, np.uint8)] * FRAMES, first_box())
+
+
+@pytest.mark.parametrize(
+    'box',
+    [
+        Box(100, 80, 1, 1),
+        Box(100.3, 80.2, 0.01, 0.01),
+        Box(50, 100, 200, 2),
+        Box(50, 10, 0.5, 220),
+        Box(319, 239, 50, 50),
+        Box(-400, -600, 1280, 960),
+    ],
+    ids=str,
+)
+def test_boxes_that_hold_no_person(box: Box) -> None:
+    play(film(), box)
+
+
+@pytest.mark.parametrize(
+    'box', [Box(320, 0, 9, 9), Box(-400, -800, 800, 2000), Box(-5e5, -5e5, 1e6, 1e6)], ids=str
+)
+def test_boxes_that_cannot_hold_a_person_are_refused_and_the_stream_goes_on(box: Box) -> None:
+    pipe = Pipeline(bank=small_bank())
+    pipe.initialize(box)
+    [image, *_] = film()
+    with pytest.raises(InputError, match='of 320 x 240 pixels, got x'):
+        pipe.update(image, 10**9)
+    [result] = pipe.update(image, 10**9)
+    assert not result.mask.any()
+
+
+def test_a_person_of_20_px() -> None:
+    scale = 20 / first_box().height
+    small = [
+        cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+        for image in film()
+    ]
+    results = play(small, first_box().scaled(scale))
+    assert all(result.mask.any() for result in results)
+
+
+def test_a_person_of_2000_px() -> None:
+    box = first_box()
+    scale = 2000 / box.height
+    # The part of the image about the walker, as the whole of it would be 5000 pixels wide.
+    left, top = max(round(box.x) - 20, 0), max(round(box.y) - 5, 0)
+    large = [
+        cv2.resize(image[top : top + 125, left : left + 100], None, fx=scale, fy=scale)
+        for image in film()[:2]
+    ]
+    results = play(large, box.shifted(-left, -top).scaled(scale))
+    assert all(result.mask.any() for result in results)
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (1, 300), (300, 1), (2, 2)])
+def test_images_of_a_pixel_or_a_line(shape: tuple[int, int]) -> None:
+    play([np.zeros((*shape, 3), np.uint8)] * 3, Box(0, 0, max(shape[1], 1), max(shape[0], 1)))
