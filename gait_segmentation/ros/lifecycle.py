@@ -240,7 +240,8 @@ class GaitNode(LifecycleNode):
         try:
             action()
         except Exception as error:  # rclpy would swallow it without a word.
-            self.get_logger().error(f'{what} failed: {type(error).__name__}: {error}')
+            if self.context.ok():
+                self.get_logger().error(f'{what} failed: {type(error).__name__}: {error}')
             return TransitionCallbackReturn.FAILURE
         return TransitionCallbackReturn.SUCCESS
 

@@ -34,7 +34,8 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
         rclpy.init(args=arguments)
         node = make()
         if not node.start():
-            return 1
+            # A signal in the middle of the start closes the context under it.
+            return 1 if rclpy.ok() else 0
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         executor.spin()
@@ -43,6 +44,10 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
     except (GaitSegmentationError, ParameterException) as error:
         print(f'{type(error).__name__}: {error}', file=sys.stderr)
         return 1
+    except Exception:
+        # Whatever rclpy says of a context that a signal has closed under it.
+        if rclpy.ok():
+            raise
     finally:
         # A second Ctrl-C must not interrupt the clean-up.
         signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,67 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The exit code of a node that is stopped while it starts."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+import rclpy
+
+from gait_segmentation.ros.running import run_node
+
+
+class _Node:
+    def __init__(self, start: Callable[[], bool]) -> None:
+        self.start = start
+        self.closed = 0
+
+    def close(self) -> None:
+        self.closed += 1
+
+    def destroy_node(self) -> None:
+        self.closed += 1
+
+
+@pytest.fixture(autouse=True)
+def signals() -> Iterator[None]:
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [signal.getsignal(number) for number in numbers]
+    yield
+    for number, handler in zip(numbers, before, strict=True):
+        signal.signal(number, handler)
+
+
+def _run(start: Callable[[], bool]) -> int:
+    node: Any = _Node(start)
+    try:
+        return run_node(lambda: node, [])
+    finally:
+        assert node.closed == 2
+        assert not rclpy.ok()
+
+
+def _failing() -> bool:
+    raise RuntimeError('context is not valid')
+
+
+def _shut(result: Callable[[], bool]) -> Callable[[], bool]:
+    def start() -> bool:
+        rclpy.shutdown()  # What the handler of SIGINT and SIGTERM does.
+        return result()
+
+    return start
+
+
+def test_a_start_that_fails_is_an_error() -> None:
+    assert _run(lambda: False) == 1
+    with pytest.raises(RuntimeError, match='not valid'):
+        _run(_failing)
+
+
+def test_a_start_that_a_signal_breaks_off_is_none() -> None:
+    assert _run(_shut(lambda: False)) == 0
+    assert _run(_shut(_failing)) == 0
