@@ -15,8 +15,9 @@ from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.extent import extent_of
 
-__all__ = ['Extent', 'Person', 'extent_of', 'new_colours']
+__all__ = ['Person', 'new_colours']
 
 _GUARD = 0.05
 """Pixels of the mask further outside the template than this are not learnt as person."""
@@ -87,6 +88,13 @@ class Person:
         origin = (window[1].start, window[0].start)
         center = (self.center_x, self.center_y)
         return body_rows(shape, origin, center, self.height, self.angle)
+
+    def share_inside(self, shape: tuple[int, int]) -> float:
+        """Return the share of the body's box that lies in an image of the given (h, w)."""
+        part = self.box.clipped(shape[1], shape[0])
+        return (
+            0.0 if part is None else part.width * part.height / (self.box.width * self.box.height)
+        )
 
     def shift(self, dx: float, dy: float) -> None:
         """Move the person."""
@@ -225,53 +233,4 @@ def new_colours(config: TrackingConfig) -> tuple[ColourModel, ColourModel]:
     return (
         ColourModel(config.band_share, config.colour_floor),
         ColourModel(config.band_share, config.colour_floor),
-    )
-
-
-@dataclass(frozen=True)
-class Extent:
-    """
-    How far a mask reaches from a point, along and across the body, in pixels.
-
-    The outermost 0.5 % of the pixels do not count; ``axis`` is the median across.
-    """
-
-    top: float
-    bottom: float
-    left: float
-    right: float
-    axis: float
-    at_bottom: bool
-
-    @property
-    def middle(self) -> float:
-        """Return the middle between top and bottom."""
-        return (self.top + self.bottom) / 2
-
-
-def extent_of(mask: NDArray[np.uint8], center: tuple[float, float], angle: float) -> Extent:
-    """Measure how far a mask reaches from a point, along and across a body of that tilt."""
-    at_bottom = bool(mask[-2:].any())
-    if angle:
-        rows, columns = np.nonzero(mask)
-        x, y = columns + 0.5 - center[0], rows + 0.5 - center[1]
-        cos, sin = math.cos(angle), math.sin(angle)
-        top, bottom = np.quantile(cos * y - sin * x, (0.005, 0.995))
-        left, axis, right = np.quantile(cos * x + sin * y, (0.005, 0.5, 0.995))
-        return Extent(top - 0.5, bottom + 0.5, left - 0.5, right + 0.5, axis, at_bottom)
-    x, y, width, height = cv2.boundingRect(mask)
-    part = mask[y : y + height, x : x + width]
-    by_row = np.cumsum(cv2.reduce(part, 1, cv2.REDUCE_SUM, dtype=cv2.CV_32S) // 255)
-    by_column = np.cumsum(cv2.reduce(part, 0, cv2.REDUCE_SUM, dtype=cv2.CV_32S) // 255)
-    total = by_row[-1]
-    center = (center[0] - x, center[1] - y)
-    top, bottom = np.searchsorted(by_row, (0.005 * total, 0.995 * total))
-    left, axis, right = np.searchsorted(by_column, (0.005 * total, 0.5 * total, 0.995 * total))
-    return Extent(
-        float(top) - center[1],
-        float(bottom) + 1 - center[1],
-        float(left) - center[0],
-        float(right) + 1 - center[0],
-        float(axis) + 0.5 - center[0],
-        at_bottom,
     )

@@ -20,7 +20,8 @@ from gait_segmentation.starting import Start, StartingConfig, estimate_start
 from gait_segmentation.tracking.competition import Claim, compete
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood import likelihood_image
-from gait_segmentation.tracking.target import SAME_COLOURS, Target
+from gait_segmentation.tracking.lost_and_found import SAME_COLOURS
+from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.working import working_scale, working_shape
 from gait_segmentation.tracking.world import World
 

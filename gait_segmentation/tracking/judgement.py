@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What all cues together say of the pixels about a person."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.colour import colour_bins
+from gait_segmentation.images import Window
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.cues import add_motion, add_propagation
+from gait_segmentation.tracking.features import STEP, FeatureSelector, View
+from gait_segmentation.tracking.likelihood import colour_log_ratio, log_ratio
+from gait_segmentation.tracking.person import Person
+from gait_segmentation.tracking.world import Record, World
+
+__all__ = ['judge', 'view_of']
+
+_LEAST_MOTION = 0.02
+"""Motion of the body relative to the world that the cue needs, in body heights."""
+
+_STILL = -0.5
+"""Evidence from motion below which a pixel stays with the world."""
+
+_THIN = (slice(None, None, STEP), slice(None, None, STEP))
+
+
+def judge(
+    person: Person,
+    world: World,
+    features: FeatureSelector,
+    expected: NDArray[np.uint8],
+    config: TrackingConfig,
+    *,
+    seen: bool,
+    propagate: bool,
+) -> tuple[Window, NDArray[np.float32]] | None:
+    """
+    Judge the pixels of the newest frame in a window about a person.
+
+    :param expected: (h, w) uint8 0/255 of the working image, where the person is expected.
+    :param seen: whether the person was seen until now: else nothing is known of the motion,
+        and the features are not chosen anew.
+    :param propagate: whether being expected somewhere is evidence.
+    :returns: the window and its log-likelihood ratios, (h, w) float32; None if all of the window
+        is outside of the image.
+    """
+    record = world.now
+    window = person.window(world.shape)
+    if window[0].start >= window[0].stop or window[1].start >= window[1].stop:
+        return None
+    lab = np.ascontiguousarray(record.image.lab_about(window)[window])
+    bins, rows = colour_bins(lab), person.rows(window)
+    logit = log_ratio(
+        lab,
+        bins,
+        rows,
+        window,
+        record.background,
+        person.person,
+        person.surroundings,
+        config,
+    )
+    still = np.ascontiguousarray(logit[_THIN]) if config.use_feature_selection else logit
+    if config.use_motion_cue and seen:
+        _add_motion(logit, person, world, window, config.motion_weight)
+    if config.use_feature_selection:
+
+        def evidence() -> dict[str, NDArray[np.float32]]:
+            colour = colour_log_ratio(
+                np.ascontiguousarray(bins[_THIN]),
+                np.ascontiguousarray(rows[_THIN]),
+                person.person,
+                person.surroundings,
+                config.logit_limit,
+            )
+            motion = logit[_THIN] - still
+            return {'colour': colour, 'background': still - colour, 'motion': motion}
+
+        features.add(logit, view_of(record, window), expected[window] if seen else None, evidence)
+    if propagate:
+        add_propagation(logit, expected, window, person.height, config.propagation_weight)
+    return window, logit
+
+
+def view_of(record: Record, window: Window) -> View:
+    """Return what the features look at in a window of a frame."""
+    heat = None if record.heat is None else record.heat[window]
+    return View(record.image.bgr[window], record.image.gray[window], heat=heat)
+
+
+def _add_motion(
+    logit: NDArray[np.float32], person: Person, world: World, window: Window, weight: float
+) -> None:
+    """Add the evidence from motion, and note in the newest frame what stays with the world."""
+    record = world.now
+    camera, shift = world.camera_motion(), world.body_motion(person.track_id)
+    if camera is None or shift is None:
+        return
+    body = np.array([[1.0, 0.0, shift[0]], [0.0, 1.0, shift[1]]])
+    center = np.array([person.center_x, person.center_y])
+    stays = camera[:, :2] @ (center - shift) + camera[:, 2]
+    if np.hypot(*(center - stays)) < _LEAST_MOTION * person.height:
+        return
+    moving = np.zeros(logit.shape, np.float32)
+    add_motion(moving, record.image.gray, world.history[0].image.gray, camera, body, window, 1.0)
+    logit += np.float32(weight) * moving
+    record.still[person.track_id] = (window, (moving < _STILL).view(np.uint8) * np.uint8(255))

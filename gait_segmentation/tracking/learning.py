@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What of a mask that came back is fit to be learnt from."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.images import Window, shrink
+from gait_segmentation.results import Feedback
+from gait_segmentation.tracking.person import Person
+
+__all__ = ['WholeArea', 'grown', 'without_world', 'working_masks']
+
+_FAR_OUTSIDE = 0.06
+"""How far outside of the template a pixel that stays is not the person's, in body heights."""
+
+_MARGIN = 0.02
+"""Margin about the mask that is not learnt as background, in body heights."""
+
+_WHOLE = 0.75
+"""Share of the usual area from which a mask shows all of the person."""
+
+_AREA_RATE = 0.03
+
+
+def working_masks(
+    feedback: Feedback, shape: tuple[int, int]
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return mask (0/255) and template at working size, (h, w) uint8."""
+    mask, prior = feedback.mask, feedback.shape_prior
+    if mask.shape != shape:
+        _, small = cv2.threshold(shrink(mask, shape), 127, 255, cv2.THRESH_BINARY)
+        mask = np.asarray(small)
+    if prior.shape != shape:
+        prior = cv2.resize(prior, shape[::-1], interpolation=cv2.INTER_LINEAR)
+    return mask, prior
+
+
+def without_world(
+    mask: NDArray[np.uint8],
+    prior: NDArray[np.uint8],
+    still: tuple[Window, NDArray[np.uint8]] | None,
+    height: float,
+) -> NDArray[np.uint8]:
+    """
+    Return a mask without what is far from the template and stays while the body moves.
+
+    :param mask, prior: (h, w) uint8, the mask 0/255 and the template.
+    :param still: a window and its pixels, 255 where they stay; None if that is not known.
+    :param height: of the body in pixels.
+    """
+    if still is None:
+        return mask
+    window, stays = still
+    size = 2 * max(1, round(_FAR_OUTSIDE * height)) + 1
+    near = cv2.dilate(prior[window], np.ones((size, size), np.uint8))
+    far = cv2.inRange(near, 0, 127)
+    clean = mask.copy()
+    clean[window] = cv2.bitwise_and(mask[window], cv2.bitwise_not(cv2.bitwise_and(stays, far)))
+    return clean
+
+
+def grown(mask: NDArray[np.uint8], height: float) -> NDArray[np.uint8]:
+    """
+    Return a mask with a margin: where the person may be.
+
+    :param mask: (h, w) uint8; only the part about it is touched, which is cheap.
+    :param height: of the body in pixels.
+    """
+    size = 2 * max(1, round(_MARGIN * height)) + 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    x, y, width, tall = cv2.boundingRect(mask)
+    part = (
+        slice(max(y - size, 0), y + tall + size),
+        slice(max(x - size, 0), x + width + size),
+    )
+    out = np.zeros(mask.shape, np.uint8)
+    out[part] = cv2.dilate(mask[part], kernel)
+    return out
+
+
+class WholeArea:
+    """How large the masks of a person usually are, for the height."""
+
+    def __init__(self, person: Person) -> None:
+        """Begin with the person's mask."""
+        self._usual = _area(person.mask, person)
+
+    def update(self, mask: NDArray[np.uint8], person: Person) -> bool:
+        """
+        Get used to the size of a mask.
+
+        :returns: whether it was as large as usual; else it shows only part of the person.
+        """
+        area = _area(mask, person)
+        share = area / max(self._usual, 1e-6)
+        self._usual += _AREA_RATE * (area - self._usual)
+        return share >= _WHOLE
+
+
+def _area(mask: NDArray[np.uint8], person: Person) -> float:
+    """Return the area of a mask in squared body heights, made up for what is outside."""
+    inside = max(person.share_inside(mask.shape), 0.1)
+    return np.count_nonzero(mask > 127) / (inside * person.height**2)

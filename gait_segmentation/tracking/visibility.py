@@ -1,0 +1,148 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How much of a person can be seen, and where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.images import Window
+from gait_segmentation.tracking.extent import extent_of
+
+__all__ = ['LOST_BELOW', 'Sight', 'Visibility', 'visible_box']
+
+LOST_BELOW = 0.25
+"""Share of a person that can be seen below which the person is lost."""
+
+_LOST_FRAMES = 2
+"""Frames in a row that it takes."""
+
+_WELL = 0.75
+"""Share that can be seen from which a body is followed."""
+
+_USUAL_SHARE, _USUAL_RATE = 0.8, 0.05
+"""Share of what is usually seen that will do, too, and how fast that is learnt."""
+
+_BOX_MARGIN = 0.04
+"""How far from the last mask, carried along, pixels still make the box, in body heights."""
+
+
+@dataclass(frozen=True)
+class Sight:
+    """
+    What of a person can be seen where the person is expected.
+
+    ``uncovered`` is (h, w) uint8 0/255, the expected mask without what others hide, and
+    ``share`` its share of that mask.  ``inside`` and ``outside`` are the mean likelihoods (0..1)
+    in what is uncovered and around the person.
+    """
+
+    uncovered: NDArray[np.uint8]
+    share: float
+    inside: float
+    outside: float
+
+    @classmethod
+    def of(
+        cls,
+        values: NDArray[np.uint8],
+        expected: NDArray[np.uint8],
+        hidden: NDArray[np.uint8] | None,
+        apart: NDArray[np.uint8] | None = None,
+    ) -> Sight:
+        """
+        Measure a window.
+
+        :param values: (h, w) uint8 likelihood.
+        :param expected: (h, w) uint8 0/255, where the person is expected.
+        :param hidden: non-zero where others hide the person, None if nowhere.
+        :param apart: non-zero where it is neither the person nor around, None if nowhere.
+        """
+        uncovered, share = expected, 1.0
+        if hidden is not None:
+            uncovered = cv2.bitwise_and(expected, cv2.bitwise_not(hidden))
+            share = cv2.countNonZero(uncovered) / max(cv2.countNonZero(expected), 1)
+        person = expected if apart is None else cv2.bitwise_or(expected, apart)
+        inside = cv2.mean(values, uncovered)[0] / 255
+        outside = cv2.mean(values, cv2.bitwise_not(person))[0] / 255
+        return cls(uncovered, share, inside, outside)
+
+    @property
+    def seen(self) -> float:
+        """Return the share of the person that can be seen."""
+        return self.share * self.inside
+
+    @property
+    def confidence(self) -> float:
+        """Return how well the person stands out, of which what is hidden takes its share."""
+        return self.share * max(0.0, self.inside - self.outside)
+
+
+class Visibility:
+    """How much of a person was seen of late."""
+
+    def __init__(self) -> None:
+        """Begin with a person who is seen as a whole."""
+        self.seen = 1.0
+        self._usually = 1.0
+        self._unseen_frames = 0
+
+    @property
+    def well(self) -> bool:
+        """Return whether all of the person was seen, or as much as usual."""
+        return self.seen >= min(_WELL, _USUAL_SHARE * self._usually)
+
+    def update(self, seen: float, inside: float) -> bool:
+        """
+        Take in what was seen in a frame.
+
+        :param seen: share of the person.
+        :param inside: share of the body's box that lies in the image.
+        :returns: whether there was enough to go on with.
+        """
+        self.seen = seen
+        self._usually += _USUAL_RATE * (seen - self._usually)
+        if seen < LOST_BELOW or inside < LOST_BELOW / 2:
+            self._unseen_frames += 1
+            return False
+        self._unseen_frames = 0
+        return True
+
+    @property
+    def is_lost(self) -> bool:
+        """Return whether too little was seen for too long."""
+        return self._unseen_frames >= _LOST_FRAMES
+
+    def restart(self) -> None:
+        """Begin to count anew the frames in which too little is seen."""
+        self._unseen_frames = 0
+
+
+def visible_box(
+    values: NDArray[np.uint8], mask: NDArray[np.uint8], window: Window, height: float
+) -> Box | None:
+    """
+    Return the tight box of the likely pixels near a mask, None if they are few.
+
+    :param values: (h, w) uint8 likelihood of the window.
+    :param mask: (h, w) uint8 0/255 of the same pixels.
+    :param window: the window's rows and columns in the image.
+    :param height: of the body in pixels.
+    """
+    size = 2 * max(1, round(_BOX_MARGIN * height)) + 1
+    near = cv2.dilate(mask, np.ones((size, size), np.uint8))
+    likely = np.where(values > 127, near, 0).astype(np.uint8)
+    if np.count_nonzero(likely) < LOST_BELOW * np.count_nonzero(mask):
+        return None
+    extent = extent_of(likely, (0.0, 0.0), 0.0)
+    return Box(
+        window[1].start + extent.left,
+        window[0].start + extent.top,
+        extent.right - extent.left,
+        extent.bottom - extent.top,
+    )

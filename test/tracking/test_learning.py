@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+
+from gait_segmentation.results import Feedback
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.learning import WholeArea, grown, without_world, working_masks
+from gait_segmentation.tracking.person import Person, new_colours
+
+SHAPE = (60, 80)
+
+
+def block(left: int, top: int, right: int, bottom: int) -> np.ndarray:
+    mask = np.zeros(SHAPE, np.uint8)
+    mask[top:bottom, left:right] = 255
+    return mask
+
+
+def someone(mask: np.ndarray) -> Person:
+    return Person(1, 30, 30, 40, 8, 8, mask, *new_colours(TrackingConfig()))
+
+
+def test_masks_come_at_working_size() -> None:
+    mask = np.kron(block(20, 10, 40, 50), np.ones((2, 2), np.uint8))
+    feedback = Feedback(1, 1, mask, None, mask)
+    small, prior = working_masks(feedback, SHAPE)
+    np.testing.assert_array_equal(small, block(20, 10, 40, 50))
+    assert prior.shape == SHAPE
+
+
+def test_what_stays_far_from_the_template_is_taken_out() -> None:
+    mask, prior = block(20, 10, 60, 50), block(20, 10, 40, 50)
+    window = (slice(5, 55), slice(10, 70))
+    stays = np.full((50, 60), 255, np.uint8)
+    clean = without_world(mask, prior, (window, stays), 40)
+    np.testing.assert_array_equal(clean, block(20, 10, 42, 50))
+    stays[:, 35:] = 0
+    clean = without_world(mask, prior, (window, stays), 40)
+    np.testing.assert_array_equal(clean, block(20, 10, 42, 50) | block(45, 10, 60, 50))
+    assert without_world(mask, prior, None, 40) is mask
+
+
+def test_the_margin_is_a_share_of_the_height() -> None:
+    mask = block(20, 10, 40, 50)
+    margin = grown(mask, 100)
+    assert np.flatnonzero(margin[30]).tolist() == list(range(18, 42))
+    assert margin.any(axis=1).sum() == 44
+    assert not grown(np.zeros(SHAPE, np.uint8), 100).any()
+
+
+def test_half_a_mask_is_not_whole() -> None:
+    person = someone(block(20, 10, 40, 50))
+    area = WholeArea(person)
+    assert area.update(block(20, 10, 40, 50), person)
+    assert not area.update(block(20, 10, 30, 50), person)
+    assert area.update(block(20, 10, 40, 48), person)

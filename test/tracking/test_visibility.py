@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.tracking.visibility import Sight, Visibility, visible_box
+
+SHAPE = (40, 30)
+
+
+def block(left: int, top: int, right: int, bottom: int, value: int = 255) -> np.ndarray:
+    image = np.zeros(SHAPE, np.uint8)
+    image[top:bottom, left:right] = value
+    return image
+
+
+def test_who_stands_out_is_seen_with_confidence() -> None:
+    mask = block(10, 5, 20, 35)
+    sight = Sight.of(block(10, 5, 20, 35, 204), mask, None)
+    assert (sight.share, sight.seen, sight.confidence) == pytest.approx((1, 0.8, 0.8))
+
+
+def test_what_others_hide_is_not_seen() -> None:
+    mask = block(10, 5, 20, 35)
+    sight = Sight.of(mask, mask, block(0, 20, 30, 40))
+    assert sight.share == pytest.approx(0.5)
+    assert sight.inside == pytest.approx(1)
+    assert (sight.seen, sight.confidence) == pytest.approx((0.5, 0.5))
+    np.testing.assert_array_equal(sight.uncovered, block(10, 5, 20, 20))
+
+
+def test_others_are_not_what_is_around() -> None:
+    mask, other = block(10, 5, 20, 35), block(20, 5, 30, 35)
+    likely = mask | other
+    assert Sight.of(likely, mask, None).outside > 0.2
+    assert Sight.of(likely, mask, other, other).outside == 0
+
+
+def test_a_person_is_lost_in_the_second_frame_without_sight() -> None:
+    visibility = Visibility()
+    assert visibility.update(0.9, 1.0)
+    assert not visibility.update(0.1, 1.0)
+    assert not visibility.is_lost
+    assert visibility.update(0.9, 1.0)
+    visibility.update(0.1, 1.0)
+    assert not visibility.update(0.9, 0.05)
+    assert visibility.is_lost
+    visibility.restart()
+    assert not visibility.is_lost
+
+
+def test_as_much_as_usual_is_well_seen() -> None:
+    visibility = Visibility()
+    visibility.update(0.55, 1.0)
+    assert not visibility.well
+    for _ in range(60):
+        visibility.update(0.55, 1.0)
+    assert visibility.well
+
+
+def test_the_box_is_about_the_likely_pixels_near_the_mask() -> None:
+    mask = block(10, 5, 20, 35)
+    likely = block(10, 5, 20, 30) | block(26, 5, 28, 35)
+    window = (slice(100, 140), slice(50, 80))
+    assert visible_box(likely, mask, window, 30) == Box(60, 105, 10, 25)
+    assert visible_box(block(10, 5, 20, 9), mask, window, 30) is None
