@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 __all__ = ['main', 'parser']
 
 NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')
-_START_TIMEOUT_S = 120.0
+_START_TIMEOUT_S = 300.0
 _FLOW_OUT_S = 5.0
 _POLL_S = 0.05
 

@@ -26,10 +26,11 @@ from gait_segmentation.cli.replaying.runner import replay
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
-from test.inputs.bags import image_fields, stamp, write_bag2
+from test.inputs.bags import compressed_fields, image_fields, stamp, write_bag2
 from test.walkers import clip, small_bank
 
 ROOT = Path(__file__).parents[2]
+TIMEOUT_S = 300
 FRAMES = 10
 BROKEN = 4
 
@@ -197,7 +198,7 @@ def test_a_failure_leaves_no_half_outputs(given: list[str], tmp_path: Path, monk
 
 
 def test_ctrl_c_ends_the_command(given: list[str], tmp_path: Path) -> None:
-    frames = [image_fields(clip()[0].image, stamp(index)) for index in range(400)]
+    frames = [compressed_fields(clip()[0].image, stamp(index), 'jpeg') for index in range(1200)]
     given = [str(write_bag2(tmp_path / 'long', {'/image': frames})), *given[1:]]
     process = subprocess.Popen(
         [sys.executable, '-m', 'gait_segmentation.cli.replay', *given],
@@ -207,11 +208,11 @@ def test_ctrl_c_ends_the_command(given: list[str], tmp_path: Path) -> None:
     )
     try:
         bag = tmp_path / 'out/.long.part/long/long.mcap'
-        deadline = time.monotonic() + 60
-        while not bag.exists() and time.monotonic() < deadline:
+        deadline = time.monotonic() + TIMEOUT_S
+        while not bag.exists() and process.poll() is None and time.monotonic() < deadline:
             time.sleep(0.02)
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=60)
+        _, said = process.communicate(timeout=TIMEOUT_S)
     finally:
         process.kill()
     assert process.returncode == 130, said

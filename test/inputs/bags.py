@@ -44,10 +44,10 @@ def image_fields(image: NDArray[np.uint8], stamp_ns: int, encoding: str = 'bgr8'
     )
 
 
-def compressed_fields(image: NDArray[np.uint8], stamp_ns: int) -> Any:
+def compressed_fields(image: NDArray[np.uint8], stamp_ns: int, kind: str = 'png') -> Any:
     header = image_fields(image, stamp_ns).header
-    data = np.asarray(cv2.imencode('.png', image)[1]).reshape(-1)
-    return ROS2.types[COMPRESSED](header=header, format='png', data=data)
+    data = np.asarray(cv2.imencode(f'.{kind}', image)[1]).reshape(-1)
+    return ROS2.types[COMPRESSED](header=header, format=kind, data=data)
 
 
 def write_bag2(

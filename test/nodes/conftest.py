@@ -4,17 +4,38 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
+import tempfile
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-# Before rclpy is imported: apart from other ROS systems and from other workers of pytest-xdist,
-# and away from the range of gait_demo.
-_WORKER = int(os.environ.get('PYTEST_XDIST_WORKER', 'gw0').removeprefix('gw'))
-os.environ['ROS_DOMAIN_ID'] = str(1 + (os.getpid() + 7 * _WORKER) % 19)
+_DOMAINS = range(1, 20)
+"""Away from the default, 0, and from the range of gait_demo."""
+
+
+def _own_domain() -> int:
+    """Return a domain that no other test process on this computer uses, held until the end."""
+    for domain in _DOMAINS:
+        lock = Path(tempfile.gettempdir()) / f'gait_segmentation_test_domain_{domain}.lock'
+        try:
+            held = os.open(lock, os.O_CREAT | os.O_RDWR, 0o666)
+        except OSError:  # Another user's.
+            continue
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            os.close(held)
+            continue
+        return domain
+    pytest.exit('all DDS domains for tests are in use on this computer', 1)
+
+
+# Before rclpy is imported: apart from other ROS systems and other workers of pytest-xdist.
+os.environ['ROS_DOMAIN_ID'] = str(_own_domain())
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
 
 rclpy = pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')

@@ -7,6 +7,7 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Iterator
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -90,8 +91,8 @@ def test_a_flood_of_tiny_images_is_thinned_out(bench: Bench) -> None:
     bench.record_outputs('mask')
     camera = bench.publisher(Image, 'image', 1)
     tiny = np.zeros((6, 8, 3), np.uint8)
-    count = 2000
-    for index in range(count):
+    flood = 2000
+    for index in range(flood):
         camera.publish(image_message(tiny, header(index)))
         if index % 20 == 0:
             bench.executor.spin_once(timeout_sec=0)
@@ -101,9 +102,9 @@ def test_a_flood_of_tiny_images_is_thinned_out(bench: Bench) -> None:
     assert about.received == about.processed + about.skipped + about.failed
     assert len(bench.received['mask']) == about.processed + about.failed
     before = len(bench.received['mask'])
-    camera.publish(frame(count))
+    camera.publish(frame(flood))
     bench.until(lambda: len(bench.received['mask']) > before, 'the answer to a frame')
-    assert bench.received['mask'][-1].width == frame(count).width
+    assert bench.received['mask'][-1].width == frame(flood).width
 
 
 def test_an_image_of_fifty_megapixels_is_worked_on(bench: Bench) -> None:
@@ -232,17 +233,19 @@ def test_a_camera_that_is_started_again_is_heard(
 ) -> None:
     bench.add(TrackerNode)
     bench.record_outputs('person_0/box')
-    index = 0
+    shown = map(frame, count())
     for reliability in (first, second):
         profile = QoSProfile(depth=10, reliability=ReliabilityPolicy[reliability.upper()])
         camera = stranger.create_publisher(Image, 'image', profile)
         bench.until(lambda c=camera: c.get_subscription_count() == 1, 'the subscription')
         before = len(bench.received['person_0/box'])
-        while len(bench.received['person_0/box']) == before:
+
+        def heard(camera: Any = camera, before: int = before) -> bool:
             # Best effort may lose the first ones.
-            camera.publish(frame(index))
-            index += 1
-            bench.executor.spin_once(timeout_sec=0.1)
+            camera.publish(next(shown))
+            return len(bench.received['person_0/box']) > before
+
+        bench.until(heard, 'an answer')
         stranger.destroy_publisher(camera)
         bench.until(lambda: bench.probe.count_publishers('image') == 0, 'the camera to be gone')
         bench.settle()

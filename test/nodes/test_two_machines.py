@@ -16,10 +16,10 @@ from pathlib import Path
 import cv2
 import pytest
 
+from test.nodes.bench import TIMEOUT_S
 from test.walkers import clip
 
 ROOT = Path(__file__).parents[2]
-TIMEOUT_S = 120
 MASKS = 12
 
 # Machines do not share memory: each has a folder of its own for it.
@@ -126,7 +126,7 @@ def test_masks_come_across_the_network(
         desk.start('-m', f'{nodes}.matcher_node', *bank),
         desk.start('-m', f'{nodes}.segmenter_node'),
         robot.start('-m', f'{nodes}.source_node', str(tmp_path), '--rate', '8', '--loop',
-                    '--wait-for', '2', '--wait-timeout', '100', '--delay', '2'),
+                    '--wait-for', '2', '--wait-timeout', str(TIMEOUT_S), '--delay', '2'),
     ]  # fmt: skip
     try:
         output, _ = probe.communicate(timeout=TIMEOUT_S + 30)
