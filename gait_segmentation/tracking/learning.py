@@ -23,7 +23,11 @@ _MARGIN = 0.02
 _WHOLE = 0.75
 """Share of the usual area from which a mask shows all of the person."""
 
-_AREA_RATE = 0.03
+_AREA_RATE, _CORRECTION_RATE = 0.03, 0.2
+"""Share by which the usual area moves towards that of a mask, and while it proves too large."""
+
+_UNSURE = 30
+"""Masks in which the usual area may still be that of a first mask that was far too large."""
 
 
 def working_masks(
@@ -83,22 +87,43 @@ def grown(mask: NDArray[np.uint8], height: float) -> NDArray[np.uint8]:
 
 
 class WholeArea:
-    """How large the masks of a person usually are, for the height."""
+    """
+    How large the masks of a person usually are, for the height.
+
+    The first mask may have been far too large: then nothing would be learnt, and the track be
+    lost.  So at first a mask is also whole if it is as large as the template.
+    """
 
     def __init__(self, person: Person) -> None:
         """Begin with the person's mask."""
         self._usual = _area(person.mask, person)
+        self._masks = 0
 
-    def update(self, mask: NDArray[np.uint8], person: Person) -> bool:
+    def update(
+        self,
+        mask: NDArray[np.uint8],
+        prior: NDArray[np.uint8],
+        person: Person,
+        *,
+        alone: bool = True,
+    ) -> bool:
         """
         Get used to the size of a mask.
 
+        :param mask, prior: (h, w) uint8, the mask and the template.
+        :param alone: whether nobody is near who may hide part of the person, to which the
+            template would adapt.
         :returns: whether it was as large as usual; else it shows only part of the person.
         """
-        area = _area(mask, person)
-        share = area / max(self._usual, 1e-6)
-        self._usual += _AREA_RATE * (area - self._usual)
-        return share >= _WHOLE
+        area, rate = _area(mask, person), _AREA_RATE
+        whole = area >= _WHOLE * self._usual
+        self._masks += 1
+        if alone and not whole and self._masks <= _UNSURE:
+            template = _area(prior, person)
+            whole = template > 0 and area >= _WHOLE * template
+            rate = _CORRECTION_RATE if whole else rate
+        self._usual += rate * (area - self._usual)
+        return whole
 
 
 def _area(mask: NDArray[np.uint8], person: Person) -> float:

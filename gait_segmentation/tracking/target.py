@@ -304,12 +304,15 @@ class Target:
         if self.track_id in record.bodies and self.state == TRACKED:
             self.person.mask = _shifted(self.person.mask, *record.bodies[self.track_id])
 
-    def learn(self, record: Record, feedback: Feedback) -> tuple[NDArray[np.uint8], Window] | None:
+    def learn(
+        self, record: Record, feedback: Feedback, *, alone: bool = True
+    ) -> tuple[NDArray[np.uint8], Window] | None:
         """
         Learn from the mask of a frame just taken out of the world.
 
         Nothing is learnt from a mask that shows only part of somebody who is not at the border.
 
+        :param alone: whether nobody else is near.
         :returns: (h, w) uint8, non-zero where the person may be, which is not to be learnt as
             background, and the window about it; None if the mask says nothing.
         """
@@ -317,7 +320,7 @@ class Target:
         mask, prior = working_masks(feedback, self.world.shape)
         if self.state == LOST or not person.teaches(mask, prior):
             return None
-        if not self._area.update(mask, person):
+        if not self._area.update(mask, prior, person, alone=alone):
             return None
         mask = without_world(mask, prior, record.still.get(self.track_id), person.height)
         dx, dy = self.world.since_mask(self.track_id)

@@ -402,7 +402,8 @@ class PeopleTracker:
             if target.track_id not in record.bodies:
                 continue
             feedback = by_track.get(target.track_id)
-            learnt = None if feedback is None else target.learn(record, feedback)
+            alone = not any(target.meets(other) for other in targets if other is not target)
+            learnt = None if feedback is None else target.learn(record, feedback, alone=alone)
             if learnt is None:
                 target.skip(record)
                 people[target.person.area.slices(world.shape[1], world.shape[0])] = 255

@@ -51,8 +51,30 @@ def test_the_margin_is_a_share_of_the_height() -> None:
 
 
 def test_half_a_mask_is_not_whole() -> None:
-    person = someone(block(20, 10, 40, 50))
+    whole, half = block(20, 10, 40, 50), block(20, 10, 30, 50)
+    person = someone(whole)
     area = WholeArea(person)
-    assert area.update(block(20, 10, 40, 50), person)
-    assert not area.update(block(20, 10, 30, 50), person)
-    assert area.update(block(20, 10, 40, 48), person)
+    assert area.update(whole, whole, person)
+    assert not area.update(half, whole, person)
+    assert area.update(block(20, 10, 40, 48), whole, person)
+
+
+def test_a_first_mask_far_too_large_does_not_keep_others_out() -> None:
+    true = block(20, 10, 40, 50)
+    person = someone(block(5, 5, 55, 55))
+    area = WholeArea(person)
+    assert not area.update(true, true, person, alone=False)
+    assert not area.update(true, np.zeros_like(true), person)
+    for _ in range(10):
+        assert area.update(true, true, person)
+    assert area.update(true, true, person, alone=False)
+    assert not area.update(block(20, 10, 40, 30), true, person)
+
+
+def test_later_a_template_that_fits_what_is_seen_does_not_make_it_whole() -> None:
+    whole, half = block(20, 10, 40, 50), block(20, 10, 30, 50)
+    person = someone(whole)
+    area = WholeArea(person)
+    for _ in range(40):
+        assert area.update(whole, whole, person)
+    assert not area.update(half, half, person)
