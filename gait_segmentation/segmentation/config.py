@@ -66,6 +66,10 @@ class SegmentationConfig(StageConfig):
     use_refinement: bool = parameter(
         True, 'Cut again at full resolution in a narrow band about the outline.'
     )
+    use_local_colours: bool = parameter(
+        True,
+        'Place the outline at full resolution where the colours on both sides of it mix evenly.',
+    )
     hole_area: float = parameter(
         0.0015,
         'Largest hole that is filled, in squared body heights.',

@@ -18,6 +18,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import shrink
 from gait_segmentation.segmentation.energy import contrast_links
 from gait_segmentation.segmentation.graph_cut import minimum_cut
+from gait_segmentation.segmentation.local_colours import add_odds
 
 __all__ = ['finest', 'refine', 'upsample']
 
@@ -57,6 +58,7 @@ def refine(
     labels: NDArray[np.bool_],
     logit: NDArray[np.float32],
     contrast: float,
+    line: NDArray[np.float32] | None = None,
 ) -> NDArray[np.bool_]:
     """
     Cut again at the size of the image.
@@ -65,6 +67,8 @@ def refine(
     :param labels: (h, w) bool, the first cut of the same window at working size.
     :param logit: (h, w) float32, its data term.
     :param contrast: weight of the contrast term of the first cut.
+    :param line: (h, w, 4) float32, what tells the colours on both sides of the outline apart, see
+        :func:`discriminant`; None: colours are not looked at again.
     :returns: (H, W) bool.
     """
     shape = image.shape[:2]
@@ -81,6 +85,10 @@ def refine(
     given -= np.int8(1)
     # A working pixel's evidence is shared by 1/scale^2 pixels, a link's by 1/scale of them.
     fine = cv2.resize(logit * np.float32(scale), shape[::-1], interpolation=cv2.INTER_LINEAR)
+    data = fine[part]
+    if line is not None:
+        lab = cv2.cvtColor(image[part], cv2.COLOR_BGR2Lab)
+        add_odds(lab, line, (part[0].start, part[1].start, scale), given, scale, data)
     links = contrast_links(image[part], contrast, given)
-    refined[part] = minimum_cut(fine[part], links, given)
+    refined[part] = minimum_cut(data, links, given)
     return refined

@@ -16,6 +16,7 @@ from gait_segmentation.segmentation.components import fill_holes, keep_supported
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.energy import contrast_links, distance_links
 from gait_segmentation.segmentation.graph_cut import decided, minimum_cut
+from gait_segmentation.segmentation.local_colours import discriminant
 from gait_segmentation.segmentation.paper_prior import PaperPrior
 from gait_segmentation.segmentation.refinement import finest, refine, upsample
 from gait_segmentation.segmentation.residual import PersonalShape
@@ -85,12 +86,14 @@ class Segmenter:
         source = finest(image[crop], likelihood[window].shape)
         if taken is not None:
             likelihood = _without(likelihood, window, taken[crop])
-        labels, logit = self._cut(source, likelihood, match, body, window)
+        lab = cv2.cvtColor(shrink(source, likelihood[window].shape), cv2.COLOR_BGR2Lab)
+        labels, logit = self._cut(lab, likelihood, match, body, window)
         if not labels.any():
             return self._empty(image, match, 'the cut found no person')
         self._learn(labels, match, body, window)
         if self.config.use_refinement and labels.shape != source.shape[:2]:
-            labels = refine(source, labels, logit, self._contrast(body))
+            line = discriminant(lab, labels) if self.config.use_local_colours else None
+            labels = refine(source, labels, logit, self._contrast(body), line)
         mask = np.zeros((height, width), np.uint8)
         fine = upsample(labels, size)
         np.multiply(fine.view(np.uint8), np.uint8(255), out=mask[crop])
@@ -100,7 +103,7 @@ class Segmenter:
 
     def _cut(
         self,
-        source: NDArray[np.uint8],
+        lab: NDArray[np.uint8],
         likelihood: NDArray[np.uint8],
         match: MatchResult,
         body: BodyFrame,
@@ -108,8 +111,6 @@ class Segmenter:
     ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
         """Return the cut at working size and its data term, in the window."""
         evidence = likelihood[window]
-        shape = evidence.shape
-        lab = cv2.cvtColor(shrink(source, shape), cv2.COLOR_BGR2Lab)
         prior = match.shape_prior[window]
         terms = self._terms(prior, lab, match, body, window)
         logit = _LOGIT[evidence]
