@@ -9,11 +9,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gait_segmentation.crew import Crew
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.matcher import SequenceMatcher
-from gait_segmentation.results import MatchResult, TrackResult
+from gait_segmentation.matching.shape_prior import warp_template
+from gait_segmentation.results import TRACKED, MatchResult, TrackResult
 
 __all__ = ['PeopleMatcher']
 
@@ -29,6 +33,9 @@ class _Frame:
 class PeopleMatcher:
     """
     Matches the likelihoods of several people.
+
+    Where somebody who stands nearer to the camera, with lower feet, hides a person, the person's
+    likelihood says nothing; that is where the other one's last template stands in the new frame.
 
     With a lag, empty slots would answer at once and others later; a frame is handed out when
     all have answered.
@@ -52,6 +59,7 @@ class PeopleMatcher:
         self._bank = bank
         self._config = config or MatchingConfig()
         self._slots = [SequenceMatcher(bank, self._config) for _ in range(max_people)]
+        self._last: list[MatchResult | None] = [None] * max_people
         self._crew = Crew(threads)
         self._frames: deque[_Frame] = deque()
         self._stamp_ns = 0
@@ -65,12 +73,14 @@ class PeopleMatcher:
     def config(self, config: MatchingConfig) -> None:
         self._config = config
         self._slots = [SequenceMatcher(self._bank, config) for _ in self._slots]
+        self._last = [None] * len(self._slots)
         self._frames.clear()
 
     def reset(self) -> None:
         """Forget all frames, also those whose results have not been handed out."""
         for slot in self._slots:
             slot.reset()
+        self._last = [None] * len(self._slots)
         self._frames.clear()
         self._stamp_ns = 0
 
@@ -93,7 +103,11 @@ class PeopleMatcher:
         self._frames.append(_Frame(stamp_ns))
         size = source_size
         pairs = list(zip(self._slots, tracks, strict=True))
-        tasks = [partial(_match, slot, track, size) for slot, track in pairs if track.body]
+        tasks = [
+            partial(_match, slot, track, size, self._known(track, tracks, size))
+            for slot, track in pairs
+            if track.body
+        ]
         try:
             found = iter(self._crew.run(tasks))
             for index, (slot, track) in enumerate(pairs):
@@ -110,7 +124,32 @@ class PeopleMatcher:
             self._file(index, slot.flush())
         return self._complete()
 
+    def _known(
+        self, track: TrackResult, tracks: Sequence[TrackResult], source_size: tuple[int, int]
+    ) -> NDArray[np.uint8] | None:
+        """Return where others do not hide a person, None if that is everywhere."""
+        known = None
+        body = track.body
+        for other, last in zip(tracks, self._last, strict=True):
+            if last is None or last.placement is None or last.track_id != other.track_id:
+                continue
+            if other is track or other.state != TRACKED or other.body is None or body is None:
+                continue
+            if other.body.bottom <= body.bottom or other.body.iou(body) <= 0:
+                continue
+            shape = (track.likelihood.shape[0], track.likelihood.shape[1])
+            where = last.placement.body(other.body, other.angle)
+            template = self._bank.templates[last.sequence, last.phase_index]
+            cover = warp_template(
+                template, where.scaled(shape[1] / source_size[0]), self._bank.fill, shape
+            )
+            known = np.full(shape, 255, np.uint8) if known is None else known
+            known[cover > 127] = 0
+        return known
+
     def _file(self, slot: int, results: list[MatchResult]) -> None:
+        if results:
+            self._last[slot] = results[-1]
         by_stamp = {frame.stamp_ns: frame for frame in self._frames}
         for result in results:
             if result.stamp_ns in by_stamp:
@@ -125,7 +164,10 @@ class PeopleMatcher:
 
 
 def _match(
-    slot: SequenceMatcher, track: TrackResult, source_size: tuple[int, int]
+    slot: SequenceMatcher,
+    track: TrackResult,
+    source_size: tuple[int, int],
+    known: NDArray[np.uint8] | None = None,
 ) -> list[MatchResult]:
     return slot.update(
         track.likelihood,
@@ -133,5 +175,6 @@ def _match(
         track.stamp_ns,
         track_id=track.track_id,
         source_size=source_size,
+        known=known,
         angle=track.angle,
     )

@@ -9,7 +9,7 @@ import pytest
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
-from gait_segmentation.results import TrackResult
+from gait_segmentation.results import LOST, TRACKED, TrackResult
 from test.walkers import clip, small_bank
 
 SIZE = (320, 240)
@@ -85,3 +85,27 @@ def test_another_configuration_begins_new_paths() -> None:
     matcher.config = MatchingConfig(lag=0)
     assert matcher.config.lag == 0
     assert len(matcher.update(tracks(1, True, True), source_size=SIZE)) == 1
+
+
+def crossed(index: int, front: str) -> list[TrackResult]:
+    """Return a walker half hidden by another one, who stands nearer, and that one."""
+    frame = clip(pan=0.0)[index]
+    box, mask = frame.boxes[0], frame.masks[0]
+    right, down = round(0.5 * box.width), round(0.05 * box.height)
+    nearer = np.roll(mask, (down, right), axis=(0, 1))
+    behind = np.where(nearer > 127, 0, mask).astype(np.uint8)
+    return [
+        TrackResult(frame.stamp_ns, 1, box, behind, 1.0),
+        TrackResult(frame.stamp_ns, 2, box.shifted(right, down), nearer, 1.0, state=front),
+    ]
+
+
+def test_what_somebody_nearer_hides_counts_neither_way() -> None:
+    similarity = {}
+    for front in (TRACKED, LOST):
+        matcher = people()
+        for index in range(4):
+            ((one, two),) = matcher.update(crossed(index, front), source_size=SIZE)
+        similarity[front] = one.similarity, two.similarity
+    assert similarity[TRACKED][0] > similarity[LOST][0] + 0.05
+    assert similarity[TRACKED][1] == similarity[LOST][1]
