@@ -148,12 +148,15 @@ class BackgroundModel:
         self,
         motions: list[NDArray[np.float64] | None],
         windows: Sequence[Window] | None = None,
+        *,
+        rough: bool = False,
     ) -> BackgroundModel:
         """
         Return the model as it looks after some motions of the camera; this one stays.
 
         :param motions: transforms as for :meth:`move`, oldest first.
         :param windows: the rows and columns to keep, all if None.
+        :param rough: whether to resample fast and blurred, for a model that is not kept.
         """
         made = [motion for motion in motions if motion is not None]
         if not made:
@@ -163,7 +166,7 @@ class BackgroundModel:
             total = compose(motion, total)
         other = BackgroundModel((0, 0))
         other.sums, other.sigma = (
-            self._carried(total, _WARP_DECAY ** len(made), windows),
+            self._carried(total, _WARP_DECAY ** len(made), windows, rough),
             self.sigma,
         )
         return other
@@ -186,12 +189,16 @@ class BackgroundModel:
         return [(slice(0, self.sums.shape[0]), slice(0, self.sums.shape[1]))]
 
     def _carried(
-        self, motion: NDArray[np.float64], decay: float, windows: Sequence[Window] | None
+        self,
+        motion: NDArray[np.float64],
+        decay: float,
+        windows: Sequence[Window] | None,
+        rough: bool = False,
     ) -> NDArray[np.float32]:
         # Not zeros_like, which fills what calloc would leave to be filled when touched.
         out = np.zeros(self.sums.shape, np.float32)
         for window in self._all if windows is None else windows:
-            _carry(self.sums, motion, decay, window, out)
+            _carry(self.sums, motion, decay, window, rough, out)
         return out
 
     def learn(
@@ -231,17 +238,35 @@ class BackgroundModel:
         self.sigma = float(np.clip(0.9 * self.sigma + 0.1 * spread, _SIGMA_LOW, _SIGMA_HIGH))
 
 
+@njit(cache=True, nogil=True)
+def _scale(sums: NDArray[np.float32], factor: np.float32) -> None:
+    """Multiply by a factor what is above zero; the rest becomes zero."""
+    for row in range(sums.shape[0]):
+        for col in range(sums.shape[1]):
+            for channel in range(4):
+                value = factor * sums[row, col, channel]
+                sums[row, col, channel] = max(value, np.float32(0))
+
+
 def _carry(
     sums: NDArray[np.float32],
     motion: NDArray[np.float64],
     decay: float,
     window: Window,
+    rough: bool,
     out: NDArray[np.float32],
 ) -> None:
-    """Fill in a window of the sums as they look after a motion of the camera."""
+    """
+    Fill in a window of the sums as they look after a motion of the camera.
+
+    Linear interpolation, frame after frame, would take the contrast out of fine stripes, which
+    then differ from every new frame.
+    """
     rows, columns = window
     matrix = pixel_affine(motion)
     matrix[:, 2] -= (columns.start, rows.start)
     size = (columns.stop - columns.start, rows.stop - rows.start)
     if min(size) > 0:
-        np.multiply(cv2.warpAffine(sums, matrix, size), np.float32(decay), out=out[window])
+        flags = cv2.INTER_LINEAR if rough else cv2.INTER_CUBIC
+        out[window] = cv2.warpAffine(sums, matrix, size, flags=flags)
+        _scale(out[window], np.float32(decay))

@@ -112,6 +112,9 @@ class TrackingConfig(StageConfig):
     use_ego_motion: bool = parameter(
         True, 'Estimate the motion of the camera and move the background model with it.'
     )
+    use_tone: bool = parameter(
+        True, "Undo changes of the camera's tone curve, read off the remembered background."
+    )
     use_motion_gate: bool = parameter(
         True, 'Do not learn as background what moves against it: other people, cars.'
     )

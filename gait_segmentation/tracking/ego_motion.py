@@ -9,12 +9,14 @@ camera's motion as a robust similarity, those on the person the body's shift.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from gait_segmentation.geometry import compose
 
 __all__ = ['Motion', 'MotionEstimator']
 
@@ -75,6 +77,13 @@ class Motion:
 
     camera: NDArray[np.float64] | None
     body: tuple[float, float] | None
+
+    def corrected(self, shift: tuple[float, float] | None) -> Motion:
+        """Return the motion with a further shift of the still world, if there is one."""
+        if shift is None:
+            return self
+        step = np.array([[1.0, 0.0, shift[0]], [0.0, 1.0, shift[1]]])
+        return replace(self, camera=step if self.camera is None else compose(step, self.camera))
 
     def carry(self, x: float, y: float) -> tuple[float, float]:
         """Return where the camera's motion moves a position of the still world."""

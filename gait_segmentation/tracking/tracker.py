@@ -208,6 +208,7 @@ class PeopleTracker:
             self._stamp_ns,
             [target.person.area for target in targets],
             camera=self._config.use_ego_motion,
+            tone=self._config.use_tone,
             everywhere=any(target.state == LOST for target in targets),
             heat=self._heat_map,
         )

@@ -57,6 +57,18 @@ class WorkingImage:
             gray = cv2.convertScaleAbs(gray, alpha=gain)
         return cls(stamp_ns, small, gray, np.zeros(small.shape, np.uint8))
 
+    def toned(self, curve: NDArray[np.uint8]) -> WorkingImage:
+        """
+        Return the image with other grey levels, converted to Lab where this one is.
+
+        :param curve: (256,) uint8, the new level of each.
+        """
+        bgr, gray = np.asarray(cv2.LUT(self.bgr, curve)), np.asarray(cv2.LUT(self.gray, curve))
+        made = WorkingImage(self.stamp_ns, bgr, gray, np.zeros(bgr.shape, np.uint8))
+        for window in self._converted:
+            made.lab_about(window)
+        return made
+
     @property
     def lab(self) -> NDArray[np.uint8]:
         """Return the whole image in CIE L*a*b* as OpenCV stores it, (h, w, 3) uint8."""

@@ -19,6 +19,8 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import moving_pixels
 from gait_segmentation.tracking.ego_motion import Motion, MotionEstimator
 from gait_segmentation.tracking.exposure import Exposure
+from gait_segmentation.tracking.registration import misplacement
+from gait_segmentation.tracking.tone import tone_curve
 from gait_segmentation.tracking.working import WorkingImage, working_scale, working_shape
 
 __all__ = ['Record', 'World']
@@ -138,6 +140,7 @@ class World:
         areas: Iterable[Box],
         *,
         camera: bool,
+        tone: bool = True,
         everywhere: bool = False,
         heat: NDArray[np.uint8] | None = None,
     ) -> Motion:
@@ -148,6 +151,7 @@ class World:
         :param areas: where people were in the last frame, in working pixels; the background is
             followed and learnt about them, with none everywhere.
         :param camera: whether to measure the motion of the camera.
+        :param tone: whether to undo changes of the camera's tone curve.
         :param everywhere: whether to follow the background everywhere all the same.
         :param heat: P(person) from elsewhere, uint8 of any size.
         :returns: what moved; :meth:`body_shift` then measures the people.
@@ -161,7 +165,14 @@ class World:
         windows = self._windows([] if everywhere else areas, motion)
         for window in windows:
             frame.lab_about(window)
-        background = self._background_now(motion.camera, windows)
+        background = self._background_now(motion.camera, windows, rough=camera)
+        if tone and windows:
+            curve = tone_curve(background.sums, frame.lab_about(windows[0]), people, windows)
+            frame = frame if curve is None else frame.toned(curve)
+        if camera and windows:
+            lab = frame.lab_about(windows[0])
+            motion = motion.corrected(misplacement(background.sums, lab, people, windows))
+            background = self._background_now(motion.camera, windows)
         if heat is not None:
             heat = np.asarray(cv2.resize(heat, self.shape[::-1], interpolation=cv2.INTER_LINEAR))
         record = Record(frame, motion.camera, background, self._version, windows, heat)
@@ -277,10 +288,11 @@ class World:
         return record
 
     def _background_now(
-        self, newest: NDArray[np.float64] | None, windows: list[Window]
+        self, newest: NDArray[np.float64] | None, windows: list[Window], *, rough: bool = False
     ) -> BackgroundModel:
         """Return the background model as it looks in the newest frame."""
-        return self._background.moved([*(each.camera for each in self.pending), newest], windows)
+        motions = [*(each.camera for each in self.pending), newest]
+        return self._background.moved(motions, windows, rough=rough)
 
     def _windows(self, areas: list[Box], motion: Motion) -> list[Window]:
         """Return disjoint windows with room about people, as the camera moved them."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import pixel_affine
-from gait_segmentation.tracking.ego_motion import MotionEstimator
+from gait_segmentation.tracking.ego_motion import Motion, MotionEstimator
 
 
 def scene(seed: int = 1) -> np.ndarray:
@@ -119,3 +119,13 @@ def test_points_that_do_not_agree_say_nothing() -> None:
     estimator.update(scene(1), None, None)
     other = np.uint8(rng.integers(0, 255, (240, 320)))
     assert estimator.update(other, None, None).camera is None
+
+
+def test_a_further_shift_of_the_world_is_added() -> None:
+    still = Motion(None, (1.0, 2.0))
+    assert still.corrected(None) is still
+    moved = still.corrected((0.25, -0.5))
+    assert moved.carry(10, 20) == pytest.approx((10.25, 19.5))
+    assert moved.body == still.body
+    turned = Motion(np.array([[0.0, -1, 0], [1, 0, 0]]), None).corrected((0.25, -0.5))
+    assert turned.carry(10, 20) == pytest.approx((-19.75, 9.5))

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
@@ -132,3 +133,32 @@ def test_what_a_person_uncovers_is_learnt_at_once() -> None:
     # Two frames before the person came and two since; one counts as motion all the same, where
     # the person's border was.
     assert made.now.background.count[70:130, 90:98].min() == pytest.approx(3, abs=0.1)
+
+
+def familiar() -> World:
+    """Return a world that has seen the wall for some frames."""
+    made = advanced(1)
+    for number in range(2, 5):
+        _, record = made.take(made.now.image.stamp_ns)
+        assert record is not None
+        made.learn(record, np.zeros(made.shape, np.uint8), [(slice(0, 50), slice(0, 50))])
+        made.advance(wall(), number * 10**7, (), camera=True)
+    return made
+
+
+def test_deeper_shadows_are_undone() -> None:
+    curve = np.interp(np.arange(256), [0, 80, 200, 255], [0, 60, 198, 255]).astype(np.uint8)
+    off = {}
+    for tone in (True, False):
+        made = familiar()
+        plain = made.now.image.gray.astype(float)
+        made.advance(curve[wall()], 10**8, (), camera=True, tone=tone)
+        off[tone] = np.abs(made.now.image.gray - plain).mean()
+    assert off[True] < 0.4 * off[False]
+
+
+def test_a_tremble_of_the_camera_is_registered() -> None:
+    step = np.array([[1.0, 0, 0.18], [0, 1.0, 0]])
+    image = cv2.warpAffine(wall(), step, SOURCE[::-1], borderMode=cv2.BORDER_REPLICATE)
+    motion = familiar().advance(image, 10**8, (), camera=True)
+    assert motion.carry(100, 50)[0] > 100.1
