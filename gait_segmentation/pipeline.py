@@ -97,7 +97,7 @@ class Pipeline:
         )
         self.matcher = PeopleMatcher(self.bank, config.matching, max_people=slots, threads=threads)
         self.segmenter = PeopleSegmenter(config.segmentation, max_people=slots, threads=threads)
-        self._waiting: deque[tuple[NDArray[np.uint8], list[TrackResult]]] = deque()
+        self._waiting: deque[tuple[NDArray[np.uint8], list[TrackResult], bool]] = deque()
         self._stamp_ns = 0
 
     def reset(self) -> None:
@@ -144,7 +144,7 @@ class Pipeline:
         tracked = self._clock()
         matches = self.matcher.update(tracks, source_size=(image.shape[1], image.shape[0]))
         matched = self._clock()
-        self._waiting.append((image, tracks))
+        self._waiting.append((image, tracks, likelihood is not None))
         times = {'tracking': tracked - started, 'matching': matched - tracked}
         return [self._finish(frame, times) for frame in matches]
 
@@ -156,11 +156,12 @@ class Pipeline:
         return [self._finish(frame, times) for frame in matches]
 
     def _finish(self, matches: Sequence[MatchResult], times: dict[str, float]) -> FrameResult:
-        image, tracks = self._waiting.popleft()
+        image, tracks, outside = self._waiting.popleft()
         while tracks[0].stamp_ns != matches[0].stamp_ns:
-            image, tracks = self._waiting.popleft()
+            image, tracks, outside = self._waiting.popleft()
         started = self._clock()
-        masks = self.segmenter.update(image, [track.likelihood for track in tracks], matches)
+        likelihoods = [track.likelihood for track in tracks]
+        masks = self.segmenter.update(image, likelihoods, matches, outside=outside)
         segmented = self._clock()
         self.tracker.learn(_feedback(tracks, matches, masks))
         learnt = self._clock()

@@ -70,6 +70,22 @@ class SegmentationConfig(StageConfig):
         True,
         'Place the outline at full resolution where the colours on both sides of it mix evenly.',
     )
+    use_colours: bool = parameter(
+        True,
+        'Learn the colours of person and surroundings where the likelihood comes from outside; '
+        "the tracker's holds them already.",
+    )
+    outside: bool = parameter(
+        False,
+        "The likelihood does not come from the tracker but from outside, as a detector's heat map "
+        'that takes its place on the topic; gait_evaluate --likelihood knows by itself.',
+    )
+    outside_share: float = parameter(
+        0.5,
+        'What a likelihood from outside counts beside the colours learnt from it.',
+        minimum=0.0,
+        maximum=1.0,
+    )
     hole_area: float = parameter(
         0.0015,
         'Largest hole that is filled, in squared body heights.',

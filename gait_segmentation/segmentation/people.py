@@ -77,6 +77,8 @@ class PeopleSegmenter:
         image: NDArray[np.uint8],
         likelihoods: Sequence[NDArray[np.uint8]],
         matches: Sequence[MatchResult],
+        *,
+        outside: bool = False,
     ) -> PeopleMasks:
         """
         Segment one frame.
@@ -84,6 +86,7 @@ class PeopleSegmenter:
         :param image: (H, W, 3) uint8 BGR, the source frame with the stamp of the matches.
         :param likelihoods: (h, w) uint8, the foreground likelihood image of each slot.
         :param matches: the matched template of each slot.
+        :param outside: whether the likelihoods come from outside, not from the tracker.
         :raises InputError: if shapes or types do not fit.
         """
         if not len(likelihoods) == len(matches) == len(self._slots):
@@ -92,7 +95,7 @@ class PeopleSegmenter:
                 f'{len(likelihoods)} and {len(matches)}'
             )
         tasks = [
-            partial(self._cut_out, group, image, likelihoods, matches)
+            partial(self._cut_out, group, image, likelihoods, matches, outside=outside)
             for group in _groups(by_depth(matches), matches)
         ]
         found: dict[int, SegmentationResult] = {}
@@ -106,12 +109,16 @@ class PeopleSegmenter:
         image: NDArray[np.uint8],
         likelihoods: Sequence[NDArray[np.uint8]],
         matches: Sequence[MatchResult],
+        *,
+        outside: bool,
     ) -> dict[int, SegmentationResult]:
         """Cut out slots one after the other."""
         found: dict[int, SegmentationResult] = {}
         for slot in group:
             taken = _taken(slot, matches, found)
-            found[slot] = self._slots[slot].update(image, likelihoods[slot], matches[slot], taken)
+            found[slot] = self._slots[slot].update(
+                image, likelihoods[slot], matches[slot], taken, outside=outside
+            )
         return found
 
 

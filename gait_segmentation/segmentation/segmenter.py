@@ -16,6 +16,7 @@ from gait_segmentation.segmentation.components import fill_holes, keep_supported
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.energy import contrast_links, distance_links
 from gait_segmentation.segmentation.graph_cut import decided, minimum_cut
+from gait_segmentation.segmentation.learnt_colours import LearntColours
 from gait_segmentation.segmentation.local_colours import discriminant
 from gait_segmentation.segmentation.paper_prior import PaperPrior
 from gait_segmentation.segmentation.refinement import finest, refine, upsample
@@ -40,6 +41,7 @@ class Segmenter:
         """Make a segmenter that has seen nobody."""
         self.config = config or SegmentationConfig()
         self._personal = PersonalShape()
+        self._colours = LearntColours()
         self._paper = PaperPrior(self.config) if self.config.prior == 'paper' else None
         self._track_id = 0
         self._last: Box | None = None
@@ -47,6 +49,7 @@ class Segmenter:
     def reset(self) -> None:
         """Forget the person."""
         self._personal.reset()
+        self._colours.reset()
         self._track_id = 0
         self._last = None
 
@@ -56,6 +59,8 @@ class Segmenter:
         likelihood: NDArray[np.uint8],
         match: MatchResult,
         taken: NDArray[np.uint8] | None = None,
+        *,
+        outside: bool = False,
     ) -> SegmentationResult:
         """
         Segment one frame.
@@ -64,6 +69,7 @@ class Segmenter:
         :param likelihood: (h, w) uint8, its foreground likelihood image at working size.
         :param match: the matched template of that frame.
         :param taken: (H, W) uint8, non-zero where pixels belong to somebody else, if any.
+        :param outside: whether the likelihood comes from outside, not from the tracker.
         :raises InputError: if shapes or types do not fit.
         """
         check_image(image)
@@ -87,7 +93,8 @@ class Segmenter:
         if taken is not None:
             likelihood = _without(likelihood, window, taken[crop])
         lab = cv2.cvtColor(shrink(source, likelihood[window].shape), cv2.COLOR_BGR2Lab)
-        labels, logit = self._cut(lab, likelihood, match, body, window)
+        outside = outside or self.config.outside
+        labels, logit = self._cut(lab, likelihood, match, body, window, outside=outside)
         if not labels.any():
             return self._empty(image, match, 'the cut found no person')
         self._learn(labels, match, body, window)
@@ -108,27 +115,66 @@ class Segmenter:
         match: MatchResult,
         body: BodyFrame,
         window: Window,
+        *,
+        outside: bool,
     ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
         """Return the cut at working size and its data term, in the window."""
         evidence = likelihood[window]
         prior = match.shape_prior[window]
         terms = self._terms(prior, lab, match, body, window)
         logit = _LOGIT[evidence]
+        # What sees nobody at all is believed.
+        learns = outside and self.config.use_colours and bool((evidence > 127).any())
+        if learns:
+            logit = logit * np.float32(self.config.outside_share)
         if terms.logit is not None:
             logit = logit + terms.logit
-        given = decided(logit)
-        links = contrast_links(lab, self._contrast(body), given)
-        if terms.psi is not None:
-            weight = self.config.distance_weight
-            if self._paper is not None:
-                weight = self.config.paper_weight
-            distance_links(terms.psi, weight, links, given)
-        labels = minimum_cut(logit, links, given)
+        if learns:
+            labels, logit = self._cut_by_colours(lab, evidence, logit, terms, body, window)
+        else:
+            labels = self._solve(lab, logit, terms, body)
         support = evidence.astype(np.float32) / np.float32(255)
         if terms.psi is not None:
             support = (support + prior / np.float32(255)) / 2
         labels = keep_supported(labels, support)
         return fill_holes(labels, self.config.hole_area * body.height**2), logit
+
+    def _cut_by_colours(
+        self,
+        lab: NDArray[np.uint8],
+        evidence: NDArray[np.uint8],
+        logit: NDArray[np.float32],
+        terms: ShapeTerms,
+        body: BodyFrame,
+        window: Window,
+    ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
+        """Cut twice, the second time with the colours of the first cut."""
+        place = _in_window(body, window)
+        if not self._colours.ready:
+            self._colours.learn(lab, place, evidence)
+        first = self._solve(lab, logit + self._colours.odds(lab, place), terms, body)
+        tried = self._colours.copy()
+        tried.learn(lab, place, evidence, first)
+        logit = logit + tried.odds(lab, place)
+        labels = self._solve(lab, logit, terms, body)
+        self._colours.learn(lab, place, evidence, labels)
+        return labels, logit
+
+    def _solve(
+        self,
+        lab: NDArray[np.uint8],
+        logit: NDArray[np.float32],
+        terms: ShapeTerms,
+        body: BodyFrame,
+    ) -> NDArray[np.bool_]:
+        """Return the cut of least energy."""
+        given = decided(logit)
+        links = contrast_links(lab, self._contrast(body), given)
+        if terms.psi is not None:
+            paper = self._paper is not None
+            weight = self.config.paper_weight if paper else self.config.distance_weight
+            distance_links(terms.psi, weight, links, given)
+        return minimum_cut(logit, links, given)
 
     def _terms(
         self,

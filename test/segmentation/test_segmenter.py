@@ -169,3 +169,32 @@ def test_a_new_track_forgets_the_last_persons_shape() -> None:
     later = match(stamp=9, track_id=2)
     again = segmenter.update(picture(), noisy(9), later).mask
     assert np.array_equal(again, fresh.update(picture(), noisy(9), later).mask)
+
+
+def spoilt() -> np.ndarray:
+    """Return a likelihood as of a poor detector: blurred, shifted and with a hole."""
+    likelihood = np.roll(np.where(person() > 0, 230, 25).astype(np.uint8), 3, 1)
+    likelihood[60:72] = 25
+    return cv2.GaussianBlur(likelihood, (0, 0), 3)
+
+
+def test_colours_mend_a_likelihood_from_outside() -> None:
+    truth, template = person(), match(np.roll(person(), 8, 1))
+    plain = Segmenter().update(picture(), spoilt(), template)
+    mended = Segmenter().update(picture(), spoilt(), template, outside=True)
+    told = Segmenter(SegmentationConfig(outside=True)).update(picture(), spoilt(), template)
+    without = SegmentationConfig(use_colours=False)
+    off = Segmenter(without).update(picture(), spoilt(), template, outside=True)
+    assert iou(mended.mask, truth) > iou(plain.mask, truth)
+    np.testing.assert_array_equal(told.mask, mended.mask)
+    np.testing.assert_array_equal(off.mask, plain.mask)
+
+
+@pytest.mark.parametrize('value', [0, 255])
+def test_a_likelihood_from_outside_that_says_nothing_gives_a_mask_or_a_reason(value: int) -> None:
+    segmenter = Segmenter()
+    segmenter.update(picture(), spoilt(), match(), outside=True)
+    likelihood = np.full_like(spoilt(), value)
+    result = segmenter.update(picture(), likelihood, match(stamp=2), outside=True)
+    assert result.mask.any() or result.reason
+    assert value or not result.mask.any()
