@@ -22,6 +22,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
@@ -86,31 +87,77 @@ def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
             part = _within(shared, claim.window)
             nearer = claim.feet > claims[rival].feet and not claim.hidden
             depth = np.float32(_NEARER if nearer else -_NEARER)
-            strength = claim.logit[part] + near[index][part] + depth
-            others[rival][_within(shared, claims[rival].window)] += np.exp(strength)
+            rest = others[rival][_within(shared, claims[rival].window)]
+            _add_strength(claim.logit[part], near[index][part], depth, rest)
     logits = [
-        claim.logit - np.log1p(others[index]) if index in others else claim.logit
+        _against(claim.logit, others[index]) if index in others else claim.logit
         for index, claim in enumerate(claims)
     ]
     for one, two, shared in pairs:
         first, second = _within(shared, claims[one].window), _within(shared, claims[two].window)
-        a, b = logits[one][first], logits[two][second]
-        both = (a > 0) & (b > 0)
-        if both.any():
-            wins = a + near[one][first] >= b + near[two][second]
-            a[both & ~wins] = _REFUSED
-            b[both & wins] = _REFUSED
+        _settle(logits[one][first], logits[two][second], near[one][first], near[two][second])
     return logits
+
+
+@njit(cache=True, nogil=True)
+def _add_strength(
+    logit: NDArray[np.float32],
+    near: NDArray[np.float32],
+    depth: np.float32,
+    rest: NDArray[np.float32],
+) -> None:
+    for row in range(logit.shape[0]):
+        for col in range(logit.shape[1]):
+            rest[row, col] += np.exp(logit[row, col] + near[row, col] + depth)
+
+
+@njit(cache=True, nogil=True)
+def _against(logit: NDArray[np.float32], rest: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the log ratio against the surroundings and others, who are nowhere mostly."""
+    out = np.empty_like(logit)
+    for row in range(logit.shape[0]):
+        for col in range(logit.shape[1]):
+            out[row, col] = logit[row, col]
+            if rest[row, col] > 0:
+                out[row, col] -= np.log1p(rest[row, col])
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _settle(
+    one: NDArray[np.float32],
+    two: NDArray[np.float32],
+    near_one: NDArray[np.float32],
+    near_two: NDArray[np.float32],
+) -> None:
+    """Refuse pixels that two find likely to the one who finds them less so."""
+    for row in range(one.shape[0]):
+        for col in range(one.shape[1]):
+            a, b = one[row, col], two[row, col]
+            if a > 0 and b > 0:
+                if a + near_one[row, col] >= b + near_two[row, col]:
+                    two[row, col] = _REFUSED
+                else:
+                    one[row, col] = _REFUSED
 
 
 def _nearby(claim: Claim) -> NDArray[np.float32]:
     """Return g: 0 where the person is expected, falling off with the distance from there."""
-    outside = np.where(claim.mask[claim.window] > 127, 0, 255).astype(np.uint8)
-    if outside.all():
-        return np.full(outside.shape, _FARTHEST, np.float32)
-    distance = cv2.distanceTransform(outside, cv2.DIST_L2, 3)
+    part = claim.mask[claim.window]
+    near = np.full(part.shape, _FARTHEST, np.float32)
+    left, top, width, height = cv2.boundingRect(part)
+    if width == 0:
+        return near
+    # Farther than this everything is the same.
+    margin = int(np.ceil(_REACH * claim.height)) + 1
+    around = (
+        slice(max(top - margin, 0), top + height + margin),
+        slice(max(left - margin, 0), left + width + margin),
+    )
+    distance = cv2.distanceTransform(cv2.inRange(part[around], 0, 127), cv2.DIST_L2, 3)
     slope = np.float32(_FARTHEST / (_REACH * claim.height))
-    return np.maximum(slope * distance, np.float32(_FARTHEST))
+    near[around] = np.maximum(slope * distance, np.float32(_FARTHEST))
+    return near
 
 
 def _within(part: Window, window: Window) -> Window:

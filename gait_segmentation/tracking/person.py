@@ -91,10 +91,9 @@ class Person:
 
     def share_inside(self, shape: tuple[int, int]) -> float:
         """Return the share of the body's box that lies in an image of the given (h, w)."""
-        part = self.box.clipped(shape[1], shape[0])
-        return (
-            0.0 if part is None else part.width * part.height / (self.box.width * self.box.height)
-        )
+        box = self.box
+        part = box.clipped(shape[1], shape[0])
+        return 0.0 if part is None else part.width * part.height / (box.width * box.height)
 
     def shift(self, dx: float, dy: float) -> None:
         """Move the person."""
@@ -224,7 +223,7 @@ class Person:
         """Return whether a mask is large enough beside the template to learn from."""
         area = cv2.countNonZero(mask)
         # Not cv2.compare: it takes an image of one pixel for something else.
-        template = np.count_nonzero(prior > 127)
+        template = cv2.countNonZero(cv2.inRange(prior, 128, 255))
         return bool(area > max(_LEAST_AREA * template, 9))
 
 

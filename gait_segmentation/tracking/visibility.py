@@ -136,8 +136,8 @@ def visible_box(
     """
     size = 2 * max(1, round(_BOX_MARGIN * height)) + 1
     near = cv2.dilate(mask, np.ones((size, size), np.uint8))
-    likely = np.where(values > 127, near, 0).astype(np.uint8)
-    if np.count_nonzero(likely) < LOST_BELOW * np.count_nonzero(mask):
+    likely = np.asarray(cv2.bitwise_and(cv2.inRange(values, 128, 255), near))
+    if cv2.countNonZero(likely) < LOST_BELOW * cv2.countNonZero(mask):
         return None
     extent = extent_of(likely, (0.0, 0.0), 0.0)
     return Box(

@@ -31,13 +31,22 @@ PERSON, SURROUNDINGS = 1, 0
 
 @njit(cache=True, nogil=True)
 def _count(
-    channel: NDArray[np.uint8], labels: NDArray[np.uint8], out: NDArray[np.float64]
+    channel: NDArray[np.uint8],
+    labels: NDArray[np.uint8],
+    has_neutral: bool,
+    out: NDArray[np.float64],
 ) -> None:
     for row in range(channel.shape[0]):
         for col in range(channel.shape[1]):
             label = labels[row, col]
             if label <= 1:
                 out[label, channel[row, col] >> _SHIFT] += 1
+    for label in range(2):
+        total = max(out[label].sum(), 1.0)
+        if has_neutral:
+            out[label, 0] = 0
+        for place in range(out.shape[1]):
+            out[label, place] /= total
 
 
 def class_histograms(
@@ -52,11 +61,8 @@ def class_histograms(
     :param labels: (h, w) uint8, 1 person, 0 surroundings, else left out.
     """
     out = np.zeros((2, _BINS))
-    _count(channel, labels, out)
-    total = out.sum(axis=1, keepdims=True)
-    if has_neutral:
-        out[:, 0] = 0
-    return out / np.maximum(total, 1)
+    _count(channel, labels, has_neutral, out)
+    return out
 
 
 @njit(cache=True, nogil=True, fastmath=True)
@@ -81,16 +87,18 @@ def moments_ratio(logit: NDArray[np.float32], labels: NDArray[np.uint8]) -> floa
     _sums(logit, labels, sums)
     if sums[:, 0].min() < 1:
         return 0.0
-    mean, square = sums[:, 1] / sums[:, 0], sums[:, 2] / sums[:, 0]
-    return _variance_ratio(mean, square)
+    return _variance_ratio(sums[:, 1] / sums[:, 0], sums[:, 2] / sums[:, 0])
 
 
 def _variance_ratio(mean: NDArray[np.float64], square: NDArray[np.float64]) -> float:
     """Return the variance ratio from the means and mean squares of surroundings and person."""
-    if mean[PERSON] <= mean[SURROUNDINGS]:
+    # In plain numbers, because this is done for all features in many frames.
+    low, high = mean.tolist()
+    low_square, high_square = square.tolist()
+    if high <= low:
         return 0.0
-    between = square.mean() - mean.mean() ** 2
-    within = (square - mean**2).sum() + _LEAST_SPREAD
+    between = (low_square + high_square) / 2 - ((low + high) / 2) ** 2
+    within = (low_square - low * low) + (high_square - high * high) + _LEAST_SPREAD
     return float(between / within)
 
 

@@ -60,10 +60,8 @@ def labels_of(mask: NDArray[np.uint8], step: int = STEP) -> NDArray[np.uint8]:
     thin = np.ascontiguousarray(mask[::step, ::step])
     kernel = np.ones((3, 3), np.uint8)
     inner, outer = cv2.erode(thin, kernel), cv2.dilate(thin, kernel)
-    labels = np.full(thin.shape, 2, np.uint8)
-    labels[inner > 127] = 1
-    labels[outer <= 127] = 0
-    return labels
+    near = cv2.threshold(outer, 127, 2, cv2.THRESH_BINARY)[1]
+    return np.asarray(cv2.subtract(near, cv2.threshold(inner, 127, 1, cv2.THRESH_BINARY)[1]))
 
 
 @dataclass(frozen=True)
