@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import argparse
+import inspect
 import signal
 import sys
 from collections.abc import Callable
@@ -12,6 +14,7 @@ from typing import TYPE_CHECKING
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.utilities import remove_ros_args
 
 from gait_segmentation.errors import GaitSegmentationError
 
@@ -26,12 +29,16 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
     Make a node and spin it until Ctrl-C or a shutdown.
 
     :param arguments: the command line, with ROS arguments; ``sys.argv`` if None.
-    :returns: the exit code: 0, or 1 if the node could not be started.
+    :returns: the exit code: 0, 1 if the node could not be started, 2 if the command line is wrong.
+    :raises SystemExit: with the usage, if that is asked for or the command line is wrong.
     """
     node: GaitNode | None = None
     executor: SingleThreadedExecutor | None = None
+    understood = False
     try:
+        _check(make, sys.argv if arguments is None else arguments)
         rclpy.init(args=arguments)
+        understood = True
         node = make()
         if not node.start():
             # A signal in the middle of the start closes the context under it.
@@ -44,8 +51,11 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
     except (GaitSegmentationError, ParameterException) as error:
         print(f'{type(error).__name__}: {error}', file=sys.stderr)
         return 1
-    except Exception:
-        # Whatever rclpy says of a context that a signal has closed under it.
+    except Exception as error:
+        if not understood:
+            print(f'{type(error).__name__}: {error}', file=sys.stderr)
+            return 2
+        # Else whatever rclpy says of a context that a signal has closed under it.
         if rclpy.ok():
             raise
     finally:
@@ -58,3 +68,15 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+def _check(make: Callable[[], GaitNode], arguments: list[str]) -> None:
+    """Show the usage if it is asked for, or if there is anything but ROS arguments."""
+    parser = argparse.ArgumentParser(
+        usage='%(prog)s [--ros-args [-p NAME:=VALUE] [-r FROM:=TO] [--params-file FILE] ...]',
+        description=inspect.getdoc(make),
+        epilog='Parameters and topics are in docs/ros.md; "ros2 param list" and "ros2 param '
+        'describe" tell those of a node that runs.',
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.parse_args(remove_ros_args(arguments)[1:])

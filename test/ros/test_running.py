@@ -65,3 +65,17 @@ def test_a_start_that_fails_is_an_error() -> None:
 def test_a_start_that_a_signal_breaks_off_is_none() -> None:
     assert _run(_shut(lambda: False)) == 0
     assert _run(_shut(_failing)) == 0
+
+
+@pytest.mark.parametrize(('words', 'code'), [(['--help'], 0), (['--rate', '3'], 2)])
+def test_the_usage_is_shown_instead_of_a_start(words: list[str], code: int, capsys) -> None:
+    with pytest.raises(SystemExit) as end:
+        run_node(lambda: pytest.fail('started'), ['node', *words, '--ros-args', '-p', 'a:=1'])
+    assert end.value.code == code
+    said = capsys.readouterr()
+    assert '--params-file FILE' in said.out + said.err
+
+
+def test_ros_arguments_that_make_no_sense_are_an_error(capsys) -> None:
+    assert run_node(lambda: pytest.fail('started'), ['node', '--ros-args', '-p', 'a']) == 2
+    assert 'Error' in capsys.readouterr().err
