@@ -52,12 +52,13 @@ class Start:
     """
     The first estimate of a person.
 
-    ``mask`` is (h, w) uint8 0/255 of the working image, ``box`` the box it was started from,
-    ``body`` the body frame, ``azimuth`` the direction of walking that explained it best and
-    ``score`` how well.  All in working pixels.
+    ``mask`` is (h, w) uint8 0/255 of the working image, ``votes`` (h, w) float32 in 0..1 says how
+    sure it is, ``box`` is the box it was started from, ``body`` the body frame, ``azimuth`` the
+    direction of walking that explained it best and ``score`` how well.  All in working pixels.
     """
 
     mask: NDArray[np.uint8]
+    votes: NDArray[np.float32]
     box: Box
     body: BodyFrame
     azimuth: float
@@ -145,10 +146,10 @@ def estimate_start(
         results += [_maximise(hypothesis, scene, rounds) for hypothesis in leaning]
     best = max(results, key=lambda result: result.score)
     hypothesis, template = best.hypothesis, best.template
-    mask = np.zeros(shape, np.uint8)
+    votes = np.zeros(shape, np.float32)
     area = (window[0].stop - window[0].start, window[1].stop - window[1].start)
-    grown = cv2.resize(_vote(results), area[::-1], interpolation=cv2.INTER_LINEAR)
-    mask[window] = np.where(grown > 0.5, 255, 0)
+    votes[window] = cv2.resize(_vote(results), area[::-1], interpolation=cv2.INTER_LINEAR)
+    mask = np.where(votes > 0.5, 255, 0).astype(np.uint8)
     tall = max(float(hypothesis.height[template]) / scale, 1.0)
     body = BodyFrame(
         window[1].start + float(hypothesis.axis[template]) / scale,
@@ -156,7 +157,7 @@ def estimate_start(
         tall,
         hypothesis.angle,
     )
-    return Start(mask, box, body, hypothesis.azimuth, best.score)
+    return Start(mask, votes, box, body, hypothesis.azimuth, best.score)
 
 
 def _vote(results: Sequence[_Result]) -> NDArray[np.float32]:

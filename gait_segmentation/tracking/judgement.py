@@ -96,15 +96,16 @@ def _add_motion(
 ) -> None:
     """Add the evidence from motion, and note in the newest frame what stays with the world."""
     record = world.now
-    camera, shift = world.camera_motion(), world.body_motion(person.track_id)
-    if camera is None or shift is None:
+    motions = world.motions_of(person.track_id)
+    if motions is None:
         return
+    earlier, camera, shift = motions
     body = np.array([[1.0, 0.0, shift[0]], [0.0, 1.0, shift[1]]])
     center = np.array([person.center_x, person.center_y])
     stays = camera[:, :2] @ (center - shift) + camera[:, 2]
     if np.hypot(*(center - stays)) < _LEAST_MOTION * person.height:
         return
     moving = np.zeros(logit.shape, np.float32)
-    add_motion(moving, record.image.gray, world.history[0].image.gray, camera, body, window, 1.0)
+    add_motion(moving, record.image.gray, earlier.image.gray, camera, body, window, 1.0)
     logit += np.float32(weight) * moving
     record.still[person.track_id] = (window, (moving < _STILL).view(np.uint8) * np.uint8(255))

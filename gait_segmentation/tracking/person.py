@@ -155,6 +155,23 @@ class Person:
         self.person.learn(bins, rows, inside.astype(np.float32), rate)
         self.surroundings.learn(bins, rows, outside.astype(np.float32), rate)
 
+    def learn_first_colours(self, lab: NDArray[np.uint8], votes: NDArray[np.float32]) -> None:
+        """
+        Learn the colours of person and surroundings from a first mask that is not sure.
+
+        What may be either counts for both, so that a leg missed at first can still be found.
+
+        :param lab: (h, w, 3) uint8, the working image.
+        :param votes: (h, w) float32, P(person) in 0..1.
+        """
+        window = self.window(votes.shape)
+        bins = colour_bins(np.ascontiguousarray(lab[window]))
+        rows = self.rows(window)
+        inside = np.ascontiguousarray(votes[window])
+        self.person.learn(bins, rows, inside, 1.0)
+        outside = cv2.erode(1 - inside, np.ones((3, 3), np.uint8))
+        self.surroundings.learn(bins, rows, outside, 1.0)
+
     def learn_place(self, mask: NDArray[np.uint8], body: BodyFrame | None) -> None:
         """
         Correct place and size from a mask and the matched body.

@@ -66,7 +66,7 @@ class Target:
         if config.use_feature_selection:
             window = self.person.window(world.shape)
             self.features.learn(view_of(world.now, window), start.mask[window], 1.0)
-        self.person.learn_colours(world.now.image.lab, start.mask, None, 1.0)
+        self.person.learn_first_colours(world.now.image.lab, start.votes)
         world.now.bodies[track_id] = (0.0, 0.0)
         self._first = True
         self._box: Box | None = None

@@ -197,17 +197,17 @@ class World:
         for model in {id(m): m for m in (self._background, self.now.background)}.values():
             model.forget(where)
 
-    def camera_motion(self) -> NDArray[np.float64] | None:
-        """Return the camera's motion over the frames kept, None if they are too few."""
-        if len(self.history) <= _MOTION_GAP:
-            return None
-        return _chain(list(self.history)[1:])
+    def motions_of(self, track_id: int) -> tuple[Record, NDArray[np.float64], Shift] | None:
+        """
+        Return how camera and body moved over the frames kept in which a track was there.
 
-    def body_motion(self, track_id: int) -> Shift | None:
-        """Return a body's shift over the frames kept, None if they are too few."""
-        if len(self.history) <= _MOTION_GAP or track_id not in self.history[0].bodies:
+        :returns: the first of these frames, and the motion of the camera (2 x 3) and the shift
+            of the body from it to the newest; None if there is but one.
+        """
+        frames = [each for each in self.history if track_id in each.bodies]
+        if len(frames) < 2:
             return None
-        return total_shift(list(self.history)[1:], track_id)
+        return frames[0], _chain(frames[1:]), total_shift(frames[1:], track_id)
 
     def since_mask(self, track_id: int) -> Shift:
         """Return how far a body went since the last frame that was learnt."""

@@ -24,6 +24,9 @@ def test_the_first_mask_resembles_the_person() -> None:
     assert found.mask.shape == frame.image.shape[:2]
     assert set(np.unique(found.mask)) <= {0, 255}
     assert overlap(found.mask, frame.truths[0]) > 0.7
+    assert found.votes.min() >= 0
+    assert found.votes.max() <= 1
+    assert np.array_equal(found.votes > 0.5, found.mask > 0)
 
 
 def test_the_body_stands_in_the_box() -> None:

@@ -104,6 +104,18 @@ def test_colours_far_outside_of_the_template_are_not_learnt() -> None:
     assert np.count_nonzero(state.person.whole()) == 2
 
 
+def test_what_may_be_either_counts_for_both_at_first() -> None:
+    state = person()
+    lab = np.full((*SHAPE, 3), 100, np.uint8)
+    lab[145:160, 85:115] = (20, 128, 128)
+    votes = ellipse(100, 120, 100).astype(np.float32) / 255
+    votes[140:165, 80:120] = 0.4
+    state.learn_first_colours(lab, votes)
+    index = colour_bins(lab[150:151, 100:101])[0, 0]
+    for model in (state.person, state.surroundings):
+        assert model.table[index].max() > 10 * TrackingConfig().colour_floor
+
+
 def test_small_masks_teach_nothing() -> None:
     state = person()
     prior = ellipse(100, 120, 100)

@@ -64,9 +64,24 @@ def test_shifts_add_up_for_those_who_were_there() -> None:
             record.bodies[2] = (2.0, 0.0)
     assert made.since_mask(1) == (6.0, 3.0)
     assert made.since_mask(2) == (6.0, 0.0)
-    assert made.body_motion(1) == (4.0, 2.0)
-    assert made.body_motion(2) is None
     assert made.step_s == pytest.approx(0.01)
+
+
+def test_motion_reaches_as_far_back_as_the_track_but_not_further_than_frames_are_kept() -> None:
+    made = advanced(6)
+    frames = list(made.pending)
+    for number, record in enumerate(frames):
+        record.bodies[1] = (1.0, 0.5)
+        if number >= 3:
+            record.bodies[2] = (2.0, 0.0)
+        if number == 5:
+            record.bodies[3] = (0.0, 0.0)
+    for track_id, first, shift in ((1, frames[1], (4.0, 2.0)), (2, frames[3], (4.0, 0.0))):
+        motions = made.motions_of(track_id)
+        assert motions is not None
+        assert motions[0] is first
+        assert motions[2] == shift
+    assert made.motions_of(3) is None
 
 
 def known(made: World) -> np.ndarray:
