@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,7 +22,7 @@ from gait_segmentation.tracking.appearance import Appearance, colour_signature
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood import likelihood_image, log_ratio
 from gait_segmentation.tracking.person import Person
-from gait_segmentation.tracking.search import find_silhouette
+from gait_segmentation.tracking.search import find_silhouette, searched
 from gait_segmentation.tracking.silhouette import Silhouette
 from gait_segmentation.tracking.visibility import Sight
 from gait_segmentation.tracking.world import Record, World
@@ -36,6 +37,9 @@ _FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.3, 0.5, 0.35
 
 _SEARCH_HEIGHT = 32
 """Height of the body in the image that is searched, in pixels."""
+
+_SEARCH_EVERY = 3
+"""Frames of which one is searched all over."""
 
 _SEARCH_SCORE = 0.3
 _COAST_S, _STOP_S = 1.0, 0.5
@@ -72,6 +76,12 @@ class LostAndFound:
         self._appearance = Appearance()
         self._appearance.learn(_signature(person, person.mask, record))
         self._learnt = 0
+        self._looked_for = 0
+
+    def begin_search(self) -> None:
+        """Begin to count how long the person has been lost."""
+        self.lost_s = 0.0
+        self._looked_for = 0
 
     def learn_pace(
         self, shift: tuple[float, float], world: tuple[float, float], seconds: float
@@ -148,22 +158,43 @@ class LostAndFound:
         self, person: Person, world: World, taken: NDArray[np.uint8], config: TrackingConfig
     ) -> tuple[float, float] | None:
         """
-        Look for the silhouette all over the newest frame, at low resolution.
+        Look for the silhouette all over the newest frame, at low resolution, now and then.
 
         :param taken: (h, w) uint8, non-zero where others are.
         :returns: how far from the expected place the person seems to be, in working pixels.
         """
+        due = self._looked_for % _SEARCH_EVERY == 0
+        self._looked_for += 1
+        if not due:
+            return None
         record = world.now
         step = max(1, round(person.height / _SEARCH_HEIGHT))
         height = person.height / step
-        lab = np.ascontiguousarray(record.image.lab[::step, ::step])
-        shape = (lab.shape[0], lab.shape[1])
-        every = (slice(None, None, step), slice(None, None, step))
         center = (person.center_x / step, person.center_y / step)
+        silhouette = self.silhouette
+        mask = np.ascontiguousarray(silhouette.mask[::step, ::step])
+        place = (center[0] + silhouette.middle[0] / step, center[1] + silhouette.middle[1] / step)
+        reach = (
+            (_REACH_X + _REACH_X_RATE * self.lost_s) * height,
+            (_REACH_Y + _REACH_Y_RATE * self.lost_s) * height,
+        )
+        rows, columns = searched(mask, place, reach, height).slices(
+            -(-world.shape[1] // step), -(-world.shape[0] // step)
+        )
+        if rows.start >= rows.stop or columns.start >= columns.stop:
+            return None
+        every = (
+            slice(rows.start * step, rows.stop * step, step),
+            slice(columns.start * step, columns.stop * step, step),
+        )
+        # Not of the world, which would convert all of the image at full size.
+        lab = cv2.cvtColor(np.ascontiguousarray(record.image.bgr[every]), cv2.COLOR_BGR2Lab)
+        shape = (lab.shape[0], lab.shape[1])
+        origin = (columns.start, rows.start)
         logit = log_ratio(
             lab,
             colour_bins(lab),
-            body_rows(shape, (0, 0), center, height),
+            body_rows(shape, origin, center, height),
             every,
             record.background,
             person.person,
@@ -172,12 +203,8 @@ class LostAndFound:
         )
         likelihood = likelihood_image(logit, (slice(None), slice(None)), shape)
         likelihood[taken[every] > 0] = 0
-        silhouette = self.silhouette
-        mask = np.ascontiguousarray(silhouette.mask[::step, ::step])
-        place = (center[0] + silhouette.middle[0] / step, center[1] + silhouette.middle[1] / step)
-        reach_x = (_REACH_X + _REACH_X_RATE * self.lost_s) * height
-        reach_y = (_REACH_Y + _REACH_Y_RATE * self.lost_s) * height
-        found = find_silhouette(likelihood, mask, place, (reach_x, reach_y), height)
+        place = (place[0] - origin[0], place[1] - origin[1])
+        found = find_silhouette(likelihood, mask, place, reach, height)
         if found is None or found[2] < _SEARCH_SCORE:
             return None
         return step * (found[0] - place[0]), step * (found[1] - place[1])

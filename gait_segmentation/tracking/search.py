@@ -8,13 +8,27 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ['find_silhouette']
+from gait_segmentation.geometry import Box
+
+__all__ = ['find_silhouette', 'searched']
 
 _RING = 0.12
 """Margin about the silhouette that must not be person, in body heights."""
 
 _FAR_COST = 0.08
 """What a body height away from the expected place costs."""
+
+
+def searched(
+    mask: NDArray[np.uint8],
+    place: tuple[float, float],
+    reach: tuple[float, float],
+    height: float,
+) -> Box:
+    """Return the part of an image that a search looks at, see :func:`find_silhouette`."""
+    margin = round(_RING * height) + 2
+    x, y = reach[0] + mask.shape[1] / 2 + margin, reach[1] + mask.shape[0] / 2 + margin
+    return Box(place[0] - x, place[1] - y, 2 * x, 2 * y)
 
 
 def find_silhouette(

@@ -198,7 +198,7 @@ class Target:
     def lose(self) -> None:
         """Give the person up for lost."""
         self.state = LOST
-        self._memory.lost_s = 0.0
+        self._memory.begin_search()
         self._visibility.restart()
         self._box = None
 
@@ -322,7 +322,7 @@ class Target:
             return None
         if not self._area.update(mask, prior, person, alone=alone):
             return None
-        mask = without_world(mask, prior, record.still.get(self.track_id), person.height)
+        mask = without_world(mask, prior, record.moving.get(self.track_id), person.height)
         dx, dy = self.world.since_mask(self.track_id)
         person.shift(-dx, -dy)
         window = person.window(self.world.shape)

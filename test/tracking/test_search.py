@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.tracking.search import find_silhouette
+from gait_segmentation.tracking.search import find_silhouette, searched
 from test.tracking.figures import Figure
 
 HEIGHT = 100.0
@@ -52,3 +52,19 @@ def test_a_large_likely_area_is_no_silhouette() -> None:
 def test_without_a_silhouette_nothing_is_found() -> None:
     empty = np.zeros((20, 10), np.uint8)
     assert find_silhouette(Figure(90).mask(), empty, (90, 90), (50, 50), HEIGHT) is None
+
+
+@pytest.mark.parametrize('x', [130, 161, 190])
+def test_what_is_not_looked_at_changes_nothing(x: int) -> None:
+    likelihood, place, reach = Figure(x).mask(), (160.0, 90.0), (50.0, 30.0)
+    box = searched(silhouette(), place, reach, HEIGHT)
+    rows, columns = box.slices(likelihood.shape[1], likelihood.shape[0])
+    assert columns.stop - columns.start < likelihood.shape[1]
+    part = np.ascontiguousarray(likelihood[rows, columns])
+    inner = (place[0] - columns.start, place[1] - rows.start)
+    whole = find_silhouette(likelihood, silhouette(), place, reach, HEIGHT)
+    found = find_silhouette(part, silhouette(), inner, reach, HEIGHT)
+    assert whole is not None
+    assert found is not None
+    assert (found[0] + columns.start, found[1] + rows.start) == whole[:2]
+    assert found[2] == pytest.approx(whole[2], abs=1e-4)
