@@ -28,6 +28,15 @@ Times a pixel was seen to be sure what is there, and distance from it, in ``sigm
 something else is there now.
 """
 
+_KNOWN_COUNT = 0.25
+_STEEP = 4.0
+"""Slope per pixel, in ``sigma``, from which residuals tell of a wrong place."""
+
+_NOISE_PLACE, _PLACE_MOST = 0.25, 1.5
+"""What noise alone makes of steep pixels, and the most that is believed, in pixels."""
+
+_PLACE_RATE, _PLACE_STEPS = 0.5, 16
+
 _SIGMA_START, _SIGMA_LOW, _SIGMA_HIGH = 5.0, 2.5, 14.0
 
 
@@ -49,6 +58,58 @@ def _update(sums: NDArray[np.float32], lab: NDArray[np.uint8], person: NDArray[n
             for channel in range(3):
                 pixel[channel] = keep * pixel[channel] + gain * np.float32(lab[row, col, channel])
             pixel[3] = keep * count + gain
+
+
+@njit(cache=True, nogil=True)
+def _slopes(sums: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+    """Fill in the squared slopes of lightness and of chroma, zero next to what is unknown."""
+    least, quarter = np.float32(_KNOWN_COUNT), np.float32(0.25)
+    rows, columns = sums.shape[0], sums.shape[1]
+    for row in range(rows):
+        for col in range(columns):
+            out[row, col, 0] = out[row, col, 1] = np.float32(0)
+            if row == 0 or col == 0 or row == rows - 1 or col == columns - 1:
+                continue
+            up, down = sums[row - 1, col], sums[row + 1, col]
+            left, right = sums[row, col - 1], sums[row, col + 1]
+            if min(min(up[3], down[3]), min(left[3], right[3])) < least:
+                continue
+            per_up, per_down = np.float32(1) / up[3], np.float32(1) / down[3]
+            per_left, per_right = np.float32(1) / left[3], np.float32(1) / right[3]
+            for channel in range(3):
+                y = down[channel] * per_down - up[channel] * per_up
+                x = right[channel] * per_right - left[channel] * per_left
+                out[row, col, min(channel, 1)] += quarter * (x * x + y * y)
+
+
+@njit(cache=True, nogil=True)
+def _misplacements(
+    sums: NDArray[np.float32],
+    lab: NDArray[np.uint8],
+    person: NDArray[np.uint8],
+    least: float,
+    histogram: NDArray[np.int64],
+) -> int:
+    """Count residuals of lightness over its slope, in sixteenths of a pixel, where it is steep."""
+    total = 0
+    for row in range(1, lab.shape[0] - 1, 2):
+        for col in range(1, lab.shape[1] - 1, 2):
+            count = sums[row, col, 3]
+            if person[row, col] != 0 or count < 1:
+                continue
+            up, down = sums[row - 1, col], sums[row + 1, col]
+            left, right = sums[row, col - 1], sums[row, col + 1]
+            if min(min(up[3], down[3]), min(left[3], right[3])) < 1:
+                continue
+            y = (down[0] / down[3] - up[0] / up[3]) / 2
+            x = (right[0] / right[3] - left[0] / left[3]) / 2
+            slope = np.sqrt(x * x + y * y)
+            if slope < least:
+                continue
+            total += 1
+            off = abs(np.float32(lab[row, col, 0]) - sums[row, col, 0] / count) / slope
+            histogram[min(int(_PLACE_STEPS * off), histogram.size - 1)] += 1
+    return total
 
 
 @njit(cache=True, nogil=True)
@@ -104,13 +165,16 @@ class BackgroundModel:
     ``sums`` is (h, w, 4) float32: L, a, b, each times the count, and the count, so that the
     moved model is a warp of the sums; unknown pixels are zero.  ``sigma`` is the spread of a pixel
     about its mean in grey levels, measured on the surroundings: it grows by itself where parallax
-    or a bad registration spoils the model, which makes the model safe there.
+    or a bad registration spoils the model, which makes the model safe there.  ``misplacement`` is
+    how far the model lies off the frame, in pixels, measured where it is steep: sharp edges differ
+    by that even if the camera's motion is known well, since each motion blurs the model.
     """
 
     def __init__(self, shape: tuple[int, int]) -> None:
         """Make a model that knows nothing yet, for a working image of the given (h, w)."""
         self.sums = np.zeros((*shape, 4), np.float32)
         self.sigma = _SIGMA_START
+        self.misplacement = 0.0
 
     @property
     def count(self) -> NDArray[np.float32]:
@@ -165,10 +229,8 @@ class BackgroundModel:
         for motion in made[1:]:
             total = compose(motion, total)
         other = BackgroundModel((0, 0))
-        other.sums, other.sigma = (
-            self._carried(total, _WARP_DECAY ** len(made), windows, rough),
-            self.sigma,
-        )
+        other.sums = self._carried(total, _WARP_DECAY ** len(made), windows, rough)
+        other.sigma, other.misplacement = self.sigma, self.misplacement
         return other
 
     def move(
@@ -201,6 +263,18 @@ class BackgroundModel:
             _carry(self.sums, motion, decay, window, rough, out)
         return out
 
+    def slopes(self, window: Window) -> NDArray[np.float32]:
+        """
+        Return how steep the background is, (h, w, 2) float32.
+
+        :param window: rows and columns to look at.
+        :returns: squared change per pixel of lightness and of chroma, zero where unknown.
+        """
+        sums = self.sums[window]
+        out = np.empty((*sums.shape[:2], 2), np.float32)
+        _slopes(sums, out)
+        return out
+
     def learn(
         self,
         lab: NDArray[np.uint8],
@@ -221,7 +295,9 @@ class BackgroundModel:
         self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
     ) -> None:
         """
-        Update ``sigma`` from the residuals about the person, before the frame is learnt.
+        Update ``sigma`` and ``misplacement`` from the residuals about the person.
+
+        Before the frame is learnt.
 
         :param lab: (h, w, 3) uint8.
         :param person: (h, w) uint8, non-zero where a person may be.
@@ -236,6 +312,21 @@ class BackgroundModel:
         middle = np.searchsorted(np.cumsum(histogram), 1.5 * total)
         spread = 1.2 * 1.4826 * (float(middle) + 0.5) / 4 + 1.5
         self.sigma = float(np.clip(0.9 * self.sigma + 0.1 * spread, _SIGMA_LOW, _SIGMA_HIGH))
+        self._measure_misplacement(lab, person, windows)
+
+    def _measure_misplacement(
+        self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
+    ) -> None:
+        histogram = np.zeros(4 * _PLACE_STEPS, np.int64)
+        total, least = 0, _STEEP * self.sigma
+        for part in windows:
+            total += _misplacements(self.sums[part], lab[part], person[part], least, histogram)
+        if total < _LEAST_SAMPLES:
+            return
+        median = (float(np.searchsorted(np.cumsum(histogram), 0.5 * total)) + 0.5) / _PLACE_STEPS
+        spread = 1.4826 * median
+        measured = min(max(spread**2 - _NOISE_PLACE**2, 0.0) ** 0.5, _PLACE_MOST)
+        self.misplacement += _PLACE_RATE * (measured - self.misplacement)
 
 
 @njit(cache=True, nogil=True)

@@ -109,6 +109,18 @@ class TrackingConfig(StageConfig):
         minimum=0.05,
         maximum=0.95,
     )
+    shade_share: float = parameter(
+        0.03,
+        'Prior share of soft shadow among the background pixels higher up, as on a wall.',
+        minimum=0.0,
+        maximum=0.9,
+    )
+    shade_floor: float = parameter(
+        0.7,
+        'Darkest soft shadow, as a share of the lightness of the background.',
+        minimum=0.05,
+        maximum=0.95,
+    )
     use_ego_motion: bool = parameter(
         True, 'Estimate the motion of the camera and move the background model with it.'
     )

@@ -21,9 +21,6 @@ __all__ = ['judge', 'view_of']
 _LEAST_MOTION = 0.02
 """Motion of the body relative to the world that the cue needs, in body heights."""
 
-_STILL = -0.5
-"""Evidence from motion below which a pixel stays with the world."""
-
 _THIN = (slice(None, None, STEP), slice(None, None, STEP))
 
 
@@ -94,7 +91,7 @@ def view_of(record: Record, window: Window) -> View:
 def _add_motion(
     logit: NDArray[np.float32], person: Person, world: World, window: Window, weight: float
 ) -> None:
-    """Add the evidence from motion, and note in the newest frame what stays with the world."""
+    """Add the evidence from motion, and note it in the newest frame."""
     record = world.now
     motions = world.motions_of(person.track_id)
     if motions is None:
@@ -108,4 +105,4 @@ def _add_motion(
     moving = np.zeros(logit.shape, np.float32)
     add_motion(moving, record.image.gray, earlier.image.gray, camera, body, window, 1.0)
     logit += np.float32(weight) * moving
-    record.still[person.track_id] = (window, (moving < _STILL).view(np.uint8) * np.uint8(255))
+    record.moving[person.track_id] = (window, moving)

@@ -14,8 +14,13 @@ from gait_segmentation.tracking.person import Person
 
 __all__ = ['WholeArea', 'grown', 'without_world', 'working_masks']
 
-_FAR_OUTSIDE = 0.06
-"""How far outside of the template a pixel that stays is not the person's, in body heights."""
+_STAYS, _OUTSIDE = -0.5, 0.06
+_MOVES, _FAR_OUTSIDE = 0.5, 0.1
+"""
+Evidence from motion up to which a pixel is the world's if it lies that far (in body heights)
+outside of the template: what stays, and farther out whatever is not seen to move along, as a
+shadow on a bare wall.
+"""
 
 _MARGIN = 0.02
 """Margin about the mask that is not learnt as background, in body heights."""
@@ -46,24 +51,27 @@ def working_masks(
 def without_world(
     mask: NDArray[np.uint8],
     prior: NDArray[np.uint8],
-    still: tuple[Window, NDArray[np.uint8]] | None,
+    moving: tuple[Window, NDArray[np.float32]] | None,
     height: float,
 ) -> NDArray[np.uint8]:
     """
-    Return a mask without what is far from the template and stays while the body moves.
+    Return a mask without what is outside of the template and does not move with the body.
 
     :param mask, prior: (h, w) uint8, the mask 0/255 and the template.
-    :param still: a window and its pixels, 255 where they stay; None if that is not known.
+    :param moving: a window and the evidence (-2..2) that its pixels move with the body; None if
+        that is not known.
     :param height: of the body in pixels.
     """
-    if still is None:
+    if moving is None:
         return mask
-    window, stays = still
-    size = 2 * max(1, round(_FAR_OUTSIDE * height)) + 1
-    near = cv2.dilate(prior[window], np.ones((size, size), np.uint8))
-    far = cv2.inRange(near, 0, 127)
+    window, evidence = moving
+    part = mask[window].copy()
+    for most, distance in ((_STAYS, _OUTSIDE), (_MOVES, _FAR_OUTSIDE)):
+        size = 2 * max(1, round(distance * height)) + 1
+        near = cv2.dilate(prior[window], np.ones((size, size), np.uint8))
+        part[(near <= 127) & (evidence < most)] = 0
     clean = mask.copy()
-    clean[window] = cv2.bitwise_and(mask[window], cv2.bitwise_not(cv2.bitwise_and(stays, far)))
+    clean[window] = part
     return clean
 
 

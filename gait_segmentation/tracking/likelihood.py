@@ -10,6 +10,8 @@ One formula covers what is known of a background pixel and what is not::
 
 with the background's mean B, trust a = a_max n / (n + 1/2) in a pixel seen n times, and the
 density S of a cast shadow: any lightness from ``floor`` to 1 of the background's, same chroma.
+Near the feet shadows are likely and may be dark; higher up, on a wall, they are soft and rare.
+Where the background is steep, sigma grows by what a misplaced background would differ there.
 """
 
 from __future__ import annotations
@@ -27,6 +29,8 @@ __all__ = ['colour_log_ratio', 'likelihood_image', 'log_ratio']
 _SHADOW_FROM, _SHADOW_TO = 0.60, 0.85
 """Where down the body cast shadows begin and are full."""
 
+_LEAST_MISPLACED = 0.05
+"""Misplacement of the background from which it counts, in pixels."""
 
 _LEAST_COUNT = 0.25
 """Background pixels seen less often than this, at the rim of what is known, are unknown."""
@@ -56,6 +60,8 @@ def _ratio(
     bins: NDArray[np.uint16],
     rows: NDArray[np.float32],
     sums: NDArray[np.float32],
+    slopes: NDArray[np.float32],
+    misplacement: float,
     person: NDArray[np.float32],
     surroundings: NDArray[np.float32],
     exponentials: NDArray[np.float32],
@@ -64,6 +70,8 @@ def _ratio(
     trust: float,
     shadow_share: float,
     shadow_floor: float,
+    shade_share: float,
+    shade_floor: float,
     limit: float,
     limit_known: float,
     out: NDArray[np.float32],
@@ -73,10 +81,12 @@ def _ratio(
     steps = np.float32(_EXP_STEPS)
     peak = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma) ** 1.5)
     flat = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma * (1 - shadow_floor)))
+    flat_shade = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma * (1 - shade_floor)))
     most = np.float32(trust)
     slope = np.float32(1 / (_SHADOW_TO - _SHADOW_FROM))
     low, high = np.float32(limit), np.float32(limit_known)
     far, half = np.float32(_FARTHEST), np.float32(0.5)
+    misplaced = np.float32(misplacement * misplacement / (sigma * sigma))
     bands, least = np.float32(BANDS), np.float32(_LEAST_COUNT)
     for row in range(lab.shape[0]):
         for col in range(lab.shape[1]):
@@ -97,16 +107,26 @@ def _ratio(
                 d_a = np.float32(lab[row, col, 1]) - sums[row, col, 1] * share_of_one
                 d_b = np.float32(lab[row, col, 2]) - sums[row, col, 2] * share_of_one
                 chroma = (d_a * d_a + d_b * d_b) * scale
+                square = d_light * d_light * scale
+                if misplaced > zero:
+                    square /= one + misplaced * slopes[row, col, 0]
+                    chroma /= one + misplaced * slopes[row, col, 1]
                 known = most * count / (count + half)
                 seen = zero
                 if chroma < far:
                     share = zero
-                    if shadow_share > 0 and down > _SHADOW_FROM and base > one:
-                        ramp = (down - np.float32(_SHADOW_FROM)) * slope
-                        share = np.float32(shadow_share) * min(ramp, one)
-                        if shadow_floor * base < light < base:
-                            seen = share * flat / base * exponentials[int(chroma * steps + half)]
-                    square = d_light * d_light * scale
+                    if (shadow_share > 0 or shade_share > 0) and base > one:
+                        ramp = min(max((down - np.float32(_SHADOW_FROM)) * slope, zero), one)
+                        cast = np.float32(shadow_share) * ramp
+                        shade = np.float32(shade_share) * (one - ramp)
+                        share = cast + shade
+                        if light < base:
+                            density = zero
+                            if light > shadow_floor * base:
+                                density += cast * flat
+                            if light > shade_floor * base:
+                                density += shade * flat_shade
+                            seen = density / base * exponentials[int(chroma * steps + half)]
                     if square < far:
                         seen += (
                             (one - share)
@@ -137,11 +157,15 @@ def log_ratio(
     :param window: the window's rows and columns in the working image.
     """
     out = np.empty(bins.shape, np.float32)
+    misplacement = background.misplacement if background.misplacement > _LEAST_MISPLACED else 0.0
+    slopes = background.slopes(window) if misplacement else np.empty((0, 0, 2), np.float32)
     _ratio(
         lab,
         bins,
         rows,
         background.sums[window],
+        slopes,
+        misplacement,
         person.table,
         surroundings.table,
         _EXP,
@@ -150,6 +174,8 @@ def log_ratio(
         config.background_trust if config.use_background else 0.0,
         config.shadow_share if config.use_shadow else 0.0,
         config.shadow_floor,
+        config.shade_share if config.use_shadow else 0.0,
+        config.shade_floor,
         config.logit_limit,
         config.background_logit_limit,
         out,

@@ -54,8 +54,8 @@ class Record:
 
     ``windows`` are the parts in which the background is known and learnt, disjoint.
     ``bodies`` has the shift of each body since the frame before, by track id; a track that is not
-    in it did not exist.  ``still`` has a window for some tracks and its (h, w) uint8 pixels,
-    non-zero where they stay with the world while the body moves.  ``heat`` is (h, w) uint8,
+    in it did not exist.  ``moving`` has a window for some tracks and (h, w) float32, the evidence
+    (-2..2) that its pixels move with the body rather than stay.  ``heat`` is (h, w) uint8,
     P(person) as others see it, if they do.  ``people`` is (h, w) uint8, non-zero where people
     were when the frame was learnt; None before.  ``version`` counts what the background had
     learnt.
@@ -69,7 +69,7 @@ class Record:
     heat: NDArray[np.uint8] | None = None
     people: NDArray[np.uint8] | None = None
     bodies: dict[int, Shift] = field(default_factory=dict)
-    still: dict[int, tuple[Window, NDArray[np.uint8]]] = field(default_factory=dict)
+    moving: dict[int, tuple[Window, NDArray[np.float32]]] = field(default_factory=dict)
 
 
 class World:

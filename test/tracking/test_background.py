@@ -110,3 +110,36 @@ def test_what_does_not_look_like_the_known_background_contradicts_it() -> None:
     assert not strange[:, 20:30].any(), 'a shadow'
     assert strange[:, 30:40].all(), 'another hue'
     assert not strange[:, 40:].any(), 'the wall itself, and what was never seen'
+
+
+def _stairs(shift: float) -> np.ndarray:
+    """Return flat stripes with soft edges."""
+    x = np.arange(200)[None, :] + shift
+    levels = 128 + sum(50 * (-1) ** k * np.tanh((x - 40 * k - 20) / 2) for k in range(5))
+    return np.repeat(np.repeat(levels, 80, axis=0)[..., None], 3, axis=2)
+
+
+@pytest.mark.parametrize(('shift', 'low', 'high'), [(0.0, 0.0, 0.05), (0.8, 0.5, 1.3)])
+def test_misplacement_is_measured_where_the_background_is_steep(shift, low, high) -> None:
+    nobody = np.zeros((80, 200), np.uint8)
+    model = BackgroundModel(nobody.shape)
+    model.learn(np.rint(_stairs(0.0)).astype(np.uint8), nobody)
+    rng = np.random.default_rng(0)
+    for _ in range(30):
+        noisy = np.clip(_stairs(shift) + rng.normal(0, 1.5, (80, 200, 3)), 0, 255)
+        model.measure_noise(noisy.astype(np.uint8), nobody, [(slice(0, 80), slice(0, 200))])
+    assert low <= model.misplacement <= high
+
+
+def test_slopes_are_those_of_the_known_mean() -> None:
+    model = BackgroundModel((10, 12))
+    lab = np.zeros((10, 12, 3), np.uint8)
+    lab[..., 0] = 10 * np.arange(12)
+    lab[..., 1] = 4 * np.arange(10)[:, None]
+    hidden = np.zeros((10, 12), np.uint8)
+    hidden[5, 5] = 255
+    model.learn(lab, hidden)
+    slopes = model.slopes((slice(0, 10), slice(0, 12)))
+    assert slopes[2, 3] == pytest.approx([100.0, 16.0])
+    assert slopes[5, 4] == pytest.approx([0.0, 0.0])
+    assert slopes[0, 3] == pytest.approx([0.0, 0.0])

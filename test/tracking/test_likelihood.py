@@ -64,7 +64,8 @@ def test_the_background_term_is_the_stated_density() -> None:
     sigma = background.sigma
     peak = BIN_VOLUME / (2 * np.pi * sigma**2) ** 1.5
     trust = config.background_trust * 10 / 10.5
-    expected = np.log((1 + 1e-4) / (trust * peak + (1 - trust) * 1e-4))
+    seen = (1 - config.shade_share) * peak
+    expected = np.log((1 + 1e-4) / (trust * seen + (1 - trust) * 1e-4))
     assert ratio(image(RED), background)[2, 2] == pytest.approx(expected, abs=1e-3)
 
 
@@ -73,6 +74,29 @@ def test_a_shadow_at_the_feet_is_background() -> None:
     without = ratio(image(DARK_GREY), known(GREY), use_shadow=False)
     assert with_shadow[19, 5] < without[19, 5] - 2
     assert with_shadow[2, 5] == pytest.approx(without[2, 5])
+
+
+def test_a_soft_shadow_on_a_wall_is_background() -> None:
+    soft, hard = image((125, 128, 128)), image(DARK_GREY)
+    with_shade, without = ratio(soft, known(GREY)), ratio(soft, known(GREY), shade_share=0.0)
+    assert with_shade[2, 5] < without[2, 5] - 2
+    assert ratio(hard, known(GREY))[2, 5] == ratio(hard, known(GREY), shade_share=0.0)[2, 5]
+
+
+def test_a_misplaced_edge_is_background_where_misplacement_was_measured() -> None:
+    edge = image(GREY)
+    edge[:, 15:] = (90, 255, 192)
+    background = BackgroundModel(SHAPE)
+    for _ in range(10):
+        background.learn(edge, np.zeros(SHAPE, np.uint8))
+    now = edge.copy()
+    now[:, 15] = RED  # As the person is, but also what lies half way across the edge.
+    sharp = ratio(now, background)
+    background.misplacement = 1.0
+    lenient = ratio(now, background)
+    assert lenient[2, 15] < sharp[2, 15] - 4
+    # Away from the edge nothing changes.
+    assert np.array_equal(lenient[:, :13], sharp[:, :13])
 
 
 def test_the_switch_for_the_background_works() -> None:
