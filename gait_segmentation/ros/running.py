@@ -39,11 +39,12 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
         _check(make, sys.argv if arguments is None else arguments)
         rclpy.init(args=arguments)
         understood = True
+        # First: one that is made when a signal has closed the context leaves a traceback.
+        executor = SingleThreadedExecutor()
         node = make()
         if not node.start():
             # A signal in the middle of the start closes the context under it.
             return 1 if rclpy.ok() else 0
-        executor = SingleThreadedExecutor()
         executor.add_node(node)
         executor.spin()
     except (KeyboardInterrupt, ExternalShutdownException):

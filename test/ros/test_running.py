@@ -65,6 +65,8 @@ def test_a_start_that_fails_is_an_error() -> None:
 def test_a_start_that_a_signal_breaks_off_is_none() -> None:
     assert _run(_shut(lambda: False)) == 0
     assert _run(_shut(_failing)) == 0
+    # Too late to be noticed by the start.
+    assert _run(_shut(lambda: True)) == 0
 
 
 @pytest.mark.parametrize(('words', 'code'), [(['--help'], 0), (['--rate', '3'], 2)])
