@@ -45,6 +45,8 @@ _EDGE_WEIGHT, _FIT_WEIGHT = 0.3, 0.3
 _VOTE = 0.05
 _TILTED, _TILTED_VIEWS, _MOST_TILT = 0.12, 2, 0.5
 _BORDER_PX = 2
+_ROOM = 0.06
+"""How far beyond the box there may be something of the person that stands out, in heights."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +108,7 @@ def estimate_start(
     rounds: int = 3,
     left_out: float = 0.7,
     use_tilt: bool = True,
+    evidence: NDArray[np.float32] | None = None,
 ) -> Start:
     """
     Estimate the first mask.
@@ -117,6 +120,8 @@ def estimate_start(
     :param rounds: rounds of expectation maximisation.
     :param left_out: share of what was learnt near a pixel that is taken off to judge it.
     :param use_tilt: whether the body may lean.
+    :param evidence: (h, w) float32, log-likelihood ratios of the person from elsewhere, 0 where
+        nothing is known.
     """
     shape = lab.shape[:2]
     window = _window(box, shape)
@@ -126,7 +131,10 @@ def estimate_start(
     if size != part.shape[:2]:
         part = cv2.resize(part, size[::-1], interpolation=cv2.INTER_AREA)
     small = box.shifted(-window[1].start, -window[0].start).scaled(scale)
-    scene = _scene(np.ascontiguousarray(part), small, left_out)
+    known = None
+    if evidence is not None:
+        known = cv2.resize(evidence[window], size[::-1], interpolation=cv2.INTER_AREA)
+    scene = _scene(np.ascontiguousarray(part), small, left_out, known)
     fit = partial(
         fit_views,
         bank,
@@ -183,10 +191,16 @@ def _window(box: Box, shape: tuple[int, int]) -> tuple[slice, slice]:
     return area.slices(shape[1], shape[0])
 
 
-def _scene(lab: NDArray[np.uint8], box: Box, left_out: float) -> _Scene:
+def _scene(
+    lab: NDArray[np.uint8], box: Box, left_out: float, evidence: NDArray[np.float32] | None
+) -> _Scene:
     shape = lab.shape[:2]
     inside = np.zeros(shape, np.bool_)
     inside[box.slices(shape[1], shape[0])] = True
+    if evidence is not None:
+        # Where it is known what is there the box need not be exact.
+        room = box.padded(_ROOM * box.height, _ROOM * box.height).slices(shape[1], shape[0])
+        inside[room] |= evidence[room] > 0
     given = np.where(inside, 0, -1).astype(np.int8)
     rows = body_rows(shape, (0, 0), (box.center_x, box.center_y), box.height)
     smooth = cv2.GaussianBlur(lab, (3, 3), 0).astype(np.float32)
@@ -198,6 +212,8 @@ def _scene(lab: NDArray[np.uint8], box: Box, left_out: float) -> _Scene:
     ).sum(axis=2)
     links = contrast_links(lab, _CONTRAST, given)
     barrier = np.float32(_BARRIER_WEIGHT) * barrier_logit(lab, inside)
+    if evidence is not None:
+        barrier += evidence * inside
     return _Scene(
         lab, colour_bins(lab), rows, inside, links, given, barrier, gradient, box.height, left_out
     )

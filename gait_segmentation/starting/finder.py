@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import check_image, check_stamp, shrink
+from gait_segmentation.images import Window, check_image, check_stamp, shrink, warp_window
 from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.motion_candidates import Candidate, follow
+from gait_segmentation.starting.motion_memory import Memory, Recollection
 from gait_segmentation.starting.motion_scene import MotionScene, SceneFrame
 from gait_segmentation.starting.motion_watch import Watch, light_bank
 
@@ -26,6 +27,9 @@ _PAUSE_S = 0.5
 
 _LEAST_PERIOD_S = 0.025
 """Frames that come faster are left out."""
+
+_BLIND_S = 0.15
+"""Time at the beginning in which it is not yet known what moves."""
 
 _LEAST_SIGHTINGS = 3
 _SAME = 0.4
@@ -54,6 +58,9 @@ class WalkerFinder:
     def reset(self) -> None:
         """Forget the scene and everybody in it."""
         self._scene: MotionScene | None = None
+        self._memory = Memory()
+        self._begun = 0.0
+        self._frame: SceneFrame | None = None
         self._size: tuple[int, int] | None = None
         self._stamp_ns = 0
         self._candidates: list[Candidate] = []
@@ -89,15 +96,40 @@ class WalkerFinder:
         if self._scene is None or size != self._size or not 0 < pause < _PAUSE_S:
             self.reset()
             self._scene, self._size = MotionScene(shape), size
+            self._begun = stamp_ns / 1e9
         self._stamp_ns = stamp_ns
         seconds = stamp_ns / 1e9
         # Not Lab, which takes ten times as long.
         colours = cv2.cvtColor(shrink(image, shape), cv2.COLOR_BGR2YCrCb)
-        frame = self._scene.update(colours, seconds)
+        frame = self._frame = self._scene.update(colours, seconds)
+        self._remember(image, frame, seconds)
         self._follow(frame, seconds)
         taken = [box.scaled(scale) for box in occupied]
         found = self._verify(frame, seconds, stamp_ns, taken)
         return [box.scaled(1 / scale) for box in found]
+
+    def recall(self, stamp_ns: int, now: NDArray[np.uint8], window: Window) -> Recollection | None:
+        """
+        Return what the place looked like before there was anybody.
+
+        :param stamp_ns: the stamp of the newest frame.
+        :param now: (h, w, 3) uint8 BGR, that frame at the size asked for.
+        :param window: the rows and columns asked for.
+        :returns: None if nothing is known of them.
+        """
+        if self._frame is None or stamp_ns != self._stamp_ns:
+            return None
+        hidden = self._frame.hidden
+        every = (slice(0, hidden.shape[0]), slice(0, hidden.shape[1]))
+        apart = warp_window(hidden, self._frame.to_image, every, cv2.BORDER_CONSTANT)
+        return self._memory.recall(now, window, apart)
+
+    def _remember(self, image: NDArray[np.uint8], frame: SceneFrame, seconds: float) -> None:
+        if frame.fresh:
+            self._memory.forget()
+            self._begun = seconds
+        if seconds - self._begun >= _BLIND_S:
+            self._memory.update(image, seconds, frame.step, frame.hidden, frame.to_image)
 
     def _follow(self, frame: SceneFrame, seconds: float) -> None:
         dx, dy = frame.shift

@@ -205,14 +205,17 @@ class SceneFrame:
     ``likelihood`` is (h, w) uint8, 255 = surely no background.  ``blobs`` are what hangs
     together.  ``shift`` is by how many whole pixels the canvas moved since the last frame: a
     point of the still world at (x, y) is now at (x + dx, y + dy).  ``to_image`` is the 2 x 3
-    transform of positions from the canvas to the small image.  ``fresh`` says that what was known
-    before no longer holds.
+    transform of positions from the canvas to the small image, ``step`` that from the last small
+    image to this one, None for the identity.  ``hidden`` is (h, w) uint8, non-zero where the
+    background cannot be seen.  ``fresh`` says that what was known before no longer holds.
     """
 
     likelihood: NDArray[np.uint8]
     blobs: list[Blob]
     shift: tuple[int, int]
     to_image: NDArray[np.float64]
+    step: NDArray[np.float64] | None
+    hidden: NDArray[np.uint8]
     fresh: bool
 
 
@@ -269,7 +272,8 @@ class MotionScene:
         self._measure_noise(canvas, evidence)
         _learn(canvas, filled, 2 * level, max(3, frames), self._state, self._rival)
         self._keep = filled
-        return SceneFrame(likelihood, blobs, shift, self._to_image, fresh)
+        hidden = cv2.bitwise_or(filled, evidence)
+        return SceneFrame(likelihood, blobs, shift, self._to_image, self._last_step, hidden, fresh)
 
     def _register(
         self, gray: NDArray[np.uint8], camera: NDArray[np.float64] | None

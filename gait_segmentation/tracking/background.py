@@ -208,6 +208,20 @@ class BackgroundModel:
         """
         self.sums[where > 0] = 0
 
+    def recall(self, mean: NDArray[np.uint8], count: NDArray[np.uint8], window: Window) -> None:
+        """
+        Take over what is known from elsewhere, where less is known here.
+
+        :param mean: (h, w, 3) uint8 Lab, the window.
+        :param count: (h, w) uint8, how often each pixel was seen.
+        :param window: its rows and columns.
+        """
+        sums = self.sums[window]
+        more = count > sums[..., 3]
+        weight = count[more].astype(np.float32)
+        sums[more, :3] = mean[more] * weight[:, None]
+        sums[more, 3] = weight
+
     def moved(
         self,
         motions: list[NDArray[np.float64] | None],

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.geometry import Box, check_start_box
+from gait_segmentation.geometry import Box, body_window, check_start_box
 from gait_segmentation.images import check_image, check_stamp
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import Start, StartingConfig, estimate_start
+from gait_segmentation.starting.motion_memory import Recollection
 from gait_segmentation.tracking.competition import Claim, compete
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood import likelihood_image
@@ -29,6 +30,13 @@ __all__ = ['PeopleTracker']
 
 _SAME_PERSON = 0.4
 """Overlap (intersection over union) from which a box is that of a person already tracked."""
+
+_ABOUT = 0.3
+"""How far about somebody found the place is remembered, in body heights."""
+
+_ANOTHER_BOX = 0.07
+"""Distance of head and feet of the first mask from those of the box, in heights of the box, from
+which somebody found is looked at once more, in the box of the mask."""
 
 
 class PeopleTracker:
@@ -263,7 +271,7 @@ class PeopleTracker:
 
     def _welcome(self, image: NDArray[np.uint8], box: Box) -> None:
         """Start somebody found: again, if it is one who was lost, else in a free slot."""
-        world, start = self._first_look(image, box)
+        world, start = self._look_at_found(image, box)
         lost = {
             slot: target
             for slot, target in enumerate(self._slots)
@@ -289,22 +297,59 @@ class PeopleTracker:
         self._slots[slot] = self._new_target(*self._first_look(image, box))
 
     def _first_look(self, image: NDArray[np.uint8], box: Box) -> tuple[World, Start]:
-        """Estimate the first mask of a person in a box."""
-        config = self._config
+        """Estimate the first mask of a person in a box that was given."""
         world = self._world_for(image, box)
-        margin = config.box_margin
+        margin = self._config.box_margin
         inner = box.padded(-margin * box.width, -margin * box.height)
-        start = estimate_start(
+        start = self._estimate(world, inner.scaled(world.scale))
+        world.clear(start.mask)
+        return world, start
+
+    def _look_at_found(self, image: NDArray[np.uint8], box: Box) -> tuple[World, Start]:
+        """Estimate the first mask of somebody found, whose box may be somewhat wrong."""
+        world = self._world_for(image, box)
+        box = box.scaled(world.scale)
+        past = self._past(world, box)
+        if past is None:
+            start = self._estimate(world, box)
+            world.clear(start.mask)
+            return world, start
+        lab = world.now.image.lab_about(past.window)[past.window]
+        evidence = np.zeros(world.shape, np.float32)
+        evidence[past.window] = past.evidence(lab, self._config.shadow_floor)
+        start = self._estimate(world, box, evidence)
+        tight = Box.around(start.mask)
+        if tight is not None:
+            off = abs(tight.y - box.y), abs(tight.bottom - box.bottom)
+            if max(off) > _ANOTHER_BOX * box.height:
+                start = self._estimate(world, tight, evidence)
+        world.clear(start.mask)
+        world.recall(past)
+        return world, start
+
+    def _past(self, world: World, box: Box) -> Recollection | None:
+        """Return what the place about a box in working pixels looked like before."""
+        if self._finder is None:
+            return None
+        area = body_window(box.center_x, box.center_y, box.height, box)
+        area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
+        window = area.slices(world.shape[1], world.shape[0])
+        return self._finder.recall(self._stamp_ns, world.now.image.bgr, window)
+
+    def _estimate(
+        self, world: World, box: Box, evidence: NDArray[np.float32] | None = None
+    ) -> Start:
+        config = self._config
+        return estimate_start(
             world.now.image.lab,
-            inner.scaled(world.scale),
+            box,
             self._bank,
             height=config.start_height,
             rounds=config.start_rounds,
             left_out=config.start_left_out,
             use_tilt=config.use_tilt,
+            evidence=evidence,
         )
-        world.clear(start.mask)
-        return world, start
 
     def _world_for(self, image: NDArray[np.uint8], box: Box) -> World:
         """Return a world in which a person is well seen, already in the newest frame."""

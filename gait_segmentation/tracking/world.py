@@ -12,8 +12,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import Box, compose, scaling
+from gait_segmentation.geometry import Box, compose, invert, scaling
 from gait_segmentation.images import Window, warp_window
+from gait_segmentation.starting.motion_memory import Recollection
 from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import moving_pixels
@@ -196,6 +197,25 @@ class World:
         """
         for model in {id(m): m for m in (self._background, self.now.background)}.values():
             model.forget(where)
+
+    def recall(self, past: Recollection) -> None:
+        """
+        Take over what the surroundings looked like before there was anybody.
+
+        :param past: of the newest frame; it counts where less is known.
+        """
+        model = self.now.background
+        if not any(np.any(each.count) for each in (model, self._background)):
+            self._background.sigma = model.sigma = past.sigma
+        model.recall(past.mean, past.count, past.window)
+        if self._background is not model:
+            ahead = BackgroundModel(self.shape)
+            ahead.recall(past.mean, past.count, past.window)
+            back = invert(_chain(self.pending))
+            ahead.move(back)
+            count = np.floor(ahead.count + 0.5).astype(np.uint8)
+            every = (slice(0, self.shape[0]), slice(0, self.shape[1]))
+            self._background.recall(np.rint(ahead.mean).astype(np.uint8), count, every)
 
     def motions_of(self, track_id: int) -> tuple[Record, NDArray[np.float64], Shift] | None:
         """

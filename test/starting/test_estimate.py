@@ -81,3 +81,18 @@ def test_a_constant_image_gives_a_mask() -> None:
     lab = np.full((100, 100, 3), 128, np.uint8)
     found = estimate_start(lab, Box(30, 20, 30, 70), small_bank(), rounds=2)
     assert found.mask.shape == (100, 100)
+
+
+def test_what_stands_out_counts_also_just_outside_of_the_box() -> None:
+    frame = clip()[0]
+    lab = cv2.cvtColor(frame.image, cv2.COLOR_BGR2Lab)
+    box, truth = frame.boxes[0], frame.truths[0]
+    assert box is not None
+    wrong = Box(box.x, box.y, box.width, 0.95 * box.height)
+    evidence = np.where(truth == 255, 3, np.where(truth == 0, -3, 0)).astype(np.float32)
+    blind = estimate_start(lab, wrong, small_bank())
+    told = estimate_start(lab, wrong, small_bank(), evidence=evidence)
+    assert overlap(told.mask, truth) > max(0.9, overlap(blind.mask, truth))
+    below = Box.around(told.mask)
+    assert below is not None
+    assert abs(below.bottom - box.bottom) < 0.03 * box.height

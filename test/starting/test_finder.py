@@ -159,3 +159,23 @@ def test_at_high_frame_rates_frames_are_left_out() -> None:
     finder = WalkerFinder(small_bank())
     found = [box for f in sequence for box in finder.update(f.image, f.stamp_ns, [])]
     assert len(found) == 1
+
+
+def test_the_place_is_remembered_where_somebody_is_found() -> None:
+    frames = clip(pan=0.0, frames=40)
+    finder = WalkerFinder(small_bank())
+    for frame in frames:
+        found = finder.update(frame.image, frame.stamp_ns, [])
+        if found:
+            break
+    (box,) = found
+    window = box.padded(10, 5).slices(frame.image.shape[1], frame.image.shape[0])
+    assert finder.recall(frame.stamp_ns + 1, frame.image, window) is None
+    past = finder.recall(frame.stamp_ns, frame.image, window)
+    assert past is not None
+    lab = cv2.cvtColor(frame.image[window], cv2.COLOR_BGR2Lab)
+    truth = frame.truths[0][window]
+    evidence = past.evidence(lab, 0.5)
+    assert (past.count >= 2).mean() > 0.7
+    assert np.median(evidence[(truth == 255) & (past.count >= 2)]) > 0.5
+    assert np.median(evidence[truth == 0]) < -0.5

@@ -143,3 +143,13 @@ def test_slopes_are_those_of_the_known_mean() -> None:
     assert slopes[2, 3] == pytest.approx([100.0, 16.0])
     assert slopes[5, 4] == pytest.approx([0.0, 0.0])
     assert slopes[0, 3] == pytest.approx([0.0, 0.0])
+
+
+def test_what_is_known_from_elsewhere_counts_where_less_is_known() -> None:
+    model = BackgroundModel((4, 6))
+    model.learn(np.full((4, 6, 3), 50, np.uint8), np.zeros((4, 6), np.uint8))
+    count = np.array([[0, 1, 5], [5, 0, 5]], np.uint8)
+    model.recall(np.full((2, 3, 3), 90, np.uint8), count, (slice(1, 3), slice(2, 5)))
+    np.testing.assert_array_equal(model.count[1:3, 2:5], [[1, 1, 5], [5, 1, 5]])
+    np.testing.assert_allclose(model.mean[1:3, 2:5, 0], [[50, 50, 90], [90, 50, 90]])
+    assert model.mean[0, 0, 0] == 50

@@ -11,6 +11,7 @@ import pytest
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
+from gait_segmentation.images import Window
 from gait_segmentation.results import Feedback, TrackResult
 from gait_segmentation.starting import StartingConfig
 from test.tracking.figures import BLUE, GREEN, RED, Figure, Told, picture, walk
@@ -115,6 +116,9 @@ class Finder:
         self.asked.append(list(occupied))
         found, self.boxes = self.boxes, []
         return found
+
+    def recall(self, stamp_ns: int, now: np.ndarray, window: Window) -> None:
+        """Remember nothing of the place."""
 
     def find(self, figure: Figure) -> None:
         box = Box.around(figure.mask())

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
+from gait_segmentation.starting.motion_memory import Recollection
 from gait_segmentation.tracking import TrackingConfig
 from gait_segmentation.tracking.world import World
 from test.tracking.figures import wall
@@ -177,3 +178,20 @@ def test_a_tremble_of_the_camera_is_registered() -> None:
     image = cv2.warpAffine(wall(), step, SOURCE[::-1], borderMode=cv2.BORDER_REPLICATE)
     motion = familiar().advance(image, 10**8, (), camera=True)
     assert motion.carry(100, 50)[0] > 100.1
+
+
+def test_what_was_remembered_is_known_in_all_frames_that_wait() -> None:
+    made = world()
+    for number in range(3):
+        left = 20 * number
+        image = np.ascontiguousarray(np.pad(wall(), ((0, 0), (0, 60), (0, 0)), mode='wrap'))
+        part = np.ascontiguousarray(image[:, left : left + wall().shape[1]])
+        made.advance(part, (number + 1) * 10**7, (), camera=True)
+    window = (slice(40, 80), slice(100, 160))
+    mean = np.full((40, 60, 3), 90, np.uint8)
+    made.recall(Recollection(window, mean, np.full((40, 60), 6, np.uint8), 3.0))
+    assert (made.now.background.count[window] == 6).all()
+    _, record = made.take(3 * 10**7)
+    assert record is not None
+    assert made._background.count[45:75, 110:150].min() > 3
+    assert made._background.mean[60, 130, 0] == pytest.approx(90, abs=1)
