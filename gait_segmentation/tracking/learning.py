@@ -53,6 +53,8 @@ def without_world(
     prior: NDArray[np.uint8],
     moving: tuple[Window, NDArray[np.float32]] | None,
     height: float,
+    *,
+    settled: bool,
 ) -> NDArray[np.uint8]:
     """
     Return a mask without what is outside of the template and does not move with the body.
@@ -61,12 +63,15 @@ def without_world(
     :param moving: a window and the evidence (-2..2) that its pixels move with the body; None if
         that is not known.
     :param height: of the body in pixels.
+    :param settled: whether the template is past its first errors; if not, only what is seen to
+        stay is taken out.
     """
     if moving is None:
         return mask
     window, evidence = moving
     part = mask[window].copy()
-    for most, distance in ((_STAYS, _OUTSIDE), (_MOVES, _FAR_OUTSIDE)):
+    rules = [(_STAYS, _OUTSIDE), (_MOVES, _FAR_OUTSIDE)]
+    for most, distance in rules if settled else rules[:1]:
         size = 2 * max(1, round(distance * height)) + 1
         near = cv2.dilate(prior[window], np.ones((size, size), np.uint8))
         part[(near <= 127) & (evidence < most)] = 0
@@ -106,6 +111,11 @@ class WholeArea:
         """Begin with the person's mask."""
         self._usual = _area(person.mask, person)
         self._masks = 0
+
+    @property
+    def settled(self) -> bool:
+        """Return whether the first, unsure masks are over."""
+        return self._masks > _UNSURE
 
     def update(
         self,

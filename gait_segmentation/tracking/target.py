@@ -322,7 +322,8 @@ class Target:
             return None
         if not self._area.update(mask, prior, person, alone=alone):
             return None
-        mask = without_world(mask, prior, record.moving.get(self.track_id), person.height)
+        moving = record.moving.get(self.track_id)
+        mask = without_world(mask, prior, moving, person.height, settled=self._area.settled)
         dx, dy = self.world.since_mask(self.track_id)
         person.shift(-dx, -dy)
         window = person.window(self.world.shape)
