@@ -110,7 +110,7 @@ class TrackingConfig(StageConfig):
         maximum=0.95,
     )
     shade_share: float = parameter(
-        0.03,
+        0.06,
         'Prior share of soft shadow among the background pixels higher up, as on a wall.',
         minimum=0.0,
         maximum=0.9,
