@@ -37,6 +37,9 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
     understood = False
     try:
         _check(make, sys.argv if arguments is None else arguments)
+        # rclpy's own handler closes the context, which ends everything in order; an exception
+        # in the middle of whatever runs would not.
+        signal.signal(signal.SIGINT, _Patience())
         rclpy.init(args=arguments)
         understood = True
         # First: one that is made when a signal has closed the context leaves a traceback.
@@ -69,6 +72,18 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
             node.destroy_node()
         rclpy.try_shutdown()
     return 0
+
+
+class _Patience:
+    """Lets the first Ctrl-C pass: only who presses it again does not want to wait."""
+
+    def __init__(self) -> None:
+        self._pressed = False
+
+    def __call__(self, number: int, frame: object) -> None:
+        if self._pressed:
+            raise KeyboardInterrupt
+        self._pressed = True
 
 
 def _check(make: Callable[[], GaitNode], arguments: list[str]) -> None:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import signal
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -81,3 +82,21 @@ def test_the_usage_is_shown_instead_of_a_start(words: list[str], code: int, caps
 def test_ros_arguments_that_make_no_sense_are_an_error(capsys) -> None:
     assert run_node(lambda: pytest.fail('started'), ['node', '--ros-args', '-p', 'a']) == 2
     assert 'Error' in capsys.readouterr().err
+
+
+def test_ctrl_c_breaks_nothing_off_unless_it_is_pressed_again() -> None:
+    def start() -> bool:
+        signal.raise_signal(signal.SIGINT)
+        deadline = time.monotonic() + 60
+        while rclpy.ok():  # The context is closed by a thread.
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+        return False
+
+    def impatient() -> bool:
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+        raise AssertionError('this is not reached')
+
+    assert _run(start) == 0
+    assert _run(impatient) == 0
