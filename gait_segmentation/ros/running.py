@@ -21,7 +21,7 @@ from gait_segmentation.errors import GaitSegmentationError
 if TYPE_CHECKING:
     from gait_segmentation.ros.lifecycle import GaitNode
 
-__all__ = ['run_node']
+__all__ = ['Patience', 'run_node']
 
 
 def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -> int:
@@ -39,7 +39,7 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
         _check(make, sys.argv if arguments is None else arguments)
         # rclpy's own handler closes the context, which ends everything in order; an exception
         # in the middle of whatever runs would not.
-        signal.signal(signal.SIGINT, _Patience())
+        signal.signal(signal.SIGINT, Patience())
         rclpy.init(args=arguments)
         understood = True
         # First: one that is made when a signal has closed the context leaves a traceback.
@@ -74,13 +74,15 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
     return 0
 
 
-class _Patience:
+class Patience:
     """Lets the first Ctrl-C pass: only who presses it again does not want to wait."""
 
     def __init__(self) -> None:
+        """Begin before the first."""
         self._pressed = False
 
     def __call__(self, number: int, frame: object) -> None:
+        """Handle a signal, as :func:`signal.signal` asks for it."""
         if self._pressed:
             raise KeyboardInterrupt
         self._pressed = True
