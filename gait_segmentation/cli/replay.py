@@ -54,7 +54,8 @@ the same command; --force makes them anew. Ctrl-C, an error or a full disk
 leave what was done as NAME.partial, which can be read.
 
 Stamps are those of the headers in a bag (the time of recording where a header
-has none); frame N of a film has the stamp (N + 1) / fps.
+has none); frame N of a film has the stamp (N + 1) / fps, or its own time where
+the film says otherwise.
 
 exit code: 0, 1 if an input was damaged (all frames before the damage came
 out), 2 if an input could not be replayed, 130 if interrupted

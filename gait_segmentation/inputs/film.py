@@ -22,12 +22,39 @@ _DEFAULT_FPS = 30.0
 _FRAME_ID = 'camera'
 _UNKNOWN = (0, 0)
 _ALL = 0.97
-"""Share of the frames a film claims that must be there; some formats only estimate them."""
+"""Share of a film's frames, or of its length, that must be there; some formats only estimate."""
+
+_OFF = 0.5
+"""Periods by which a frame's own time may differ from the rate before it is believed instead."""
 
 
 def _stamp_ns(number: int, fps: float) -> int:
     """Return the stamp of a frame of a film: its end, since zero stands for no stamp."""
     return round((number + 1) * 1e9 / fps)
+
+
+class _Times:
+    """
+    Stamps of the frames of a film: of the rate, or of the film's own times where they differ.
+
+    Films of telephones have uneven frames, and some containers claim the rate of half frames.
+    """
+
+    def __init__(self, fps: float) -> None:
+        self._fps = fps
+        self._first_ms: float | None = None
+        self._last_ns = 0
+
+    def stamp_ns(self, number: int, own_ms: float) -> int:
+        """Return the stamp of the next frame; they always ascend."""
+        if self._first_ms is None:
+            self._first_ms = own_ms
+        stamp_ns = _stamp_ns(number, self._fps)
+        own_ns = round(1e6 * (own_ms - self._first_ms) + 1e9 / self._fps)
+        if abs(own_ns - stamp_ns) > _OFF * 1e9 / self._fps and own_ns > self._last_ns:
+            stamp_ns = own_ns
+        self._last_ns = max(stamp_ns, self._last_ns + 1)
+        return self._last_ns
 
 
 class FilmSource(ImageSource):
@@ -53,15 +80,18 @@ class FilmSource(ImageSource):
         capture = cv2.VideoCapture(str(self.path))
         fps = self.rate()
         number = 0
+        stamp_ns = 0
+        times = _Times(fps)
         try:
             # Not by seeking: that lands on another frame in films with few key frames.
             while capture.grab():
-                stamp_ns = _stamp_ns(number, fps)
+                stamp_ns = times.stamp_ns(number, capture.get(cv2.CAP_PROP_POS_MSEC))
                 yield Entry(stamp_ns, stamp_ns, _FRAME_ID, _UNKNOWN, partial(_retrieve, capture))
                 number += 1
         finally:
             capture.release()
-        if number < _ALL * self._claimed - 2:
+        least = _ALL * self._claimed - 2
+        if number < least and stamp_ns < 1e9 * least / fps:
             raise DamagedError(
                 f'{self.path} is damaged: it should hold {self._claimed} frames, {number} can be '
                 'read'

@@ -10,6 +10,7 @@ import pytest
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs import DamagedError, ImageSource, open_input
+from gait_segmentation.inputs.film import _Times
 
 
 @pytest.fixture
@@ -53,6 +54,25 @@ def test_a_film_file_is_read(tmp_path: Path) -> None:
     film = open_input(path, start=2)
     assert film.fps == pytest.approx(12)
     assert greys(film) == [2, 3, 4]
+
+
+def test_stamps_are_of_the_rate_unless_the_film_says_otherwise() -> None:
+    even = _Times(25.0)
+    assert [even.stamp_ns(n, 40.0 * n + 3) for n in range(3)] == [
+        40_000_000,
+        80_000_000,
+        120_000_000,
+    ]
+    # A container that claims the rate of half frames.
+    halves = _Times(50.0)
+    assert [halves.stamp_ns(n, 40.0 * (n + 1)) for n in range(3)] == [
+        20_000_000,
+        60_000_000,
+        100_000_000,
+    ]
+    # Times that are missing or go back are not believed.
+    none = _Times(25.0)
+    assert [none.stamp_ns(n, 0.0) for n in range(4)] == [40_000_000 * (n + 1) for n in range(4)]
 
 
 def test_what_cannot_be_used_is_an_error(folder: Path, tmp_path: Path) -> None:
