@@ -60,26 +60,38 @@ def _update(sums: NDArray[np.float32], lab: NDArray[np.uint8], person: NDArray[n
             pixel[3] = keep * count + gain
 
 
+@njit(nogil=True, inline='always')
+def _around(sums: NDArray[np.float32], row: int, col: int) -> float:
+    """Return how often the least known of the four neighbours was seen."""
+    above, below = sums[row - 1, col, 3], sums[row + 1, col, 3]
+    return min(min(above, below), min(sums[row, col - 1, 3], sums[row, col + 1, 3]))
+
+
+@njit(nogil=True, inline='always')
+def _slope(sums: NDArray[np.float32], row: int, col: int, channel: int) -> tuple[float, float]:
+    """Return the change per pixel, down and to the right, of a channel's mean."""
+    up, down = sums[row - 1, col], sums[row + 1, col]
+    left, right = sums[row, col - 1], sums[row, col + 1]
+    y = (down[channel] / down[3] - up[channel] / up[3]) / 2
+    x = (right[channel] / right[3] - left[channel] / left[3]) / 2
+    return y, x
+
+
 @njit(cache=True, nogil=True)
 def _slopes(sums: NDArray[np.float32], out: NDArray[np.float32]) -> None:
     """Fill in the squared slopes of lightness and of chroma, zero next to what is unknown."""
-    least, quarter = np.float32(_KNOWN_COUNT), np.float32(0.25)
+    least = np.float32(_KNOWN_COUNT)
     rows, columns = sums.shape[0], sums.shape[1]
     for row in range(rows):
         for col in range(columns):
             out[row, col, 0] = out[row, col, 1] = np.float32(0)
             if row == 0 or col == 0 or row == rows - 1 or col == columns - 1:
                 continue
-            up, down = sums[row - 1, col], sums[row + 1, col]
-            left, right = sums[row, col - 1], sums[row, col + 1]
-            if min(min(up[3], down[3]), min(left[3], right[3])) < least:
+            if _around(sums, row, col) < least:
                 continue
-            per_up, per_down = np.float32(1) / up[3], np.float32(1) / down[3]
-            per_left, per_right = np.float32(1) / left[3], np.float32(1) / right[3]
             for channel in range(3):
-                y = down[channel] * per_down - up[channel] * per_up
-                x = right[channel] * per_right - left[channel] * per_left
-                out[row, col, min(channel, 1)] += quarter * (x * x + y * y)
+                y, x = _slope(sums, row, col, channel)
+                out[row, col, min(channel, 1)] += x * x + y * y
 
 
 @njit(cache=True, nogil=True)
@@ -95,14 +107,9 @@ def _misplacements(
     for row in range(1, lab.shape[0] - 1, 2):
         for col in range(1, lab.shape[1] - 1, 2):
             count = sums[row, col, 3]
-            if person[row, col] != 0 or count < 1:
+            if person[row, col] != 0 or count < 1 or _around(sums, row, col) < 1:
                 continue
-            up, down = sums[row - 1, col], sums[row + 1, col]
-            left, right = sums[row, col - 1], sums[row, col + 1]
-            if min(min(up[3], down[3]), min(left[3], right[3])) < 1:
-                continue
-            y = (down[0] / down[3] - up[0] / up[3]) / 2
-            x = (right[0] / right[3] - left[0] / left[3]) / 2
+            y, x = _slope(sums, row, col, 0)
             slope = np.sqrt(x * x + y * y)
             if slope < least:
                 continue
