@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who gets which slot: first boxes, people found by their walk, and those found again."""
+"""Who gets which slot of those who are given by boxes."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ import pytest
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window
 from gait_segmentation.results import Feedback, TrackResult
-from gait_segmentation.starting import StartingConfig
-from test.tracking.figures import BLUE, GREEN, RED, Figure, Told, picture, walk
+from test.tracking.figures import BLUE, GREEN, Figure, Told, picture
 
 
 def ids(results: Sequence[TrackResult]) -> list[int]:
@@ -103,107 +101,6 @@ def test_feedback_must_be_of_one_frame() -> None:
     ]
     with pytest.raises(InputError, match='one frame'):
         told.tracker.learn(pair)
-
-
-class Finder:
-    """Finds whom it is told to, and remembers when it was asked."""
-
-    def __init__(self) -> None:
-        self.boxes: list[Box] = []
-        self.asked: list[list[Box]] = []
-
-    def update(self, image: np.ndarray, stamp_ns: int, occupied: Sequence[Box]) -> list[Box]:
-        self.asked.append(list(occupied))
-        found, self.boxes = self.boxes, []
-        return found
-
-    def recall(self, stamp_ns: int, now: np.ndarray, window: Window) -> None:
-        """Remember nothing of the place."""
-
-    def find(self, figure: Figure) -> None:
-        box = Box.around(figure.mask())
-        assert box is not None
-        self.boxes.append(box)
-
-    def reset(self) -> None:
-        self.asked.append([])
-
-
-@pytest.fixture
-def finder() -> Finder:
-    return Finder()
-
-
-def finding(finder: Finder, slots: int = 1, **options) -> Told:
-    told = Told(slots, 'motion', **options)
-    told.tracker._finder = finder
-    return told
-
-
-def test_people_found_get_free_slots_and_are_told_to_the_finder(finder: Finder) -> None:
-    told = finding(finder, 2)
-    assert ids(told.show(Figure(60))) == [0, 0]
-    finder.find(Figure(60))
-    assert ids(told.show(Figure(60))) == [1, 0]
-    told.show(Figure(60))
-    (occupied,) = finder.asked[-1]
-    found = Box.around(Figure(60).mask())
-    assert found is not None
-    assert occupied.iou(found) > 0.7
-
-
-def test_nobody_is_looked_for_without_a_free_slot(finder: Finder) -> None:
-    told = finding(finder)
-    finder.find(Figure(60))
-    told.show(Figure(60))
-    count = len(finder.asked)
-    told.show(Figure(60))
-    assert len(finder.asked) == count
-
-
-def test_nobody_is_looked_for_once_boxes_are_given_until_a_reset(finder: Finder) -> None:
-    told = finding(finder, 2)
-    told.start(Figure(60))
-    told.show(Figure(60))
-    assert finder.asked == []
-    told.tracker.reset()
-    told.show(Figure(60))
-    assert finder.asked[-1] == []
-    assert len(finder.asked) == 2
-
-
-def test_the_search_can_be_switched_off_and_on() -> None:
-    told = Told(1, 'off')
-    assert told.tracker._finder is None
-    told.tracker.starting = StartingConfig(auto_init='motion')
-    assert told.tracker._finder is not None
-
-
-def test_a_box_that_is_refused_does_not_end_the_search(finder: Finder) -> None:
-    told = finding(finder)
-    told.tracker.initialize(Box(500, 10, 20, 50))
-    with pytest.raises(InputError):
-        told.show(Figure(60))
-    finder.find(Figure(60))
-    assert ids(told.show(Figure(60))) == [1]
-
-
-@pytest.mark.parametrize(('coat', 'track_id'), [(RED, 1), (GREEN, 2)])
-def test_somebody_found_is_the_lost_one_only_in_the_same_clothes(
-    finder: Finder, coat: tuple[int, int, int], track_id: int
-) -> None:
-    told = finding(finder, patience=5.0)
-    out = walk(Figure(260), 25, 4.0)
-    finder.find(out[0])
-    for figure in out:
-        (result,) = told.show(figure)
-    for _ in range(5):
-        (result,) = told.show()
-    assert (result.state, result.track_id) == ('lost', 1)
-    # Far from where the first has left.
-    finder.find(Figure(60, coat))
-    (result,) = told.show(Figure(60, coat))
-    assert (result.state, result.track_id) == ('tracked', track_id)
 
 
 def test_pictures_have_the_masks_they_say() -> None:

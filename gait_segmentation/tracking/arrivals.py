@@ -1,0 +1,163 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""People who are found by their walk: their first masks, and the slots they get."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.gait_model.bank import TemplateBank
+from gait_segmentation.geometry import Box, body_window
+from gait_segmentation.results import LOST
+from gait_segmentation.starting import Start, StartingConfig, estimate_start
+from gait_segmentation.starting.motion_memory import Recollection
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.lost_and_found import SAME_COLOURS
+from gait_segmentation.tracking.target import Target
+from gait_segmentation.tracking.world import World
+
+__all__ = ['Arrivals', 'first_mask', 'slot_for_found']
+
+_ABOUT = 0.3
+"""How far about somebody found the place is remembered, in body heights."""
+
+_ANOTHER_BOX = 0.07
+"""Distance of head and feet of the first mask from those of the box, in heights of the box, from
+which somebody found is looked at once more, in the box of the mask."""
+
+
+class Arrivals:
+    """Finds people by their walk, and estimates their first masks from what was there before."""
+
+    def __init__(self, bank: TemplateBank, config: StartingConfig) -> None:
+        """
+        Begin without anything seen.
+
+        :param bank: the templates that people are found and their first masks estimated with.
+        """
+        self._bank = bank
+        self.config = config
+
+    @property
+    def config(self) -> StartingConfig:
+        """Return how people are found; another configuration begins anew."""
+        return self._config
+
+    @config.setter
+    def config(self, config: StartingConfig) -> None:
+        # Here, because the finder uses parts of this package.
+        from gait_segmentation.starting import WalkerFinder
+
+        self._config = config
+        self._finder = WalkerFinder(self._bank, config) if config.auto_init != 'off' else None
+
+    @property
+    def wanted(self) -> bool:
+        """Return whether people are to be found at all."""
+        return self._finder is not None
+
+    def reset(self) -> None:
+        """Forget what was seen."""
+        if self._finder is not None:
+            self._finder.reset()
+
+    def find(
+        self, image: NDArray[np.uint8], stamp_ns: int, occupied: Sequence[Box]
+    ) -> Sequence[Box]:
+        """
+        Take in a frame and return the boxes of people newly found, in source pixels.
+
+        :param image: (H, W, 3) uint8 BGR.
+        :param occupied: boxes of people known already, in source pixels.
+        """
+        return [] if self._finder is None else self._finder.update(image, stamp_ns, occupied)
+
+    def look_at(self, world: World, box: Box, config: TrackingConfig) -> Start:
+        """
+        Estimate the first mask of somebody found, whose box may be somewhat wrong.
+
+        :param world: in which the person is well seen; it forgets what is under the mask and
+            takes over what is remembered of the place.
+        :param box: in working pixels, in the world's newest frame.
+        """
+        past = self._past(world, box)
+        if past is None:
+            start = first_mask(world, box, self._bank, config)
+            world.clear(start.mask)
+            return start
+        lab = world.now.image.lab_about(past.window)[past.window]
+        evidence = np.zeros(world.shape, np.float32)
+        evidence[past.window] = past.evidence(lab, config.shadow_floor)
+        start = first_mask(world, box, self._bank, config, evidence)
+        tight = Box.around(start.mask)
+        if tight is not None:
+            off = abs(tight.y - box.y), abs(tight.bottom - box.bottom)
+            if max(off) > _ANOTHER_BOX * box.height:
+                start = first_mask(world, tight, self._bank, config, evidence)
+        world.clear(start.mask)
+        world.recall(past)
+        return start
+
+    def _past(self, world: World, box: Box) -> Recollection | None:
+        """Return what the place about a box in working pixels looked like before."""
+        if self._finder is None:
+            return None
+        area = body_window(box.center_x, box.center_y, box.height, box)
+        area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
+        window = area.slices(world.shape[1], world.shape[0])
+        image = world.now.image
+        return self._finder.recall(image.stamp_ns, image.bgr, window)
+
+
+def first_mask(
+    world: World,
+    box: Box,
+    bank: TemplateBank,
+    config: TrackingConfig,
+    evidence: NDArray[np.float32] | None = None,
+) -> Start:
+    """
+    Estimate the first mask of a person in the newest frame of a world.
+
+    :param box: in working pixels.
+    :param evidence: (h, w) float32 of the working image, what is known of its pixels, if anything.
+    """
+    return estimate_start(
+        world.now.image.lab,
+        box,
+        bank,
+        height=config.start_height,
+        rounds=config.start_rounds,
+        left_out=config.start_left_out,
+        use_tilt=config.use_tilt,
+        evidence=evidence,
+    )
+
+
+def slot_for_found(
+    slots: Sequence[Target | None], world: World, start: Start
+) -> tuple[int, int | None] | None:
+    """
+    Return the slot that somebody found gets, None if there is none.
+
+    :param start: the first mask, in the newest frame of the world.
+    :returns: the number of the slot, and the track id if it is the person who was lost there,
+        else None.
+    """
+    lost = {
+        slot: target
+        for slot, target in enumerate(slots)
+        if target is not None and target.state == LOST
+    }
+    alike = {slot: target.likeness(world, start) for slot, target in lost.items()}
+    best = max(alike, key=lambda slot: alike[slot], default=None)
+    if best is not None and alike[best] >= SAME_COLOURS:
+        return best, lost[best].track_id
+    if None in slots:
+        return list(slots).index(None), None
+    if lost:
+        return max(lost, key=lambda slot: lost[slot].lost_s), None
+    return None

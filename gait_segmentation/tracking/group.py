@@ -1,0 +1,153 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The people of one world: followed, judged and learnt together, since they may overlap."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.results import LOST, TRACKED, Feedback
+from gait_segmentation.tracking.competition import Claim, compete
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.likelihood import likelihood_image
+from gait_segmentation.tracking.target import Target
+from gait_segmentation.tracking.world import World
+
+__all__ = ['follow', 'judge', 'learn']
+
+Likelihoods = dict[int, NDArray[np.uint8]]
+
+
+def follow(
+    world: World,
+    targets: Sequence[Target],
+    image: NDArray[np.uint8],
+    stamp_ns: int,
+    config: TrackingConfig,
+    heat: NDArray[np.uint8] | None = None,
+) -> None:
+    """
+    Take a frame into a world and follow its people.
+
+    :param targets: all people of the world.
+    :param image: (H, W, 3) uint8 BGR.
+    :param heat: P(person) from elsewhere, uint8 of any size.
+    """
+    bodies = [target.carried_mask() for target in targets]
+    covers = [_cover(target, list(zip(targets, bodies, strict=True))) for target in targets]
+    motion = world.advance(
+        image,
+        stamp_ns,
+        [target.person.area for target in targets],
+        camera=config.use_ego_motion,
+        tone=config.use_tone,
+        everywhere=any(target.state == LOST for target in targets),
+        heat=heat,
+    )
+    for target, body, cover in zip(targets, bodies, covers, strict=True):
+        target.move(motion, body, cover)
+
+
+def judge(world: World, targets: Sequence[Target]) -> Likelihoods:
+    """
+    Let people compete for pixels, assess each by what it got, and look for the lost.
+
+    :param targets: all people of the world.
+    :returns: the likelihoods, (h, w) uint8, by track id.
+    """
+    likelihoods: Likelihoods = {}
+    judged = [(target, target.judge()) for target in targets]
+    present = [(target, claim) for target, claim in judged if claim is not None]
+    masks = [(target, claim.mask) for target, claim in present]
+    logits = compete([claim for _, claim in present])
+    for target, nothing in judged:
+        if nothing is None and target.state == TRACKED:
+            target.lose()
+    for (target, claim), logit in zip(present, logits, strict=True):
+        likelihood = likelihood_image(logit, claim.window, world.shape)
+        likelihoods[target.track_id] = likelihood
+        if target.state == TRACKED:
+            target.assess(likelihood, claim.window, claim.mask, _cover(target, masks))
+    if any(target.state == LOST and target.lost_s > 0 for target in targets):
+        _recover(world, targets, {t.track_id: claim for t, claim in present}, likelihoods)
+    return likelihoods
+
+
+def learn(
+    world: World,
+    targets: Sequence[Target],
+    stamp_ns: int,
+    by_track: Mapping[int, Feedback],
+    config: TrackingConfig,
+) -> None:
+    """
+    Learn a frame in one world: people first, then what surrounds all of them.
+
+    :param targets: all people of the world.
+    :param by_track: the masks of that frame by track id.
+    """
+    skipped, record = world.take(stamp_ns)
+    for each in skipped:
+        for target in targets:
+            target.skip(each)
+    if record is None:
+        return
+    people = np.zeros(world.shape, np.uint8)
+    around = []
+    for target in targets:
+        if target.track_id not in record.bodies:
+            continue
+        feedback = by_track.get(target.track_id)
+        alone = not any(target.meets(other) for other in targets if other is not target)
+        learnt = None if feedback is None else target.learn(record, feedback, alone=alone)
+        if learnt is None:
+            target.skip(record)
+            people[target.person.area.slices(world.shape[1], world.shape[0])] = 255
+        else:
+            people |= learnt[0]
+            around.append(learnt[1])
+    if config.use_background and around:
+        world.learn(record, people, around, gate=config.use_motion_gate)
+
+
+def _cover(
+    target: Target, masks: Sequence[tuple[Target, NDArray[np.uint8]]]
+) -> NDArray[np.uint8] | None:
+    """Return where a person is hidden by those who stand nearer, None if nowhere."""
+    nearer = [
+        mask
+        for other, mask in masks
+        if other.state == TRACKED and other.feet > target.feet and other.meets(target)
+    ]
+    if not nearer:
+        return None
+    cover = nearer[0]
+    for mask in nearer[1:]:
+        cover = cv2.bitwise_or(cover, mask)
+    return cover
+
+
+def _recover(
+    world: World,
+    targets: Sequence[Target],
+    claims: dict[int, Claim],
+    likelihoods: Likelihoods,
+) -> None:
+    """Look for those who are lost, where nobody else is."""
+    lost = [target for target in targets if target.state == LOST and target.lost_s > 0]
+    taken = np.zeros(world.shape, np.uint8)
+    for target in targets:
+        if target.state == TRACKED:
+            likely = likelihoods[target.track_id] > 127
+            taken |= np.where(likely, target.carried_mask(), 0)
+    for target in lost:
+        found = target.recover(
+            claims.get(target.track_id), likelihoods.get(target.track_id), taken
+        )
+        if found is not None:
+            likelihoods[target.track_id] = found
+            taken |= np.where(found > 127, target.carried_mask(), 0)
