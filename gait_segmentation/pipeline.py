@@ -117,6 +117,7 @@ class Pipeline:
         image: NDArray[np.uint8],
         stamp_ns: int,
         likelihood: NDArray[np.uint8] | None = None,
+        heat_map: NDArray[np.uint8] | None = None,
     ) -> list[FrameResult]:
         """
         Take in a frame.
@@ -125,6 +126,8 @@ class Pipeline:
         :param stamp_ns: its stamp; one that goes backwards resets everything.
         :param likelihood: a likelihood image to use in place of the tracker's, for every person:
             (H, W) uint8 or smaller with the same proportions.
+        :param heat_map: where people are as others see it, (h, w) uint8 of any size, 255 = surely
+            a person: one more feature for the tracker to weigh.
         :returns: the results that are complete now.
         :raises InputError: if the frame cannot be used; the state is then as before.
         """
@@ -133,7 +136,7 @@ class Pipeline:
             check_image(image)
             _check_likelihood(likelihood, image)
         # The tracker refuses what cannot be used before anything is forgotten.
-        tracks = self.tracker.update(image, stamp_ns)
+        tracks = self.tracker.update(image, stamp_ns, heat_map)
         if stamp_ns < self._stamp_ns:
             self.matcher.reset()
             self.segmenter.reset()

@@ -137,6 +137,21 @@ def test_an_outer_likelihood_takes_the_place_of_the_trackers() -> None:
     assert len(pipe.update(frame.image, frame.stamp_ns + 1)) == 1
 
 
+def test_a_heat_map_is_a_feature_of_the_tracker() -> None:
+    pipe = pipeline()
+    box = clip()[0].boxes[0]
+    assert box is not None
+    pipe.initialize(box)
+    for frame in clip()[:8]:
+        [result] = pipe.update(frame.image, frame.stamp_ns, heat_map=frame.masks[0])
+    # What its features were is told with the last ranking, of every fifth frame.
+    features = {each.name: each for each in result.people[0].track.features}
+    assert features['heat map'].weight > 0.5
+    with pytest.raises(InputError, match='heat map must be'):
+        pipe.update(frame.image, frame.stamp_ns + 1, heat_map=np.zeros((5, 5, 3), np.uint8))
+    assert len(pipe.update(frame.image, frame.stamp_ns + 1)) == 1
+
+
 def test_timings_come_from_the_clock_given() -> None:
     ticks = iter(range(1000))
     pipe = Pipeline(replace(PipelineConfig()), small_bank(), clock=lambda: float(next(ticks)))
