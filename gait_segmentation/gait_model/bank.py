@@ -6,17 +6,19 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import BankError
+from gait_segmentation.gait_model.extents import extents
 from gait_segmentation.gait_model.storage import read_bank, write_bank
 
 __all__ = ['TemplateBank']
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class TemplateBank:
     """
     Templates of V sequences (view x build) with P phases each.
@@ -32,6 +34,8 @@ class TemplateBank:
 
     Phase p of every sequence is at p / P of the stride, 0 = heel contact of the *right* leg, so
     that phases agree between neighbouring views.
+
+    Equal is only the same bank, so that what is derived from it can be kept.
 
     :raises BankError: if shapes, types or values do not fit together.
     """
@@ -93,6 +97,11 @@ class TemplateBank:
                 'provenance': self.provenance,
             },
         )
+
+    @cached_property
+    def extents(self) -> tuple[NDArray[np.int32], ...]:
+        """Return the boxes of the templates, (V, P, 4) int32: their insides, and with the rim."""
+        return extents(self.templates, (127, 0))
 
     @property
     def sequences(self) -> int:

@@ -82,6 +82,11 @@ class _Scene:
     height: float
     left_out: float
 
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Return (h, w) of the window."""
+        return self.bins.shape[0], self.bins.shape[1]
+
     def turned(self, box: Box, angle: float) -> _Scene:
         """Return the same scene with the height bands of a leaning body."""
         center = (box.center_x, box.center_y)
@@ -221,7 +226,7 @@ def _scene(
 
 def _maximise(hypothesis: Hypothesis, scene: _Scene, rounds: int) -> _Result:
     """Return what comes of one hypothesis."""
-    soft = _average(hypothesis, hypothesis.weight, 0.015 * scene.height)
+    soft = _average(hypothesis, hypothesis.weight, scene.shape, 0.015 * scene.height)
     colours = SoftColours(
         scene.bins,
         scene.rows,
@@ -240,7 +245,7 @@ def _maximise(hypothesis: Hypothesis, scene: _Scene, rounds: int) -> _Result:
         similarity = _similarities(hypothesis, likelihood)
         best = int(np.argmax(similarity * (hypothesis.weight > 0.01)))
         weights = hypothesis.weight * np.exp((similarity - similarity.max()) / _TEMPERATURE)
-        soft = _average(hypothesis, weights, 0.01 * scene.height)
+        soft = _average(hypothesis, weights, scene.shape, 0.01 * scene.height)
         prior = _logit_of(soft)
         data = logit + np.float32(_CUT_PRIOR) * prior
         given = np.where(scene.inside, decided(data), scene.given)
@@ -290,11 +295,12 @@ def _overlaps(
 
 def _similarities(hypothesis: Hypothesis, likelihood: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the Tanimoto similarity (paper, Eq. 1) of a likelihood in 0..1 with each template."""
-    image = np.round(likelihood.ravel() * 255).astype(np.int16)
+    image = np.round(likelihood * 255).astype(np.int16)
     count = len(hypothesis.templates)
     common = np.zeros(count, np.int64)
     total = np.zeros(count, np.int64)
-    _overlaps(hypothesis.templates.reshape(count, -1), image, common, total)
+    part = image[hypothesis.part].ravel()
+    _overlaps(hypothesis.templates.reshape(count, -1), part, common, total)
     whole = total + int(image.sum(dtype=np.int64)) - common
     return (common / np.maximum(whole, 1)).astype(np.float32)
 
@@ -311,12 +317,12 @@ def _add_weighted(
 
 
 def _average(
-    hypothesis: Hypothesis, weights: NDArray[np.float32], sigma: float
+    hypothesis: Hypothesis, weights: NDArray[np.float32], shape: tuple[int, int], sigma: float
 ) -> NDArray[np.float32]:
     """Return the weighted mean of the templates, blurred, (h, w) float32 in 0..1."""
     share = (weights / max(float(weights.sum()), 1e-12) / 255).astype(np.float32)
-    mean = np.zeros(hypothesis.templates.shape[1:], np.float32)
-    _add_weighted(hypothesis.templates, share, mean)
+    mean = np.zeros(shape, np.float32)
+    _add_weighted(hypothesis.templates, share, mean[hypothesis.part])
     return np.asarray(cv2.GaussianBlur(mean, (0, 0), max(sigma, 0.3)))
 
 

@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
+from gait_segmentation.gait_model.extents import extents
 from gait_segmentation.geometry import Box
+from gait_segmentation.images import Window
 
 __all__ = ['VIEWS', 'Hypothesis', 'fit_views']
 
@@ -36,13 +38,15 @@ class Hypothesis:
     """
     All templates of one direction and tilt (radians) laid onto a box.
 
-    ``templates`` is (K, h, w) uint8 in the window, ``weight`` (K,) float32 their prior weight
-    by aspect, ``axis`` (K,) float32 the x of the body's axis in the window and ``height`` (K,)
-    float32 the body's height, both in pixels.
+    ``templates`` is (K, h, w) uint8 in the rows and columns ``part`` of the window, beyond which
+    they are zero, ``weight`` (K,) float32 their prior weight by aspect, ``axis`` (K,) float32 the
+    x of the body's axis in the window, ``top`` (K,) float32 its upper end and ``height`` (K,)
+    float32 the body's height, all in pixels.
     """
 
     azimuth: float
     angle: float
+    part: Window
     templates: NDArray[np.uint8]
     weight: NDArray[np.float32]
     axis: NDArray[np.float32]
@@ -79,13 +83,27 @@ def fit_views(
         templates = templates.reshape(-1, *templates.shape[2:])
         if angle:
             templates = _turned(templates, angle)
-        found.append(_fit(bank, templates, view, box, shape, cut_top, cut_bottom, cut_side, angle))
+            tight, whole = extents(templates, (127, 0))
+        else:
+            tight, whole = (each[sequences].reshape(-1, 4) for each in bank.extents)
+        used = tight[:, 2] > 0
+        laid = _Laid(templates[used], tight[used].astype(float), whole[used].astype(float))
+        found.append(_fit(bank, laid, view, box, shape, cut_top, cut_bottom, cut_side, angle))
     return found
+
+
+@dataclass(frozen=True)
+class _Laid:
+    """Templates that are not empty, (K, h, w), and their boxes: (K, 4) tight, and with the rim."""
+
+    templates: NDArray[np.uint8]
+    tight: NDArray[np.float64]
+    whole: NDArray[np.float64]
 
 
 def _fit(
     bank: TemplateBank,
-    laid: NDArray[np.uint8],
+    laid: _Laid,
     view: float,
     box: Box,
     shape: tuple[int, int],
@@ -96,49 +114,56 @@ def _fit(
 ) -> Hypothesis:
     cut = cut_top or cut_bottom
     sigma = _ASPECT_SIGMA * (3 if cut or cut_side else 1)
-    candidates = [
-        (template, extent, factor, _weight(extent, factor, box, sigma))
-        for template, extent in zip(*_extents(laid), strict=True)
-        for factor in (_TALLER if cut else (1.0,))
-    ]
-    least = _NEGLIGIBLE * max(weight for *_, weight in candidates)
-    grid_height, grid_width = laid.shape[1:]
-    templates, weights, axes, tops, heights = [], [], [], [], []
-    for template, extent, factor, weight in candidates:
-        if weight < least:
-            continue
-        tall = box.height * factor
-        top = box.y + box.height - tall if cut_top and not cut_bottom else box.y
-        scale_y = tall / extent.height
-        stretch = math.log(box.width / extent.width / scale_y)
-        scale_x = scale_y * math.exp(min(max(stretch, -_ANISOTROPY), _ANISOTROPY))
-        left = box.center_x - scale_x * extent.center_x
-        # As geometry.pixel_affine does it, which is slow for hundreds of templates.
-        shift_x = left + (scale_x - 1) / 2
-        shift_y = top - scale_y * extent.y + (scale_y - 1) / 2
-        matrix = np.array([[scale_x, 0, shift_x], [0, scale_y, shift_y]])
-        templates.append(cv2.warpAffine(template, matrix, shape[::-1], flags=cv2.INTER_LINEAR))
-        weights.append(weight)
-        axes.append(left + scale_x * grid_width / 2)
-        height = scale_y * bank.fill * bank.grid[0]
-        middle = top + scale_y * (grid_height / 2 - extent.y)
-        tops.append(middle - height / 2 if angle else top)
-        heights.append(height)
+    factors = _TALLER if cut else (1.0,)
+    which = np.repeat(np.arange(len(laid.templates)), len(factors))
+    factor = np.tile(factors, len(laid.templates))
+    aspect = laid.tight[which, 2] / laid.tight[which, 3]
+    ratio = np.log(aspect * factor * box.height / box.width)
+    weight = np.exp(-0.5 * (ratio / sigma) ** 2)
+    likely = weight >= _NEGLIGIBLE * weight.max()
+    which, factor, weight = which[likely], factor[likely], weight[likely]
+    x, y, width, height = laid.tight[which].T
+    tall = box.height * factor
+    top = box.y + box.height - tall if cut_top and not cut_bottom else np.full(len(tall), box.y)
+    scale_y = tall / height
+    stretch = np.log(box.width / width / scale_y)
+    scale_x = scale_y * np.exp(np.clip(stretch, -_ANISOTROPY, _ANISOTROPY))
+    left = box.center_x - scale_x * (x + width / 2)
+    # As geometry.pixel_affine does it, for all templates at once.
+    shift_x = left + (scale_x - 1) / 2
+    shift_y = top - scale_y * y + (scale_y - 1) / 2
+    columns = _span(laid.whole[which, 0::2], scale_x, shift_x, shape[1])
+    rows = _span(laid.whole[which, 1::2], scale_y, shift_y, shape[0])
+    size = (columns.stop - columns.start, rows.stop - rows.start)
+    templates = np.empty((len(which), size[1], size[0]), np.uint8)
+    matrix = np.zeros((2, 3))
+    for index, template in enumerate(which):
+        matrix[0, 0], matrix[0, 2] = scale_x[index], shift_x[index] - columns.start
+        matrix[1, 1], matrix[1, 2] = scale_y[index], shift_y[index] - rows.start
+        cv2.warpAffine(laid.templates[template], matrix, size, templates[index], cv2.INTER_LINEAR)
+    body = scale_y * bank.fill * bank.grid[0]
+    grid_height, grid_width = laid.templates.shape[1:]
+    middle = top + scale_y * (grid_height / 2 - y)
     return Hypothesis(
         view,
         angle,
-        np.stack(templates),
-        np.array(weights, np.float32),
-        np.array(axes, np.float32),
-        np.array(tops, np.float32),
-        np.array(heights, np.float32),
+        (rows, columns),
+        templates,
+        weight.astype(np.float32),
+        (left + scale_x * grid_width / 2).astype(np.float32),
+        (middle - body / 2 if angle else top).astype(np.float32),
+        body.astype(np.float32),
     )
 
 
-def _weight(extent: Box, factor: float, box: Box, sigma: float) -> float:
-    """Return how likely a body of the template's aspect fills the box."""
-    ratio = math.log(extent.width / extent.height * factor * box.height / box.width)
-    return math.exp(-0.5 * (ratio / sigma) ** 2)
+def _span(
+    extent: NDArray[np.float64], scale: NDArray[np.float64], shift: NDArray[np.float64], size: int
+) -> slice:
+    """Return where templates are not black along one axis of the window, at least one pixel."""
+    low = int(np.floor((scale * (extent[:, 0] - 1) + shift).min()))
+    high = int(np.ceil((scale * extent.sum(axis=1) + shift).max())) + 1
+    start = min(max(low, 0), size - 1)
+    return slice(start, min(max(high, start + 1), size))
 
 
 def _turned(templates: NDArray[np.uint8], angle: float) -> NDArray[np.uint8]:
@@ -150,19 +175,3 @@ def _turned(templates: NDArray[np.uint8], angle: float) -> NDArray[np.uint8]:
     turn = np.array([[cos, -sin], [sin, cos]])
     matrix = np.column_stack([turn, (side - 1) / 2 - turn @ center])
     return np.stack([cv2.warpAffine(each, matrix, (side, side)) for each in templates])
-
-
-def _extents(templates: NDArray[np.uint8]) -> tuple[list[NDArray[np.uint8]], list[Box]]:
-    """Return the templates that are not empty, and their tight boxes."""
-    inside = templates > 127
-    rows: NDArray[np.bool_] = np.any(inside, axis=2)
-    columns: NDArray[np.bool_] = np.any(inside, axis=1)
-    top, left = rows.argmax(axis=1), columns.argmax(axis=1)
-    bottom = rows.shape[1] - rows[:, ::-1].argmax(axis=1)
-    right = columns.shape[1] - columns[:, ::-1].argmax(axis=1)
-    used = np.flatnonzero(rows.any(axis=1))
-    boxes = [
-        Box(float(left[k]), float(top[k]), float(right[k] - left[k]), float(bottom[k] - top[k]))
-        for k in used
-    ]
-    return [templates[k] for k in used], boxes

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.templates import fit_views
+from gait_segmentation.starting.templates import Hypothesis, fit_views
 from test.walkers import small_bank
 
 SHAPE = (120, 90)
@@ -16,10 +16,17 @@ def fit(box: Box, top: bool = False, bottom: bool = False, side: bool = False) -
     return fit_views(small_bank(), box, SHAPE, top, bottom, side)
 
 
+def laid(hypothesis: Hypothesis) -> np.ndarray:
+    """Return the templates in the whole window."""
+    whole = np.zeros((len(hypothesis.templates), *SHAPE), np.uint8)
+    whole[(slice(None), *hypothesis.part)] = hypothesis.templates
+    return whole
+
+
 def test_templates_fill_the_box() -> None:
     box = Box(25, 10, 40, 100)
     for hypothesis in fit(box):
-        for template in hypothesis.templates:
+        for template in laid(hypothesis):
             extent = Box.around(template > 127)
             assert extent is not None
             assert extent.y == pytest.approx(10, abs=1.5)
@@ -27,11 +34,23 @@ def test_templates_fill_the_box() -> None:
             assert extent.center_x == pytest.approx(45, abs=1.5)
 
 
+def test_nothing_of_a_template_is_beyond_the_part_kept() -> None:
+    hypothesis = fit(Box(25, 10, 40, 100))[0]
+    rows, columns = hypothesis.part
+    assert hypothesis.templates.shape[1:] == (rows.stop - rows.start, columns.stop - columns.start)
+    # The rim is black already, and little more than that is kept.
+    whole = laid(hypothesis).max(axis=0)
+    for axis, part in ((1, rows), (0, columns)):
+        used = np.flatnonzero(whole.max(axis=axis))
+        assert part.start < used[0] <= part.start + 3
+        assert part.stop - 3 <= used[-1] + 1 < part.stop
+
+
 def test_stretching_is_limited_and_unlikely_aspects_weigh_little() -> None:
     wide = fit(Box(5, 10, 80, 100))[2]
     assert wide.azimuth == pytest.approx(np.pi / 2)
     assert wide.weight.max() < 0.2
-    for template in wide.templates:
+    for template in laid(wide):
         extent = Box.around(template > 127)
         assert extent is not None
         assert extent.width < 75
@@ -57,12 +76,12 @@ def test_leaning_templates_fill_the_box_and_keep_their_height() -> None:
     leaning = fit_views(small_bank(), box, SHAPE, False, False, False, views=[0.0], angle=0.35)[0]
     assert leaning.angle == pytest.approx(0.35)
     assert upright.angle == 0
-    extents = [Box.around(template > 127) for template in leaning.templates]
+    extents = [Box.around(template > 127) for template in laid(leaning)]
     best = extents[int(leaning.weight.argmax())]
     assert best is not None
     assert best.y == pytest.approx(12, abs=1.5)
     assert best.bottom == pytest.approx(108, abs=1.5)
     # The head leans to the right, as the sign says.
-    template = leaning.templates[int(leaning.weight.argmax())] > 127
+    template = laid(leaning)[int(leaning.weight.argmax())] > 127
     head, feet = np.nonzero(template[12:30])[1].mean(), np.nonzero(template[85:108])[1].mean()
     assert head > feet + 15
