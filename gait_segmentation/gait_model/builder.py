@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -94,7 +95,10 @@ def quantize(templates: NDArray[np.uint8], levels: int) -> NDArray[np.uint8]:
     """
     steps = np.arange(256, dtype=np.float64) * (levels - 1) / 255
     table = np.floor(np.floor(steps + 0.5) * 255 / (levels - 1) + 0.5).astype(np.uint8)
-    return table[templates]
+    # NumPy's own indexing takes ten times as long.
+    return np.asarray(cv2.LUT(np.ascontiguousarray(templates).reshape(-1, 1), table)).reshape(
+        templates.shape
+    )
 
 
 def build_bank(

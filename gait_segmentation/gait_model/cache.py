@@ -9,6 +9,7 @@ import hashlib
 import json
 import os
 from dataclasses import asdict
+from functools import lru_cache
 from pathlib import Path
 
 from gait_segmentation.errors import BankError
@@ -39,18 +40,26 @@ def cached_bank(spec: BankSpec) -> TemplateBank:
     """
     Return the bank of a specification from the cache, drawing it if it is not there.
 
-    A cache that cannot be read or written, or holds a damaged file, only costs the drawing.
+    A cache that cannot be read or written, or holds a damaged file, only costs the drawing.  The
+    last bank read is kept and shared: nobody may write to it.
 
     :raises BankError: if a build is unknown.
     """
     path = cache_folder() / f'bank-{_key(spec)}.npz'
-    with contextlib.suppress(BankError):
-        return TemplateBank.load(path)
+    with contextlib.suppress(BankError, OSError):
+        found = path.stat()
+        return _loaded(path, found.st_mtime_ns, found.st_size)
     bank = build_bank(spec)
     with contextlib.suppress(BankError, OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         bank.save(path)
     return bank
+
+
+@lru_cache(maxsize=1)
+def _loaded(path: Path, changed_ns: int, size: int) -> TemplateBank:
+    """Return the bank of a file as it is since a time."""
+    return TemplateBank.load(path)
 
 
 def default_bank() -> TemplateBank:

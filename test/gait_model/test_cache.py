@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from gait_segmentation.errors import BankError
-from gait_segmentation.gait_model import cache
+from gait_segmentation.gait_model import TemplateBank, cache
 from gait_segmentation.gait_model.builder import BankSpec, build_bank
 
 SPEC = BankSpec(height=48, width=32, azimuths=2, phases=4)
@@ -38,6 +38,17 @@ def test_drawn_once_and_then_read(folder, drawn):
     assert (first.templates == second.templates).all()
     assert first.provenance == second.provenance
     assert len(list(folder.iterdir())) == 1
+
+
+def test_a_file_is_read_once_until_it_changes(folder, drawn):
+    cache.cached_bank(SPEC)
+    second = cache.cached_bank(SPEC)
+    assert cache.cached_bank(SPEC) is second
+    path = next(folder.iterdir())
+    changed = TemplateBank(255 - second.templates, second.azimuth, second.builds, second.fill)
+    changed.save(path)
+    assert (cache.cached_bank(SPEC).templates == changed.templates).all()
+    assert drawn == [SPEC]
 
 
 def test_another_specification_or_model_is_another_file(folder, drawn, monkeypatch):
