@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,7 +13,13 @@ from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.tanimoto import EventKernel, WindowGrid
 
-__all__ = ['BuildChoice', 'BuildKernels']
+__all__ = ['BuildChoice', 'BuildKernels', 'builds_of']
+
+
+def builds_of(bank: TemplateBank) -> NDArray[np.intp]:
+    """Return the build of each sequence, (V,), as its place among the names of the builds."""
+    names = sorted(set(bank.builds))
+    return np.array([names.index(build) for build in bank.builds])
 
 
 class BuildChoice:
@@ -25,9 +33,8 @@ class BuildChoice:
     def __init__(self, bank: TemplateBank, config: MatchingConfig) -> None:
         """Start with a trial."""
         self._config = config
-        names = sorted(set(bank.builds))
-        self.of_sequence: NDArray[np.intp] = np.array([names.index(b) for b in bank.builds])
-        self.count = len(names)
+        self.of_sequence = builds_of(bank)
+        self.count = int(self.of_sequence.max()) + 1
         self.reset()
 
     def reset(self) -> None:
@@ -83,6 +90,12 @@ class BuildKernels:
             rows += 1 + int(kernel.row.max()) + 1
         self._rows = rows
         self.pitch = self._kernels[0].pitch
+
+    def copy(self) -> BuildKernels:
+        """Return kernels of the same templates that work in memory of their own."""
+        other = copy(self)
+        other._kernels = [kernel.copy() for kernel in self._kernels]
+        return other
 
     def new_rows(self, images: int) -> NDArray[np.int32]:
         """Return an array for the results of a number of images."""

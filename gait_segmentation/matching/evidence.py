@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -42,6 +44,12 @@ class SequenceEvidence:
         used = np.asarray(templates).max(axis=1) > 0
         rows, columns = used.max(axis=2), used.max(axis=1)
         self._parts = [(_span(rows[v]), _span(columns[v])) for v in range(len(templates))]
+
+    def copy(self) -> SequenceEvidence:
+        """Return one of the same templates that has compared nothing."""
+        other = copy(self)
+        other._kept = None
+        return other
 
     def at(
         self,

@@ -7,28 +7,27 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.gait_model.builder import quantize
 from gait_segmentation.geometry import Box, Placement, check_matched_box
 from gait_segmentation.images import same_proportions
 from gait_segmentation.matching.box_motion import BoxMotion
-from gait_segmentation.matching.builds import BuildChoice, BuildKernels
+from gait_segmentation.matching.builds import BuildChoice
 from gait_segmentation.matching.clock import PhaseClock
+from gait_segmentation.matching.coded_bank import coded_bank
 from gait_segmentation.matching.confidence import phase_near
 from gait_segmentation.matching.config import MatchingConfig
-from gait_segmentation.matching.evidence import SequenceEvidence
 from gait_segmentation.matching.near_leg import NearLeg
 from gait_segmentation.matching.path import Areas, Path, PathSearch
 from gait_segmentation.matching.placements import PlacementGrid, Sampled
 from gait_segmentation.matching.shape_prior import warp_template
 from gait_segmentation.matching.steady import SteadyAngle
 from gait_segmentation.matching.transitions import turned
-from gait_segmentation.matching.visibility import VisibleAreas
 from gait_segmentation.results import MatchResult
 
 __all__ = ['SequenceMatcher']
@@ -63,33 +62,27 @@ class SequenceMatcher:
         """
         self.config = config or MatchingConfig()
         self._bank = bank
-        templates = quantize(bank.templates, self.config.levels)
-        templates = templates.reshape(-1, *bank.grid)
-        self._templates = templates
         self._placements = PlacementGrid(bank.grid, bank.fill, self.config)
         self._builds = BuildChoice(bank, self.config)
-        self._kernel = BuildKernels(
-            templates.reshape(bank.templates.shape),
-            self._builds.of_sequence,
-            self._placements.windows,
+        coded = coded_bank(bank, self.config.levels, self._placements.windows)
+        self._templates, self._kernel, self._visible = (
+            coded.templates,
+            coded.kernels,
+            coded.visible,
         )
+        self._evidence = coded.evidence
         self._common = self._kernel.new_rows(len(self._placements.scales))
-        area = templates.sum(axis=(1, 2), dtype=np.int32)
         self._path = PathSearch(
             bank,
-            area,
+            coded.area,
             self._kernel.row.reshape(-1),
             self._placements.shape,
             self.config.scale_cost * np.abs(np.log(self._placements.scales)),
             self._kernel.pitch,
             self.config,
         )
-        self._visible = VisibleAreas(
-            self._kernel, templates.reshape(bank.templates.shape), self._placements.windows
-        )
         self._beside = _neighbours(bank)
         self._motion = BoxMotion()
-        self._evidence = SequenceEvidence(templates.reshape(bank.templates.shape))
         self._clock = PhaseClock(
             bank.phases,
             self.config.minimum_cadence / 120,
@@ -382,6 +375,7 @@ class SequenceMatcher:
         return turned(own + offset * gap)
 
 
+@lru_cache(maxsize=4)
 def _neighbours(bank: TemplateBank) -> list[tuple[int, int]]:
     """Return each sequence's neighbouring views of its build, clockwise and anticlockwise."""
     result = []

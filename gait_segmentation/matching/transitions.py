@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +44,7 @@ def phase_costs(
     return np.minimum(np.round(UNIT * cost * off), UNIT).astype(np.int16)
 
 
+@lru_cache(maxsize=4)
 def view_changes(
     bank: TemplateBank, config: MatchingConfig
 ) -> tuple[NDArray[np.int32], NDArray[np.int16]]:

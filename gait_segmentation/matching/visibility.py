@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -40,6 +42,12 @@ class VisibleAreas:
             lines = templates.sum(axis=axis, dtype=np.int32)
             sums[kernels.row, 1:] = np.cumsum(lines, axis=2, dtype=np.int32)
         self._result = kernels.new_rows(0)
+
+    def of(self, kernels: BuildKernels) -> VisibleAreas:
+        """Return the same for a copy of the kernels."""
+        other = copy(self)
+        other._kernels, other._result = kernels, kernels.new_rows(0)
+        return other
 
     def rows(
         self, known: NDArray[np.uint8], active: NDArray[np.bool_], of_sequence: NDArray[np.intp]

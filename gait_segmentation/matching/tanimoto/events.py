@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -56,6 +58,13 @@ class EventKernel:
         self._origins = _origins(self._program.pixels, grid)
         self._runs = [_runs(grid, block * LANES) for block in range(self._blocks)]
         self._result = np.zeros((0, 0, 0), np.int32)
+
+    def copy(self) -> EventKernel:
+        """Return a kernel of the same templates that works in memory of its own."""
+        other = copy(self)
+        other._matrix = _aligned(len(self._matrix))
+        other._result = np.zeros((0, 0, 0), np.int32)
+        return other
 
     @property
     def events(self) -> int:
