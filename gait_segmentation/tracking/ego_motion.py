@@ -13,40 +13,25 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import compose
+from gait_segmentation.tracking.corners import followed, strongest
+from gait_segmentation.tracking.similarity import camera_motion
 
 __all__ = ['Motion', 'MotionEstimator']
 
 _CORNERS_AROUND = 64
 _CORNERS_ON_BODY = 24
-_LEAST_AROUND = 8
 _LEAST_ON_BODY = 6
-_STILL_PX = 0.2
-_RANSAC_PX = 1.5
-_SAMPLES = 100
 _CELL_AROUND, _CELL_ON_BODY = 8, 6
 """Sides of the cells with one corner each, in pixels of half the size and of full size."""
-
-_QUALITY = 0.01
-"""Least strength of a corner, as a share of the strongest."""
 
 _LEAST_STRENGTH = 2e-4
 """
 Least strength of a corner of the world; noise of 5 grey levels, also along a straight edge,
 reaches it.  On the body weak corners are better than none: their median is taken.
 """
-
-_LEAST_APART = 16
-"""Pixels between two corners that a motion may be estimated from."""
-
-_MOST_TURN, _MOST_ZOOM = 0.2, 1.2
-"""Largest rotation (radians) and zoom from frame to frame that are believed."""
-
-_LEAST_AGREEING = 1 / 3
-"""Share of the corners that must agree on the camera's motion; else it counts as unknown."""
 
 _FOLLOWED = 4
 """Frames for which corners of the world are followed before new ones are sought."""
@@ -56,7 +41,6 @@ _LEAST_FOLLOWED = 40
 
 _WINDOW_WORLD, _WINDOW_BODY = 11, 11
 _LEVELS_WORLD, _LEVELS_BODY = 3, 2
-_CRITERIA = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 10, 0.02)
 _AWAY = np.ones((9, 9), np.uint8)
 _INNER = np.ones((5, 5), np.uint8)
 """Corners at the outline belong to the surroundings as much as to the body."""
@@ -89,8 +73,8 @@ class Motion:
         """Return where the camera's motion moves a position of the still world."""
         if self.camera is None:
             return x, y
-        moved = self.camera[:, :2] @ np.array([x, y]) + self.camera[:, 2]
-        return float(moved[0]), float(moved[1])
+        (a, b, dx), (c, d, dy) = self.camera.tolist()
+        return a * x + b * y + dx, c * x + d * y + dy
 
 
 class MotionEstimator:
@@ -169,14 +153,14 @@ class MotionEstimator:
             points = points[allowed[rows, columns] != 0]
         if self._age >= _FOLLOWED or len(points) < _LEAST_FOLLOWED:
             strength = cv2.cornerMinEigenVal(last, 3)
-            points = _strongest(strength, allowed, _CELL_AROUND, _LEAST_STRENGTH)[:_CORNERS_AROUND]
+            points = strongest(strength, allowed, _CELL_AROUND, _LEAST_STRENGTH)[:_CORNERS_AROUND]
             self._age = 0
         self._age += 1
-        before, after = _followed(last, now, points, _WINDOW_WORLD, _LEVELS_WORLD)
+        before, after = followed(last, now, points, _WINDOW_WORLD, _LEVELS_WORLD)
         height, width = now.shape
         limit = np.array([width, height], np.float32)
         self._around = after[((after >= 0) & (after < limit)).all(axis=1)]
-        return _camera_motion(2 * before, 2 * after)
+        return camera_motion(2 * before, 2 * after)
 
 
 def _halved(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -192,30 +176,6 @@ def _thinned(people: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.ui
         part = cv2.resize(part, shape[::-1], interpolation=cv2.INTER_NEAREST)
     # Not cv2.compare: that takes an image of one pixel for something else.
     return np.asarray(cv2.inRange(part, 1, 255))
-
-
-def _followed(
-    last: NDArray[np.uint8],
-    now: NDArray[np.uint8],
-    points: NDArray[np.float32],
-    side: int,
-    levels: int,
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return where points of the last frame were and are now, (n, 2) float32, the found ones."""
-    if len(points) == 0:
-        return points, points
-    # Positions of pixels' centres are whole numbers to OpenCV, half a pixel more to us.
-    moved, found, _ = cv2.calcOpticalFlowPyrLK(
-        last,
-        now,
-        points[:, None] - 0.5,
-        None,
-        winSize=(side, side),
-        maxLevel=levels,
-        criteria=_CRITERIA,
-    )
-    good = found.ravel() == 1
-    return points[good], moved[good, 0] + 0.5
 
 
 def _body_shift(
@@ -241,183 +201,23 @@ def _body_shift(
     now = np.ascontiguousarray(gray[y_low + dy : y_high + dy, x_low + dx : x_high + dx])
     strength = cv2.cornerMinEigenVal(then, 3)
     where = cv2.erode(body[y_low:y_high, x_low:x_high], _INNER)
-    points = _strongest(strength, where, _CELL_ON_BODY, 0.0)[:_CORNERS_ON_BODY]
-    before, after = _followed(then, now, points, _WINDOW_BODY, _LEVELS_BODY)
+    points = strongest(strength, where, _CELL_ON_BODY, 0.0)[:_CORNERS_ON_BODY]
+    before, after = followed(then, now, points, _WINDOW_BODY, _LEVELS_BODY)
     if len(before) < _LEAST_ON_BODY:
         return None
-    median = np.median(after - before, axis=0)
-    return dx + float(median[0]), dy + float(median[1])
+    x, y = _median(after - before)
+    return dx + x, dy + y
+
+
+def _median(shifts: NDArray[np.float32]) -> tuple[float, float]:
+    """Return the medians of two columns; for a few numbers numpy's own takes ten times as long."""
+    ordered = np.sort(shifts, axis=0)
+    low, high = ordered[(len(ordered) - 1) // 2], ordered[len(ordered) // 2]
+    x, y = ((low + high) / np.float32(2)).tolist()
+    return x, y
 
 
 def _common(low: int, high: int, shift: int, size: int) -> tuple[int, int]:
     """Return a range with margin that lies in 0..size also when shifted."""
     low, high = low - _BODY_MARGIN, high + _BODY_MARGIN
     return max(low, 0, -shift), min(high, size, size - shift)
-
-
-@njit(cache=True, nogil=True)
-def _best_of_cells(
-    strength: NDArray[np.float32],
-    where: NDArray[np.uint8],
-    cell: int,
-    value: NDArray[np.float32],
-    place: NDArray[np.float32],
-) -> None:
-    """Find the strongest pixel of each cell among those that are set in ``where``."""
-    columns = strength.shape[1] // cell
-    for index in range(value.size):
-        top, left = index // columns * cell, index % columns * cell
-        best = np.float32(0)
-        for row in range(top, top + cell):
-            for col in range(left, left + cell):
-                here = strength[row, col]
-                if here > best and where[row, col] != 0:
-                    best = here
-                    place[index, 0] = col + 0.5
-                    place[index, 1] = row + 0.5
-        value[index] = best
-
-
-def _strongest(
-    strength: NDArray[np.float32], where: NDArray[np.uint8], cell: int, least: float
-) -> NDArray[np.float32]:
-    """
-    Return the strongest corner of each cell of a grid, strongest first.
-
-    :param strength: (h, w) float32, the smaller eigenvalue of the structure tensor.
-    :param where: (h, w) uint8, non-zero where corners may lie.
-    :param least: strength that a corner must have.
-    :returns: (n, 2) float32, positions (x, y).
-    """
-    rows, columns = strength.shape[0] // cell, strength.shape[1] // cell
-    value = np.zeros(rows * columns, np.float32)
-    place = np.zeros((rows * columns, 2), np.float32)
-    if value.size == 0:
-        return place
-    _best_of_cells(strength, where, cell, value, place)
-    order = np.argsort(-value, kind='stable')
-    least = max(_QUALITY * value[order[0]], least)
-    return place[order[value[order] > least]]
-
-
-def _camera_motion(
-    before: NDArray[np.float32], after: NDArray[np.float32]
-) -> NDArray[np.float64] | None:
-    """Return the similarity that most points agree on, None if they stand still or are few."""
-    if len(before) < _LEAST_AROUND:
-        return None
-    shift = np.hypot(*(after - before).T)
-    if np.partition(shift, len(shift) // 2)[len(shift) // 2] < _STILL_PX:
-        return None
-    return _similarity(before, after)
-
-
-def _similarity(
-    before: NDArray[np.float32], after: NDArray[np.float32]
-) -> NDArray[np.float64] | None:
-    """
-    Return the 2 x 3 similarity that most pairs of points agree on (RANSAC), least squares.
-
-    :param before, after: (n, 2) float32, n >= 2.
-    """
-    transform = np.empty((2, 3))
-    found = _agreed(before.astype(np.float64), after.astype(np.float64), transform)
-    return transform if found else None
-
-
-@njit(cache=True, nogil=True)
-def _agreed(
-    then: NDArray[np.float64], now: NDArray[np.float64], transform: NDArray[np.float64]
-) -> bool:
-    """Fill in the similarity; return whether any two points agree on one."""
-    tolerance = _RANSAC_PX * _RANSAC_PX
-    agree, most = _consensus(then, now, _SAMPLES, tolerance)
-    for _ in range(2):
-        if most < max(2, _LEAST_AGREEING * agree.size):
-            return False
-        a, b, x, y = _fitted(then, now, agree)
-        most = _agreement(then, now, a, b, x, y, tolerance, agree)
-    transform[0, 0], transform[0, 1], transform[0, 2] = a, -b, x
-    transform[1, 0], transform[1, 1], transform[1, 2] = b, a, y
-    return True
-
-
-@njit(cache=True, nogil=True)
-def _agreement(
-    then: NDArray[np.float64],
-    now: NDArray[np.float64],
-    a: float,
-    b: float,
-    x: float,
-    y: float,
-    tolerance: float,
-    agree: NDArray[np.bool_],
-) -> int:
-    """Mark the points that a similarity takes to where they are now; return how many."""
-    count = 0
-    for k in range(agree.size):
-        off_x = a * then[k, 0] - b * then[k, 1] + x - now[k, 0]
-        off_y = b * then[k, 0] + a * then[k, 1] + y - now[k, 1]
-        agree[k] = off_x * off_x + off_y * off_y < tolerance
-        count += agree[k]
-    return count
-
-
-@njit(cache=True, nogil=True)
-def _consensus(
-    then: NDArray[np.float64], now: NDArray[np.float64], samples: int, tolerance: float
-) -> tuple[NDArray[np.bool_], int]:
-    """Return which points agree with the best of some similarities through two of them."""
-    count = then.shape[0]
-    best, agree = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
-    most = 0
-    state = np.uint32(1)
-    for _ in range(samples):
-        # A linear congruential generator (Numerical Recipes): the same samples in every run.
-        state = np.uint32(state * np.uint32(1664525) + np.uint32(1013904223))
-        first = int(state >> np.uint32(8)) % count
-        state = np.uint32(state * np.uint32(1664525) + np.uint32(1013904223))
-        second = int(state >> np.uint32(8)) % count
-        dx, dy = then[second, 0] - then[first, 0], then[second, 1] - then[first, 1]
-        square = dx * dx + dy * dy
-        if square < _LEAST_APART * _LEAST_APART:
-            continue
-        to_x, to_y = now[second, 0] - now[first, 0], now[second, 1] - now[first, 1]
-        a, b = (dx * to_x + dy * to_y) / square, (dx * to_y - dy * to_x) / square
-        size = a * a + b * b
-        if abs(b) > _MOST_TURN or not 1 / _MOST_ZOOM**2 < size < _MOST_ZOOM**2:
-            continue
-        x = now[first, 0] - a * then[first, 0] + b * then[first, 1]
-        y = now[first, 1] - b * then[first, 0] - a * then[first, 1]
-        agreeing = _agreement(then, now, a, b, x, y, tolerance, agree)
-        if agreeing > most:
-            most = agreeing
-            best[:] = agree
-    return best, most
-
-
-@njit(cache=True, nogil=True)
-def _fitted(
-    then: NDArray[np.float64], now: NDArray[np.float64], use: NDArray[np.bool_]
-) -> tuple[float, float, float, float]:
-    """Return a, b, x, y of the least-squares similarity ((a, -b, x), (b, a, y))."""
-    count = 0
-    from_x = from_y = to_x = to_y = 0.0
-    for k in range(use.size):
-        if use[k]:
-            count += 1
-            from_x += then[k, 0]
-            from_y += then[k, 1]
-            to_x += now[k, 0]
-            to_y += now[k, 1]
-    from_x, from_y, to_x, to_y = from_x / count, from_y / count, to_x / count, to_y / count
-    square = dot = cross = 0.0
-    for k in range(use.size):
-        if use[k]:
-            dx, dy = then[k, 0] - from_x, then[k, 1] - from_y
-            ex, ey = now[k, 0] - to_x, now[k, 1] - to_y
-            square += dx * dx + dy * dy
-            dot += dx * ex + dy * ey
-            cross += dx * ey - dy * ex
-    a, b = (dot / square, cross / square) if square > 0 else (1.0, 0.0)
-    return a, b, to_x - a * from_x + b * from_y, to_y - b * from_x - a * from_y

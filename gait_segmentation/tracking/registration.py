@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
 
-__all__ = ['misplacement']
+__all__ = ['remaining_shift']
 
 _SEEN = 2.0
 """Times a pixel was seen to be compared with what is remembered of it."""
@@ -66,7 +66,7 @@ def _add_up(
             out[5] += 1
 
 
-def misplacement(
+def remaining_shift(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
     people: NDArray[np.uint8],

@@ -20,7 +20,7 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import moving_pixels
 from gait_segmentation.tracking.ego_motion import Motion, MotionEstimator
 from gait_segmentation.tracking.exposure import Exposure
-from gait_segmentation.tracking.registration import misplacement
+from gait_segmentation.tracking.registration import remaining_shift
 from gait_segmentation.tracking.tone import tone_curve
 from gait_segmentation.tracking.working import WorkingImage, working_scale, working_shape
 
@@ -172,7 +172,7 @@ class World:
             frame = frame if curve is None else frame.toned(curve)
         if camera and windows:
             lab = frame.lab_about(windows[0])
-            motion = motion.corrected(misplacement(background.sums, lab, people, windows))
+            motion = motion.corrected(remaining_shift(background.sums, lab, people, windows))
             background = self._background_now(motion.camera, windows)
         if heat is not None:
             heat = np.asarray(cv2.resize(heat, self.shape[::-1], interpolation=cv2.INTER_LINEAR))

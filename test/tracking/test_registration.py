@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.tracking.background import BackgroundModel
-from gait_segmentation.tracking.registration import misplacement
+from gait_segmentation.tracking.registration import remaining_shift
 
 SHAPE = (80, 100)
 ALL = [(slice(0, 80), slice(0, 100))]
@@ -37,19 +37,19 @@ def remembered(lab: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize('shift', [(0.3, 0.0), (-0.2, 0.25), (0.1, -0.4)])
 def test_a_part_of_a_pixel_is_seen(shift: tuple[float, float]) -> None:
-    found = misplacement(remembered(view(0, 0)), view(*shift), NOBODY, ALL)
+    found = remaining_shift(remembered(view(0, 0)), view(*shift), NOBODY, ALL)
     assert found == pytest.approx(shift, abs=0.06)
 
 
 def test_what_fits_is_left_alone() -> None:
-    assert misplacement(remembered(view(0, 0)), view(0, 0), NOBODY, ALL) is None
+    assert remaining_shift(remembered(view(0, 0)), view(0, 0), NOBODY, ALL) is None
 
 
 def test_along_stripes_nothing_moves() -> None:
     rows = 127 + 60 * np.sin(np.arange(120) / 2)
     stripes = np.repeat(np.repeat(rows[:, None, None], 140, axis=1), 3, axis=2)
     stripes = stripes.astype(np.float32)
-    found = misplacement(remembered(view(0, 0, stripes)), view(0.3, 0.3, stripes), NOBODY, ALL)
+    found = remaining_shift(remembered(view(0, 0, stripes)), view(0.3, 0.3, stripes), NOBODY, ALL)
     assert found == pytest.approx((0.0, 0.3), abs=0.06)
 
 
@@ -58,10 +58,10 @@ def test_people_are_not_looked_at() -> None:
     lab[:, 20:80] = view(0.5, 0)[:, 20:80]
     people = np.zeros(SHAPE, np.uint8)
     people[:, 19:81] = 1
-    assert misplacement(remembered(view(0, 0)), lab, people, ALL) is None
+    assert remaining_shift(remembered(view(0, 0)), lab, people, ALL) is None
 
 
 def test_a_flat_or_unknown_picture_says_nothing() -> None:
     flat = np.full((*SHAPE, 3), 120, np.uint8)
-    assert misplacement(remembered(flat), flat, NOBODY, ALL) is None
-    assert misplacement(np.zeros((*SHAPE, 4), np.float32), view(0, 0), NOBODY, ALL) is None
+    assert remaining_shift(remembered(flat), flat, NOBODY, ALL) is None
+    assert remaining_shift(np.zeros((*SHAPE, 4), np.float32), view(0, 0), NOBODY, ALL) is None
