@@ -15,7 +15,8 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, check_image, check_stamp, shrink, warp_window
 from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.motion_candidates import Candidate, follow
-from gait_segmentation.starting.motion_memory import Memory, Recollection
+from gait_segmentation.starting.motion_memory import Memory
+from gait_segmentation.starting.motion_recollection import Recollection
 from gait_segmentation.starting.motion_scene import MotionScene, SceneFrame
 from gait_segmentation.starting.motion_watch import Watch, light_bank
 

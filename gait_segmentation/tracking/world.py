@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box, compose, invert, scaling
 from gait_segmentation.images import Window, warp_window
-from gait_segmentation.starting.motion_memory import Recollection
+from gait_segmentation.starting.motion_recollection import Recollection
 from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import moving_pixels

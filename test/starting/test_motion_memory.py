@@ -8,7 +8,8 @@ import pytest
 
 from gait_segmentation.geometry import scaling
 from gait_segmentation.images import Window
-from gait_segmentation.starting.motion_memory import Memory, Recollection
+from gait_segmentation.starting.motion_memory import Memory
+from gait_segmentation.starting.motion_recollection import Recollection
 
 SHAPE, SMALL = (120, 160), (60, 80)
 EVERY: Window = (slice(0, 120), slice(0, 160))
@@ -67,13 +68,6 @@ def test_somebody_stands_out_and_the_place_does_not() -> None:
     assert np.median(evidence[person]) > 1
     assert np.median(evidence[~person]) < -1
     assert np.abs(evidence).max() <= 3
-
-
-def test_a_shadow_says_nothing() -> None:
-    found, _ = remembered()
-    lab = found.mean.copy()
-    lab[..., 0] = np.rint(0.7 * lab[..., 0])
-    assert found.evidence(lab, 0.5)[found.count >= 2].max() <= 0
 
 
 def test_where_somebody_always_was_nothing_is_known() -> None:
