@@ -47,7 +47,8 @@ class Recollection:
         """
         Return evidence for a person, (h, w) float32 within +-3, 0 where nothing is known.
 
-        What a shadow could be says nothing.
+        What is a little darker and of the same chroma is hardly clothes of just that colour; the
+        darker a shadow would be, the less is said.
 
         :param lab: (h, w, 3) uint8, the window of the newest frame.
         :param shadow_floor: darkest shadow, as a share of the lightness.
@@ -61,7 +62,8 @@ class Recollection:
         share = here[..., 0] / np.maximum(mean[..., 0], 1)
         less = here[..., 1:] - 128 - share[..., None] * (mean[..., 1:] - 128)
         chroma = np.minimum(chroma, (less**2).sum(axis=2) * scale)
-        shadow = np.maximum(_GAIN * (chroma - _NEUTRAL), 0)
+        depth = (1 - share) / (1 - shadow_floor)
+        shadow = _GAIN * (chroma - _NEUTRAL * (1 - depth))
         dark = (share < 1) & (share > shadow_floor)
         logit = np.where(dark, np.minimum(logit, shadow), logit)
         known = self.count.astype(np.float32)
