@@ -16,13 +16,14 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonInstanceStamped
 from numpy.typing import NDArray
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image, JointState
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.people import slot_name
+from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.image import read_mono8
 from gait_segmentation.ros.messages import read_box, read_gait, stamp_of
 
@@ -131,7 +132,7 @@ class Recorder:
                 raw=raw,
             )
         self._node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 10)
-        self._executor = SingleThreadedExecutor()
+        self._executor = MessageExecutor()
         self._executor.add_node(self._node)
         self._thread = threading.Thread(target=self._spin, name='recorder', daemon=True)
         self._thread.start()

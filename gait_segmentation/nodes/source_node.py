@@ -26,6 +26,7 @@ from std_msgs.msg import Header
 from gait_segmentation.errors import GaitSegmentationError, SequenceError
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, open_input
 from gait_segmentation.ros.image import image_message
+from gait_segmentation.ros.memory import keep_freed_memory
 from gait_segmentation.ros.messages import stamp_of
 from gait_segmentation.ros.qos import BETWEEN_NODES
 
@@ -193,6 +194,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     given = sys.argv if arguments is None else ['gait_source', *arguments]
     options = parser().parse_args(remove_ros_args(given)[1:])
+    keep_freed_memory()
     try:
         rclpy.init(args=given)
         node = Node('gait_source')

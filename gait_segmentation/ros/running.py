@@ -13,10 +13,12 @@ from typing import TYPE_CHECKING
 
 import rclpy
 from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException
 from rclpy.utilities import remove_ros_args
 
 from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.ros.executor import MessageExecutor
+from gait_segmentation.ros.memory import keep_freed_memory
 
 if TYPE_CHECKING:
     from gait_segmentation.ros.lifecycle import GaitNode
@@ -33,17 +35,18 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
     :raises SystemExit: with the usage, if that is asked for or the command line is wrong.
     """
     node: GaitNode | None = None
-    executor: SingleThreadedExecutor | None = None
+    executor: MessageExecutor | None = None
     understood = False
     try:
         _check(make, sys.argv if arguments is None else arguments)
         # rclpy's own handler closes the context, which ends everything in order; an exception
         # in the middle of whatever runs would not.
         signal.signal(signal.SIGINT, Patience())
+        keep_freed_memory()
         rclpy.init(args=arguments)
         understood = True
         # First: one that is made when a signal has closed the context leaves a traceback.
-        executor = SingleThreadedExecutor()
+        executor = MessageExecutor()
         node = make()
         if not node.start():
             # A signal in the middle of the start closes the context under it.
