@@ -5,22 +5,29 @@ Running the stages once before the first frame comes.
 
 Numba compiles a kernel, or loads it from its cache, when it is first called; that takes up to
 seconds and must not happen while a camera waits.
+
+A node has one stage, and what the others need takes long to import: each is imported when it is
+warmed up.
 """
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.matching import MatchingConfig, SequenceMatcher
-from gait_segmentation.pipeline import PipelineConfig
 from gait_segmentation.results import Feedback, MatchResult
-from gait_segmentation.segmentation import SegmentationConfig, Segmenter
-from gait_segmentation.starting import StartingConfig, WalkerFinder
-from gait_segmentation.tracking import PeopleTracker, TrackingConfig
+
+if TYPE_CHECKING:
+    from gait_segmentation.gait_model import TemplateBank
+    from gait_segmentation.matching import MatchingConfig
+    from gait_segmentation.pipeline import PipelineConfig
+    from gait_segmentation.segmentation import SegmentationConfig
+    from gait_segmentation.starting import StartingConfig
+    from gait_segmentation.tracking import TrackingConfig
 
 __all__ = ['open_bank', 'warm_up', 'warm_up_matcher', 'warm_up_segmenter', 'warm_up_tracker']
 
@@ -35,6 +42,8 @@ def open_bank(path: str) -> TemplateBank:
 
     :raises BankError: if it cannot be read.
     """
+    from gait_segmentation.gait_model import TemplateBank, default_bank
+
     return TemplateBank.load(path) if path else default_bank()
 
 
@@ -44,7 +53,7 @@ def warm_up(config: PipelineConfig, bank: TemplateBank | None = None) -> None:
 
     :param bank: the templates; the standard bank if None.
     """
-    bank = bank if bank is not None else default_bank()
+    bank = bank if bank is not None else open_bank('')
     warm_up_tracker(bank, config.tracking, config.starting)
     warm_up_matcher(bank, config.matching)
     warm_up_segmenter(config.segmentation)
@@ -58,6 +67,9 @@ def warm_up_tracker(
 
     :param starting: how people are found; as by default if None.
     """
+    from gait_segmentation.starting import StartingConfig, WalkerFinder
+    from gait_segmentation.tracking import PeopleTracker
+
     finder = WalkerFinder(bank, starting)
     for index in range(_FRAMES):
         finder.update(_scene(index)[0], (index + 1) * _STEP_NS)
@@ -75,6 +87,8 @@ def warm_up_tracker(
 
 def warm_up_matcher(bank: TemplateBank, config: MatchingConfig) -> None:
     """Call everything that the matching stage calls in its first frames."""
+    from gait_segmentation.matching import SequenceMatcher
+
     matcher = SequenceMatcher(bank, config)
     for index in range(_FRAMES):
         _, mask, _ = _scene(index)
@@ -90,6 +104,8 @@ def warm_up_matcher(bank: TemplateBank, config: MatchingConfig) -> None:
 
 def warm_up_segmenter(config: SegmentationConfig) -> None:
     """Call everything that the segmentation stage calls in its first frames."""
+    from gait_segmentation.segmentation import Segmenter
+
     segmenter = Segmenter(config)
     for index in range(_FRAMES):
         image, mask, body = _scene(index)

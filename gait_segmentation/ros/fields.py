@@ -9,14 +9,16 @@ Nothing here needs ROS, so that a bag can be written without it.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.results import MatchResult, TrackResult
+
+if TYPE_CHECKING:
+    from gait_segmentation.gait_model import TemplateBank
+    from gait_segmentation.results import MatchResult, TrackResult
 
 __all__ = [
     'GAIT_NAMES',
