@@ -98,6 +98,7 @@ class Pipeline:
         self.matcher = PeopleMatcher(self.bank, config.matching, max_people=slots, threads=threads)
         self.segmenter = PeopleSegmenter(config.segmentation, max_people=slots, threads=threads)
         self._waiting: deque[tuple[NDArray[np.uint8], list[TrackResult], bool]] = deque()
+        self._unlearnt: list[tuple[list[Feedback], dict[str, float]]] = []
         self._stamp_ns = 0
 
     def reset(self) -> None:
@@ -106,6 +107,7 @@ class Pipeline:
         self.matcher.reset()
         self.segmenter.reset()
         self._waiting.clear()
+        self._unlearnt.clear()
         self._stamp_ns = 0
 
     def initialize(self, box: Box) -> None:
@@ -131,6 +133,24 @@ class Pipeline:
         :returns: the results that are complete now.
         :raises InputError: if the frame cannot be used; the state is then as before.
         """
+        results = self.take(image, stamp_ns, likelihood, heat_map)
+        self.learn()
+        return results
+
+    def take(
+        self,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        likelihood: NDArray[np.uint8] | None = None,
+        heat_map: NDArray[np.uint8] | None = None,
+    ) -> list[FrameResult]:
+        """
+        Take in a frame as :meth:`update` does, but leave learning from the results for later.
+
+        For who has to hand on the results first: :meth:`learn` is to be called after that, and
+        is before the next frame otherwise.
+        """
+        self.learn()
         started = self._clock()
         if likelihood is not None:
             check_image(image)
@@ -156,7 +176,19 @@ class Pipeline:
         started = self._clock()
         matches = self.matcher.flush()
         times = {'tracking': 0.0, 'matching': self._clock() - started}
-        return [self._finish(frame, times) for frame in matches]
+        results = [self._finish(frame, times) for frame in matches]
+        self.learn()
+        return results
+
+    def learn(self) -> None:
+        """Learn from the results that have not been learnt from; ``timings_ms`` are made whole."""
+        unlearnt, self._unlearnt = self._unlearnt, []
+        for feedback, timings_ms in unlearnt:
+            started = self._clock()
+            self.tracker.learn(feedback)
+            passed_ms = 1e3 * (self._clock() - started)
+            timings_ms['tracking'] += passed_ms
+            timings_ms['total'] += passed_ms
 
     def _finish(self, matches: Sequence[MatchResult], times: dict[str, float]) -> FrameResult:
         image, tracks, outside = self._waiting.popleft()
@@ -165,22 +197,17 @@ class Pipeline:
         started = self._clock()
         likelihoods = [track.likelihood for track in tracks]
         masks = self.segmenter.update(image, likelihoods, matches, outside=outside)
-        segmented = self._clock()
-        self.tracker.learn(_feedback(tracks, matches, masks))
-        learnt = self._clock()
-        seconds = {
-            'tracking': times['tracking'] + learnt - segmented,
-            'matching': times['matching'],
-            'segmentation': segmented - started,
-        }
+        seconds = {**times, 'segmentation': self._clock() - started}
         seconds['total'] = sum(seconds.values())
+        timings_ms = {name: 1e3 * value for name, value in seconds.items()}
+        self._unlearnt.append((_feedback(tracks, matches, masks), timings_ms))
         people = zip(tracks, matches, masks.people, strict=True)
         return FrameResult(
             tracks[0].stamp_ns,
             tuple(PersonResult(*each) for each in people),
             masks.mask,
             masks.labels,
-            {name: 1e3 * value for name, value in seconds.items()},
+            timings_ms,
         )
 
 

@@ -152,12 +152,38 @@ def test_a_heat_map_is_a_feature_of_the_tracker() -> None:
     assert len(pipe.update(frame.image, frame.stamp_ns + 1)) == 1
 
 
+@pytest.mark.parametrize('asked', [True, False])
+def test_results_can_be_had_before_they_are_learnt_from(asked: bool, monkeypatch) -> None:
+    pipe = pipeline()
+    box = clip()[0].boxes[0]
+    assert box is not None
+    pipe.initialize(box)
+    learnt: list[int] = []
+    learn = pipe.tracker.learn
+    monkeypatch.setattr(
+        pipe.tracker, 'learn', lambda each: (learnt.append(each[0].stamp_ns), learn(each))
+    )
+    for number, (frame, plain) in enumerate(zip(clip()[:6], run(frames=6), strict=True)):
+        [result] = pipe.take(frame.image, frame.stamp_ns)
+        assert len(learnt) == number
+        assert (result.mask == plain.mask).all()
+        if asked:
+            pipe.learn()
+            assert learnt[-1] == frame.stamp_ns
+
+
 def test_timings_come_from_the_clock_given() -> None:
     ticks = iter(range(1000))
     pipe = Pipeline(replace(PipelineConfig()), small_bank(), clock=lambda: float(next(ticks)))
     [result] = pipe.update(clip()[0].image, 5)
     assert result.timings_ms['matching'] == 1000
     assert result.timings_ms['total'] >= 3000
+    # Learning counts as tracking, also if it comes later.
+    [result] = pipe.take(clip()[1].image, 6)
+    before = dict(result.timings_ms)
+    pipe.learn()
+    assert result.timings_ms['tracking'] == before['tracking'] + 1000
+    assert result.timings_ms['total'] == before['total'] + 1000
     assert pipeline().update(clip()[0].image, 5)[0].timings_ms['total'] == 0
 
 

@@ -115,16 +115,17 @@ class PipelineNode(CameraNode):
         image = decode(frame)
         stamp_ns = stamp_of(frame.header)
         self.intake.take(image, stamp_ns)
-        results = self._pipeline.update(image, stamp_ns)
+        results = self._pipeline.take(image, stamp_ns)
         self._waiting.append((image, frame))
         self._publish(results)
+        self._pipeline.learn()
 
     def process_unusable(self, frame: CameraMessage) -> None:
         """Publish that nobody is seen."""
         shape = claimed_shape(frame) or self.intake.shape or (0, 0)
+        self._segmentation.blank(shape, frame.header)
         self._track.blank(frame.header)
         self._match.blank(self._track.likelihood_shape, frame.header)
-        self._segmentation.blank(shape, frame.header)
         self._debug.blank(shape, frame.header)
 
     def _publish(self, results: list[FrameResult]) -> None:
@@ -138,9 +139,10 @@ class PipelineNode(CameraNode):
             found = tuple(person.segmentation for person in result.people)
             masks = PeopleMasks(found, result.mask, result.labels)
             self.show(tracks)
+            # First what most listen to.
+            self._segmentation.publish(masks, header)
             self._track.publish(tracks, image.shape[:2], header)
             self._match.publish(matches, header)
-            self._segmentation.publish(masks, header)
             if self._debug.wanted:
                 self._debug.publish(segmentation_picture(image, masks, matches), header)
 

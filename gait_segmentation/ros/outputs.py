@@ -144,15 +144,16 @@ class SegmentationOutputs:
 
     def publish(self, masks: PeopleMasks, header: Header) -> None:
         """Publish the results of a frame."""
+        # First what most listen to.
+        self._mask.publish(image_message(masks.mask, header))
         for output, person in zip(self._slots, masks.people, strict=True):
             output.publish(image_message(person.mask, header))
-        self._mask.publish(image_message(masks.mask, header))
         self._labels.publish(image_message(masks.labels, header))
 
     def blank(self, shape: Shape, header: Header) -> None:
         """Publish empty masks; ``shape`` is that of the source image."""
         black = image_message(np.zeros(shape, np.uint8), header)
-        for output in (*self._slots, self._mask, self._labels):
+        for output in (self._mask, *self._slots, self._labels):
             output.publish(black)
 
 
