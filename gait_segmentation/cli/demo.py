@@ -257,6 +257,8 @@ def play(
         time.sleep(_POLL_S)
     source = [str(film.path), '--width', str(film.size[0]), '--start', str(film.start)]
     source += ['--wait-for', str(min(len(nodes), 2)), '--preload', '--stamps', str(stamps)]
+    # For the processes to be done with finding the camera before it starts.
+    source += ['--delay', '1']
     source += ['--rate', str(rate)] if rate else []
     source += ['--count', str(film.count)] if film.count else []
     processes.start('gait_source', 'gait_segmentation.nodes.source_node', *source)

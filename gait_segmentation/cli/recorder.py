@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
-import cv2
+import lz4.block
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonInstanceStamped
@@ -78,7 +78,7 @@ class Record:
 
     topics: dict[str, int] = field(default_factory=dict)
     people: dict[int, Seen] = field(default_factory=dict)
-    packed: NDArray[np.uint8] | None = None
+    packed: tuple[bytes, tuple[int, int]] | None = None
     arrived_s: float = 0.0
     latency_s: float = float('nan')
 
@@ -86,7 +86,13 @@ class Record:
     def labels(self) -> NDArray[np.uint8]:
         """Return the labels, (H, W) uint8: 0 or slot + 1."""
         assert self.packed is not None
-        return np.asarray(cv2.imdecode(self.packed, cv2.IMREAD_UNCHANGED))
+        data, shape = self.packed
+        return np.frombuffer(lz4.block.decompress(data), np.uint8).reshape(shape).copy()
+
+    def keep(self, labels: NDArray[np.uint8]) -> None:
+        """Keep the labels in little memory; to make a PNG would take 50 times as long."""
+        packed = lz4.block.compress(np.ascontiguousarray(labels).data)
+        self.packed = packed, (labels.shape[0], labels.shape[1])
 
     @property
     def mask(self) -> NDArray[np.uint8]:
@@ -104,6 +110,7 @@ class Recorder:
     def __init__(self, slots: int = 1) -> None:
         """Subscribe and begin to record; rclpy must be initialised."""
         self.records: dict[int, Record] = {}
+        self._complete = 0
         self._topics = dict(_FRAME_TOPICS)
         self._connected = dict(_FRAME_CONNECTED)
         self._unread = {'mask'}
@@ -161,7 +168,7 @@ class Recorder:
     def complete(self) -> int:
         """Return the number of frames of which all outputs have come."""
         with self._lock:
-            return sum(len(record.topics) == len(self._topics) for record in self.records.values())
+            return self._complete
 
     @property
     def topics(self) -> tuple[str, ...]:
@@ -174,23 +181,25 @@ class Recorder:
         except ExternalShutdownException:
             return
 
+    def _count(self, stamp_ns: int, topic: str) -> Record:
+        """Count a message, with the lock held, and return what is known of its frame."""
+        record = self.records.setdefault(stamp_ns, Record())
+        count = record.topics[topic] = record.topics.get(topic, 0) + 1
+        self._complete += count == 1 and len(record.topics) == len(self._topics)
+        return record
+
     def _receive_raw(self, topic: str, data: bytes) -> None:
         seconds, nanoseconds = _CDR_STAMP.unpack_from(data)
         with self._lock:
-            record = self.records.setdefault(seconds * 1_000_000_000 + nanoseconds, Record())
-            record.topics[topic] = record.topics.get(topic, 0) + 1
+            self._count(seconds * 1_000_000_000 + nanoseconds, topic)
 
     def _receive(self, topic: str, message: Any) -> None:
         now = time.time()
         stamp_ns = stamp_of(message.header)
         with self._lock:
-            record = self.records.setdefault(stamp_ns, Record())
-            record.topics[topic] = record.topics.get(topic, 0) + 1
+            record = self._count(stamp_ns, topic)
             if topic == 'labels':
-                # PNG of a few flat regions is small, and quick to make at the lowest level.
-                _, record.packed = cv2.imencode(
-                    '.png', read_mono8(message), (cv2.IMWRITE_PNG_COMPRESSION, 1)
-                )
+                record.keep(read_mono8(message))
                 record.arrived_s = now
                 record.latency_s = now - stamp_ns / 1e9
                 return
