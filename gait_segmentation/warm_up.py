@@ -92,12 +92,16 @@ def warm_up_matcher(bank: TemplateBank, config: MatchingConfig) -> None:
     matcher = SequenceMatcher(bank, config)
     for index in range(_FRAMES):
         _, mask, _ = _scene(index)
+        box = Box.around(mask)
+        # Once the box jumps, and once something hides a part of the figure.
+        known = np.where(mask[::-1] > 0, 0, 255).astype(np.uint8)
         matcher.update(
             mask,
-            Box.around(mask),
+            box.shifted(_BODY / 4, 0) if index == 3 and box is not None else box,
             (index + 1) * _STEP_NS,
             track_id=1,
             source_size=(_WIDTH, _HEIGHT),
+            known=known if index == 4 else None,
         )
     matcher.flush()
 

@@ -8,12 +8,13 @@ import pytest
 
 from gait_segmentation import colour
 from gait_segmentation.errors import BankError
+from gait_segmentation.matching import MatchingConfig, backtrack, similarities, viterbi
 from gait_segmentation.matching.tanimoto import simd
 from gait_segmentation.pipeline import PipelineConfig
 from gait_segmentation.segmentation import energy, graph_cut
 from gait_segmentation.starting import barrier, estimate
 from gait_segmentation.tracking import background, likelihood
-from gait_segmentation.warm_up import open_bank, warm_up
+from gait_segmentation.warm_up import open_bank, warm_up, warm_up_matcher
 from test.walkers import small_bank
 
 
@@ -25,6 +26,17 @@ def test_afterwards_every_kernel_of_the_stages_is_compiled() -> None:
                 continue
             if kernel.__module__ == module.__name__:
                 assert kernel.signatures, f'{module.__name__}.{name}'
+
+
+def test_the_matcher_has_then_been_hidden_cut_off_and_moved() -> None:
+    warm_up_matcher(small_bank(), MatchingConfig())
+    for module, names in (
+        (similarities, ('_compare', '_compare_seen', '_compare_between_lines')),
+        (viterbi, ('advance', 'shifted')),
+        (backtrack, ('trace',)),
+    ):
+        for name in names:
+            assert getattr(module, name).signatures, name
 
 
 def test_a_bank_file_is_opened(tmp_path: Path) -> None:

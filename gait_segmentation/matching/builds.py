@@ -65,7 +65,7 @@ class BuildChoice:
 
 
 class BuildKernels:
-    """One kernel for the templates of each build, with their results in one array."""
+    """One kernel for the templates of each build, with one numbering of their rows."""
 
     def __init__(
         self, templates: NDArray[np.uint8], of_sequence: NDArray[np.intp], grid: WindowGrid
@@ -78,17 +78,16 @@ class BuildKernels:
         """
         self.row: NDArray[np.int32] = np.empty(templates.shape[:2], np.int32)
         self._kernels: list[EventKernel] = []
-        self._first: list[int] = []
+        self._parts: list[slice] = []
         rows = 0
         for build in range(int(of_sequence.max()) + 1):
             chosen = of_sequence == build
             kernel = EventKernel(templates[chosen].reshape(-1, *templates.shape[2:]), grid)
-            # Row 0 of each part is the empty template that its arborescence starts from.
-            self.row[chosen] = rows + 1 + kernel.row.reshape(-1, templates.shape[1])
+            self.row[chosen] = rows + kernel.row.reshape(-1, templates.shape[1])
             self._kernels.append(kernel)
-            self._first.append(rows)
-            rows += 1 + int(kernel.row.max()) + 1
-        self._rows = rows
+            self._parts.append(slice(rows, rows + kernel.rows))
+            rows += kernel.rows
+        self.rows = rows
         self.pitch = self._kernels[0].pitch
 
     def copy(self) -> BuildKernels:
@@ -97,20 +96,25 @@ class BuildKernels:
         other._kernels = [kernel.copy() for kernel in self._kernels]
         return other
 
-    def new_rows(self, images: int) -> NDArray[np.int32]:
-        """Return an array for the results of a number of images."""
-        return np.zeros((images, self._rows, self.pitch), np.int32)
+    def part(self, build: int) -> slice:
+        """Return the rows of a build, among those of all."""
+        return self._parts[build]
+
+    def new_rows(self) -> NDArray[np.int32]:
+        """Return an array for ``out`` of :meth:`common_rows`, for any of the builds."""
+        return max(self._kernels, key=lambda kernel: kernel.rows).new_rows()
 
     def common_rows(
-        self, images: NDArray[np.uint8], active: NDArray[np.bool_], out: NDArray[np.int32]
-    ) -> None:
+        self, plane: NDArray[np.uint8], build: int, out: NDArray[np.int32]
+    ) -> NDArray[np.int32]:
         """
-        Compute C for the templates of the active builds.
+        Compute C for the templates of a build.
 
-        :param images: (S, height, width) uint8 of the grid's padded size.
-        :param active: (builds,) bool.
-        :param out: from :meth:`new_rows`; template p of sequence v goes to ``row[v, p]``.
+        :param plane: one image of :func:`polyphase`.
+        :param out: from :meth:`new_rows`, to work in.
+        :returns: (R, pitch) int32, a view, for the rows of :meth:`part`; template p of sequence v
+            is row ``row[v, p]`` of all.  What follows after rows * columns is undefined.
         """
-        last = [*self._first[1:], self._rows]
-        for build in np.flatnonzero(active):
-            self._kernels[build].common_rows(images, out[:, self._first[build] : last[build]])
+        kernel = self._kernels[build]
+        kernel.fill_rows(plane, out)
+        return out[1 : kernel.rows + 1]

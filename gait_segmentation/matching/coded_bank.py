@@ -15,7 +15,7 @@ from gait_segmentation.gait_model.builder import quantize
 from gait_segmentation.matching.builds import BuildKernels, builds_of
 from gait_segmentation.matching.evidence import SequenceEvidence
 from gait_segmentation.matching.tanimoto import WindowGrid
-from gait_segmentation.matching.visibility import VisibleAreas
+from gait_segmentation.matching.visibility import LineSums
 
 __all__ = ['CodedBank', 'coded_bank']
 
@@ -25,13 +25,12 @@ class CodedBank:
     """
     What matchers derive from a bank.
 
-    ``templates`` is (K, H, W) uint8 with few grey levels, ``area`` (K,) int32 their sums.
+    ``templates`` is (K, H, W) uint8 with few grey levels, ``sums`` are those of the kernels' rows.
     """
 
     templates: NDArray[np.uint8]
-    area: NDArray[np.int32]
     kernels: BuildKernels
-    visible: VisibleAreas
+    sums: LineSums
     evidence: SequenceEvidence
 
 
@@ -46,24 +45,16 @@ def coded_bank(bank: TemplateBank, levels: int, windows: WindowGrid) -> CodedBan
     :param windows: where templates are laid.
     """
     shared = _coded(bank, levels, windows)
-    kernels = shared.kernels.copy()
-    return replace(
-        shared,
-        kernels=kernels,
-        visible=shared.visible.of(kernels),
-        evidence=shared.evidence.copy(),
-    )
+    return replace(shared, kernels=shared.kernels.copy(), evidence=shared.evidence.copy())
 
 
 @lru_cache(maxsize=2)
 def _coded(bank: TemplateBank, levels: int, windows: WindowGrid) -> CodedBank:
     templates = quantize(bank.templates, levels)
-    flat = templates.reshape(-1, *bank.grid)
     kernels = BuildKernels(templates, builds_of(bank), windows)
     return CodedBank(
-        flat,
-        flat.sum(axis=(1, 2), dtype=np.int32),
+        templates.reshape(-1, *bank.grid),
         kernels,
-        VisibleAreas(kernels, templates, windows),
+        LineSums(templates, kernels.row, kernels.rows),
         SequenceEvidence(templates),
     )

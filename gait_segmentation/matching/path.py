@@ -11,30 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
+from gait_segmentation.matching.backtrack import trace
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.transitions import UNIT, phase_costs, view_changes
-from gait_segmentation.matching.viterbi import advance, shifted, trace
+from gait_segmentation.matching.viterbi import FLOOR, advance, shifted
 
-__all__ = ['Areas', 'Path', 'PathSearch']
+__all__ = ['Path', 'PathSearch']
 
 _MOST_BYTES = 48 * 2**20
 _STEPS_PER_STRIDE = 2
 _RATE_SPAN = 0.5
 """Seconds of path from which on its own rate is believed."""
-
-
-@dataclass(frozen=True)
-class Areas:
-    """
-    What the kernels found for a frame.
-
-    ``common`` is C, (S, R, L) int32, ``window`` F, (S * L,) int32, and ``visible`` G over the
-    known pixels, like C, or with no scales where everything is known.
-    """
-
-    common: NDArray[np.int32]
-    window: NDArray[np.int32]
-    visible: NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -64,38 +51,35 @@ class PathSearch:
     def __init__(
         self,
         bank: TemplateBank,
-        template_area: NDArray[np.int32],
         row: NDArray[np.int32],
         shape: tuple[int, int, int],
-        scale_cost: NDArray[np.float64],
         lanes: int,
         config: MatchingConfig,
     ) -> None:
         """
         Prepare the search.
 
-        :param template_area: (K,) int32, G.
-        :param row: (K,) int32, where the kernel puts a template's areas.
+        :param row: (K,) int32, where among the similarities those of a template are.
         :param shape: number of body heights, vertical and horizontal shifts.
-        :param scale_cost: (S,) similarity that a body height costs in every frame.
         :param lanes: L, windows of one body height with filling.
         """
         self._config = config
-        self._template_area = template_area
         self._row = row
         self._shape = shape
         self._near, self._near_cost = view_changes(bank, config)
         self._move_cost = round(UNIT * config.move_cost)
-        self._placement_cost = np.repeat(np.round(UNIT * scale_cost), lanes).astype(np.int16)
         states = (bank.sequences, bank.phases, shape[0] * lanes)
         size = 2 * math.prod(states)
         slots = max(config.lag + 2, min(64, _MOST_BYTES // size))
         self._was_active = np.ones(bank.sequences, np.bool_)
         self._ring = np.empty((slots, *states), np.int16)
+        self._at_floor = np.zeros((slots, bank.sequences), np.bool_)
+        self._costs = np.zeros((slots, bank.phases), np.int16)
+        self._counts = np.zeros(slots, np.int64)
+        self._shifts = np.zeros((slots, 3), np.int64)
         self._nothing = np.empty((0, *states[1:]), np.int16)
         self._scratch = np.empty(states, np.int16)
         self.leading: NDArray[np.int16] = np.zeros(states[:2], np.int16)
-        self._most = bank.phases
         self._nominal = (config.minimum_cadence + config.maximum_cadence) / 240
         self.reset()
 
@@ -103,11 +87,11 @@ class PathSearch:
         """Forget all frames."""
         self._slots: list[int] = []
         self._seconds: list[float] = []
-        self._costs: list[NDArray[np.int16]] = []
-        self._shifts: list[tuple[int, int, int]] = []
         self._best = 0
         self._rate = self._nominal
         self._followed: tuple[int, int] | None = None
+        self._leader: tuple[int, int, int, int, int] | None = None
+        self._traced = np.empty((0, 5), np.int64)
 
     @property
     def frames(self) -> int:
@@ -120,7 +104,7 @@ class PathSearch:
 
     def step(
         self,
-        areas: Areas,
+        similarity: NDArray[np.int16],
         seconds: float,
         jump: tuple[int, int, int],
         active: NDArray[np.bool_] | None = None,
@@ -128,7 +112,7 @@ class PathSearch:
         """
         Take in a frame.
 
-        :param areas: what the kernels found.
+        :param similarity: (R, S * L) int16, of the template of each row at each placement.
         :param seconds: its time, later than the last frame's.
         :param jump: by how many body heights, vertical and horizontal shifts the box moved
             against the body since the last frame.
@@ -143,24 +127,27 @@ class PathSearch:
             len(self._slots) == len(self._ring)
             or (len(self._slots) > config.lag + 1 and seconds - self._seconds[1] > config.window)
         ):
-            for items in (self._slots, self._seconds, self._costs, self._shifts):
-                del items[0]
+            del self._slots[0], self._seconds[0]
+            self._traced = self._traced[1:]
         before = self._ring[self._slots[-1]] if started else self._nothing
         if any(jump) and started:
-            shifted(before, self._shape, np.array(jump, np.int64), self._scratch)
+            shift = np.array(jump, np.int64)
+            shifted(before, self._was_active, self._shape, shift, self._scratch)
             before = self._scratch
         cost = phase_costs(
-            self._most,
+            len(self._costs[0]),
             passed,
             self._rate,
             config.maximum_cadence / 60 / _STEPS_PER_STRIDE,
             config.rate_cost,
         )
-        slot = min(set(range(len(self._ring))) - set(self._slots))
+        slot = next(k for k in range(len(self._ring)) if k not in self._slots)
+        self._put_to_floor(slot, active)
+        fading = min(int(32768 * math.exp(-passed / config.memory)), np.iinfo(np.int16).max)
         advance(
             before,
-            np.int32(self._best),
-            np.int32(32768 * math.exp(-passed / config.memory)),
+            np.int16(self._best),
+            np.int16(fading),
             cost,
             self._near,
             self._near_cost,
@@ -168,22 +155,25 @@ class PathSearch:
             self._was_active,
             np.int16(self._move_cost),
             self._shape,
-            areas.common,
+            similarity,
             self._row,
-            areas.window,
-            self._template_area,
-            areas.visible,
-            config.minimum_visible,
-            self._placement_cost,
             self._ring[slot],
             self.leading,
         )
         self._was_active = active
         self._slots.append(slot)
         self._seconds.append(seconds)
-        self._costs.append(cost)
-        self._shifts.append(jump)
+        self._costs[slot, : len(cost)], self._counts[slot] = cost, len(cost)
+        self._shifts[slot] = jump
         self._best = int(self.leading.max())
+        self._leader = None
+
+    def _put_to_floor(self, slot: int, active: NDArray[np.bool_]) -> None:
+        """Put the sequences that are not searched to the floor, unless they are there already."""
+        rest = ~active & ~self._at_floor[slot]
+        if rest.any():
+            self._ring[slot, rest] = FLOOR
+        self._at_floor[slot] = ~active
 
     def leader(self) -> tuple[int, int, int, int, int]:
         """
@@ -192,41 +182,38 @@ class PathSearch:
         The path followed so far is left only for one that leads by ``switch_margin``, so that
         equally good half-cycle twins do not alternate.
         """
-        sequence, phase = self._leading_template()
-        lanes = self._ring.shape[-1] // self._shape[0]
-        scores = self.scores(0)[sequence, phase]
-        scale, lane = divmod(int(scores.argmax()), lanes)
-        row, column = divmod(lane, self._shape[2])
-        return sequence, phase, scale, row, column
+        if self._leader is None:
+            sequence, phase = self._leading_template()
+            lanes = self._ring.shape[-1] // self._shape[0]
+            scale, lane = divmod(int(self.scores(0)[sequence, phase].argmax()), lanes)
+            self._leader = sequence, phase, scale, *divmod(lane, self._shape[2])
+        return self._leader
 
     def follow(self) -> Path:
         """Trace the path back from the leader."""
         leader = self.leader()
-        count = len(self._slots)
-        states = np.empty((count, 5), np.int64)
+        states = np.empty((len(self._slots), 5), np.int64)
         states[-1] = leader
-        most = max(len(cost) for cost in self._costs)
-        costs = np.zeros((count, most), np.int16)
-        for index, cost in enumerate(self._costs):
-            costs[index, : len(cost)] = cost
         trace(
             self._ring,
             np.array(self._slots, np.int64),
-            costs,
-            np.array([len(cost) for cost in self._costs], np.int64),
-            np.array(self._shifts, np.int64),
+            self._costs,
+            self._counts,
+            self._shifts,
             self._near,
             self._near_cost,
             np.int64(self._move_cost),
             self._shape,
+            self._traced,
             states,
         )
+        self._traced = states
         seconds = np.array(self._seconds)
         rate = self._measure(states[:, 1], seconds)
         lowest, highest = self._config.minimum_cadence, self._config.maximum_cadence
         if seconds[-1] - seconds[0] >= _RATE_SPAN:
             self._rate = min(max(rate, lowest / 120), highest / 120)
-        self._followed = leader[:2]
+        self._followed, self._leader = leader[:2], None
         return Path(states, seconds, rate)
 
     def _leading_template(self) -> tuple[int, int]:

@@ -5,7 +5,7 @@ import numpy as np
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.matching.builds import BuildChoice, BuildKernels
-from gait_segmentation.matching.tanimoto import ReferenceKernel, WindowGrid
+from gait_segmentation.matching.tanimoto import ReferenceKernel, WindowGrid, polyphase
 
 
 def choice(**parameters):
@@ -30,16 +30,20 @@ def test_without_rest_all_are_searched():
     assert all(builds.choose(0.5 * k, np.zeros((3, 2), np.int16)).all() for k in range(20))
 
 
-def test_kernels_fill_the_rows_of_active_builds_only():
+def test_each_build_has_its_rows_among_those_of_all():
     rng = np.random.default_rng(0)
     templates = rng.integers(0, 256, (3, 2, 5, 4), dtype=np.uint8)
+    templates[2, 1] = templates[0, 0]
     grid = WindowGrid(5, 4, 2, 3)
     images = rng.integers(0, 256, (2, *grid.image_shape), dtype=np.uint8)
     kernels = BuildKernels(templates, np.array([1, 0, 1]), grid)
-    out = kernels.new_rows(2)
-    kernels.common_rows(images, np.array([False, True]), out)
-    assert not out[:, kernels.row[1]].any()
-    kernels.common_rows(images, np.array([True, True]), out)
+    assert kernels.rows == 5
+    assert (kernels.part(0), kernels.part(1)) == (slice(0, 2), slice(2, 5))
     expected = ReferenceKernel(templates.reshape(-1, 5, 4), grid).common_area(images)
-    found = out[:, kernels.row.reshape(-1), :6].swapaxes(0, 1).reshape(expected.shape)
-    np.testing.assert_array_equal(found, expected)
+    out = kernels.new_rows()
+    for image, plane in enumerate(polyphase(images, grid)):
+        found = np.empty((kernels.rows, kernels.pitch), np.int32)
+        for build in (1, 0):
+            found[kernels.part(build)] = kernels.common_rows(plane, build, out)
+        found = found[kernels.row.reshape(-1), :6]
+        np.testing.assert_array_equal(found, expected[:, image].reshape(6, 6))

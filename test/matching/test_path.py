@@ -5,7 +5,8 @@ import pytest
 
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.matching import MatchingConfig
-from gait_segmentation.matching.path import Areas, PathSearch
+from gait_segmentation.matching.path import PathSearch
+from gait_segmentation.matching.transitions import UNIT
 from gait_segmentation.matching.viterbi import FLOOR
 
 PHASES = 12
@@ -15,17 +16,13 @@ def search(**parameters):
     bank = TemplateBank(
         np.zeros((1, PHASES, 4, 4), np.uint8), np.zeros(1, np.float32), ('a',), 0.9
     )
-    area = np.full(PHASES, 1000, np.int32)
     row = np.arange(PHASES, dtype=np.int32)
     config = MatchingConfig(**parameters)
-    return PathSearch(bank, area, row, (1, 1, 1), np.zeros(1), 1, config)
+    return PathSearch(bank, row, (1, 1, 1), 1, config)
 
 
 def seen(similarities):
-    # C / (F + G - C) with F = G = 1000
-    share = np.asarray(similarities)
-    common = np.round(2000 * share / (1 + share)).astype(np.int32).reshape(1, PHASES, 1)
-    return Areas(common, np.full(1, 1000, np.int32), np.empty((0, PHASES, 1), np.int32))
+    return np.round(UNIT * np.asarray(similarities)).astype(np.int16).reshape(PHASES, 1)
 
 
 def bump(phase, twin=0.0):

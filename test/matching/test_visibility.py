@@ -3,63 +3,57 @@
 import numpy as np
 import pytest
 
-from gait_segmentation.matching.builds import BuildKernels
-from gait_segmentation.matching.tanimoto import ReferenceKernel, WindowGrid
-from gait_segmentation.matching.visibility import VisibleAreas
-
-GRID = WindowGrid(7, 5, 3, 4, 2)
-OF_SEQUENCE = np.array([1, 0, 1])
-
-
-def templates():
-    return np.random.default_rng(0).integers(0, 256, (3, 2, 7, 5), dtype=np.uint8)
+from gait_segmentation.matching.visibility import KnownLines, LineSums
 
 
 def mask(rows=slice(None), columns=slice(None), value=255):
-    known = np.full((2, *GRID.image_shape), 255 - value, np.uint8)
+    known = np.full((2, 11, 9), 255 - value, np.uint8)
     known[:, rows, columns] = value
     return known
 
 
-def mixed():
+@pytest.mark.parametrize(
+    ('known', 'axis', 'span'),
+    [
+        (mask(), 0, (0, 11)),
+        (mask(value=0), 0, (0, 0)),
+        (mask(slice(3, None)), 0, (3, 11)),
+        (mask(slice(2, 8)), 0, (2, 8)),
+        (mask(columns=slice(4, None)), 1, (4, 9)),
+        (mask(columns=slice(0, 2)), 1, (0, 2)),
+    ],
+)
+def test_whole_lines_are_found(known, axis, span):
+    lines = KnownLines.of(known)
+    assert lines.axis == axis
+    assert lines.spans.tolist() == [list(span)] * 2
+
+
+def test_each_image_has_lines_of_its_own():
     known = mask(slice(0, 6))
     known[1] = mask(slice(3, 9))[0]
-    return known
+    assert KnownLines.of(known).spans.tolist() == [[0, 6], [3, 9]]
 
 
-MASKS = {
-    'all': mask(),
-    'none': mask(value=0),
-    'top cut': mask(slice(3, None)),
-    'bottom cut': mask(slice(0, 6)),
-    'both': mask(slice(2, 8)),
-    'left cut': mask(columns=slice(4, None)),
-    'right cut': mask(columns=slice(0, 2)),
-    'differs by scale': mixed(),
-    'corner': mask(slice(2, None), slice(0, 7)),
-    'hole': mask(slice(2, 4), slice(3, 5), 0),
-    'bar across': mask(slice(4, 6), value=0),
-}
+@pytest.mark.parametrize(
+    'known',
+    [
+        mask(slice(2, None), slice(0, 7)),
+        mask(slice(2, 4), slice(3, 5), 0),
+        mask(slice(4, 6), value=0),
+        mask(columns=slice(4, 6), value=0),
+        np.concatenate([mask(slice(3, None))[:1], mask(columns=slice(4, None))[:1]]),
+    ],
+)
+def test_what_is_not_lines_is_none(known):
+    assert KnownLines.of(known) is None
 
 
-@pytest.mark.parametrize('name', MASKS)
-def test_areas_are_those_of_the_definition(name):
-    bank = templates()
-    kernels = BuildKernels(bank, OF_SEQUENCE, GRID)
-    areas = VisibleAreas(kernels, bank, GRID)
-    found = areas.rows(MASKS[name], np.array([True, True]), OF_SEQUENCE)
-    expected = ReferenceKernel(bank.reshape(-1, 7, 5), GRID).common_area(MASKS[name])
-    shown = found[:, kernels.row.reshape(-1), :12].swapaxes(0, 1).reshape(expected.shape)
-    np.testing.assert_array_equal(shown, expected)
-
-
-@pytest.mark.parametrize('name', ['top cut', 'corner'])
-def test_one_build_alone_is_enough(name):
-    bank = templates()
-    kernels = BuildKernels(bank, OF_SEQUENCE, GRID)
-    areas = VisibleAreas(kernels, bank, GRID)
-    found = areas.rows(MASKS[name], np.array([False, True]), OF_SEQUENCE)
-    expected = ReferenceKernel(bank[[0, 2]].reshape(-1, 7, 5), GRID).common_area(MASKS[name])
-    shown = found[:, kernels.row[[0, 2]].reshape(-1), :12].swapaxes(0, 1)
-    np.testing.assert_array_equal(shown.reshape(expected.shape), expected)
-    assert not found[:, kernels.row[1]].any()
+def test_sums_are_those_of_the_first_lines():
+    templates = np.random.default_rng(0).integers(0, 256, (2, 2, 5, 3), dtype=np.uint8)
+    row = np.array([[2, 0], [1, 2]], np.int32)
+    templates[1, 1] = templates[0, 0]
+    sums = LineSums(templates, row, 3)
+    assert sums.whole[0] == templates[0, 1].sum()
+    assert sums.over(0)[1, 3] == templates[1, 0, :3].sum()
+    assert sums.over(1)[2, 1] == templates[0, 0, :, :1].sum()

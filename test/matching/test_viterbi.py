@@ -3,20 +3,17 @@
 import itertools
 
 import numpy as np
+import pytest
 
 from gait_segmentation.matching.transitions import UNIT
-from gait_segmentation.matching.viterbi import FLOOR, advance, shifted, trace
+from gait_segmentation.matching.viterbi import FLOOR, advance, shifted
 
 SHAPE = (2, 2, 3)
 LANES = 8
 
 
-def frame(rng, templates, rows, seen=False):
-    common = rng.integers(0, 1000, (2, rows, LANES)).astype(np.int32)
-    window = rng.integers(1000, 2000, 2 * LANES).astype(np.int32)
-    area = rng.integers(1000, 2000, templates).astype(np.int32)
-    visible = rng.integers(1000, 2000, (2 if seen else 0, rows, LANES)).astype(np.int32)
-    return common, window, area, visible
+def similarities(rng, rows):
+    return rng.integers(-100, UNIT, (rows, 2 * LANES)).astype(np.int16)
 
 
 def places():
@@ -27,81 +24,95 @@ def lane(place):
     return place[0] * LANES + place[1] * SHAPE[2] + place[2]
 
 
-def similarity(data, row, k, place):
-    common, window, area, visible = data
-    c = int(common[place[0], row, lane(place) % LANES])
-    g = int(visible[place[0], row, lane(place) % LANES]) if len(visible) else int(area[k])
-    share = np.float32(c) / np.float32(int(window[lane(place)]) + g - c)
-    return int(share * np.float32(UNIT) + np.float32(0.5))
-
-
-def run(before, best, data, costs, near, near_cost, row):
-    after = np.zeros((2, 3, 2 * LANES), np.int16)
-    leading = np.zeros((2, 3), np.int16)
-    fading, free = np.int32(32768 * 0.9), np.zeros(2 * LANES, np.int16)
-    every = np.ones(2, np.bool_)
-    layout = np.int16(20), SHAPE, data[0], row, data[1], data[2], data[3]
-    reach = fading, costs, near, near_cost, every, every
-    advance(before, np.int32(best), *reach, *layout, 0.1, free, after, leading)
+def run(before, best, gain, costs, near, near_cost, row, active=(True,) * 3, was_active=None):
+    after = np.full((3, 3, 2 * LANES), FLOOR, np.int16)
+    leading = np.zeros((3, 3), np.int16)
+    searched = (np.array(each) for each in (active, active if was_active is None else was_active))
+    reach = np.int16(32768 * 0.9), costs, near, near_cost, *searched
+    advance(before, np.int16(best), *reach, np.int16(20), SHAPE, gain, row, after, leading)
     return after, leading
 
 
-def test_equals_brute_force():
+def reached(scores, view, phase, place, costs, near, near_cost):
+    """Return the best predecessor's score less the cost of the transition, by trying all."""
+    others = [(view, 0)]
+    others += [(v, c) for v, c in zip(near[view], near_cost[view], strict=True) if v >= 0]
+    return max(
+        int(scores[v, (phase - step) % 3, lane(p)])
+        - int(costs[step])
+        - int(turn)
+        - 20 * sum(abs(a - b) for a, b in zip(p, place, strict=True))
+        for v, turn in others
+        for step in range(len(costs))
+        for p in places()
+        if max(abs(a - b) for a, b in zip(p, place, strict=True)) <= 1
+    )
+
+
+NEAR = {
+    'none': np.full((3, 0), -1, np.int32),
+    'one': np.array([[1], [0], [-1]], np.int32),
+    'two': np.array([[1, 2], [0, -1], [1, 0]], np.int32),
+    'three': np.array([[1, 2, 1], [0, -1, 2], [1, 0, 0]], np.int32),
+}
+
+
+@pytest.mark.parametrize('costs', [[7], [30, 0], [30, 0, 25, 60]])
+@pytest.mark.parametrize('name', NEAR)
+def test_equals_brute_force(name, costs):
     rng = np.random.default_rng(0)
-    near, near_cost = np.array([[1], [0]], np.int32), np.array([[70], [90]], np.int16)
-    costs = np.array([30, 0], np.int16)
-    row = np.array([0, 1, 2, 3, 4, 0], np.int32)
-    scores = np.zeros((0, 3, 2 * LANES), np.int16)
-    ring, best = [], 0
+    near, costs = NEAR[name], np.array(costs, np.int16)
+    near_cost = rng.integers(50, 100, near.shape).astype(np.int16)
+    row = np.array([0, 1, 2, 3, 4, 0, 2, 1, 0], np.int32)
+    scores, best = np.zeros((0, 3, 2 * LANES), np.int16), 0
     for number in range(4):
-        data = frame(rng, 6, 5, seen=number % 2 == 1)
-        after, leading = run(scores, best, data, costs, near, near_cost, row)
-        for view, phase, place in itertools.product(range(2), range(3), places()):
-            own = similarity(data, row[view * 3 + phase], view * 3 + phase, place)
+        gain = similarities(rng, 5)
+        after, leading = run(scores, best, gain, costs, near, near_cost, row)
+        for view, phase, place in itertools.product(range(3), range(3), places()):
+            own = int(gain[row[view * 3 + phase], lane(place)])
             if number:
-                reached = max(
-                    int(scores[v, (phase - step) % 3, lane(p)])
-                    - int(costs[step])
-                    - (0 if v == view else int(near_cost[view, 0]))
-                    - 20 * sum(abs(a - b) for a, b in zip(p, place, strict=True))
-                    for v in range(2)
-                    for step in range(2)
-                    for p in places()
-                    if max(abs(a - b) for a, b in zip(p, place, strict=True)) <= 1
-                )
-                own += max(reached - best, FLOOR) * int(32768 * 0.9) >> 15
+                came = reached(scores, view, phase, place, costs, near, near_cost)
+                own += max(came - best, FLOOR) * int(32768 * 0.9) >> 15
             assert after[view, phase, lane(place)] == own
+            assert leading[view, phase] >= own
         assert leading.max() == max(after[..., lane(p)].max() for p in places())
+        assert (after[..., [6, 7, 14, 15]] == FLOOR).all()
         scores, best = after, int(leading.max())
-        ring.append(after)
-    slots = np.arange(4)
-    path = np.zeros((4, 5), np.int64)
-    view, phase = divmod(int(leading.argmax()), 3)
-    path[-1] = view, phase, *max(places(), key=lambda p: after[view, phase, lane(p)])
-    trace(np.array(ring), slots, np.tile(costs, (4, 1)), np.full(4, 2), np.zeros((4, 3), np.int64),
-          near, near_cost, np.int64(20), SHAPE, path)  # fmt: skip
-    steps = np.diff(path, axis=0)
-    assert set((steps[:, 1] % 3).tolist()) <= {0, 1}
-    assert np.abs(steps[:, 2:]).max() <= 1
-    assert (path[:, 2:] >= 0).all()
-    assert (path[:, 2:] < SHAPE).all()
+
+
+def test_scores_at_the_floor_and_walls_do_not_wrap_around():
+    scores = np.full((3, 3, 2 * LANES), FLOOR, np.int16)
+    scores[0, 0, 0] = UNIT
+    costs = np.array([UNIT, UNIT], np.int16)
+    near, near_cost = NEAR['two'], np.full((3, 2), UNIT, np.int16)
+    gain = np.zeros((9, 2 * LANES), np.int16)
+    row = np.arange(9, dtype=np.int32)
+    after, leading = run(scores, UNIT, gain, costs, near, near_cost, row)
+    assert leading.max() == -UNIT * int(32768 * 0.9) >> 15
+    assert after.min() == FLOOR
+    used = [lane(place) for place in places()]
+    assert after[2, 2, used].max() == FLOOR * int(32768 * 0.9) >> 15
+
+
+def test_views_that_are_not_searched_are_left_alone_and_lead_nowhere():
+    rng = np.random.default_rng(1)
+    gain, row = similarities(rng, 9), np.arange(9, dtype=np.int32)
+    near, near_cost = NEAR['two'], np.zeros((3, 2), np.int16)
+    scores = rng.integers(0, 100, (3, 3, 2 * LANES)).astype(np.int16)
+    rest = near, near_cost, row
+    active, was_active = (True, True, False), (False, True, True)
+    after, leading = run(scores, 99, gain, np.zeros(1, np.int16), *rest, active, was_active)
+    assert (after[2] == FLOOR).all()
+    assert (leading[2] == FLOOR).all()
+    scores[0] = FLOOR
+    lead, _ = run(scores, 99, gain, np.zeros(1, np.int16), *rest, active)
+    np.testing.assert_array_equal(after[1], lead[1])
 
 
 def test_a_jump_moves_scores_and_opens_the_border():
     scores = np.arange(2 * LANES, dtype=np.int16).reshape(1, 1, -1)
     result = np.empty_like(scores)
-    shifted(scores, SHAPE, np.array([0, 1, -1]), result)
+    shifted(scores, np.array([True]), SHAPE, np.array([0, 1, -1]), result)
     assert result[0, 0, lane((1, 0, 1))] == scores[0, 0, lane((1, 1, 0))]
     assert result[0, 0, lane((1, 1, 1))] == FLOOR
     assert result[0, 0, lane((0, 0, 0))] == FLOOR
-
-
-def test_templates_out_of_sight_do_not_count():
-    rng = np.random.default_rng(1)
-    data = frame(rng, 6, 6, seen=True)
-    data[3][:] = 5
-    row = np.arange(6, dtype=np.int32)
-    none = np.full((2, 0), -1, np.int32)
-    start = np.zeros((0, 3, 2 * LANES), np.int16)
-    after, _ = run(start, 0, data, np.zeros(1, np.int16), none, none.astype(np.int16), row)
-    assert after.max() <= 1

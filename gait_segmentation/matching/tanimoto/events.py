@@ -13,7 +13,7 @@ from gait_segmentation.matching.tanimoto.program import in_order, make_program
 from gait_segmentation.matching.tanimoto.simd import LANES, RUN, gather, run_program
 from gait_segmentation.matching.tanimoto.windows import WindowGrid, check_templates
 
-__all__ = ['EventKernel']
+__all__ = ['EventKernel', 'polyphase']
 
 _CACHE_LINE = 64
 
@@ -48,14 +48,15 @@ class EventKernel:
             return_index=True,
             return_inverse=True,
         )
-        self._rows = len(different)
-        self._program, place = in_order(make_program(templates[first]))
+        self.rows = len(different)
+        program, place = in_order(make_program(templates[first]))
         self.row: NDArray[np.int32] = place[row.reshape(-1)]
         windows = grid.rows * grid.columns
         self._blocks = -(-windows // LANES)
         self.pitch = self._blocks * LANES
-        self._matrix = _aligned((len(self._program.pixels) + 1) * LANES)
-        self._origins = _origins(self._program.pixels, grid)
+        self._matrix = _aligned((len(program.pixels) + 1) * LANES)
+        self._origins = _origins(program.pixels, grid)
+        self._program = program
         self._runs = [_runs(grid, block * LANES) for block in range(self._blocks)]
         self._result = np.zeros((0, 0, 0), np.int32)
 
@@ -82,49 +83,50 @@ class EventKernel:
         rows = self.common_rows(images)[:, self.row, : grid.rows * grid.columns]
         return rows.swapaxes(0, 1).reshape(len(self.row), len(images), grid.rows, grid.columns)
 
-    def common_rows(
-        self, images: NDArray[np.uint8], out: NDArray[np.int32] | None = None
-    ) -> NDArray[np.int32]:
+    def common_rows(self, images: NDArray[np.uint8]) -> NDArray[np.int32]:
         """
         Return the same as it is computed: equal templates share a row of windows, filled up.
 
         :param images: (S, height, width) uint8 of the grid's padded size.
-        :param out: from :meth:`new_rows`, to work in; None for the kernel's own, which the next
-            call overwrites.
-        :returns: (S, R, pitch) int32, a view, C of template k in row ``row[k]``; what follows
-            after rows * columns is undefined.
+        :returns: (S, R, pitch) int32, C of template k in row ``row[k]``; what follows after rows *
+            columns is undefined.  Valid until the next call.
         :raises InputError: if the images do not fit the grid.
         """
-        grid = self._grid
-        grid.check(images)
-        if out is None:
-            if len(self._result) != len(images):
-                self._result = self.new_rows(len(images))
-            out = self._result
-        program = self._program
-        planes = _split_phases(images, grid)
-        for scale in range(len(images)):
-            out[scale, 0] = 0
-            for block in range(self._blocks):
-                places, offsets = self._runs[block]
-                gather(planes[scale], self._origins, places, offsets, self._matrix)
-                run_program(
-                    self._matrix,
-                    program.source,
-                    program.lo,
-                    program.span,
-                    program.bounds.reshape(-1),
-                    program.target,
-                    program.base,
-                    out[scale].reshape(-1),
-                    self.pitch,
-                    block * LANES,
-                )
-        return out[:, 1:]
+        self._grid.check(images)
+        if len(self._result) != len(images):
+            self._result = np.zeros((len(images), self.rows + 1, self.pitch), np.int32)
+        for plane, out in zip(polyphase(images, self._grid), self._result, strict=True):
+            self.fill_rows(plane, out)
+        return self._result[:, 1:]
 
-    def new_rows(self, images: int) -> NDArray[np.int32]:
-        """Return an array for ``out`` of :meth:`common_rows` for a number of images."""
-        return np.zeros((images, self._rows + 1, self.pitch), np.int32)
+    def fill_rows(self, plane: NDArray[np.uint8], out: NDArray[np.int32]) -> None:
+        """
+        Compute the rows of one image.
+
+        :param plane: one image of :func:`polyphase`.
+        :param out: from :meth:`new_rows`, of this kernel or one with more rows; row 0 stays zero
+            and C of template k goes to row ``row[k] + 1``.
+        """
+        program = self._program
+        for block in range(self._blocks):
+            places, offsets = self._runs[block]
+            gather(plane, self._origins, places, offsets, self._matrix)
+            run_program(
+                self._matrix,
+                program.source,
+                program.lo,
+                program.span,
+                program.bounds.reshape(-1),
+                program.target,
+                program.base,
+                out.reshape(-1),
+                self.pitch,
+                block * LANES,
+            )
+
+    def new_rows(self) -> NDArray[np.int32]:
+        """Return an array for ``out`` of :meth:`fill_rows`."""
+        return np.zeros((self.rows + 1, self.pitch), np.int32)
 
 
 def _aligned(size: int) -> NDArray[np.uint8]:
@@ -161,7 +163,7 @@ def _runs(grid: WindowGrid, first: int) -> tuple[NDArray[np.int64], NDArray[np.i
     return np.array(places, np.int64), np.array(offsets, np.int64)
 
 
-def _split_phases(images: NDArray[np.uint8], grid: WindowGrid) -> NDArray[np.uint8]:
+def polyphase(images: NDArray[np.uint8], grid: WindowGrid) -> NDArray[np.uint8]:
     """
     Sort the pixels by their remainders modulo the step, so that windows are contiguous.
 

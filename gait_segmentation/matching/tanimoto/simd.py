@@ -29,7 +29,9 @@ LANES = 128
 RUN = 16
 """Bytes that are copied at once."""
 
-_WIDTH = 32
+_WIDTH = 64
+"""Bytes of a vector; where registers are shorter LLVM takes several for one."""
+
 _PARTS = LANES // _WIDTH
 _I8, _I16, _I32, _I64 = (ir.IntType(bits) for bits in (8, 16, 32, 64))
 _V8, _V32 = (ir.VectorType(kind, _WIDTH) for kind in (_I8, _I32))

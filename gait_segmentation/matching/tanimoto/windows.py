@@ -7,8 +7,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
@@ -49,6 +49,11 @@ class WindowGrid:
             self.width + (self.columns - 1) * self.step,
         )
 
+    def part(self, row: int, column: int) -> tuple[slice, slice]:
+        """Return the rows and columns of a padded image that a window has."""
+        top, left = row * self.step, column * self.step
+        return slice(top, top + self.height), slice(left, left + self.width)
+
     def windows(self, images: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """
         Return all windows as a view.
@@ -65,23 +70,16 @@ class WindowGrid:
 
     def areas(self, images: NDArray[np.uint8]) -> NDArray[np.int32]:
         """
-        Return the sums over all windows, from a summed-area table.
+        Return the sums over all windows.
 
         :param images: (S, *self.image_shape) uint8.
         :returns: (S, rows, columns) int32.
         :raises InputError: if shape or type of the images is another.
         """
         self.check(images)
-        table = np.stack([cv2.integral(image) for image in images])
-        last_row = (self.rows - 1) * self.step + 1
-        last_column = (self.columns - 1) * self.step + 1
-        upper = table[:, : last_row : self.step]
-        lower = table[:, self.height : self.height + last_row : self.step]
-        left = slice(0, last_column, self.step)
-        right = slice(self.width, self.width + last_column, self.step)
-        return np.asarray(
-            lower[:, :, right] - lower[:, :, left] - upper[:, :, right] + upper[:, :, left]
-        )
+        result = np.empty((len(images), self.rows, self.columns), np.int32)
+        _sum_up(images, self.height, self.width, self.step, result)
+        return result
 
     def check(self, images: NDArray[np.uint8]) -> None:
         """
@@ -132,3 +130,37 @@ def check_templates(templates: NDArray[np.uint8], grid: WindowGrid) -> None:
         raise InputError(
             f'templates must have at most {_MOST_PIXELS} pixels, got {grid.height * grid.width}'
         )
+
+
+@njit(cache=True, nogil=True)
+def _sum_up(images, height, width, step, result):  # type: ignore[no-untyped-def]
+    """Put the sums over all windows into ``result``, (S, rows, columns) int32, by running sums."""
+    sums = np.empty(images.shape[2], np.int32)
+    for scale in range(len(images)):
+        image = images[scale]
+        sums[:] = 0
+        for y in range(height):
+            _add(image[y], sums)
+        for row in range(result.shape[1]):
+            for y in range(max(row - 1, 0) * step, row * step):
+                _add(image[y + height], sums)
+                _subtract(image[y], sums)
+            total = np.int32(0)
+            for x in range(width):
+                total += sums[x]
+            for column in range(result.shape[2]):
+                for x in range(max(column - 1, 0) * step, column * step):
+                    total += sums[x + width] - sums[x]
+                result[scale, row, column] = total
+
+
+@njit(cache=True, nogil=True)
+def _add(line, sums):  # type: ignore[no-untyped-def]
+    for x in range(len(sums)):
+        sums[x] += np.int32(line[x])
+
+
+@njit(cache=True, nogil=True)
+def _subtract(line, sums):  # type: ignore[no-untyped-def]
+    for x in range(len(sums)):
+        sums[x] -= np.int32(line[x])

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The way back from the last state of a path, through the scores of all its frames."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+__all__ = ['trace']
+
+
+@njit(cache=True, nogil=True)
+def trace(  # type: ignore[no-untyped-def]
+    ring,
+    slots,
+    phase_costs,
+    counts,
+    shifts,
+    near,
+    near_cost,
+    move_cost,
+    shape,
+    known,
+    path,
+):
+    """
+    Follow the best predecessors back from the last state of a path.
+
+    :param ring: (slots, V, P, N) int16 scores, N = S * L.
+    :param slots: (F,) int64, where in the ring the frames are, oldest first.
+    :param phase_costs: (slots, D) int16 and ``counts`` (slots,) int64: costs of the step to the
+        frame of a slot, and how many there are.
+    :param shifts: (slots, 3) int64, see :func:`shifted`.
+    :param known: (M, 5) int64, the path traced back before through the first M of the frames:
+        where the new one meets it they are the same.
+    :param path: (F, 5) int64, view, phase, scale, row, column; the last row is given.
+    """
+    for frame in range(len(slots) - 1, 0, -1):
+        if frame < len(known) and (path[frame] == known[frame]).all():
+            path[:frame] = known[:frame]
+            return
+        slot = slots[frame]
+        costs, shift = phase_costs[slot, : counts[slot]], shifts[slot]
+        _step_back(
+            ring[slots[frame - 1]],
+            costs,
+            shift,
+            near,
+            near_cost,
+            move_cost,
+            shape,
+            path[frame],
+            path[frame - 1],
+        )
+
+
+@njit(cache=True, nogil=True)
+def _step_back(  # type: ignore[no-untyped-def]
+    scores, phase_cost, shift, near, near_cost, move_cost, shape, state, result
+):
+    """Find the best predecessor of a state."""
+    scales, rows, columns = shape
+    phases = scores.shape[1]
+    lanes = scores.shape[2] // scales
+    view, phase = state[0], state[1]
+    here = state[2:] + shift
+    largest = np.int64(-(1 << 40))
+    for option in range(near.shape[1] + 1):
+        from_view = view if option == 0 else np.int64(near[view, option - 1])
+        if from_view < 0:
+            continue
+        turn = np.int64(0) if option == 0 else np.int64(near_cost[view, option - 1])
+        for step in range(len(phase_cost)):
+            from_phase = (phase - step) % phases
+            known = turn + phase_cost[step]
+            for move in range(27):
+                # Order of the 27 moves: no move first, so that ties stay in place.
+                code = (move + 13) % 27
+                ds, dy, dx = code // 9 - 1, code // 3 % 3 - 1, code % 3 - 1
+                scale, row, column = here[0] + ds, here[1] + dy, here[2] + dx
+                if not (0 <= scale < scales and 0 <= row < rows and 0 <= column < columns):
+                    continue
+                lane = scale * lanes + row * columns + column
+                moved = move_cost * (abs(ds) + abs(dy) + abs(dx))
+                value = np.int64(scores[from_view, from_phase, lane]) - known - moved
+                if value > largest:
+                    largest = value
+                    result[0], result[1] = from_view, from_phase
+                    result[2], result[3], result[4] = scale, row, column
+    if largest == -(1 << 40):
+        # The box jumped out of the search range: the nearest placement takes over.
+        result[0], result[1] = view, (phase - np.argmin(phase_cost)) % phases
+        result[2] = min(max(here[0], 0), scales - 1)
+        result[3] = min(max(here[1], 0), rows - 1)
+        result[4] = min(max(here[2], 0), columns - 1)

@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where between the states of the search the best one lies."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.matching.views import Views
+
+__all__ = ['State', 'SubgridPeak']
+
+State = tuple[int, int, int, int, int]
+"""Sequence, phase, scale, row and column."""
+
+
+class SubgridPeak:
+    """
+    Refines states by the scores of their neighbours.
+
+    Along each axis by itself, the best place is the vertex of the parabola through the scores of
+    a state and its two neighbours.
+    """
+
+    def __init__(self, views: Views, shape: tuple[int, int, int], lanes: int) -> None:
+        """
+        Lay out the scores.
+
+        :param shape: number of body heights, vertical and horizontal shifts.
+        :param lanes: L, windows of one body height with filling.
+        """
+        self._views = views
+        self._shape = shape
+        self._lanes = lanes
+
+    def offsets(self, scores: NDArray[np.int16], state: State) -> list[float]:
+        """
+        Return how far the best place lies beside a state, in steps of -0.5 to 0.5.
+
+        :param scores: (V, P, S * L) int16, those of the state's frame.
+        :returns: for view, phase, scale, row and column.
+        """
+        return [self.offset(scores, state, axis) for axis in range(len(state))]
+
+    def offset(self, scores: NDArray[np.int16], state: State, axis: int) -> float:
+        """Return the same for one axis, 0 = the view, and so on."""
+        sides = state[axis] - 1, state[axis] + 1
+        if axis == 0:
+            sides = self._views.beside(state[0])
+        elif axis >= 2 and not (sides[0] >= 0 and sides[1] < self._shape[axis - 2]):
+            return 0.0
+        low, high = (
+            self._score(scores, (*state[:axis], side, *state[axis + 1 :])) for side in sides
+        )
+        middle = self._score(scores, state)
+        bend = 2 * middle - low - high
+        vertex = 0.5 * (high - low) / bend if bend > 0 else 0.0
+        return min(max(vertex, -0.5), 0.5)
+
+    def _score(self, scores: NDArray[np.int16], state: tuple[int, ...]) -> int:
+        lane = state[2] * self._lanes + state[3] * self._shape[2] + state[4]
+        return int(scores[state[0], state[1] % scores.shape[1], lane])

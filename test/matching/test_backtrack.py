@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import itertools
+
+import numpy as np
+import pytest
+
+from gait_segmentation.matching.backtrack import trace
+
+SHAPE, LANES, MOVE = (2, 2, 3), 8, 20
+NEAR, TURN = np.array([[1], [0]], np.int32), np.array([[70], [90]], np.int16)
+NOTHING = np.empty((0, 5), np.int64)
+
+
+def lane(state):
+    return state[2] * LANES + state[3] * SHAPE[2] + state[4]
+
+
+def clip(seed, frames=5, slots=7):
+    rng = np.random.default_rng(seed)
+    ring = rng.integers(-500, 500, (slots, 2, 3, 2 * LANES)).astype(np.int16)
+    costs = rng.integers(0, 60, (slots, 3)).astype(np.int16)
+    shifts = np.zeros((slots, 3), np.int64)
+    return ring, rng.permutation(slots)[:frames], costs, np.full(slots, 2), shifts
+
+
+def traced(data, last, known=NOTHING):
+    ring, slots, costs, counts, shifts = data
+    path = np.full((len(slots), 5), -1, np.int64)
+    path[-1] = last
+    moving = NEAR, TURN, np.int64(MOVE), SHAPE
+    trace(ring, slots, costs, counts, shifts, *moving, known, path)
+    return path
+
+
+def score(data, path, frame):
+    """Return what the transition from a frame to the next one is worth."""
+    ring, slots, costs, _, shifts = data
+    before, after = path[frame], path[frame + 1]
+    step = (after[1] - before[1]) % 3
+    turn = 0 if before[0] == after[0] else TURN[after[0], 0]
+    moved = np.abs(before[2:] - after[2:] - shifts[slots[frame + 1]])
+    if step > 1 or moved.max() > 1:
+        return -(10**6)
+    worth = ring[slots[frame], before[0], before[1], lane(before)]
+    return int(worth) - costs[slots[frame + 1], step] - turn - MOVE * moved.sum()
+
+
+@pytest.mark.parametrize('seed', range(5))
+def test_every_step_back_is_the_best_of_all(seed):
+    data = clip(seed)
+    data[4][data[1][3]] = 0, 1, -1
+    path = traced(data, (1, 2, 0, 0, 2))
+    for frame in range(4):
+        states = itertools.product(range(2), range(3), range(2), range(2), range(3))
+        other, best = path.copy(), -(10**6)
+        for state in states:
+            other[frame] = state
+            best = max(best, score(data, other, frame))
+        assert score(data, path, frame) == best
+
+
+def test_a_path_that_meets_a_known_one_goes_on_with_it():
+    data = clip(0)
+    path = traced(data, (1, 2, 0, 0, 2))
+    known = path[:3].copy()
+    known[0] = 7
+    assert traced(data, path[-1], known)[0].tolist() == [7] * 5
+    known[:] = 7
+    np.testing.assert_array_equal(traced(data, path[-1], known), path)
+    known = path.copy()
+    known[0] = 7
+    np.testing.assert_array_equal(traced(data, path[-1], known), known)
+
+
+def test_the_nearest_placement_takes_over_where_the_box_jumped_away():
+    data = clip(1, frames=2)
+    data[4][data[1][1]] = 0, 9, 0
+    path = traced(data, (0, 1, 1, 0, 2))
+    assert path[0].tolist()[2:] == [1, 1, 2]

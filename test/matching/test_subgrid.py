@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import itertools
+
+import numpy as np
+import pytest
+
+from gait_segmentation.gait_model import TemplateBank
+from gait_segmentation.matching.subgrid import SubgridPeak
+from gait_segmentation.matching.views import Views
+
+VIEWS, PHASES, SHAPE, LANES = 8, 6, (3, 5, 4), 24
+
+
+def peak():
+    azimuth = np.arange(VIEWS, dtype=np.float32) * np.float32(np.pi / 4)
+    templates = np.zeros((VIEWS, PHASES, 4, 4), np.uint8)
+    return SubgridPeak(Views(TemplateBank(templates, azimuth, ('a',) * VIEWS, 0.9)), SHAPE, LANES)
+
+
+def scores(best):
+    """Return a paraboloid about a place; view and phase go round."""
+    result = np.zeros((VIEWS, PHASES, SHAPE[0] * LANES), np.int16)
+    for place in itertools.product(range(VIEWS), range(PHASES), *(range(n) for n in SHAPE)):
+        off = np.array(place) - best
+        off[0] = (off[0] + VIEWS / 2) % VIEWS - VIEWS / 2
+        off[1] = (off[1] + PHASES / 2) % PHASES - PHASES / 2
+        lane = place[2] * LANES + place[3] * SHAPE[2] + place[4]
+        result[place[0], place[1], lane] = round(5000 - 200 * float((off**2).sum()))
+    return result
+
+
+def test_finds_the_vertex_along_each_axis():
+    best = np.array([0.25, -0.375, 1.25, 2.5, 1.75])
+    found = peak().offsets(scores(best), (0, 0, 1, 2, 2))
+    assert found == pytest.approx([0.25, -0.375, 0.25, 0.5, -0.25], abs=0.01)
+
+
+def test_the_border_and_flat_scores_have_no_vertex():
+    values = scores(np.array([0.25, 0.25, 0.25, 0.25, 0.25]))
+    assert peak().offsets(values, (0, 0, 0, 0, 0))[2:] == [0.0, 0.0, 0.0]
+    assert peak().offsets(np.zeros_like(values), (0, 0, 1, 1, 1)) == [0.0] * 5

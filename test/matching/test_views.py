@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import math
+
+import numpy as np
+import pytest
+
+from gait_segmentation.gait_model import TemplateBank
+from gait_segmentation.matching.views import Views, views_of
+
+AZIMUTHS = np.array([0, 40, 80, 180, 0, 170], np.float32)
+
+
+def views():
+    builds = ('a', 'a', 'a', 'a', 'b', 'b')
+    templates = np.zeros((6, 2, 4, 4), np.uint8)
+    return Views(TemplateBank(templates, np.deg2rad(AZIMUTHS), builds, 0.9))
+
+
+def test_neighbours_are_of_the_same_build_all_the_way_round():
+    ring = views()
+    assert ring.beside(1) == (0, 2)
+    assert ring.beside(0) == (3, 1)
+    assert ring.beside(3) == (2, 0)
+    assert ring.beside(4) == (5, 5)
+
+
+def test_directions_between_views():
+    ring = views()
+    assert ring.azimuth(1, -0.5) == pytest.approx(math.radians(20))
+    assert ring.azimuth(1, 0.5) == pytest.approx(math.radians(60))
+    # There is nothing between views that are far apart.
+    assert ring.azimuth(2, 0.5) == pytest.approx(math.radians(80))
+
+
+def test_shares_of_the_view_beside():
+    ring = views()
+    other, share = ring.towards(1, math.radians(48))
+    assert (other, share) == (2, pytest.approx(0.2))
+    assert ring.towards(1, math.radians(-80)) == (0, 1.0)
+    assert ring.towards(3, math.radians(-170)) is None
+
+
+def test_views_of_a_bank_are_kept():
+    bank = TemplateBank(np.zeros((1, 2, 4, 4), np.uint8), np.zeros(1, np.float32), ('a',), 0.9)
+    assert views_of(bank) is views_of(bank)
