@@ -69,6 +69,8 @@ def warm_up_tracker(
     """
     from gait_segmentation.starting import StartingConfig, WalkerFinder
     from gait_segmentation.tracking import PeopleTracker
+    from gait_segmentation.tracking.background import BackgroundModel
+    from gait_segmentation.tracking.cues import add_motion
 
     finder = WalkerFinder(bank, starting)
     for index in range(_FRAMES):
@@ -83,6 +85,13 @@ def warm_up_tracker(
         size = track.likelihood.shape[::-1]
         prior = np.asarray(cv2.resize(mask, size, interpolation=cv2.INTER_AREA))
         tracker.learn([Feedback(track.stamp_ns, track.track_id, mask, body, prior)])
+    # What only a camera or a body calls whose motion is known, which noise does not tell.
+    part, still = (slice(0, 8), slice(0, 8)), np.eye(2, 3)
+    gray = np.zeros((8, 8), np.uint8)
+    add_motion(np.zeros(gray.shape, np.float32), gray, gray, still, still, part, 1.0)
+    model = BackgroundModel((16, 16))
+    model.move(still)
+    model.slopes(part)
 
 
 def warm_up_matcher(bank: TemplateBank, config: MatchingConfig) -> None:

@@ -8,19 +8,22 @@ import pytest
 
 from gait_segmentation import colour
 from gait_segmentation.errors import BankError
+from gait_segmentation.gait_model import extents
 from gait_segmentation.matching import MatchingConfig, backtrack, similarities, viterbi
 from gait_segmentation.matching.tanimoto import simd
 from gait_segmentation.pipeline import PipelineConfig
-from gait_segmentation.segmentation import energy, graph_cut
+from gait_segmentation.segmentation import energy, graph_cut, refinement, shape_prior
 from gait_segmentation.starting import barrier, estimate
-from gait_segmentation.tracking import background, likelihood
+from gait_segmentation.tracking import background, cues, likelihood
 from gait_segmentation.warm_up import open_bank, warm_up, warm_up_matcher
 from test.walkers import small_bank
 
 
 def test_afterwards_every_kernel_of_the_stages_is_compiled() -> None:
     warm_up(PipelineConfig(), small_bank())
-    for module in (colour, simd, energy, graph_cut, barrier, estimate, background, likelihood):
+    stages = (colour, simd, barrier, estimate, background, cues, likelihood, extents)
+    cuts = (energy, graph_cut, refinement, shape_prior)
+    for module in stages + cuts:
         for name, kernel in vars(module).items():
             if not hasattr(kernel, 'signatures') or kernel.targetoptions.get('inline'):
                 continue
