@@ -25,6 +25,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -115,12 +116,10 @@ class Box:
 
         :param mask: (height, width) array of any type that has a truth value.
         """
-        rows = np.flatnonzero(mask.any(axis=1))
-        if rows.size == 0:
-            return None
-        columns = np.flatnonzero(mask.any(axis=0))
-        left, top = int(columns[0]), int(rows[0])
-        return cls(left, top, int(columns[-1]) + 1 - left, int(rows[-1]) + 1 - top)
+        if mask.dtype != np.uint8:
+            mask = (mask if mask.dtype == np.bool_ else mask != 0).view(np.uint8)
+        left, top, width, height = cv2.boundingRect(mask)
+        return cls(left, top, width, height) if width > 0 else None
 
     def scaled(self, factor: float) -> Box:
         """Return the same box in an image ``factor`` times the size."""

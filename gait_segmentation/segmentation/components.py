@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.geometry import Box
+
 __all__ = ['fill_holes', 'keep_supported']
 
 _LEAST_OVERLAP = 0.04
@@ -23,7 +25,7 @@ def keep_supported(labels: NDArray[np.bool_], support: NDArray[np.float32]) -> N
     :returns: the component with the largest summed support and those with more than 4 % of that
         sum whose mean support is above 0.4.
     """
-    count, parts = cv2.connectedComponents(labels.astype(np.uint8), connectivity=4)
+    count, parts = cv2.connectedComponents(labels.view(np.uint8), connectivity=4)
     if count <= 2:
         return labels
     overlap = np.bincount(parts.ravel(), support.ravel(), count)
@@ -42,15 +44,22 @@ def fill_holes(labels: NDArray[np.bool_], largest: float) -> NDArray[np.bool_]:
 
     :param labels: (h, w) bool.
     """
+    found = Box.around(labels)
+    if found is None:
+        return labels
+    # Beyond one pixel about the labels nothing is enclosed.
+    part = found.padded(1, 1).slices(labels.shape[1], labels.shape[0])
     count, parts, stats, _ = cv2.connectedComponentsWithStats(
-        (~labels).astype(np.uint8), connectivity=8
+        (~labels[part]).view(np.uint8), connectivity=8
     )
     if count <= 2:
         return labels
-    height, width = labels.shape
+    height, width = parts.shape
     left, top = stats[:, cv2.CC_STAT_LEFT], stats[:, cv2.CC_STAT_TOP]
     right, bottom = left + stats[:, cv2.CC_STAT_WIDTH], top + stats[:, cv2.CC_STAT_HEIGHT]
     hole = (stats[:, cv2.CC_STAT_AREA] <= largest) & (left > 0) & (top > 0)
     hole &= (right < width) & (bottom < height)
     hole[0] = False
-    return labels | hole[parts]
+    filled = labels.copy()
+    filled[part] |= hole[parts]
+    return filled
