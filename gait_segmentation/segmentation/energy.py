@@ -14,9 +14,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.segmentation.graph_cut import ALL_STEPS, CAPACITY
+from gait_segmentation.segmentation.graph_cut import CAPACITY, STEPS, OpenGraph
 
-__all__ = ['contrast_links', 'distance_links']
+__all__ = ['contrast_links', 'distance_links', 'mean_contrast']
 
 _TABLE_END = 8.0
 _TABLE_SIZE = 1024
@@ -24,107 +24,118 @@ _EXP = np.exp(-np.linspace(0, _TABLE_END, _TABLE_SIZE, dtype=np.float32))
 
 
 @njit(cache=True, nogil=True)
-def _contrast(
+def _squares(
     image: NDArray[np.uint8],
-    given: NDArray[np.int8],
+    pixels: NDArray[np.int32],
+    beside: NDArray[np.int32],
     steps: NDArray[np.int64],
-    weight: float,
-    table: NDArray[np.float32],
-    places: NDArray[np.int32],
-    out: NDArray[np.int32],
-) -> None:
-    height, width = image.shape[:2]
+    links: NDArray[np.int32],
+) -> float:
+    """Put squared contrasts into one of the two directions of each link; return their mean."""
+    width = image.shape[1]
+    flat = image.reshape(-1, 3)
+    count = len(pixels)
     total = 0
     pairs = 0
-    for row in range(height):
-        for col in range(width):
-            if given[row, col] != 0:
+    for node in range(count):
+        here = pixels[node]
+        for arc in range(8):
+            other = beside[node, arc]
+            if other == count or (arc >= 4 and other < count):
                 continue
-            for arc in range(8):
-                next_row, next_col = row + steps[arc, 0], col + steps[arc, 1]
-                if not (0 <= next_row < height and 0 <= next_col < width):
-                    continue
-                if arc < 4:
-                    place = (arc * height + row) * width + col
-                elif given[next_row, next_col] != 0:
-                    place = ((arc - 4) * height + next_row) * width + next_col
-                else:
-                    continue
-                square = 0
-                for channel in range(3):
-                    d = int(image[row, col, channel]) - int(image[next_row, next_col, channel])
-                    square += d * d
-                out[place] = square
-                places[pairs] = place
-                total += square
-                pairs += 1
-    if pairs == 0:
-        return
-    mean = total / pairs
-    beta = 1 / (2 * mean) if total > 0 else 0.0
+            there = here + steps[arc, 0] * width + steps[arc, 1]
+            square = 0
+            for channel in range(3):
+                d = np.int32(flat[here, channel]) - np.int32(flat[there, channel])
+                square += d * d
+            links[node, arc] = square
+            total += square
+            pairs += 1
+    return total / max(pairs, 1)
+
+
+@njit(cache=True, nogil=True)
+def _weigh(
+    beside: NDArray[np.int32],
+    mean: float,
+    weight: float,
+    table: NDArray[np.float32],
+    links: NDArray[np.int32],
+) -> None:
+    """Turn squared contrasts into capacities, in both directions."""
+    count = len(beside) - 1
+    beta = 1 / (2 * mean) if mean > 0 else 0.0
     to_table = beta * (table.size - 1) / _TABLE_END
     straight = weight * CAPACITY
     across = weight * CAPACITY / np.sqrt(2.0)
-    for k in range(pairs):
-        place = places[k]
-        entry = min(int(out[place] * to_table), table.size - 1)
-        out[place] = int((straight if place < 2 * height * width else across) * table[entry])
+    for node in range(count):
+        for arc in range(8):
+            other = beside[node, arc]
+            if other == count or (arc >= 4 and other < count):
+                continue
+            entry = min(int(links[node, arc] * to_table), table.size - 1)
+            capacity = int((straight if arc & 2 == 0 else across) * table[entry])
+            links[node, arc] = capacity
+            if other < count:
+                links[other, arc ^ 4] = capacity
+
+
+def mean_contrast(graph: OpenGraph, image: NDArray[np.uint8]) -> float:
+    """
+    Return the mean squared contrast of the links.
+
+    :param image: (h, w, 3) uint8.
+    """
+    links = np.empty_like(graph.links)
+    image = np.ascontiguousarray(image)
+    return float(_squares(image, graph.pixels, graph.beside, STEPS, links))
 
 
 def contrast_links(
-    image: NDArray[np.uint8], weight: float, given: NDArray[np.int8]
-) -> NDArray[np.int32]:
+    graph: OpenGraph, image: NDArray[np.uint8], weight: float, mean: float | None = None
+) -> None:
     """
-    Return the contrast term of the n-links as integer capacity, (4, h, w) int32.
+    Set the links of a graph to their contrast term.
 
     :param image: (h, w, 3) uint8 in a space whose distances mean something (Lab or BGR).
     :param weight: its weight in the energy.
-    :param given: (h, w) int8, non-zero where the label is given; links between two such pixels
-        are left zero and do not count for the mean contrast.
+    :param mean: mean squared contrast, for beta; that of the graph itself if None.
     """
-    links = np.zeros((4, *image.shape[:2]), np.int32)
-    places = np.empty(links.size, np.int32)
-    _contrast(image, given, ALL_STEPS, weight, _EXP, places, links.reshape(-1))
-    return links
+    image = np.ascontiguousarray(image)
+    found = _squares(image, graph.pixels, graph.beside, STEPS, graph.links)
+    _weigh(graph.beside, found if mean is None else mean, weight, _EXP, graph.links)
 
 
 @njit(cache=True, nogil=True)
 def _distance(
     psi: NDArray[np.float32],
-    given: NDArray[np.int8],
+    pixels: NDArray[np.int32],
+    beside: NDArray[np.int32],
     steps: NDArray[np.int64],
     weight: float,
     links: NDArray[np.int32],
 ) -> None:
-    height, width = psi.shape
+    width = psi.shape[1]
+    flat = psi.reshape(-1)
+    count = len(pixels)
     straight = weight * CAPACITY / 2
     across = weight * CAPACITY / (2 * np.sqrt(2.0))
-    for row in range(height):
-        for col in range(width):
-            for arc in range(4):
-                next_row, next_col = row + steps[arc, 0], col + steps[arc, 1]
-                if next_row >= height or not 0 <= next_col < width:
-                    continue
-                if given[row, col] != 0 and given[next_row, next_col] != 0:
-                    continue
-                gain = straight if arc < 2 else across
-                links[arc, row, col] += int(gain * (psi[row, col] + psi[next_row, next_col]))
+    for node in range(count):
+        here = pixels[node]
+        for arc in range(8):
+            if beside[node, arc] == count:
+                continue
+            there = here + steps[arc, 0] * width + steps[arc, 1]
+            gain = straight if arc & 2 == 0 else across
+            links[node, arc] += int(gain * (flat[here] + flat[there]))
 
 
-def distance_links(
-    psi: NDArray[np.float32],
-    weight: float,
-    links: NDArray[np.int32],
-    given: NDArray[np.int8] | None = None,
-) -> None:
+def distance_links(graph: OpenGraph, psi: NDArray[np.float32], weight: float) -> None:
     """
-    Add the shape term to the n-links in place: (psi_p + psi_q) / (2 dist(p, q)) each.
+    Add the shape term to the links of a graph: (psi_p + psi_q) / (2 dist(p, q)) each.
 
     :param psi: (h, w) float32 >= 0, what a cut costs at each pixel.
     :param weight: its weight in the energy.
-    :param links: (4, h, w) int32, added to.
-    :param given: as for :func:`contrast_links`; links between two such pixels stay as they are.
     """
-    if given is None:
-        given = np.zeros(psi.shape, np.int8)
-    _distance(psi, given, ALL_STEPS, weight, links)
+    psi = np.ascontiguousarray(psi)
+    _distance(psi, graph.pixels, graph.beside, STEPS, weight, graph.links)

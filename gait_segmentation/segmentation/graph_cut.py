@@ -4,10 +4,12 @@
 The minimum cut of a grid graph in which only some pixels are open.
 
 Capacities are integers; pixels whose label is given are not nodes but are folded into the t-links
-of their neighbours.
+of their neighbours.  All work is on the open pixels, which are few.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -16,83 +18,125 @@ from numpy.typing import NDArray
 
 from gait_segmentation.segmentation.max_flow import ARCS, FAR, push_flow
 
-__all__ = ['ALL_STEPS', 'CAPACITY', 'NEIGHBOURS', 'decided', 'minimum_cut']
+__all__ = ['CAPACITY', 'STEPS', 'OpenGraph', 'decided', 'minimum_cut', 'open_graph']
 
 CAPACITY = 256
 """Integer capacity of an energy of one."""
 
-NEIGHBOURS = ((0, 1), (1, 0), (1, 1), (1, -1))
-"""(row, column) steps of the four n-links a pixel has to pixels after it."""
-
-ALL_STEPS = np.array([*NEIGHBOURS, *((-row, -column) for row, column in NEIGHBOURS)], np.int64)
-"""(8, 2) int64, these and those to the pixels before it, in the order of a node's arcs."""
+_FORWARD = ((0, 1), (1, 0), (1, 1), (1, -1))
+STEPS = np.array([*_FORWARD, *((-row, -column) for row, column in _FORWARD)], np.int64)
+"""(8, 2) int64, rows and columns to the neighbours of a pixel: four after it, and the opposite
+ones before it; the first two of four are straight."""
 
 _SURE, _NEAR_PX = 2.0, 2
 """Log-odds that are sure, and how far about a pixel all must be."""
 
 
+@dataclass(frozen=True)
+class OpenGraph:
+    """
+    The open pixels of a window and their links.
+
+    ``given`` is (h, w) int8, +1 or -1 where label 1 or 0 is given, and ``pixels`` (N,) int32 the
+    places in it of the N others, row by row.  ``beside`` (N + 1, 8) int32 are their neighbours at
+    :data:`STEPS`: a place among the open ones, N beyond the window, N + 1 for a pixel with label
+    0 and N + 2 for one with label 1.  ``links`` (N + 1, 8) int32 >= 0 are the capacities to them,
+    equal in both directions, and 0 beyond the window.
+    """
+
+    given: NDArray[np.int8]
+    pixels: NDArray[np.int32]
+    beside: NDArray[np.int32]
+    links: NDArray[np.int32]
+
+
 @njit(cache=True, nogil=True)
-def _number(given: NDArray[np.int8], index: NDArray[np.int32]) -> int:
+def _number(given: NDArray[np.int8], index: NDArray[np.int32], pixels: NDArray[np.int32]) -> int:
     count = 0
     for row in range(given.shape[0]):
         for col in range(given.shape[1]):
             if given[row, col] == 0:
                 index[row, col] = count
+                pixels[count] = row * given.shape[1] + col
                 count += 1
             else:
-                index[row, col] = -1
+                index[row, col] = -1 if given[row, col] < 0 else -2
     return count
 
 
 @njit(cache=True, nogil=True)
-def _build(
-    logit: NDArray[np.float32],
-    links: NDArray[np.int32],
-    given: NDArray[np.int8],
+def _connect(
     index: NDArray[np.int32],
+    pixels: NDArray[np.int32],
     steps: NDArray[np.int64],
     beside: NDArray[np.int32],
+) -> None:
+    height, width = index.shape
+    count = len(pixels)
+    for node in range(count):
+        row, col = divmod(pixels[node], width)
+        for arc in range(ARCS):
+            next_row, next_col = row + steps[arc, 0], col + steps[arc, 1]
+            beside[node, arc] = count
+            if 0 <= next_row < height and 0 <= next_col < width:
+                other = index[next_row, next_col]
+                beside[node, arc] = other if other >= 0 else count - other
+    for arc in range(ARCS):
+        beside[count, arc] = count
+
+
+def open_graph(given: NDArray[np.int8]) -> OpenGraph:
+    """
+    Return the graph of the open pixels, without links.
+
+    :param given: (h, w) int8, +1 or -1 where label 1 or 0 is given, 0 where open.
+    """
+    index = np.empty(given.shape, np.int32)
+    pixels = np.empty(given.size, np.int32)
+    pixels = pixels[: _number(given, index, pixels)]
+    beside = np.empty((len(pixels) + 1, ARCS), np.int32)
+    _connect(index, pixels, STEPS, beside)
+    return OpenGraph(given, pixels, beside, np.zeros(beside.shape, np.int32))
+
+
+@njit(cache=True, nogil=True)
+def _fold(
+    logit: NDArray[np.float32],
+    links: NDArray[np.int32],
+    beside: NDArray[np.int32],
+    other_end: NDArray[np.uint32],
     capacity: NDArray[np.int32],
     terminal: NDArray[np.int32],
 ) -> None:
-    """Fill in the graph of the open pixels, as :func:`push_flow` takes it."""
-    height, width = logit.shape
-    count = len(terminal) - 1
-    beside[count] = count
-    capacity[count] = 0
+    """Turn links to pixels with given labels into t-links, as :func:`push_flow` takes them."""
+    count = len(logit)
     terminal[count] = 0
-    for row in range(height):
-        for col in range(width):
-            node = index[row, col]
-            if node < 0:
-                continue
-            energy = int(logit[row, col] * CAPACITY)
-            for arc in range(ARCS):
-                next_row, next_col = row + steps[arc, 0], col + steps[arc, 1]
-                beside[node, arc] = count
+    for node in range(count):
+        energy = int(logit[node] * CAPACITY)
+        for arc in range(ARCS):
+            other = beside[node, arc]
+            if other < count:
+                other_end[node, arc] = other
+                capacity[node, arc] = links[node, arc]
+            else:
+                other_end[node, arc] = count
                 capacity[node, arc] = 0
-                if not (0 <= next_row < height and 0 <= next_col < width):
-                    continue
-                link = links[arc, row, col] if arc < 4 else links[arc - 4, next_row, next_col]
-                other = index[next_row, next_col]
-                if other >= 0:
-                    beside[node, arc] = other
-                    capacity[node, arc] = link
-                elif given[next_row, next_col] > 0:
-                    energy += link
-                else:
-                    energy -= link
-            terminal[node] = energy
+                if other == count + 1:
+                    energy -= links[node, arc]
+                elif other == count + 2:
+                    energy += links[node, arc]
+        terminal[node] = energy
+    for arc in range(ARCS):
+        other_end[count, arc] = count
+        capacity[count, arc] = 0
 
 
 @njit(cache=True, nogil=True)
 def _read_off(
-    index: NDArray[np.int32], label: NDArray[np.int32], labels: NDArray[np.bool_]
+    pixels: NDArray[np.int32], label: NDArray[np.int32], labels: NDArray[np.bool_]
 ) -> None:
-    for row in range(index.shape[0]):
-        for col in range(index.shape[1]):
-            if index[row, col] >= 0:
-                labels[row, col] = label[index[row, col]] == FAR
+    for node in range(len(pixels)):
+        labels[pixels[node]] = label[node] == FAR
 
 
 def decided(logit: NDArray[np.float32]) -> NDArray[np.int8]:
@@ -111,9 +155,7 @@ def decided(logit: NDArray[np.float32]) -> NDArray[np.int8]:
     return sure.astype(np.int8) - never.astype(np.int8)
 
 
-def minimum_cut(
-    logit: NDArray[np.float32], links: NDArray[np.int32], given: NDArray[np.int8] | None = None
-) -> NDArray[np.bool_]:
+def minimum_cut(graph: OpenGraph, logit: NDArray[np.float32]) -> NDArray[np.bool_]:
     """
     Return the labelling of least energy.
 
@@ -121,21 +163,16 @@ def minimum_cut(
     with different labels, the link between them over :data:`CAPACITY`.  Of several labellings of
     the same energy it is the one with the most ones.
 
-    :param logit: (h, w) float32, log-odds of label 1 (data term, t-links).
-    :param links: (4, h, w) int32 >= 0, capacity of the n-links along :data:`NEIGHBOURS`.
-    :param given: (h, w) int8, +1 or -1 where label 1 or 0 is given, 0 where open; None = all open.
+    :param graph: the open pixels and their links.
+    :param logit: (N,) float32, their log-odds of label 1 (data term, t-links).
     :returns: (h, w) bool, True for label 1.
     """
-    if given is None:
-        given = np.zeros(logit.shape, np.int8)
-    index = np.empty(logit.shape, np.int32)
-    nodes = int(_number(given, index))
-    labels = given > 0
-    if nodes == 0:
+    labels = graph.given > 0
+    if len(graph.pixels) == 0:
         return labels
-    beside = np.empty((nodes + 1, ARCS), np.int32)
-    capacity = np.empty((nodes + 1, ARCS), np.int32)
-    terminal = np.empty(nodes + 1, np.int32)
-    _build(logit, links, given, index, ALL_STEPS, beside, capacity, terminal)
-    _read_off(index, push_flow(beside, capacity, terminal), labels)
+    other_end = np.empty(graph.beside.shape, np.uint32)
+    capacity = np.empty_like(graph.links)
+    terminal = np.empty(len(capacity), np.int32)
+    _fold(logit, graph.links, graph.beside, other_end, capacity, terminal)
+    _read_off(graph.pixels, push_flow(other_end, capacity, terminal), labels.reshape(-1))
     return labels

@@ -31,7 +31,8 @@ def push_flow(beside, capacity, terminal):  # type: ignore[no-untyped-def]
     """
     Push as much flow to the sink as fits.
 
-    :param beside: (N + 1, 8) int32 neighbours of the nodes, N where there is none.
+    :param beside: (N + 1, 8) uint32 neighbours of the nodes, N where there is none; unsigned, as
+        every index that may be negative costs a look.
     :param capacity: (N + 1, 8) int32 >= 0, capacity to each neighbour, 0 where there is none;
         becomes what is left of it.
     :param terminal: (N + 1,) int32, capacity from the source, or to the sink if negative, the
@@ -41,9 +42,9 @@ def push_flow(beside, capacity, terminal):  # type: ignore[no-untyped-def]
     """
     count = len(terminal) - 1
     label = np.full(count + 1, FAR, np.int32)
-    order = np.empty(count, np.int32)
+    order = np.empty(count, np.uint32)
     # A ring with room for every node once and one place that tells full from empty.
-    queue = np.empty(count + 1, np.int32)
+    queue = np.empty(count + 1, np.uint32)
     queued = np.zeros(count + 1, np.bool_)
     alike = np.zeros(count + 2, np.int32)
     while True:
@@ -54,8 +55,8 @@ def push_flow(beside, capacity, terminal):  # type: ignore[no-untyped-def]
         for place in range(reached - 1, -1, -1):
             node = order[place]
             alike[label[node]] += 1
-            queued[node] = terminal[node] > 0
-            if queued[node]:
+            if terminal[node] > 0:
+                queued[node] = True
                 queue[last] = node
                 last += 1
         if last == 0:
@@ -70,21 +71,22 @@ def push_flow(beside, capacity, terminal):  # type: ignore[no-untyped-def]
             here = label[node]
             # Beyond a label that nobody has, nothing leads to the sink.
             while excess > 0 and here < gap:
-                lowest = FAR
+                lowest, below = FAR, here - 1
                 for arc in range(ARCS):
                     amount = capacity[node, arc]
                     if amount == 0:
                         continue
                     other = beside[node, arc]
                     there = label[other]
-                    if there != here - 1:
+                    if there != below:
                         lowest = min(lowest, there)
                         continue
                     amount = min(amount, excess)
                     capacity[node, arc] -= amount
                     capacity[other, arc ^ 4] += amount
-                    terminal[other] += amount
-                    if terminal[other] > 0 and not queued[other]:
+                    excess_there = terminal[other] + amount
+                    terminal[other] = excess_there
+                    if excess_there > 0 and not queued[other]:
                         queued[other] = True
                         queue[last] = other
                         last = 0 if last == count else last + 1
@@ -115,6 +117,8 @@ def _label_all(beside, capacity, terminal, label, order):  # type: ignore[no-unt
             last += 1
         else:
             label[node] = FAR
+    # So that nobody looks for a neighbour where there is none.
+    label[count] = 0
     first = 0
     while first < last:
         node = order[first]
@@ -126,4 +130,5 @@ def _label_all(beside, capacity, terminal, label, order):  # type: ignore[no-unt
                 label[other] = further
                 order[last] = other
                 last += 1
+    label[count] = FAR
     return last

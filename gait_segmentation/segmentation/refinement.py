@@ -12,13 +12,14 @@ import math
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import shrink
 from gait_segmentation.segmentation.energy import contrast_links
-from gait_segmentation.segmentation.graph_cut import minimum_cut
-from gait_segmentation.segmentation.local_colours import add_odds
+from gait_segmentation.segmentation.graph_cut import minimum_cut, open_graph
+from gait_segmentation.segmentation.local_colours import add_odds, discriminant
 
 __all__ = ['finest', 'refine', 'upsample']
 
@@ -58,7 +59,7 @@ def refine(
     labels: NDArray[np.bool_],
     logit: NDArray[np.float32],
     contrast: float,
-    line: NDArray[np.float32] | None = None,
+    lab: NDArray[np.uint8] | None = None,
 ) -> NDArray[np.bool_]:
     """
     Cut again at the size of the image.
@@ -67,8 +68,8 @@ def refine(
     :param labels: (h, w) bool, the first cut of the same window at working size.
     :param logit: (h, w) float32, its data term.
     :param contrast: weight of the contrast term of the first cut.
-    :param line: (h, w, 4) float32, what tells the colours on both sides of the outline apart, see
-        :func:`discriminant`; None: colours are not looked at again.
+    :param lab: (h, w, 3) uint8, the window at working size in Lab, to tell the colours on both
+        sides of the outline apart; None: colours are not looked at again.
     :returns: (H, W) bool.
     """
     shape = image.shape[:2]
@@ -83,12 +84,53 @@ def refine(
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
     given = cv2.erode(area, kernel).view(np.int8) + cv2.dilate(area, kernel).view(np.int8)
     given -= np.int8(1)
+    graph = open_graph(given)
+    if len(graph.pixels) == 0:
+        return refined
+    cut = np.ascontiguousarray(image[part])
+    data = np.empty(len(graph.pixels), np.float32)
+    nearest = np.empty(len(graph.pixels), np.int32)
     # A working pixel's evidence is shared by 1/scale^2 pixels, a link's by 1/scale of them.
-    fine = cv2.resize(logit * np.float32(scale), shape[::-1], interpolation=cv2.INTER_LINEAR)
-    data = fine[part]
-    if line is not None:
-        lab = cv2.cvtColor(image[part], cv2.COLOR_BGR2Lab)
-        add_odds(lab, line, (part[0].start, part[1].start, scale), given, scale, data)
-    links = contrast_links(image[part], contrast, given)
-    refined[part] = minimum_cut(data, links, given)
+    origin = (part[0].start, part[1].start)
+    _sample(logit, graph.pixels, origin, given.shape[1], shape, data, nearest)
+    data *= np.float32(scale)
+    if lab is not None:
+        wanted = np.zeros(labels.shape, np.bool_)
+        wanted.reshape(-1)[nearest] = True
+        colours = cut.reshape(-1, 1, 3)[graph.pixels]
+        colours = cv2.cvtColor(colours, cv2.COLOR_BGR2Lab).reshape(-1, 3)
+        add_odds(colours, discriminant(lab, labels, wanted), nearest, scale, data)
+    contrast_links(graph, cut, contrast)
+    refined[part] = minimum_cut(graph, data)
     return refined
+
+
+@njit(cache=True, nogil=True)
+def _sample(
+    values: NDArray[np.float32],
+    pixels: NDArray[np.int32],
+    origin: tuple[int, int],
+    columns: int,
+    shape: tuple[int, int],
+    out: NDArray[np.float32],
+    nearest: NDArray[np.int32],
+) -> None:
+    """
+    Interpolate between coarse pixels, and say which are nearest.
+
+    :param pixels: places in a part of so many columns, whose first pixel is ``origin``, of an
+        image of a finer ``shape``.
+    """
+    height, width = values.shape
+    tall, wide = height / shape[0], width / shape[1]
+    for k in range(len(pixels)):
+        row, col = divmod(pixels[k], columns)
+        y, x = (row + origin[0] + 0.5) * tall, (col + origin[1] + 0.5) * wide
+        nearest[k] = min(int(y), height - 1) * width + min(int(x), width - 1)
+        y, x = min(max(y - 0.5, 0.0), height - 1.0), min(max(x - 0.5, 0.0), width - 1.0)
+        top, left = int(y), int(x)
+        below, right = min(top + 1, height - 1), min(left + 1, width - 1)
+        y, x = y - top, x - left
+        upper = (1 - x) * values[top, left] + x * values[top, right]
+        lower = (1 - x) * values[below, left] + x * values[below, right]
+        out[k] = (1 - y) * upper + y * lower

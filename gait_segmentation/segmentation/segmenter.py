@@ -15,9 +15,8 @@ from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.components import fill_holes, keep_supported
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.energy import contrast_links, distance_links
-from gait_segmentation.segmentation.graph_cut import decided, minimum_cut
+from gait_segmentation.segmentation.graph_cut import decided, minimum_cut, open_graph
 from gait_segmentation.segmentation.learnt_colours import LearntColours
-from gait_segmentation.segmentation.local_colours import discriminant
 from gait_segmentation.segmentation.paper_prior import PaperPrior
 from gait_segmentation.segmentation.refinement import finest, refine, upsample
 from gait_segmentation.segmentation.residual import PersonalShape
@@ -99,8 +98,8 @@ class Segmenter:
             return self._empty(image, match, 'the cut found no person')
         self._learn(labels, match, body, window)
         if self.config.use_refinement and labels.shape != source.shape[:2]:
-            line = discriminant(lab, labels) if self.config.use_local_colours else None
-            labels = refine(source, labels, logit, self._contrast(body), line)
+            colours = lab if self.config.use_local_colours else None
+            labels = refine(source, labels, logit, self._contrast(body), colours)
         mask = np.zeros((height, width), np.uint8)
         fine = upsample(labels, size)
         np.multiply(fine.view(np.uint8), np.uint8(255), out=mask[crop])
@@ -168,13 +167,13 @@ class Segmenter:
         body: BodyFrame,
     ) -> NDArray[np.bool_]:
         """Return the cut of least energy."""
-        given = decided(logit)
-        links = contrast_links(lab, self._contrast(body), given)
+        graph = open_graph(decided(logit))
+        contrast_links(graph, lab, self._contrast(body))
         if terms.psi is not None:
             paper = self._paper is not None
             weight = self.config.paper_weight if paper else self.config.distance_weight
-            distance_links(terms.psi, weight, links, given)
-        return minimum_cut(logit, links, given)
+            distance_links(graph, terms.psi, weight)
+        return minimum_cut(graph, logit.reshape(-1)[graph.pixels])
 
     def _terms(
         self,

@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import signed_distance
@@ -56,11 +57,38 @@ def shape_terms(
     if config.prior == 'none' or not (prior > 127).any():
         return ShapeTerms(None, None)
     distance = signed_distance(prior > 127)
-    psi = np.minimum(np.abs(distance) / np.float32(config.distance_reach * height), 1)
-    if config.prior == 'distance':
-        return ShapeTerms(None, psi)
-    logit = np.clip(distance / np.float32(config.template_slope * height), _LOW, _HIGH)
-    if personal is not None:
-        share = np.float32(config.residual_share)
-        logit = (1 - share) * logit + share * log_odds(personal)
-    return ShapeTerms(np.float32(config.template_weight) * logit, psi)
+    psi, logit = np.empty_like(distance), np.empty_like(distance)
+    share = 0.0 if personal is None else config.residual_share
+    _terms(
+        distance,
+        distance if personal is None else log_odds(personal),
+        np.float32(config.distance_reach * height),
+        np.float32(config.template_slope * height),
+        np.float32(share),
+        np.float32(config.template_weight),
+        psi,
+        logit,
+    )
+    return ShapeTerms(None if config.prior == 'distance' else logit, psi)
+
+
+@njit(cache=True, nogil=True)
+def _terms(
+    distance: NDArray[np.float32],
+    personal: NDArray[np.float32],
+    reach: float,
+    slope: float,
+    share: float,
+    weight: float,
+    psi: NDArray[np.float32],
+    logit: NDArray[np.float32],
+) -> None:
+    one, low, high = np.float32(1), np.float32(_LOW), np.float32(_HIGH)
+    for row in range(distance.shape[0]):
+        for col in range(distance.shape[1]):
+            depth = distance[row, col]
+            psi[row, col] = min(abs(depth) / reach, one)
+            odds = min(max(depth / slope, low), high)
+            if share > 0:
+                odds = (one - share) * odds + share * personal[row, col]
+            logit[row, col] = weight * odds

@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import body_rows, colour_bins
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import BodyFrame, Box, body_window
-from gait_segmentation.segmentation.energy import contrast_links
-from gait_segmentation.segmentation.graph_cut import decided, minimum_cut
+from gait_segmentation.segmentation.energy import contrast_links, mean_contrast
+from gait_segmentation.segmentation.graph_cut import decided, minimum_cut, open_graph
 from gait_segmentation.starting.barrier import barrier_logit
 from gait_segmentation.starting.colours import SoftColours
 from gait_segmentation.starting.templates import Hypothesis, fit_views
@@ -75,7 +75,7 @@ class _Scene:
     bins: NDArray[np.uint16]
     rows: NDArray[np.float32]
     inside: NDArray[np.bool_]
-    links: NDArray[np.int32]
+    contrast: float
     given: NDArray[np.int8]
     barrier: NDArray[np.float32]
     gradient: NDArray[np.float32]
@@ -215,12 +215,21 @@ def _scene(
             for order in ((1, 0), (0, 1))
         )
     ).sum(axis=2)
-    links = contrast_links(lab, _CONTRAST, given)
+    contrast = mean_contrast(open_graph(given), lab)
     barrier = np.float32(_BARRIER_WEIGHT) * barrier_logit(lab, inside)
     if evidence is not None:
         barrier += evidence * inside
     return _Scene(
-        lab, colour_bins(lab), rows, inside, links, given, barrier, gradient, box.height, left_out
+        lab,
+        colour_bins(lab),
+        rows,
+        inside,
+        contrast,
+        given,
+        barrier,
+        gradient,
+        box.height,
+        left_out,
     )
 
 
@@ -249,7 +258,9 @@ def _maximise(hypothesis: Hypothesis, scene: _Scene, rounds: int) -> _Result:
         prior = _logit_of(soft)
         data = logit + np.float32(_CUT_PRIOR) * prior
         given = np.where(scene.inside, decided(data), scene.given)
-        labels = minimum_cut(data, scene.links, given)
+        graph = open_graph(given)
+        contrast_links(graph, scene.lab, _CONTRAST, scene.contrast)
+        labels = minimum_cut(graph, data.reshape(-1)[graph.pixels])
         share = _LATER_SHARE if number + 1 >= _FIRST_ROUNDS else _FIRST_SHARE
         weight = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft
         colours.learn(weight, 1 - weight, share)

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from numpy.typing import NDArray
 
-from gait_segmentation.segmentation.graph_cut import CAPACITY, NEIGHBOURS, minimum_cut
+from gait_segmentation.segmentation.graph_cut import CAPACITY, open_graph
+from test.segmentation.grids import NEIGHBOURS, cut
 
 
 def energy(labels: NDArray, logit: NDArray, links: NDArray) -> int:
@@ -39,7 +40,7 @@ def test_no_labelling_has_less_energy(seed: int) -> None:
         energy(np.array(bits).reshape(3, 4), logit, links)
         for bits in itertools.product((False, True), repeat=12)
     )
-    assert energy(minimum_cut(logit, links), logit, links) == best
+    assert energy(cut(logit, links), logit, links) == best
 
 
 @settings(max_examples=25, deadline=None)
@@ -48,7 +49,7 @@ def test_given_labels_hold_and_the_rest_is_optimal(seed: int) -> None:
     logit, links = random_problem(seed, (3, 4))
     rng = np.random.default_rng(seed + 1)
     fixed = rng.choice([-1, 0, 0, 1], (3, 4)).astype(np.int8)
-    labels = minimum_cut(logit, links, fixed)
+    labels = cut(logit, links, fixed)
     assert np.all(labels[fixed > 0])
     assert not np.any(labels[fixed < 0])
     best = min(
@@ -62,20 +63,30 @@ def test_given_labels_hold_and_the_rest_is_optimal(seed: int) -> None:
 
 def test_everything_given_needs_no_graph() -> None:
     fixed = np.array([[1, -1], [-1, 1]], np.int8)
-    labels = minimum_cut(np.zeros((2, 2), np.float32), np.zeros((4, 2, 2), np.int32), fixed)
+    labels = cut(np.zeros((2, 2), np.float32), np.zeros((4, 2, 2), np.int32), fixed)
     assert labels.tolist() == [[True, False], [False, True]]
 
 
 @pytest.mark.parametrize('sign', [1, -1])
 def test_one_pixel_follows_its_data_term(sign: int) -> None:
     logit = np.full((1, 1), sign * 2.0, np.float32)
-    assert minimum_cut(logit, np.zeros((4, 1, 1), np.int32))[0, 0] == (sign > 0)
+    assert cut(logit, np.zeros((4, 1, 1), np.int32))[0, 0] == (sign > 0)
 
 
 def test_of_equal_labellings_the_one_with_the_most_ones_wins() -> None:
     flat = np.zeros((2, 3), np.float32)
-    assert minimum_cut(flat, np.zeros((4, 2, 3), np.int32)).all()
+    assert cut(flat, np.zeros((4, 2, 3), np.int32)).all()
     logit = np.array([[1.0, 0.0, -1.0]], np.float32)
     links = np.zeros((4, 1, 3), np.int32)
     links[0, 0, :2] = 50
-    assert minimum_cut(logit, links).tolist() == [[True, True, False]]
+    assert cut(logit, links).tolist() == [[True, True, False]]
+
+
+def test_a_graph_knows_what_is_beside_its_pixels() -> None:
+    graph = open_graph(np.array([[0, 1, 0], [-1, 0, 0]], np.int8))
+    assert graph.pixels.tolist() == [0, 2, 4, 5]
+    # Four are open, so 4 is beyond the window, 5 has label 0 and 6 label 1.
+    assert graph.beside[0].tolist() == [6, 5, 2, 4, 4, 4, 4, 4]
+    assert graph.beside[2].tolist() == [3, 4, 4, 4, 5, 6, 0, 1]
+    assert (graph.beside[4] == 4).all()
+    assert not graph.links.any()

@@ -8,7 +8,6 @@ import numpy as np
 from gait_segmentation.segmentation.local_colours import add_odds, discriminant
 from gait_segmentation.segmentation.refinement import refine
 
-SCALE = 0.5
 PERSON, GROUND = (90, 140, 120), (160, 118, 135)
 
 
@@ -30,10 +29,12 @@ def small(image: np.ndarray) -> np.ndarray:
 
 
 def odds_of(image: np.ndarray, labels: np.ndarray) -> np.ndarray:
-    odds = np.zeros(image.shape[:2], np.float32)
-    given = np.zeros(image.shape[:2], np.int8)
-    add_odds(image, discriminant(small(image), labels), (0, 0, SCALE), given, 1.0, odds)
-    return odds
+    rows, columns = (np.arange(size) // 2 for size in image.shape[:2])
+    nearest = (rows[:, None] * labels.shape[1] + columns).ravel().astype(np.int32)
+    odds = np.zeros(image.shape[0] * image.shape[1], np.float32)
+    line = discriminant(small(image), labels, np.ones_like(labels))
+    add_odds(image.reshape(-1, 3), line, nearest, 1.0, odds)
+    return odds.reshape(image.shape[:2])
 
 
 def test_colours_of_the_person_are_for_it_and_those_of_the_ground_against_it():
@@ -65,27 +66,28 @@ def test_alike_colours_say_nothing():
 
 
 def test_a_mask_with_only_one_side_says_nothing():
-    assert not discriminant(small(scene()), np.zeros((32, 48), bool)).any()
-    assert not discriminant(small(scene()), np.ones((32, 48), bool)).any()
+    for labels in (np.zeros((32, 48), bool), np.ones((32, 48), bool)):
+        assert not discriminant(small(scene()), labels, np.ones_like(labels)).any()
 
 
-def test_given_pixels_get_nothing():
-    odds = np.zeros((64, 96), np.float32)
-    given = np.ones((64, 96), np.int8)
-
-    add_odds(scene(), discriminant(small(scene()), first_cut()), (0, 0, SCALE), given, 1.0, odds)
-
-    assert not odds.any()
-
-
-def test_a_part_of_the_image_finds_its_place():
-    image, labels = scene(), first_cut()
-    line = discriminant(small(image), labels)
-    part = np.zeros((20, 30), np.float32)
-
-    add_odds(image[10:30, 40:70], line, (10, 40, SCALE), np.zeros((20, 30), np.int8), 1.0, part)
-
-    np.testing.assert_array_equal(part, odds_of(image, labels)[10:30, 40:70])
+def test_it_is_that_of_the_neighbourhood_wherever_it_is_wanted():
+    rng = np.random.default_rng(2)
+    image = rng.integers(0, 256, (32, 48, 3)).astype(np.uint8)
+    labels = np.zeros((32, 48), bool)
+    labels[8:26, 12:30] = True
+    wanted = rng.random((32, 48)) < 0.5
+    line = discriminant(image, labels, wanted)
+    person, ground = np.zeros_like(labels), np.ones_like(labels)
+    person[9:25, 13:29] = True
+    ground[7:27, 11:31] = False
+    for row, column in zip(*np.nonzero(wanted), strict=True):
+        about = np.s_[max(row - 4, 0) : row + 5, max(column - 4, 0) : column + 5]
+        one, two = (image[about][side[about]].astype(float) for side in (person, ground))
+        expected = np.zeros(4)
+        if min(len(one), len(two)) >= 0.02 * 81:
+            slope = (one.mean(0) - two.mean(0)) / ((one.var(0) + two.var(0)) / 2 + 16)
+            expected[:3], expected[3] = slope, slope @ (one.mean(0) + two.mean(0)) / 2
+        np.testing.assert_allclose(line[row, column], expected, rtol=1e-4, atol=1e-4)
 
 
 def test_the_outline_comes_back_from_too_far_out():
@@ -95,7 +97,7 @@ def test_the_outline_comes_back_from_too_far_out():
     logit = np.where(labels, 0.5, -0.5).astype(np.float32)
 
     plain = refine(image, labels, logit, 0.0)
-    placed = refine(image, labels, logit, 0.0, discriminant(small(lab), labels))
+    placed = refine(image, labels, logit, 0.0, small(lab))
 
     assert plain[32].sum() == 50
     assert placed[32].sum() == 48

@@ -13,7 +13,7 @@ from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.results import MatchResult
 from gait_segmentation.segmentation import SegmentationConfig, Segmenter
 from gait_segmentation.segmentation.energy import distance_links
-from gait_segmentation.segmentation.graph_cut import CAPACITY, NEIGHBOURS
+from gait_segmentation.segmentation.graph_cut import CAPACITY, open_graph
 from gait_segmentation.segmentation.oriented_edges import (
     EdgePoints,
     Gradient,
@@ -27,6 +27,7 @@ from gait_segmentation.segmentation.paper_prior import (
     word_distances,
 )
 from gait_segmentation.segmentation.vocabulary import VocabularyError, default_vocabulary
+from test.segmentation.grids import NEIGHBOURS, links_of
 
 HEIGHT = 100
 SHAPE = (124, 96)
@@ -62,8 +63,9 @@ def plain_distance(points: EdgePoints) -> np.ndarray:
 
 def shape_energy(psi: np.ndarray, labels: np.ndarray) -> float:
     """Sum of the links between pixels of different labels, a link of psi = 1 counting 1."""
-    links = np.zeros((4, *psi.shape), np.int32)
-    distance_links(psi, 1.0, links)
+    graph = open_graph(np.zeros(psi.shape, np.int8))
+    distance_links(graph, psi, 1.0)
+    links = links_of(graph)
     total = 0
     for direction, (d_row, d_column) in enumerate(NEIGHBOURS):
         for row in range(psi.shape[0] - d_row):

@@ -43,3 +43,27 @@ def test_windows_are_scaled_down_to_what_the_outline_needs() -> None:
     assert finest(picture, (100, 80)) is picture
     assert finest(picture, (50, 40)).shape == (125, 100, 3)
     assert finest(picture[:, :1], (50, 1)).shape == (125, 3, 3)
+
+
+def test_the_data_term_is_interpolated_where_the_outline_is() -> None:
+    # Without contrast every open pixel follows its own evidence.
+    labels = np.zeros((20, 30), np.bool_)
+    labels[5:15, 8:20] = True
+    logit = np.random.default_rng(3).normal(0, 1, (20, 30)).astype(np.float32)
+    shape = (47, 68)
+    fine = cv2.resize(logit, shape[::-1], interpolation=cv2.INTER_LINEAR)
+    found = refine(np.zeros((*shape, 3), np.uint8), labels, logit, 0.0)
+    first = upsample(labels, shape)
+    moved = found != first
+    assert moved.any()
+    assert ((fine > -0.01) | ~found)[moved].all()
+    assert ((fine < 0.01) | found)[moved].all()
+
+
+def test_only_the_band_about_the_outline_changes() -> None:
+    labels = np.zeros((20, 30), np.bool_)
+    labels[5:15, 8:20] = True
+    logit = np.where(labels, -9.0, 9.0).astype(np.float32)
+    found = refine(np.zeros((40, 60, 3), np.uint8), labels, logit, 0.0)
+    assert found[15:25, 21:35].all()
+    assert not found[:5].any()
