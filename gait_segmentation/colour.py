@@ -235,6 +235,8 @@ class ColourModel:
 
     def whole(self) -> NDArray[np.float32]:
         """Return the histogram of the whole body, (BINS^3,) float32 with sum one."""
-        whole = self._histogram.sum(axis=1)
+        whole = np.zeros(len(self._histogram), np.float32)
+        used = self._listed[: self._length]
+        whole[used] = self._histogram[used].sum(axis=1)
         total = float(whole.sum())
         return whole / np.float32(total) if total > 0 else whole

@@ -13,7 +13,7 @@ from gait_segmentation.matching import MatchingConfig, backtrack, similarities, 
 from gait_segmentation.matching.tanimoto import simd
 from gait_segmentation.pipeline import PipelineConfig
 from gait_segmentation.segmentation import energy, graph_cut, refinement, shape_prior
-from gait_segmentation.starting import barrier, estimate
+from gait_segmentation.starting import barrier, hypothesis
 from gait_segmentation.tracking import background, cues, likelihood
 from gait_segmentation.warm_up import open_bank, warm_up, warm_up_matcher
 from test.walkers import small_bank
@@ -21,7 +21,7 @@ from test.walkers import small_bank
 
 def test_afterwards_every_kernel_of_the_stages_is_compiled() -> None:
     warm_up(PipelineConfig(), small_bank())
-    stages = (colour, simd, barrier, estimate, background, cues, likelihood, extents)
+    stages = (colour, simd, barrier, hypothesis, background, cues, likelihood, extents)
     cuts = (energy, graph_cut, refinement, shape_prior)
     for module in stages + cuts:
         for name, kernel in vars(module).items():

@@ -11,6 +11,8 @@ shape and edges decide.
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -47,22 +49,30 @@ class SoftColours:
         :param left_out: share of what was learnt nearby that is taken off.
         """
         self._bins, self._rows, self._inside = bins, rows, inside
-        self._floor, self._radius, self._left_out = floor, radius, left_out
+        self._floor, self._left_out = floor, left_out
+        self._near = _alike_nearby(bins, inside, radius)
         self._person = ColourModel(1.0, floor)
         self._surroundings = ColourModel(1.0, floor)
         self._soft = np.zeros(bins.shape, np.float32)
         self._rest = self._soft
 
+    def with_rows(self, rows: NDArray[np.float32]) -> SoftColours:
+        """Return models of the same window that know nothing, with another (h, w) position."""
+        other = copy(self)
+        other._rows = rows
+        other._person, other._surroundings = (ColourModel(1.0, self._floor) for _ in range(2))
+        return other
+
     def learn(
         self, person: NDArray[np.float32], rest: NDArray[np.float32], band_share: float
     ) -> None:
         """
-        Learn anew from soft masks.
+        Learn anew from soft masks, all else is forgotten.
 
         :param person: (h, w) float32 in 0..1; ``rest`` likewise of the surroundings.
         :param band_share: weight of the colours of the own height band.
         """
-        self._soft, self._rest = person, rest
+        self._soft, self._rest = np.ascontiguousarray(person), np.ascontiguousarray(rest)
         for model, weight in ((self._person, person), (self._surroundings, rest)):
             model.band_share = band_share
             model.learn(self._bins, self._rows, weight, 1.0)
@@ -73,14 +83,13 @@ class SoftColours:
         _log_ratio(
             self._bins,
             self._rows,
-            self._inside,
+            *self._near,
             self._soft,
             self._rest,
             self._person.table,
             self._surroundings.table,
             self._gain(self._soft, self._person.band_share),
             self._gain(self._rest, self._surroundings.band_share),
-            self._radius,
             self._floor,
             out,
         )
@@ -94,7 +103,8 @@ class SoftColours:
         """Return by how much a pixel of weight one has raised its own colour, by band."""
         mass = np.zeros(BANDS)
         _band_mass(self._rows, weight, mass)
-        padded = np.pad(mass, 1)
+        padded = np.zeros(BANDS + 2)
+        padded[1:-1] = mass
         near = mass + 0.5 * (padded[:-2] + padded[2:])
         total = max(float(mass.sum()), 1e-6)
         own = np.where(near > 0, band_share / np.maximum(near, 1e-6), 0)
@@ -111,34 +121,73 @@ def _band_mass(
             mass[band] += weight[row, col]
 
 
+def _alike_nearby(
+    bins: NDArray[np.uint16], inside: NDArray[np.bool_], radius: int
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """
+    Return the uncertain pixels near each uncertain one that have its colour, itself as well.
+
+    They are looked up again and again, so they are sought once.
+
+    :returns: (h w + 1,) int32, where those of each pixel begin, and their places in the window.
+    """
+    first = np.zeros(bins.size + 1, np.int32)
+    across, along = (min(2 * radius + 1, size) for size in bins.shape)
+    places = np.empty(int(np.count_nonzero(inside)) * across * along, np.int32)
+    count = _find_alike(bins, inside, radius, first, places)
+    return first, places[:count].copy()
+
+
+@njit(cache=True, nogil=True)
+def _find_alike(
+    bins: NDArray[np.uint16],
+    inside: NDArray[np.bool_],
+    radius: int,
+    first: NDArray[np.int32],
+    places: NDArray[np.int32],
+) -> int:
+    height, width = bins.shape
+    count = 0
+    for row in range(height):
+        for col in range(width):
+            if inside[row, col]:
+                index = bins[row, col]
+                for r in range(max(0, row - radius), min(height, row + radius + 1)):
+                    for c in range(max(0, col - radius), min(width, col + radius + 1)):
+                        if bins[r, c] == index and inside[r, c]:
+                            places[count] = r * width + c
+                            count += 1
+            first[row * width + col + 1] = count
+    return count
+
+
 @njit(cache=True, nogil=True, fastmath=True)
 def _log_ratio(
     bins: NDArray[np.uint16],
     rows: NDArray[np.float32],
-    inside: NDArray[np.bool_],
+    first: NDArray[np.int32],
+    places: NDArray[np.int32],
     soft: NDArray[np.float32],
     rest: NDArray[np.float32],
     person: NDArray[np.float32],
     surroundings: NDArray[np.float32],
     person_gain: NDArray[np.float32],
     rest_gain: NDArray[np.float32],
-    radius: int,
     floor: float,
     out: NDArray[np.float32],
 ) -> None:
     height, width = bins.shape
+    persons, rests = soft.reshape(-1), rest.reshape(-1)
     for row in range(height):
         for col in range(width):
             band = min(max(int(rows[row, col] * BANDS), 0), BANDS - 1)
             index = bins[row, col]
             near_person = np.float32(0)
             near_rest = np.float32(0)
-            if inside[row, col]:
-                for r in range(max(0, row - radius), min(height, row + radius + 1)):
-                    for c in range(max(0, col - radius), min(width, col + radius + 1)):
-                        if bins[r, c] == index and inside[r, c]:
-                            near_person += soft[r, c]
-                            near_rest += rest[r, c]
+            pixel = row * width + col
+            for k in range(first[pixel], first[pixel + 1]):
+                near_person += persons[places[k]]
+                near_rest += rests[places[k]]
             p_person = max(person[index, band] - near_person * person_gain[band], floor)
             p_rest = max(surroundings[index, band] - near_rest * rest_gain[band], floor)
             out[row, col] = min(max(np.log(p_person / p_rest), -_LIMIT), _LIMIT)

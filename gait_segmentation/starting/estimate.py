@@ -14,39 +14,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import body_rows, colour_bins
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import BodyFrame, Box, body_window
-from gait_segmentation.segmentation.energy import contrast_links, mean_contrast
-from gait_segmentation.segmentation.graph_cut import decided, minimum_cut, open_graph
-from gait_segmentation.starting.barrier import barrier_logit
-from gait_segmentation.starting.colours import SoftColours
-from gait_segmentation.starting.templates import Hypothesis, fit_views
+from gait_segmentation.starting.first_scene import FirstScene, first_scene
+from gait_segmentation.starting.hypothesis import Hypothesis
+from gait_segmentation.starting.templates import fit_views
 
 __all__ = ['Start', 'estimate_start']
 
 _FIRST_SHARE, _LATER_SHARE, _FIRST_ROUNDS = 0.3, 0.7, 2
-_FLOOR = 3e-5
-_NEAR = 0.05
 _LIKELIHOOD_PRIOR, _CUT_PRIOR = 0.5, 0.45
-_BARRIER_WEIGHT = 0.5
-_CONTRAST = 2.0
 _TEMPERATURE = 0.03
 _MASK_SHARE = 0.9
 _EDGE_WEIGHT, _FIT_WEIGHT = 0.3, 0.3
 _VOTE = 0.05
 _TILTED, _TILTED_VIEWS, _MOST_TILT = 0.12, 2, 0.5
 _BORDER_PX = 2
-_ROOM = 0.06
-"""How far beyond the box there may be something of the person that stands out, in heights."""
 
 
 @dataclass(frozen=True)
@@ -65,33 +55,6 @@ class Start:
     body: BodyFrame
     azimuth: float
     score: float
-
-
-@dataclass(frozen=True)
-class _Scene:
-    """The window about the box at the size the start is estimated on."""
-
-    lab: NDArray[np.uint8]
-    bins: NDArray[np.uint16]
-    rows: NDArray[np.float32]
-    inside: NDArray[np.bool_]
-    contrast: float
-    given: NDArray[np.int8]
-    barrier: NDArray[np.float32]
-    gradient: NDArray[np.float32]
-    height: float
-    left_out: float
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Return (h, w) of the window."""
-        return self.bins.shape[0], self.bins.shape[1]
-
-    def turned(self, box: Box, angle: float) -> _Scene:
-        """Return the same scene with the height bands of a leaning body."""
-        center = (box.center_x, box.center_y)
-        rows = body_rows(self.bins.shape, (0, 0), center, box.height, angle)
-        return replace(self, rows=rows)
 
 
 @dataclass(frozen=True)
@@ -139,7 +102,7 @@ def estimate_start(
     known = None
     if evidence is not None:
         known = cv2.resize(evidence[window], size[::-1], interpolation=cv2.INTER_AREA)
-    scene = _scene(np.ascontiguousarray(part), small, left_out, known)
+    scene = first_scene(np.ascontiguousarray(part), small, left_out, known)
     fit = partial(
         fit_views,
         bank,
@@ -196,71 +159,24 @@ def _window(box: Box, shape: tuple[int, int]) -> tuple[slice, slice]:
     return area.slices(shape[1], shape[0])
 
 
-def _scene(
-    lab: NDArray[np.uint8], box: Box, left_out: float, evidence: NDArray[np.float32] | None
-) -> _Scene:
-    shape = lab.shape[:2]
-    inside = np.zeros(shape, np.bool_)
-    inside[box.slices(shape[1], shape[0])] = True
-    if evidence is not None:
-        # Where it is known what is there the box need not be exact.
-        room = box.padded(_ROOM * box.height, _ROOM * box.height).slices(shape[1], shape[0])
-        inside[room] |= evidence[room] > 0
-    given = np.where(inside, 0, -1).astype(np.int8)
-    rows = body_rows(shape, (0, 0), (box.center_x, box.center_y), box.height)
-    smooth = cv2.GaussianBlur(lab, (3, 3), 0).astype(np.float32)
-    gradient = np.sqrt(
-        sum(
-            cv2.Sobel(smooth, cv2.CV_32F, *order, ksize=3).astype(np.float32) ** 2
-            for order in ((1, 0), (0, 1))
-        )
-    ).sum(axis=2)
-    contrast = mean_contrast(open_graph(given), lab)
-    barrier = np.float32(_BARRIER_WEIGHT) * barrier_logit(lab, inside)
-    if evidence is not None:
-        barrier += evidence * inside
-    return _Scene(
-        lab,
-        colour_bins(lab),
-        rows,
-        inside,
-        contrast,
-        given,
-        barrier,
-        gradient,
-        box.height,
-        left_out,
-    )
-
-
-def _maximise(hypothesis: Hypothesis, scene: _Scene, rounds: int) -> _Result:
+def _maximise(hypothesis: Hypothesis, scene: FirstScene, rounds: int) -> _Result:
     """Return what comes of one hypothesis."""
-    soft = _average(hypothesis, hypothesis.weight, scene.shape, 0.015 * scene.height)
-    colours = SoftColours(
-        scene.bins,
-        scene.rows,
-        scene.inside,
-        floor=_FLOOR,
-        radius=max(1, round(_NEAR * scene.height)),
-        left_out=scene.left_out,
-    )
+    soft = hypothesis.average(hypothesis.weight, scene.shape, 0.015 * scene.height)
+    colours = scene.colours
     colours.learn(soft * soft * scene.inside, (~scene.inside).astype(np.float32), _FIRST_SHARE)
     prior = _logit_of(soft)
     labels = scene.inside
     best = 0
     for number in range(rounds):
-        logit = colours.logit() + scene.barrier
+        logit = colours.logit() + scene.evidence
         likelihood = _sigmoid(logit + np.float32(_LIKELIHOOD_PRIOR) * prior)
-        similarity = _similarities(hypothesis, likelihood)
+        similarity = hypothesis.similarities(likelihood)
         best = int(np.argmax(similarity * (hypothesis.weight > 0.01)))
         weights = hypothesis.weight * np.exp((similarity - similarity.max()) / _TEMPERATURE)
-        soft = _average(hypothesis, weights, scene.shape, 0.01 * scene.height)
+        soft = hypothesis.average(weights, scene.shape, 0.01 * scene.height)
         prior = _logit_of(soft)
         data = logit + np.float32(_CUT_PRIOR) * prior
-        given = np.where(scene.inside, decided(data), scene.given)
-        graph = open_graph(given)
-        contrast_links(graph, scene.lab, _CONTRAST, scene.contrast)
-        labels = minimum_cut(graph, data.reshape(-1)[graph.pixels])
+        labels = scene.cut(data)
         share = _LATER_SHARE if number + 1 >= _FIRST_ROUNDS else _FIRST_SHARE
         weight = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft
         colours.learn(weight, 1 - weight, share)
@@ -270,7 +186,7 @@ def _maximise(hypothesis: Hypothesis, scene: _Scene, rounds: int) -> _Result:
 
 def _score(
     hypothesis: Hypothesis,
-    scene: _Scene,
+    scene: FirstScene,
     labels: NDArray[np.bool_],
     overlap: float,
 ) -> float:
@@ -282,59 +198,8 @@ def _score(
     outline &= scene.inside
     level = float(scene.gradient[scene.inside].mean())
     edge = float(scene.gradient[outline].mean()) / max(level, 1e-6) if outline.any() else 0.0
-    fit = float(_similarities(hypothesis, labels.astype(np.float32)).max())
+    fit = float(hypothesis.similarities(labels.astype(np.float32)).max())
     return -overlap + _EDGE_WEIGHT * edge + _FIT_WEIGHT * fit
-
-
-@njit(cache=True, nogil=True)
-def _overlaps(
-    templates: NDArray[np.uint8],
-    image: NDArray[np.int16],
-    common: NDArray[np.int64],
-    total: NDArray[np.int64],
-) -> None:
-    for k in range(templates.shape[0]):
-        c = 0
-        t = 0
-        for x in range(image.shape[0]):
-            value = np.int16(templates[k, x])
-            c += min(value, image[x])
-            t += value
-        common[k] = c
-        total[k] = t
-
-
-def _similarities(hypothesis: Hypothesis, likelihood: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the Tanimoto similarity (paper, Eq. 1) of a likelihood in 0..1 with each template."""
-    image = np.round(likelihood * 255).astype(np.int16)
-    count = len(hypothesis.templates)
-    common = np.zeros(count, np.int64)
-    total = np.zeros(count, np.int64)
-    part = image[hypothesis.part].ravel()
-    _overlaps(hypothesis.templates.reshape(count, -1), part, common, total)
-    whole = total + int(image.sum(dtype=np.int64)) - common
-    return (common / np.maximum(whole, 1)).astype(np.float32)
-
-
-@njit(cache=True, nogil=True)
-def _add_weighted(
-    templates: NDArray[np.uint8], share: NDArray[np.float32], mean: NDArray[np.float32]
-) -> None:
-    for k in range(templates.shape[0]):
-        if share[k] > 1e-6:
-            for row in range(mean.shape[0]):
-                for col in range(mean.shape[1]):
-                    mean[row, col] += share[k] * np.float32(templates[k, row, col])
-
-
-def _average(
-    hypothesis: Hypothesis, weights: NDArray[np.float32], shape: tuple[int, int], sigma: float
-) -> NDArray[np.float32]:
-    """Return the weighted mean of the templates, blurred, (h, w) float32 in 0..1."""
-    share = (weights / max(float(weights.sum()), 1e-12) / 255).astype(np.float32)
-    mean = np.zeros(shape, np.float32)
-    _add_weighted(hypothesis.templates, share, mean[hypothesis.part])
-    return np.asarray(cv2.GaussianBlur(mean, (0, 0), max(sigma, 0.3)))
 
 
 def _sigmoid(logit: NDArray[np.float32]) -> NDArray[np.float32]:

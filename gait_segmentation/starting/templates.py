@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.gait_model.extents import extents
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window
+from gait_segmentation.starting.hypothesis import Hypothesis
 
-__all__ = ['VIEWS', 'Hypothesis', 'fit_views']
+__all__ = ['VIEWS', 'fit_views']
 
 VIEWS = (0.0, np.pi / 4, np.pi / 2, 3 * np.pi / 4, np.pi)
 """Directions of walking; towards and away from the camera look the same to a silhouette."""
@@ -31,27 +31,6 @@ _NEGLIGIBLE = 0.02
 
 _TALLER = (1.0, 1.2, 1.5)
 """Bodies tried that reach beyond the border of the image, in heights of the box."""
-
-
-@dataclass(frozen=True)
-class Hypothesis:
-    """
-    All templates of one direction and tilt (radians) laid onto a box.
-
-    ``templates`` is (K, h, w) uint8 in the rows and columns ``part`` of the window, beyond which
-    they are zero, ``weight`` (K,) float32 their prior weight by aspect, ``axis`` (K,) float32 the
-    x of the body's axis in the window, ``top`` (K,) float32 its upper end and ``height`` (K,)
-    float32 the body's height, all in pixels.
-    """
-
-    azimuth: float
-    angle: float
-    part: Window
-    templates: NDArray[np.uint8]
-    weight: NDArray[np.float32]
-    axis: NDArray[np.float32]
-    top: NDArray[np.float32]
-    height: NDArray[np.float32]
 
 
 def fit_views(
@@ -79,26 +58,25 @@ def fit_views(
         difference = np.angle(np.exp(1j * (bank.azimuth.astype(np.float64) - view)))
         nearest = np.abs(difference).min()
         sequences = np.flatnonzero(np.abs(difference) <= nearest + 1e-3)
-        templates = bank.templates[sequences]
-        templates = templates.reshape(-1, *templates.shape[2:])
+        templates = [template for sequence in sequences for template in bank.templates[sequence]]
         if angle:
-            templates = _turned(templates, angle)
-            tight, whole = extents(templates, (127, 0))
+            templates = [_turned(template, angle) for template in templates]
+            tight, whole = extents(np.stack(templates), (127, 0))
         else:
             tight, whole = (each[sequences].reshape(-1, 4) for each in bank.extents)
-        used = tight[:, 2] > 0
-        laid = _Laid(templates[used], tight[used].astype(float), whole[used].astype(float))
+        used = np.flatnonzero(tight[:, 2])
+        laid = _Laid([templates[k] for k in used], tight[used], whole[used])
         found.append(_fit(bank, laid, view, box, shape, cut_top, cut_bottom, cut_side, angle))
     return found
 
 
 @dataclass(frozen=True)
 class _Laid:
-    """Templates that are not empty, (K, h, w), and their boxes: (K, 4) tight, and with the rim."""
+    """Templates that are not empty, (h, w) each, and their boxes: (K, 4) tight, with the rim."""
 
-    templates: NDArray[np.uint8]
-    tight: NDArray[np.float64]
-    whole: NDArray[np.float64]
+    templates: list[NDArray[np.uint8]]
+    tight: NDArray[np.int32]
+    whole: NDArray[np.int32]
 
 
 def _fit(
@@ -142,7 +120,7 @@ def _fit(
         matrix[1, 1], matrix[1, 2] = scale_y[index], shift_y[index] - rows.start
         cv2.warpAffine(laid.templates[template], matrix, size, templates[index], cv2.INTER_LINEAR)
     body = scale_y * bank.fill * bank.grid[0]
-    grid_height, grid_width = laid.templates.shape[1:]
+    grid_height, grid_width = laid.templates[0].shape
     middle = top + scale_y * (grid_height / 2 - y)
     return Hypothesis(
         view,
@@ -157,7 +135,7 @@ def _fit(
 
 
 def _span(
-    extent: NDArray[np.float64], scale: NDArray[np.float64], shift: NDArray[np.float64], size: int
+    extent: NDArray[np.int32], scale: NDArray[np.float64], shift: NDArray[np.float64], size: int
 ) -> slice:
     """Return where templates are not black along one axis of the window, at least one pixel."""
     low = int(np.floor((scale * (extent[:, 0] - 1) + shift).min()))
@@ -166,12 +144,12 @@ def _span(
     return slice(start, min(max(high, start + 1), size))
 
 
-def _turned(templates: NDArray[np.uint8], angle: float) -> NDArray[np.uint8]:
-    """Return templates turned about the middle of their grid, on a square one that holds them."""
-    height, width = templates.shape[1:]
+def _turned(template: NDArray[np.uint8], angle: float) -> NDArray[np.uint8]:
+    """Return a template turned about the middle of its grid, on a square one that holds it."""
+    height, width = template.shape
     side = math.ceil(math.hypot(height, width))
     cos, sin = math.cos(angle), math.sin(angle)
     center = np.array([(width - 1) / 2, (height - 1) / 2])
     turn = np.array([[cos, -sin], [sin, cos]])
     matrix = np.column_stack([turn, (side - 1) / 2 - turn @ center])
-    return np.stack([cv2.warpAffine(each, matrix, (side, side)) for each in templates])
+    return np.asarray(cv2.warpAffine(template, matrix, (side, side)))

@@ -74,3 +74,30 @@ def test_overlap_is_zero_for_other_colours_and_one_for_the_same() -> None:
     assert colours.overlap() == pytest.approx(0, abs=1e-6)
     colours.learn(person, person, 0.7)
     assert colours.overlap() == pytest.approx(1, abs=1e-5)
+
+
+def test_with_other_rows_they_know_nothing_and_leave_the_first_alone() -> None:
+    bins, inside = scene()
+    rows = body_rows(SHAPE, (0, 0), (20.0, 20.0), 32.0)
+    first = SoftColours(bins, rows, inside, floor=FLOOR, radius=4, left_out=0.5)
+    person = (bins == COAT).astype(np.float32)
+    first.learn(person, 1 - person, 0.7)
+    before = first.logit()
+    other = first.with_rows(body_rows(SHAPE, (0, 0), (20.0, 20.0), 32.0, 0.4))
+    other.learn(1 - person, person, 0.7)
+    assert (first.logit() == before).all()
+    assert other.logit()[20, 20] < 0 < before[20, 20]
+
+
+def test_learning_anew_forgets_what_was_learnt() -> None:
+    bins, inside = scene()
+    rows = body_rows(SHAPE, (0, 0), (20.0, 20.0), 32.0)
+    used, fresh = (
+        SoftColours(bins, rows, inside, floor=FLOOR, radius=4, left_out=0.5) for _ in range(2)
+    )
+    person = (bins == COAT).astype(np.float32)
+    used.learn(1 - person, person, 0.3)
+    for colours in (used, fresh):
+        colours.learn(person, 1 - person, 0.7)
+    assert used.logit() == pytest.approx(fresh.logit(), abs=1e-5)
+    assert used.overlap() == pytest.approx(fresh.overlap(), abs=1e-6)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.templates import Hypothesis, fit_views
+from gait_segmentation.starting.hypothesis import Hypothesis
+from gait_segmentation.starting.templates import fit_views
 from test.walkers import small_bank
 
 SHAPE = (120, 90)
