@@ -8,14 +8,20 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import InputError
-from gait_segmentation.geometry import BodyFrame, Box, body_window
-from gait_segmentation.images import Window, check_image, same_proportions, shrink
+from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.images import Window, check_image, shrink
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.components import fill_holes, keep_supported
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.energy import contrast_links, distance_links
 from gait_segmentation.segmentation.graph_cut import decided, minimum_cut, open_graph
+from gait_segmentation.segmentation.inputs import (
+    check_sizes,
+    in_window,
+    source_window,
+    window_about,
+    without,
+)
 from gait_segmentation.segmentation.learnt_colours import LearntColours
 from gait_segmentation.segmentation.paper_prior import PaperPrior
 from gait_segmentation.segmentation.refinement import finest, refine, upsample
@@ -72,7 +78,7 @@ class Segmenter:
         :raises InputError: if shapes or types do not fit.
         """
         check_image(image)
-        self._check(image, likelihood, match)
+        check_sizes(image, likelihood, match.shape_prior)
         if match.track_id != self._track_id:
             self.reset()
             self._track_id = match.track_id
@@ -82,15 +88,15 @@ class Segmenter:
             return self._empty(image, match, gone if match.track_id else 'nobody is tracked')
         scale = likelihood.shape[1] / width
         body = match.body.scaled(scale)
-        window = self._window(body, likelihood.shape)
+        window = window_about(body, self._last, likelihood.shape)
         if window[0].start >= window[0].stop or window[1].start >= window[1].stop:
             return self._empty(image, match, 'the person is outside of the image')
-        crop = _source_window(window, scale, (height, width))
+        crop = source_window(window, scale, (height, width))
         size = (crop[0].stop - crop[0].start, crop[1].stop - crop[1].start)
         # What is finer than the outline is cut is scaled down once, and all work on that.
         source = finest(image[crop], likelihood[window].shape)
         if taken is not None:
-            likelihood = _without(likelihood, window, taken[crop])
+            likelihood = without(likelihood, window, taken[crop])
         lab = cv2.cvtColor(shrink(source, likelihood[window].shape), cv2.COLOR_BGR2Lab)
         outside = outside or self.config.outside
         labels, logit = self._cut(lab, likelihood, match, body, window, outside=outside)
@@ -148,7 +154,7 @@ class Segmenter:
         window: Window,
     ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
         """Cut twice, the second time with the colours of the first cut."""
-        place = _in_window(body, window)
+        place = in_window(body, window)
         if not self._colours.ready:
             self._colours.learn(lab, place, evidence)
         first = self._solve(lab, logit + self._colours.odds(lab, place), terms, body)
@@ -185,11 +191,11 @@ class Segmenter:
     ) -> ShapeTerms:
         """Return the shape prior's terms in the window."""
         if self._paper is not None:
-            return self._paper.terms(prior, lab[:, :, 0], _in_window(body, window))
+            return self._paper.terms(prior, lab[:, :, 0], in_window(body, window))
         personal = None
         if self.config.use_residual and self._personal.ready:
             personal = self._personal.probability(
-                prior.shape, _in_window(body, window), match.phase
+                prior.shape, in_window(body, window), match.phase
             )
         return shape_terms(prior, body.height, personal, self.config)
 
@@ -206,13 +212,7 @@ class Segmenter:
         template = np.count_nonzero(match.shape_prior[window] > 127)
         if np.count_nonzero(labels) > _LEAST_AREA * template:
             mask = labels.view(np.uint8) * np.uint8(255)
-            self._personal.learn(mask, _in_window(body, window), match.phase)
-
-    def _window(self, body: BodyFrame, shape: tuple[int, int]) -> Window:
-        box = body_window(body.center_x, body.center_y, body.height)
-        if self._last is not None and self._last.iou(box) > 0:
-            box = body_window(body.center_x, body.center_y, body.height, self._last)
-        return box.slices(shape[1], shape[0])
+            self._personal.learn(mask, in_window(body, window), match.phase)
 
     def _empty(
         self, image: NDArray[np.uint8], match: MatchResult, reason: str
@@ -220,54 +220,3 @@ class Segmenter:
         self._last = None
         mask = np.zeros(image.shape[:2], np.uint8)
         return SegmentationResult(match.stamp_ns, match.track_id, mask, reason)
-
-    @staticmethod
-    def _check(
-        image: NDArray[np.uint8], likelihood: NDArray[np.uint8], match: MatchResult
-    ) -> None:
-        for name, array in (('likelihood', likelihood), ('shape prior', match.shape_prior)):
-            if array.ndim != 2 or array.dtype != np.uint8:
-                raise InputError(
-                    f'{name} must be (height, width) uint8, got {array.shape} {array.dtype}'
-                )
-        if likelihood.shape != match.shape_prior.shape:
-            raise InputError(
-                f'likelihood and shape prior must have the same size, got {likelihood.shape} '
-                f'and {match.shape_prior.shape}'
-            )
-        smaller = all(
-            size <= whole for size, whole in zip(likelihood.shape, image.shape[:2], strict=True)
-        )
-        if not smaller or not same_proportions(likelihood.shape, image.shape[:2]):
-            raise InputError(
-                f'likelihood must have the proportions of the image {image.shape[:2]} and be no '
-                f'larger, got {likelihood.shape}'
-            )
-
-
-def _without(
-    likelihood: NDArray[np.uint8], window: Window, taken: NDArray[np.uint8]
-) -> NDArray[np.uint8]:
-    """Return a likelihood without the pixels that are taken, given in the source's window."""
-    out = likelihood.copy()
-    part = out[window]
-    part[shrink(taken, (part.shape[0], part.shape[1])) > 127] = 0
-    return out
-
-
-def _in_window(body: BodyFrame, window: Window) -> BodyFrame:
-    return BodyFrame(
-        body.center_x - window[1].start,
-        body.center_y - window[0].start,
-        body.height,
-        body.angle,
-    )
-
-
-def _source_window(window: Window, scale: float, shape: tuple[int, int]) -> Window:
-    """Return the rows and columns of the source that a working window covers."""
-    rows, columns = (
-        slice(min(round(part.start / scale), size), min(round(part.stop / scale), size))
-        for part, size in zip(window, shape, strict=True)
-    )
-    return rows, columns
