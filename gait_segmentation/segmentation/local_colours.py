@@ -55,44 +55,42 @@ def discriminant(
 
 
 @njit(cache=True, nogil=True)
-def _sum_row(
+def _add_row(
     image: NDArray[np.uint8],
     side: NDArray[np.uint8],
     row: int,
-    col: int,
+    first: int,
+    sign: int,
     sums: NDArray[np.int64],
 ) -> None:
     """
-    Sum up one row of a pixel's neighbourhood, as much of it as there is.
+    Add a row to the sums of columns, or take it off again.
 
-    :param sums: (6,) int64, for background and person: values of the three channels, 21 bits
+    Several numbers share a word: they never overflow, as what is added is taken off, and what is
+    read is the sum of one neighbourhood.
+
+    :param first: the first column.
+    :param sums: (6, n) int64, for background and person: values of the three channels, 21 bits
         each; squares of the first two, 32 bits each; squares of the third and the count.
     """
-    values = squares = others = own_values = own_squares = own_others = 0
-    if 0 <= row < side.shape[0]:
-        first = max(col - _REACH_PX, 0)
-        last = min(col + _REACH_PX + 1, side.shape[1])
-        sides, colours = side[row, first:last], image[row, first:last]
-        for k in range(len(sides)):
-            one, two, three = (
-                np.int64(colours[k, 0]),
-                np.int64(colours[k, 1]),
-                np.int64(colours[k, 2]),
-            )
-            # All bits where it counts, so that nothing has to be jumped over.
-            is_own = -np.int64(sides[k] >> 1)
-            is_other = -np.int64(sides[k] == 0)
-            value = one + (two << 21) + (three << 42)
-            square = one * one + ((two * two) << 32)
-            other = three * three + (1 << 32)
-            values += value & is_other
-            squares += square & is_other
-            others += other & is_other
-            own_values += value & is_own
-            own_squares += square & is_own
-            own_others += other & is_own
-    sums[0], sums[1], sums[2] = values, squares, others
-    sums[3], sums[4], sums[5] = own_values, own_squares, own_others
+    if not 0 <= row < side.shape[0]:
+        return
+    sides, colours = side[row, first:], image[row, first:]
+    for k in range(sums.shape[1]):
+        one, two = np.int64(colours[k, 0]), np.int64(colours[k, 1])
+        three = np.int64(colours[k, 2])
+        # All bits where it counts, so that nothing has to be jumped over.
+        is_person = -np.int64(sides[k] >> 1)
+        is_ground = -np.int64(sides[k] == 0)
+        values = sign * (one + (two << 21) + (three << 42))
+        squares = sign * (one * one + ((two * two) << 32))
+        others = sign * (three * three + (1 << 32))
+        sums[0, k] += values & is_ground
+        sums[1, k] += squares & is_ground
+        sums[2, k] += others & is_ground
+        sums[3, k] += values & is_person
+        sums[4, k] += squares & is_person
+        sums[5, k] += others & is_person
 
 
 @njit(cache=True, nogil=True)
@@ -102,32 +100,37 @@ def _discriminant(
     wanted: NDArray[np.bool_],
     line: NDArray[np.float32],
 ) -> None:
+    height, width = side.shape
+    top, bottom, left, right = height, -1, width, -1
+    for row in range(height):
+        for col in range(width):
+            if wanted[row, col]:
+                top, bottom = min(top, row), row
+                left, right = min(left, col), max(right, col)
+    if bottom < 0:
+        return
     size = 2 * _REACH_PX + 1
-    rows, total = np.empty((size, 6), np.int64), np.empty(6, np.int64)
+    first, last = max(left - _REACH_PX, 0), min(right + _REACH_PX + 1, width)
+    columns = np.zeros((6, last - first), np.int64)
+    running = np.zeros((6, last - first + 1), np.int64)
+    about = np.empty(6, np.int64)
     apart = np.empty((2, 7), np.float64)
-    oldest = 0
-    for col in range(side.shape[1]):
-        known = False
-        for row in range(side.shape[0]):
+    for row in range(top - _REACH_PX, top + _REACH_PX):
+        _add_row(image, side, row, first, 1, columns)
+    for row in range(top, bottom + 1):
+        _add_row(image, side, row + _REACH_PX, first, 1, columns)
+        for k in range(6):
+            for place in range(last - first):
+                running[k, place + 1] = running[k, place] + columns[k, place]
+        for col in range(left, right + 1):
             if not wanted[row, col]:
-                known = False
                 continue
-            if known:
-                for k in range(6):
-                    total[k] -= rows[oldest, k]
-                _sum_row(image, side, row + _REACH_PX, col, rows[oldest])
-                for k in range(6):
-                    total[k] += rows[oldest, k]
-                oldest = 0 if oldest == size - 1 else oldest + 1
-            else:
-                total[:] = 0
-                for near in range(size):
-                    _sum_row(image, side, row + near - _REACH_PX, col, rows[near])
-                    for k in range(6):
-                        total[k] += rows[near, k]
-                known, oldest = True, 0
+            start = max(col - _REACH_PX, first) - first
+            stop = min(col + _REACH_PX + 1, last) - first
+            for k in range(6):
+                about[k] = running[k, stop] - running[k, start]
             for part in range(2):
-                _means(total[3 * part : 3 * part + 3], apart[part])
+                _means(about[3 * part : 3 * part + 3], apart[part])
             line[row, col] = 0
             if min(apart[0, 6], apart[1, 6]) < _LEAST_SHARE * size * size:
                 continue
@@ -137,6 +140,7 @@ def _discriminant(
                 slope = (one - two) / (max(spread, 0) / 2 + _NOISE * _NOISE)
                 line[row, col, channel] = slope
                 line[row, col, 3] += slope * (one + two) / 2
+        _add_row(image, side, row - _REACH_PX, first, -1, columns)
 
 
 @njit(cache=True, nogil=True)
