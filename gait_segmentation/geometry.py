@@ -41,6 +41,7 @@ __all__ = [
     'compose',
     'invert',
     'pixel_affine',
+    'reach',
     'scaling',
     'template_to_image',
 ]
@@ -351,6 +352,26 @@ def invert(transform: NDArray[np.float64]) -> NDArray[np.float64]:
             [d * scale, -b * scale, (b * y - d * x) * scale],
             [-c * scale, a * scale, (c * x - a * y) * scale],
         ]
+    )
+
+
+def reach(
+    transform: NDArray[np.float64], width: float, height: float
+) -> tuple[float, float, float, float]:
+    """
+    Return how far a grid reaches where a transform lays it.
+
+    :param transform: 2 x 3.
+    :param width: of the grid, from (0, 0) on, and ``height`` likewise.
+    :returns: left, top, right and bottom.
+    """
+    (a, b, x), (c, d, y) = transform.tolist()
+    a, b, c, d = a * width, b * height, c * width, d * height
+    return (
+        x + min(a, 0.0) + min(b, 0.0),
+        y + min(c, 0.0) + min(d, 0.0),
+        x + max(a, 0.0) + max(b, 0.0),
+        y + max(c, 0.0) + max(d, 0.0),
     )
 
 

@@ -19,6 +19,7 @@ from gait_segmentation.geometry import (
     compose,
     invert,
     pixel_affine,
+    reach,
     scaling,
     template_to_image,
 )
@@ -173,3 +174,11 @@ def test_boxes_about_the_image_can_be_matched(box: Box) -> None:
 def test_absurd_boxes_cannot(box: Box) -> None:
     with pytest.raises(InputError, match=r'0\.5 to 2560 pixels large .* of 320 x 240, got x '):
         check_matched_box(box, (320, 240))
+
+
+@given(bodies, sizes, sizes)
+def test_a_grid_reaches_to_its_corners(body, width, height):
+    transform = template_to_image(body, 96, 64, 0.9)
+    corners = transform @ [[0, width, width, 0], [0, 0, height, height], [1, 1, 1, 1]]
+    sides = *corners.min(axis=1), *corners.max(axis=1)
+    assert reach(transform, width, height) == pytest.approx(sides, abs=1e-6)

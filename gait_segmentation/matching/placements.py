@@ -15,9 +15,9 @@ from gait_segmentation.geometry import (
     BodyFrame,
     Box,
     Placement,
-    compose,
     invert,
     pixel_affine,
+    reach,
     template_to_image,
 )
 from gait_segmentation.matching.config import MatchingConfig
@@ -118,9 +118,9 @@ class PlacementGrid:
         rows, columns = self.windows.image_shape
         pitch = box.height * float(self.scales[-1]) / self._body
         side = max(blur, 2 * math.ceil(pitch / 2 - 0.75) + 1) if pitch > 1 else blur
-        corners = self._corners(box, float(self.scales[-1]), angle)
-        window = _region(corners, likelihood.shape, side)
-        inside = known is None and _inside(corners, likelihood.shape)
+        sides = reach(self._transform(box, float(self.scales[-1]), angle), columns, rows)
+        window = _region(sides, likelihood.shape, side)
+        inside = known is None and _inside(sides, likelihood.shape)
         values = likelihood[window]
         seen = None if known is None else np.where(known[window] != 0, _ALL, 0).astype(np.uint8)
         if seen is not None:
@@ -164,35 +164,22 @@ class PlacementGrid:
         """Return the transform from a padded image to the likelihood."""
         body = BodyFrame(box.center_x, box.center_y, box.height * scale, angle)
         rows, columns = self.windows.image_shape
-        outer = template_to_image(body, self.windows.height, self.windows.width, self._fill)
-        shift = np.array(
-            [
-                [1.0, 0.0, (self.windows.width - columns) / 2],
-                [0.0, 1.0, (self.windows.height - rows) / 2],
-            ]
-        )
-        return compose(outer, shift)
-
-    def _corners(self, box: Box, scale: float, angle: float) -> NDArray[np.float64]:
-        """Return where the corners of a padded image are in the likelihood, (2, 4)."""
-        rows, columns = self.windows.image_shape
-        corners = np.array(
-            [[0.0, columns, columns, 0.0], [0.0, 0.0, rows, rows], [1.0, 1.0, 1.0, 1.0]]
-        )
-        return self._transform(box, scale, angle) @ corners
+        result = template_to_image(body, self.windows.height, self.windows.width, self._fill)
+        middle = (self.windows.width - columns) / 2, (self.windows.height - rows) / 2
+        result[:, 2] += result[:, :2] @ middle
+        return result
 
 
-def _inside(corners: NDArray[np.float64], shape: tuple[int, ...]) -> bool:
-    """Tell whether linear interpolation between the corners needs no pixel beyond the image."""
-    limit = np.array([[shape[1]], [shape[0]]])
-    return bool((corners >= 0.5).all() and (corners <= limit - 0.5).all())
+def _inside(sides: tuple[float, float, float, float], shape: tuple[int, ...]) -> bool:
+    """Tell whether linear interpolation between the sides needs no pixel beyond the image."""
+    left, top, right, bottom = sides
+    return min(left, top) >= 0.5 and right <= shape[1] - 0.5 and bottom <= shape[0] - 0.5
 
 
 def _region(
-    corners: NDArray[np.float64], shape: tuple[int, ...], side: int
+    sides: tuple[float, float, float, float], shape: tuple[int, ...], margin: int
 ) -> tuple[slice, slice]:
-    """Return the part of the likelihood that can matter between the corners."""
-    left, top = corners.min(axis=1) - side - 1
-    right, bottom = corners.max(axis=1) + side + 1
-    box = Box(float(left), float(top), float(right - left), float(bottom - top))
+    """Return the part of the likelihood that can matter between the sides."""
+    left, top, right, bottom = sides
+    box = Box(left, top, right - left, bottom - top).padded(margin + 1, margin + 1)
     return box.slices(shape[1], shape[0])

@@ -10,14 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import (
-    BodyFrame,
-    Box,
-    compose,
-    pixel_affine,
-    scaling,
-    template_to_image,
-)
+from gait_segmentation.geometry import BodyFrame, Box, pixel_affine, reach, template_to_image
 
 __all__ = ['warp_template']
 
@@ -39,18 +32,14 @@ def warp_template(
     result = np.zeros(shape, np.uint8)
     height, width = template.shape
     transform = template_to_image(body, height, width, fill)
-    corners = transform @ np.array(
-        [[0.0, width, width, 0.0], [0.0, 0.0, height, height], [1.0, 1.0, 1.0, 1.0]]
-    )
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    region = Box(float(low[0]), float(low[1]), *(float(v) for v in high - low))
-    rows, columns = region.slices(shape[1], shape[0])
+    left, top, right, bottom = reach(transform, width, height)
+    rows, columns = Box(left, top, right - left, bottom - top).slices(shape[1], shape[0])
     size = (columns.stop - columns.start, rows.stop - rows.start)
     if min(size) == 0:
         return result
     finer = max(1, math.ceil(fill * height / body.height - 0.25))
-    shift = np.array([[1.0, 0.0, -columns.start], [0.0, 1.0, -rows.start]])
-    matrix = pixel_affine(compose(scaling(finer), compose(shift, transform)))
+    transform[:, 2] -= columns.start, rows.start
+    matrix = pixel_affine(finer * transform)
     warped = cv2.warpAffine(
         template, matrix, (size[0] * finer, size[1] * finer), flags=cv2.INTER_LINEAR
     )
