@@ -42,8 +42,9 @@ class EventProgram:
     changes the common area by min(v, b) - min(v, a), which is min(max(v - lo, 0), span) with
     lo = min(a, b) and span = |b - a|, added if b > a and subtracted if not.
 
-    ``pixels`` (A,) int64 are the pixels any event uses.  ``source`` (E,) int32 is an event's
-    place in that list, ``lo`` and ``span`` (E,) uint8.  ``GROUP`` events are a *narrow* group,
+    ``pixels`` (A,) int64 are the pixels any event uses.  ``source`` (E,) uint16, or uint32 where
+    there are many pixels, is an event's place in that list, ``lo`` and ``span`` (E,) are uint8.
+    ``GROUP`` events are a *narrow* group,
     whose sum fits 8 bits, ``PAIR`` a wide or a mixed one.  A step (``target``, ``base``, both (T,)
     int32) makes row ``target`` from row ``base``; row 0 is the empty template, row k + 1 template
     k.  ``bounds`` (T, 6) int32 are the places, in pairs, between its narrow additions, wide
@@ -52,7 +53,7 @@ class EventProgram:
     """
 
     pixels: NDArray[np.int64]
-    source: NDArray[np.int32]
+    source: NDArray[np.uint16] | NDArray[np.uint32]
     lo: NDArray[np.uint8]
     span: NDArray[np.uint8]
     target: NDArray[np.int32]
@@ -112,7 +113,7 @@ def _make_program(key: _ByContent) -> EventProgram:
     used, source = np.unique(where[:places], return_inverse=True)
     return EventProgram(
         pixels=used,
-        source=source.astype(np.int32),
+        source=source.astype(np.uint16 if len(used) <= 2**16 else np.uint32),
         lo=lo[:places].copy(),
         span=span[:places].copy(),
         target=rows[:steps, 0].copy(),

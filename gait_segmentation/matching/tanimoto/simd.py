@@ -118,7 +118,7 @@ def _apply_step(
             builder.store(ir.Constant(_V16, None), upper)
 
         def changes(event: Any) -> list[Any]:
-            pixel = builder.sext(builder.load(at(1, event)), _I64)
+            pixel = builder.zext(builder.load(at(1, event)), _I64)
             floor = _splat(builder, builder.load(at(2, event)))
             most = _splat(builder, builder.load(at(3, event)))
             row = at(0, builder.mul(pixel, constant(LANES)))

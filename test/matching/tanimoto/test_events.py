@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 import numpy as np
+import pytest
 from hypothesis import given, settings
 
 from gait_segmentation.matching.tanimoto import EventKernel, ReferenceKernel, WindowGrid
@@ -33,6 +34,18 @@ def test_more_windows_than_one_block():
     rng = np.random.default_rng(1)
     templates = rng.integers(0, 256, (4, 6, 5), dtype=np.uint8)
     images = rng.integers(0, 256, (2, *grid.image_shape), dtype=np.uint8)
+    np.testing.assert_array_equal(
+        EventKernel(templates, grid).common_area(images),
+        ReferenceKernel(templates, grid).common_area(images),
+    )
+
+
+@pytest.mark.parametrize('size', [250, 260])
+def test_templates_of_more_pixels_than_16_bits_can_count(size):
+    rng = np.random.default_rng(3)
+    templates = rng.integers(1, 256, (2, size, size), dtype=np.uint8)
+    images = rng.integers(0, 256, (1, size, size), dtype=np.uint8)
+    grid = WindowGrid(size, size, 1, 1)
     np.testing.assert_array_equal(
         EventKernel(templates, grid).common_area(images),
         ReferenceKernel(templates, grid).common_area(images),

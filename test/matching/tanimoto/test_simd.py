@@ -9,7 +9,7 @@ def test_one_event_changes_all_lanes():
     matrix = np.arange(LANES, dtype=np.uint8)
     out = np.zeros(3 * LANES, np.int32)
     out[LANES : 2 * LANES] = 1000
-    source = np.zeros(4, np.int32)
+    source = np.zeros(4, np.uint16)
     lo, span = np.array([10, 0, 0, 0], np.uint8), np.array([50, 0, 0, 0], np.uint8)
     change = np.clip(np.arange(LANES) - 10, 0, 50)
     for kind, sign in ((0, 1), (1, 1), (2, -1), (3, -1), (4, 1)):
