@@ -27,6 +27,7 @@ from gait_segmentation.segmentation.paper_prior import PaperPrior
 from gait_segmentation.segmentation.refinement import finest, refine, upsample
 from gait_segmentation.segmentation.residual import PersonalShape
 from gait_segmentation.segmentation.shape_prior import ShapeTerms, shape_terms
+from gait_segmentation.segmentation.thin_parts import loosen_thin_parts
 
 __all__ = ['Segmenter']
 
@@ -175,6 +176,9 @@ class Segmenter:
         """Return the cut of least energy."""
         graph = open_graph(decided(logit))
         contrast_links(graph, lab, self._contrast(body))
+        if terms.logit is not None and self._paper is None and self._personal.ready:
+            # Before, the colours may be wrong.
+            loosen_thin_parts(graph, logit, body.height)
         if terms.psi is not None:
             paper = self._paper is not None
             weight = self.config.paper_weight if paper else self.config.distance_weight
@@ -194,9 +198,7 @@ class Segmenter:
             return self._paper.terms(prior, lab[:, :, 0], in_window(body, window))
         personal = None
         if self.config.use_residual and self._personal.ready:
-            personal = self._personal.probability(
-                prior.shape, in_window(body, window), match.phase
-            )
+            personal = self._personal.probability(prior, in_window(body, window), match.phase)
         return shape_terms(prior, body.height, personal, self.config)
 
     def _contrast(self, body: BodyFrame) -> float:
@@ -212,7 +214,8 @@ class Segmenter:
         template = np.count_nonzero(match.shape_prior[window] > 127)
         if np.count_nonzero(labels) > _LEAST_AREA * template:
             mask = labels.view(np.uint8) * np.uint8(255)
-            self._personal.learn(mask, in_window(body, window), match.phase)
+            prior = match.shape_prior[window]
+            self._personal.learn(mask, prior, in_window(body, window), match.phase)
 
     def _empty(
         self, image: NDArray[np.uint8], match: MatchResult, reason: str
