@@ -91,6 +91,7 @@ def warm_up_tracker(
     add_motion(np.zeros(gray.shape, np.float32), gray, gray, still, still, part, 1.0)
     model = BackgroundModel((16, 16))
     model.move(still)
+    model.move(np.array([[0.9, -0.1, 0.0], [0.1, 0.9, 0.0]]))
     model.slopes(part)
 
 

@@ -12,15 +12,9 @@ from gait_segmentation.gait_model import extents
 from gait_segmentation.matching import MatchingConfig, backtrack, similarities, viterbi
 from gait_segmentation.matching.tanimoto import simd
 from gait_segmentation.pipeline import PipelineConfig
-from gait_segmentation.segmentation import (
-    energy,
-    graph_cut,
-    refinement,
-    shape_prior,
-    thin_parts,
-)
+from gait_segmentation.segmentation import energy, graph_cut, refinement, shape_prior
 from gait_segmentation.starting import barrier, hypothesis
-from gait_segmentation.tracking import background, cues, likelihood
+from gait_segmentation.tracking import background, cues, likelihood, resampling
 from gait_segmentation.warm_up import open_bank, warm_up, warm_up_matcher
 from test.walkers import small_bank
 
@@ -28,13 +22,16 @@ from test.walkers import small_bank
 def test_afterwards_every_kernel_of_the_stages_is_compiled() -> None:
     warm_up(PipelineConfig(), small_bank())
     stages = (colour, simd, barrier, hypothesis, background, cues, likelihood, extents)
-    cuts = (energy, graph_cut, refinement, shape_prior, thin_parts)
+    cuts = (energy, graph_cut, refinement, shape_prior)
     for module in stages + cuts:
         for name, kernel in vars(module).items():
             if not hasattr(kernel, 'signatures') or kernel.targetoptions.get('inline'):
                 continue
             if kernel.__module__ == module.__name__:
                 assert kernel.signatures, f'{module.__name__}.{name}'
+    # Also what only a camera that turns fast calls.
+    for kernel in (resampling._resample_runs, resampling._scale):
+        assert kernel.signatures
 
 
 def test_the_matcher_has_then_been_hidden_cut_off_and_moved() -> None:

@@ -6,13 +6,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import compose, pixel_affine
+from gait_segmentation.geometry import compose
 from gait_segmentation.images import Window
+from gait_segmentation.tracking.resampling import resample
 
 __all__ = ['BackgroundModel']
 
@@ -77,21 +77,64 @@ def _slope(sums: NDArray[np.float32], row: int, col: int, channel: int) -> tuple
     return y, x
 
 
-@njit(cache=True, nogil=True)
+@njit(nogil=True, fastmath=True, inline='always')
+def _means_of_row(
+    sums: NDArray[np.float32],
+    light: NDArray[np.float32],
+    a: NDArray[np.float32],
+    b: NDArray[np.float32],
+    known: NDArray[np.float32],
+) -> None:
+    """Fill in the means of a row of pixels, and 1 where they are known, else 0."""
+    zero, one, least = np.float32(0), np.float32(1), np.float32(_KNOWN_COUNT)
+    for col in range(sums.shape[0]):
+        count = sums[col, 3]
+        share = one / max(count, least)
+        light[col] = sums[col, 0] * share
+        a[col] = sums[col, 1] * share
+        b[col] = sums[col, 2] * share
+        known[col] = one if count >= least else zero
+
+
+@njit(nogil=True, fastmath=True, inline='always')
+def _square_slopes(
+    above: NDArray[np.float32],
+    here: NDArray[np.float32],
+    below: NDArray[np.float32],
+    use: NDArray[np.float32],
+    out: NDArray[np.float32],
+) -> None:
+    """Add the squared slopes of a row, but for its ends."""
+    half = np.float32(0.5)
+    columns = out.size
+    left, right, up, down = here[: columns - 2], here[2:], above[1:-1], below[1:-1]
+    inner, weight = out[1:-1], use[1:-1]
+    for col in range(columns - 2):
+        x, y = half * (right[col] - left[col]), half * (down[col] - up[col])
+        inner[col] += weight[col] * (x * x + y * y)
+
+
+@njit(cache=True, nogil=True, fastmath=True)
 def _slopes(sums: NDArray[np.float32], out: NDArray[np.float32]) -> None:
     """Fill in the squared slopes of lightness and of chroma, zero next to what is unknown."""
-    least = np.float32(_KNOWN_COUNT)
     rows, columns = sums.shape[0], sums.shape[1]
-    for row in range(rows):
-        for col in range(columns):
-            out[row, col, 0] = out[row, col, 1] = np.float32(0)
-            if row == 0 or col == 0 or row == rows - 1 or col == columns - 1:
-                continue
-            if _around(sums, row, col) < least:
-                continue
-            for channel in range(3):
-                y, x = _slope(sums, row, col, channel)
-                out[row, col, min(channel, 1)] += x * x + y * y
+    out[:] = np.float32(0)
+    if rows < 3 or columns < 3:
+        return
+    # Of three rows: lightness, a, b and where they are known.
+    means = np.empty((3, 4, columns), np.float32)
+    use = np.zeros(columns, np.float32)
+    for row in range(2):
+        each = means[row]
+        _means_of_row(sums[row], each[0], each[1], each[2], each[3])
+    for row in range(1, rows - 1):
+        above, here, below = means[(row - 1) % 3], means[row % 3], means[(row + 1) % 3]
+        _means_of_row(sums[row + 1], below[0], below[1], below[2], below[3])
+        for col in range(1, columns - 1):
+            use[col] = above[3, col] * below[3, col] * here[3, col - 1] * here[3, col + 1]
+        for channel in range(3):
+            place = out[min(channel, 1), row]
+            _square_slopes(above[channel], here[channel], below[channel], use, place)
 
 
 @njit(cache=True, nogil=True)
@@ -147,22 +190,19 @@ def _compare(
     shadow_floor: float,
     out: NDArray[np.uint8],
 ) -> None:
+    zero, one, most = np.float32(0), np.float32(1), np.float32(bound * bound)
+    floor, sure = np.float32(shadow_floor), np.float32(_SURE_COUNT)
     for row in range(lab.shape[0]):
         for col in range(lab.shape[1]):
             count = sums[row, col, 3]
-            out[row, col] = 0
-            if count < _SURE_COUNT:
-                continue
-            light = sums[row, col, 0] / count
-            chroma = 0.0
-            for channel in range(1, 3):
-                off = lab[row, col, channel] - sums[row, col, channel] / count
-                chroma += off * off
-            off = lab[row, col, 0] - light
-            if chroma + off * off <= bound * bound:
-                continue
-            shadow = chroma <= bound * bound and shadow_floor * light < lab[row, col, 0] < light
-            out[row, col] = 0 if shadow else 1
+            share = one / count if count >= sure else zero
+            base, light = sums[row, col, 0] * share, np.float32(lab[row, col, 0])
+            off_a = np.float32(lab[row, col, 1]) - sums[row, col, 1] * share
+            off_b = np.float32(lab[row, col, 2]) - sums[row, col, 2] * share
+            chroma = off_a * off_a + off_b * off_b
+            other = chroma + (light - base) * (light - base) > most
+            shadow = (chroma <= most) & (floor * base < light) & (light < base)
+            out[row, col] = (count >= sure) & other & (not shadow)
 
 
 class BackgroundModel:
@@ -234,14 +274,15 @@ class BackgroundModel:
         motions: list[NDArray[np.float64] | None],
         windows: Sequence[Window] | None = None,
         *,
-        rough: bool = False,
+        into: BackgroundModel | None = None,
     ) -> BackgroundModel:
         """
         Return the model as it looks after some motions of the camera; this one stays.
 
         :param motions: transforms as for :meth:`move`, oldest first.
         :param windows: the rows and columns to keep, all if None.
-        :param rough: whether to resample fast and blurred, for a model that is not kept.
+        :param into: a model that was moved from this one in the same windows, to be filled in
+            anew.
         """
         made = [motion for motion in motions if motion is not None]
         if not made:
@@ -249,9 +290,8 @@ class BackgroundModel:
         total = made[0]
         for motion in made[1:]:
             total = compose(motion, total)
-        other = BackgroundModel((0, 0))
-        other.sums = self._carried(total, _WARP_DECAY ** len(made), windows, rough)
-        other.sigma, other.misplacement = self.sigma, self.misplacement
+        other = BackgroundModel((0, 0)) if into is None or into is self else into
+        self._carry(total, _WARP_DECAY ** len(made), windows, other)
         return other
 
     def move(
@@ -265,34 +305,36 @@ class BackgroundModel:
         :param windows: the rows and columns to keep, all if None; when nothing moves, all are.
         """
         if motion is not None:
-            self.sums = self._carried(motion, _WARP_DECAY, windows)
+            self.sums = self.moved([motion], windows).sums
 
     @property
     def _all(self) -> list[Window]:
         return [(slice(0, self.sums.shape[0]), slice(0, self.sums.shape[1]))]
 
-    def _carried(
+    def _carry(
         self,
         motion: NDArray[np.float64],
         decay: float,
         windows: Sequence[Window] | None,
-        rough: bool = False,
-    ) -> NDArray[np.float32]:
-        # Not zeros_like, which fills what calloc would leave to be filled when touched.
-        out = np.zeros(self.sums.shape, np.float32)
+        other: BackgroundModel,
+    ) -> None:
+        """Fill another model in with this one as it looks after a motion."""
+        if other.sums.shape != self.sums.shape:
+            # Not zeros_like, which fills what calloc would leave to be filled when touched.
+            other.sums = np.zeros(self.sums.shape, np.float32)
+        other.sigma, other.misplacement = self.sigma, self.misplacement
         for window in self._all if windows is None else windows:
-            _carry(self.sums, motion, decay, window, rough, out)
-        return out
+            resample(self.sums, motion, decay, window, other.sums)
 
     def slopes(self, window: Window) -> NDArray[np.float32]:
         """
-        Return how steep the background is, (h, w, 2) float32.
+        Return how steep the background is, (2, h, w) float32.
 
         :param window: rows and columns to look at.
         :returns: squared change per pixel of lightness and of chroma, zero where unknown.
         """
         sums = self.sums[window]
-        out = np.empty((*sums.shape[:2], 2), np.float32)
+        out = np.empty((2, *sums.shape[:2]), np.float32)
         _slopes(sums, out)
         return out
 
@@ -348,37 +390,3 @@ class BackgroundModel:
         spread = 1.4826 * median
         measured = min(max(spread**2 - _NOISE_PLACE**2, 0.0) ** 0.5, _PLACE_MOST)
         self.misplacement += _PLACE_RATE * (measured - self.misplacement)
-
-
-@njit(cache=True, nogil=True)
-def _scale(sums: NDArray[np.float32], factor: np.float32) -> None:
-    """Multiply by a factor what is above zero; the rest becomes zero."""
-    for row in range(sums.shape[0]):
-        for col in range(sums.shape[1]):
-            for channel in range(4):
-                value = factor * sums[row, col, channel]
-                sums[row, col, channel] = max(value, np.float32(0))
-
-
-def _carry(
-    sums: NDArray[np.float32],
-    motion: NDArray[np.float64],
-    decay: float,
-    window: Window,
-    rough: bool,
-    out: NDArray[np.float32],
-) -> None:
-    """
-    Fill in a window of the sums as they look after a motion of the camera.
-
-    Linear interpolation, frame after frame, would take the contrast out of fine stripes, which
-    then differ from every new frame.
-    """
-    rows, columns = window
-    matrix = pixel_affine(motion)
-    matrix[:, 2] -= (columns.start, rows.start)
-    size = (columns.stop - columns.start, rows.stop - rows.start)
-    if min(size) > 0:
-        flags = cv2.INTER_LINEAR if rough else cv2.INTER_CUBIC
-        out[window] = cv2.warpAffine(sums, matrix, size, flags=flags)
-        _scale(out[window], np.float32(decay))

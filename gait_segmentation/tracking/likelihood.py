@@ -109,9 +109,11 @@ def _ratio(
                 chroma = (d_a * d_a + d_b * d_b) * scale
                 square = d_light * d_light * scale
                 if misplaced > zero:
-                    square /= one + misplaced * slopes[row, col, 0]
-                    chroma /= one + misplaced * slopes[row, col, 1]
-                known = most * count / (count + half)
+                    wider = one + misplaced * slopes[0, row, col]
+                    wider_chroma = one + misplaced * slopes[1, row, col]
+                    narrow = one / (wider * wider_chroma)
+                    square *= wider_chroma * narrow
+                    chroma *= wider * narrow
                 seen = zero
                 if chroma < far:
                     share = zero
@@ -133,7 +135,10 @@ def _ratio(
                             * peak
                             * exponentials[int((square + chroma) * steps + half)]
                         )
-                p_background = known * seen + (one - known) * p_background
+                # Both times (count + 1/2), which saves a division.
+                known = most * count
+                p_background = known * seen + (count + half - known) * p_background
+                p_person *= count + half
             value = _fast_log(p_person / p_background, logarithms)
             out[row, col] = min(max(value, -bound), bound)
 
@@ -158,7 +163,7 @@ def log_ratio(
     """
     out = np.empty(bins.shape, np.float32)
     misplacement = background.misplacement if background.misplacement > _LEAST_MISPLACED else 0.0
-    slopes = background.slopes(window) if misplacement else np.empty((0, 0, 2), np.float32)
+    slopes = background.slopes(window) if misplacement else np.empty((2, 0, 0), np.float32)
     _ratio(
         lab,
         bins,

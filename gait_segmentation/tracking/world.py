@@ -163,23 +163,36 @@ class World:
         for area in areas:
             people[area.slices(self.shape[1], self.shape[0])] = 1
         motion = self._estimator.update(frame.gray, people, None, camera=camera)
-        windows = self._windows([] if everywhere else areas, motion)
-        for window in windows:
-            frame.lab_about(window)
-        background = self._background_now(motion.camera, windows, rough=camera)
-        if tone and windows:
-            curve = tone_curve(background.sums, frame.lab_about(windows[0]), people, windows)
-            frame = frame if curve is None else frame.toned(curve)
-        if camera and windows:
-            lab = frame.lab_about(windows[0])
-            motion = motion.corrected(remaining_shift(background.sums, lab, people, windows))
-            background = self._background_now(motion.camera, windows)
+        about = self._windows(areas, motion)
+        windows = self._windows([], motion) if everywhere else about
+        # Tone and the last tenths of a pixel are measured about people only, which is cheaper.
+        background = self._background_now(motion.camera, about)
+        if tone and about:
+            frame = self._toned(frame, background, people, about)
+        shift = None
+        if camera and about:
+            lab = _lab_of(frame, about)
+            shift = remaining_shift(background.sums, lab, people, about)
+            motion = motion.corrected(shift)
+        if shift is not None or windows != about:
+            background = self._background_now(motion.camera, windows, background)
         if heat is not None:
             heat = np.asarray(cv2.resize(heat, self.shape[::-1], interpolation=cv2.INTER_LINEAR))
         record = Record(frame, motion.camera, background, self._version, windows, heat)
         self.pending.append(record)
         self.history.append(record)
         return motion
+
+    @staticmethod
+    def _toned(
+        frame: WorkingImage,
+        background: BackgroundModel,
+        people: NDArray[np.uint8],
+        windows: Sequence[Window],
+    ) -> WorkingImage:
+        """Return a frame with the tone curve of what is remembered."""
+        curve = tone_curve(background.sums, _lab_of(frame, windows), people, windows)
+        return frame if curve is None else frame.toned(curve)
 
     def body_shift(self, body: NDArray[np.uint8]) -> Shift | None:
         """
@@ -275,8 +288,7 @@ class World:
         :param gate: whether to leave out what moves against the world.
         """
         record.people = people
-        for window in around:
-            lab = record.image.lab_about(window)
+        lab = _lab_of(record.image, [*record.windows, *around])
         self._background.measure_noise(lab, people, around)
         if gate:
             people = people | self._moving(record)
@@ -299,7 +311,7 @@ class World:
             if earlier.people is not None:
                 # What people have just uncovered has changed but is background.
                 left = warp_window(earlier.people, camera, window, cv2.BORDER_CONSTANT)
-                moving[window][left > 0] = 0
+                moving[window] &= cv2.inRange(left, 0, 0)
         return moving
 
     def _skip(self) -> Record:
@@ -308,11 +320,14 @@ class World:
         return record
 
     def _background_now(
-        self, newest: NDArray[np.float64] | None, windows: list[Window], *, rough: bool = False
+        self,
+        newest: NDArray[np.float64] | None,
+        windows: list[Window],
+        into: BackgroundModel | None = None,
     ) -> BackgroundModel:
         """Return the background model as it looks in the newest frame."""
         motions = [*(each.camera for each in self.pending), newest]
-        return self._background.moved(motions, windows, rough=rough)
+        return self._background.moved(motions, windows, into=into)
 
     def _windows(self, areas: list[Box], motion: Motion) -> list[Window]:
         """Return disjoint windows with room about people, as the camera moved them."""
@@ -331,6 +346,13 @@ class World:
             boxes.append(box)
         windows = (box.slices(width, height) for box in boxes)
         return [w for w in windows if w[0].start < w[0].stop and w[1].start < w[1].stop]
+
+
+def _lab_of(image: WorkingImage, windows: Sequence[Window]) -> NDArray[np.uint8]:
+    """Return an image in Lab that is filled in at least in some windows."""
+    for window in windows:
+        lab = image.lab_about(window)
+    return lab
 
 
 def _chain(records: Iterable[Record]) -> NDArray[np.float64]:

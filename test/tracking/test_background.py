@@ -140,9 +140,9 @@ def test_slopes_are_those_of_the_known_mean() -> None:
     hidden[5, 5] = 255
     model.learn(lab, hidden)
     slopes = model.slopes((slice(0, 10), slice(0, 12)))
-    assert slopes[2, 3] == pytest.approx([100.0, 16.0])
-    assert slopes[5, 4] == pytest.approx([0.0, 0.0])
-    assert slopes[0, 3] == pytest.approx([0.0, 0.0])
+    assert slopes[:, 2, 3] == pytest.approx([100.0, 16.0])
+    assert slopes[:, 5, 4] == pytest.approx([0.0, 0.0])
+    assert slopes[:, 0, 3] == pytest.approx([0.0, 0.0])
 
 
 def test_what_is_known_from_elsewhere_counts_where_less_is_known() -> None:

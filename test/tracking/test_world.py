@@ -102,6 +102,13 @@ def test_the_background_is_learnt_about_people_or_everywhere() -> None:
     assert known(advanced(1, True, area)).all()
 
 
+def test_what_is_learnt_everywhere_is_what_is_there() -> None:
+    made = advanced(1, True, (Box(20, 40, 30, 100),))
+    assert known(made).all()
+    true = cv2.cvtColor(wall(), cv2.COLOR_BGR2Lab)
+    assert np.abs(made.now.background.mean - true).max() < 1
+
+
 def test_where_somebody_turns_out_to_stand_is_forgotten() -> None:
     made = advanced(1)
     before = known(made)

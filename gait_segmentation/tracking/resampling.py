@@ -1,0 +1,197 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Resampling of the remembered background after a motion of the camera.
+
+Cubic, because linear interpolation, frame after frame, would take the contrast out of fine
+stripes, which then differ from every new frame.  From frame to frame a camera turns and zooms so
+little that over a run of pixels the motion is a shift, for which the weights are the same: so
+whole runs are resampled at once, rows first.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import invert, pixel_affine
+from gait_segmentation.images import Window
+
+__all__ = ['resample']
+
+_MOST_OFF = 1 / 64
+"""How far the ends of a run may lie off their places, in pixels."""
+
+_LONGEST, _SHORTEST = 64, 8
+"""Pixels in a run; where it would be shorter, each pixel is resampled by itself."""
+
+_CHANNELS = 4
+_SHARPNESS = -0.75
+"""Slope of the cubic kernel at a distance of one pixel, as in OpenCV."""
+
+Weights = tuple[np.float32, np.float32, np.float32, np.float32]
+
+
+def resample(
+    sums: NDArray[np.float32],
+    motion: NDArray[np.float64],
+    factor: float,
+    window: Window,
+    out: NDArray[np.float32],
+) -> None:
+    """
+    Fill in a window of an image as it looks after a motion of the camera, times a factor.
+
+    What is below zero becomes zero, and what comes from outside of the image is zero.
+
+    :param sums: (h, w, 4) float32.
+    :param motion: 2 x 3 transform of positions from the image to the result.
+    :param window: rows and columns to fill in.
+    :param out: (h, w, 4) float32, the result.
+    """
+    rows, columns = window
+    size = (columns.stop - columns.start, rows.stop - rows.start)
+    if min(size) <= 0:
+        return
+    matrix = pixel_affine(motion)
+    matrix[:, 2] -= (columns.start, rows.start)
+    back = invert(matrix)
+    bend = max(abs(back[0, 0] - 1), abs(back[1, 0]))
+    run = _LONGEST if bend * _LONGEST <= 2 * _MOST_OFF else int(2 * _MOST_OFF / bend)
+    if run < _SHORTEST:
+        out[window] = cv2.warpAffine(sums, matrix, size, flags=cv2.INTER_CUBIC)
+        _scale(out[window], np.float32(factor))
+        return
+    _resample_runs(
+        _lines(sums), back, np.float32(factor), run, rows.start, columns.start, size, _lines(out)
+    )
+
+
+def _lines(image: NDArray[np.float32]) -> NDArray[np.float32]:
+    return image.reshape(image.shape[0], -1)
+
+
+@njit(cache=True, nogil=True)
+def _scale(sums: NDArray[np.float32], factor: np.float32) -> None:
+    """Multiply by a factor what is above zero; the rest becomes zero."""
+    for row in range(sums.shape[0]):
+        for col in range(sums.shape[1]):
+            for channel in range(_CHANNELS):
+                value = factor * sums[row, col, channel]
+                sums[row, col, channel] = max(value, np.float32(0))
+
+
+@njit(nogil=True, inline='always')
+def _weights(x: np.float32) -> Weights:
+    """Return the weights of the four pixels about a place, x after the second."""
+    a, one = np.float32(_SHARPNESS), np.float32(1)
+    two, three, four, five, eight = (
+        np.float32(2),
+        np.float32(3),
+        np.float32(4),
+        np.float32(5),
+        np.float32(8),
+    )
+    before, u = one + x, one - x
+    first = ((a * before - five * a) * before + eight * a) * before - four * a
+    second = ((a + two) * x - (a + three)) * x * x + one
+    third = ((a + two) * u - (a + three)) * u * u + one
+    return first, second, third, one - first - second - third
+
+
+@njit(nogil=True, fastmath=True)
+def _mix_rows(
+    a: NDArray[np.float32],
+    b: NDArray[np.float32],
+    c: NDArray[np.float32],
+    d: NDArray[np.float32],
+    weights: Weights,
+    out: NDArray[np.float32],
+) -> None:
+    first, second, third, fourth = weights
+    for k in range(out.size):
+        out[k] = first * a[k] + second * b[k] + third * c[k] + fourth * d[k]
+
+
+@njit(nogil=True, fastmath=True)
+def _mix_pixels(
+    line: NDArray[np.float32], weights: Weights, factor: np.float32, out: NDArray[np.float32]
+) -> None:
+    first, second, third, fourth = weights
+    size = out.size
+    a, b = line[:size], line[_CHANNELS : size + _CHANNELS]
+    c, d = line[2 * _CHANNELS : size + 2 * _CHANNELS], line[3 * _CHANNELS : size + 3 * _CHANNELS]
+    for k in range(size):
+        value = factor * (first * a[k] + second * b[k] + third * c[k] + fourth * d[k])
+        out[k] = max(value, np.float32(0))
+
+
+@njit(nogil=True)
+def _mix_rows_at_border(
+    lines: NDArray[np.float32],
+    top: int,
+    left: int,
+    weights: Weights,
+    out: NDArray[np.float32],
+) -> None:
+    """Do the same where rows or columns are outside of the image: there it is zero."""
+    out[:] = np.float32(0)
+    columns = lines.shape[1] // _CHANNELS
+    for k in range(4):
+        row = top + k
+        if 0 <= row < lines.shape[0]:
+            for place in range(out.size // _CHANNELS):
+                col = left + place
+                if 0 <= col < columns:
+                    for channel in range(_CHANNELS):
+                        value = lines[row, _CHANNELS * col + channel]
+                        out[_CHANNELS * place + channel] += weights[k] * value
+
+
+@njit(cache=True, nogil=True)
+def _resample_runs(
+    lines: NDArray[np.float32],
+    back: NDArray[np.float64],
+    factor: np.float32,
+    run: int,
+    top: int,
+    left: int,
+    size: tuple[int, int],
+    out: NDArray[np.float32],
+) -> None:
+    """
+    Fill in a part of an image.
+
+    :param lines: (h, 4 w), the image.
+    :param back: 2 x 3 transform of pixel indices from the part to the image.
+    :param top, left, size: where the part begins in the result, and its width and height.
+    """
+    width, height = size
+    rows, columns = lines.shape[0], lines.shape[1] // _CHANNELS
+    mixed = np.empty(_CHANNELS * (_LONGEST + 3), np.float32)
+    for row in range(height):
+        line = out[top + row, _CHANNELS * left : _CHANNELS * (left + width)]
+        for col in range(0, width, run):
+            count = min(run, width - col)
+            half = (count - 1) / 2
+            x = back[0, 0] * (col + half) + back[0, 1] * row + back[0, 2] - half
+            y = back[1, 0] * (col + half) + back[1, 1] * row + back[1, 2]
+            from_x, from_y = int(np.floor(x)), int(np.floor(y))
+            across, down = _weights(np.float32(x - from_x)), _weights(np.float32(y - from_y))
+            from_x, from_y = from_x - 1, from_y - 1
+            part = mixed[: _CHANNELS * (count + 3)]
+            if 0 <= from_x <= columns - count - 3 and 0 <= from_y <= rows - 4:
+                span = slice(_CHANNELS * from_x, _CHANNELS * (from_x + count + 3))
+                _mix_rows(
+                    lines[from_y, span],
+                    lines[from_y + 1, span],
+                    lines[from_y + 2, span],
+                    lines[from_y + 3, span],
+                    down,
+                    part,
+                )
+            else:
+                _mix_rows_at_border(lines, from_y, from_x, down, part)
+            _mix_pixels(part, across, factor, line[_CHANNELS * col : _CHANNELS * (col + count)])
