@@ -12,9 +12,11 @@ from __future__ import annotations
 
 import math
 
-import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
+
+from gait_segmentation.images import shrink
 
 __all__ = ['Exposure']
 
@@ -50,16 +52,41 @@ class Exposure:
         :returns: the gain for it.
         """
         # Means of cells, so that neither texture nor a shift of the picture counts.
-        size = (max(gray.shape[1] // _CELL, 1), max(gray.shape[0] // _CELL, 1))
-        now = cv2.resize(gray, size, interpolation=cv2.INTER_AREA).astype(np.float32)
+        shape = (gray.shape[0] // _CELL, gray.shape[1] // _CELL)
+        if min(shape) == 0:
+            return self.gain
+        now = shrink(gray[: _CELL * shape[0], : _CELL * shape[1]], shape)
         last = self._last
         if last is not None and last.shape == now.shape:
-            use = (now > _DARKEST) & (now < _BRIGHTEST) & (last > _DARKEST) & (last < _BRIGHTEST)
-            if np.count_nonzero(use) >= _LEAST_CELLS:
-                total = np.log(last[use] / now[use])
-                middle = float(np.median(total))
-                agree = np.count_nonzero(np.abs(total - middle) < _JUMP) / total.size
-                if abs(middle - math.log(self.gain)) > _JUMP and agree > _AGREE:
-                    self.gain = math.exp(min(max(middle, -_MOST), _MOST))
-        self._last = np.minimum(self.gain * now, np.float32(255))
+            step = math.exp(_JUMP)
+            used, changed = _count(now, last, self.gain / step, self.gain * step)
+            # If fewer than half have changed, so has not the median.
+            if used >= _LEAST_CELLS and 2 * changed >= used:
+                self._judge(now, last)
+        self._last = np.minimum(np.float32(self.gain) * now, np.float32(255))
         return self.gain
+
+    def _judge(self, now: NDArray[np.uint8], last: NDArray[np.float32]) -> None:
+        """Take over the factor of two frames if it is that of most cells."""
+        use = (now > _DARKEST) & (now < _BRIGHTEST) & (last > _DARKEST) & (last < _BRIGHTEST)
+        total = np.log(last[use] / now[use])
+        middle = float(np.median(total))
+        agree = np.count_nonzero(np.abs(total - middle) < _JUMP) / total.size
+        if abs(middle - math.log(self.gain)) > _JUMP and agree > _AGREE:
+            self.gain = math.exp(min(max(middle, -_MOST), _MOST))
+
+
+@njit(cache=True, nogil=True)
+def _count(
+    now: NDArray[np.uint8], last: NDArray[np.float32], low: float, high: float
+) -> tuple[int, int]:
+    """Count the cells that can be compared, and those whose factor is not between two bounds."""
+    least, most = np.float32(low), np.float32(high)
+    used = changed = 0
+    for row in range(now.shape[0]):
+        for col in range(now.shape[1]):
+            here, then = now[row, col], last[row, col]
+            if _DARKEST < here < _BRIGHTEST and _DARKEST < then < _BRIGHTEST:
+                used += 1
+                changed += not least * here < then < most * here
+    return used, changed

@@ -69,6 +69,26 @@ def _count(
                 out[min(int((now + then) / (2 * _WIDE)), _LEVELS - 1), off + _MOST] += 1
 
 
+@njit(cache=True, nogil=True)
+def _has_changed(counts: NDArray[np.int64], changes: NDArray[np.float64]) -> bool:
+    """Fill in the median difference of each level, nan if unknown; return whether they matter."""
+    total = 0
+    distance = 0.0
+    for level in range(_LEVELS):
+        of_level = counts[level].sum()
+        changes[level] = np.nan
+        if of_level < _LEAST_OF_LEVEL:
+            continue
+        below, middle = counts[level, 0], 0
+        while 2 * below < of_level:
+            middle += 1
+            below += counts[level, middle]
+        changes[level] = middle - _MOST
+        total += of_level
+        distance += abs(changes[level]) * of_level
+    return total >= _LEAST_PIXELS and distance >= _LEAST_CHANGE * total
+
+
 def tone_curve(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
@@ -87,16 +107,11 @@ def tone_curve(
     counts = np.zeros((_LEVELS, 2 * _MOST + 1), np.int64)
     for part in windows:
         _count(sums[part], lab[part], people[part], counts)
-    of_level = counts.sum(axis=1)
-    used = np.flatnonzero(of_level >= _LEAST_OF_LEVEL)
-    total = int(of_level[used].sum())
-    if total < _LEAST_PIXELS:
+    changes = np.zeros(_LEVELS)
+    if not _has_changed(counts, changes):
         return None
-    below = np.cumsum(counts[used], axis=1)
-    middle = (2 * below >= of_level[used, None]).argmax(axis=1)
-    change = middle - float(_MOST)
-    if (np.abs(change) * of_level[used]).sum() < _LEAST_CHANGE * total:
-        return None
+    used = np.flatnonzero(np.isfinite(changes))
+    change = changes[used]
     off = np.arange(-_MOST, _MOST + 1)
     left = (counts[used] * np.abs(off - change[:, None])).sum()
     if left > _MOST_LEFT * (counts[used] * np.abs(off)).sum():

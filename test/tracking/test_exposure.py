@@ -46,3 +46,18 @@ def test_black_and_white_images_say_nothing(value: int) -> None:
     exposure = Exposure()
     exposure.update(scene())
     assert exposure.update(np.full((240, 320), value, np.uint8)) == 1
+
+
+def test_a_part_that_darkens_is_no_jump() -> None:
+    image = np.random.default_rng(5).integers(60, 200, (96, 128)).astype(np.uint8)
+    darker = image.copy()
+    darker[:, :60] //= 2
+    exposure = Exposure()
+    exposure.update(image)
+    assert exposure.update(darker) == 1.0
+
+
+def test_an_image_smaller_than_a_cell_says_nothing() -> None:
+    exposure = Exposure()
+    for value in (200, 50):
+        assert exposure.update(np.full((5, 40), value, np.uint8)) == 1.0
