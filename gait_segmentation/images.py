@@ -26,6 +26,9 @@ Window = tuple[slice, slice]
 """Rows and columns of a part of an image."""
 
 
+_STILL = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+
+
 def same_proportions(shape: tuple[int, ...], source: tuple[int, ...]) -> bool:
     """
     Tell whether one size can be another one scaled, to a pixel.
@@ -86,6 +89,9 @@ def warp_window(
     :param border: what lies outside of the image, a ``cv2.BORDER_`` constant.
     """
     rows, columns = window
+    inside = rows.stop <= image.shape[0] and columns.stop <= image.shape[1]
+    if inside and motion.tolist() == _STILL:
+        return image[window].copy()
     matrix = pixel_affine(motion)
     matrix[:, 2] -= (columns.start, rows.start)
     size = (columns.stop - columns.start, rows.stop - rows.start)

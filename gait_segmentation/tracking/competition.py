@@ -36,6 +36,9 @@ _FARTHEST = -6.0
 _REFUSED = np.float32(-0.5)
 """Log ratio of a pixel for those who do not get it though they find it likely."""
 
+_NOTHING = np.float32(-7)
+"""Log ratio from which somebody counts for nothing beside the surroundings: one in a thousand."""
+
 _NEARER = 1.5
 """Advantage, as a log ratio, of somebody who stands nearer."""
 
@@ -108,7 +111,9 @@ def _add_strength(
 ) -> None:
     for row in range(logit.shape[0]):
         for col in range(logit.shape[1]):
-            rest[row, col] += np.exp(logit[row, col] + near[row, col] + depth)
+            strength = logit[row, col] + near[row, col] + depth
+            if strength > _NOTHING:
+                rest[row, col] += np.exp(strength)
 
 
 @njit(cache=True, nogil=True)

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, signed_distance, warp_window
+from gait_segmentation.images import Window, warp_window
 
 __all__ = ['add_motion', 'add_propagation', 'moving_pixels']
 
@@ -40,15 +40,18 @@ def _add_difference(
     stays: NDArray[np.uint8],
     moves: NDArray[np.uint8],
     weight: float,
+    out: NDArray[np.float32],
 ) -> None:
-    scale = np.float32(weight / (2 * _RESIDUAL_SIGMA * _RESIDUAL_SIGMA))
-    limit = np.float32(weight * _RESIDUAL_LIMIT)
+    """Fill in what the difference says, and add it times the weight."""
+    scale = np.float32(1 / (2 * _RESIDUAL_SIGMA * _RESIDUAL_SIGMA))
+    limit, gain = np.float32(_RESIDUAL_LIMIT), np.float32(weight)
     for row in range(logit.shape[0]):
         for col in range(logit.shape[1]):
             stay = np.int32(min(stays[row, col], np.uint8(_RESIDUAL_CUT)))
             move = np.int32(min(moves[row, col], np.uint8(_RESIDUAL_CUT)))
             value = scale * np.float32(stay * stay - move * move)
-            logit[row, col] += min(max(value, -limit), limit)
+            out[row, col] = min(max(value, -limit), limit)
+            logit[row, col] += gain * out[row, col]
 
 
 def add_motion(
@@ -59,7 +62,7 @@ def add_motion(
     body: NDArray[np.float64],
     window: Window,
     weight: float,
-) -> None:
+) -> NDArray[np.float32]:
     """
     Add the evidence that pixels move with the body rather than stay with the world.
 
@@ -72,11 +75,14 @@ def add_motion(
     :param camera: 2 x 3 transform of positions of the still world from then to now.
     :param body: the same of the body.
     :param window: the window's rows and columns.
+    :returns: the evidence itself, (h, w) float32 within +-2.
     """
     now = gray[window]
     stays = _residual(now, warp_window(earlier, camera, window))
     moves = _residual(now, warp_window(earlier, body, window))
-    _add_difference(logit, stays, moves, weight)
+    evidence = np.empty(logit.shape, np.float32)
+    _add_difference(logit, stays, moves, weight, evidence)
+    return evidence
 
 
 def add_propagation(
@@ -106,23 +112,28 @@ def add_propagation(
         slice(max(top - margin, 0), top + down + margin),
         slice(max(left - margin, 0), left + across + margin),
     )
-    _add_distance(
-        logit[near],
-        signed_distance(part[near] > 127),
-        weight / (_PROPAGATION_SLOPE * height),
-        limit,
-    )
+    inside = cv2.inRange(part[near], 128, 255)
+    within = cv2.distanceTransform(inside, cv2.DIST_L2, 3)
+    without = cv2.distanceTransform(cv2.bitwise_not(inside), cv2.DIST_L2, 3)
+    slope = weight / (_PROPAGATION_SLOPE * height)
+    _add_distance(logit[near], within, without, slope, limit)
 
 
 @njit(cache=True, nogil=True, fastmath=True)
 def _add_distance(
-    logit: NDArray[np.float32], distance: NDArray[np.float32], slope: float, limit: float
+    logit: NDArray[np.float32],
+    within: NDArray[np.float32],
+    without: NDArray[np.float32],
+    slope: float,
+    limit: float,
 ) -> None:
     """Add a limited distance where minus the limit was added before."""
     rise, most = np.float32(slope), np.float32(limit)
     for row in range(logit.shape[0]):
         for col in range(logit.shape[1]):
-            logit[row, col] += most + min(max(rise * distance[row, col], -most), most)
+            logit[row, col] += most + min(
+                max(rise * (within[row, col] - without[row, col]), -most), most
+            )
 
 
 def moving_pixels(

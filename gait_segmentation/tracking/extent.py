@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 __all__ = ['Extent', 'extent_of']
@@ -46,18 +47,44 @@ def extent_of(mask: NDArray[np.uint8], center: tuple[float, float], angle: float
         left, axis, right = np.quantile(cos * x + sin * y, (0.005, 0.5, 0.995))
         return Extent(top - 0.5, bottom + 0.5, left - 0.5, right + 0.5, axis, at_bottom)
     x, y, width, height = cv2.boundingRect(mask)
-    part = mask[y : y + height, x : x + width]
-    by_row = np.cumsum(cv2.reduce(part, 1, cv2.REDUCE_SUM, dtype=cv2.CV_32S) // 255)
-    by_column = np.cumsum(cv2.reduce(part, 0, cv2.REDUCE_SUM, dtype=cv2.CV_32S) // 255)
-    total = by_row[-1]
+    top, bottom, left, axis, right = _upright(mask[y : y + height, x : x + width], 0.005)
     center = (center[0] - x, center[1] - y)
-    top, bottom = np.searchsorted(by_row, (0.005 * total, 0.995 * total))
-    left, axis, right = np.searchsorted(by_column, (0.005 * total, 0.5 * total, 0.995 * total))
     return Extent(
-        float(top) - center[1],
-        float(bottom) + 1 - center[1],
-        float(left) - center[0],
-        float(right) + 1 - center[0],
-        float(axis) + 0.5 - center[0],
+        top - center[1],
+        bottom + 1 - center[1],
+        left - center[0],
+        right + 1 - center[0],
+        axis + 0.5 - center[0],
         at_bottom,
     )
+
+
+@njit(cache=True, nogil=True)
+def _upright(mask: NDArray[np.uint8], share: float) -> tuple[float, float, float, float, float]:
+    """Return the first and last row, and the first, middle and last column, but for a share."""
+    by_row = np.zeros(mask.shape[0], np.int64)
+    by_column = np.zeros(mask.shape[1], np.int64)
+    for row in range(mask.shape[0]):
+        for col in range(mask.shape[1]):
+            inside = np.int64(mask[row, col] != 0)
+            by_row[row] += inside
+            by_column[col] += inside
+    total = by_row.sum()
+    return (
+        _place(by_row, share * total),
+        _place(by_row, (1 - share) * total),
+        _place(by_column, share * total),
+        _place(by_column, 0.5 * total),
+        _place(by_column, (1 - share) * total),
+    )
+
+
+@njit(nogil=True)
+def _place(counts: NDArray[np.int64], least: float) -> float:
+    """Return the first place up to which counts add up to at least that many."""
+    total = 0
+    for place in range(counts.size):
+        total += counts[place]
+        if total >= least:
+            return float(place)
+    return float(counts.size)

@@ -102,7 +102,5 @@ def _add_motion(
     stays = camera[:, :2] @ (center - shift) + camera[:, 2]
     if np.hypot(*(center - stays)) < _LEAST_MOTION * person.height:
         return
-    moving = np.zeros(logit.shape, np.float32)
-    add_motion(moving, record.image.gray, earlier.image.gray, camera, body, window, 1.0)
-    logit += np.float32(weight) * moving
+    moving = add_motion(logit, record.image.gray, earlier.image.gray, camera, body, window, weight)
     record.moving[person.track_id] = (window, moving)

@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, shrink
+from gait_segmentation.geometry import scaling
+from gait_segmentation.images import Window, shrink, warp_window
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking.person import Person
 
@@ -41,11 +42,28 @@ def working_masks(
     """Return mask (0/255) and template at working size, (h, w) uint8."""
     mask, prior = feedback.mask, feedback.shape_prior
     if mask.shape != shape:
-        _, small = cv2.threshold(shrink(mask, shape), 127, 255, cv2.THRESH_BINARY)
-        mask = np.asarray(small)
+        mask = _shrunk(mask, shape)
     if prior.shape != shape:
         prior = cv2.resize(prior, shape[::-1], interpolation=cv2.INTER_LINEAR)
     return mask, prior
+
+
+def _shrunk(mask: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
+    """Return a mask (0/255) at a smaller size; only the part about it is interpolated."""
+    small = np.zeros(shape, np.uint8)
+    while mask.shape[0] >= 2 * shape[0] and mask.shape[1] >= 2 * shape[1]:
+        mask = shrink(mask, (mask.shape[0] // 2, mask.shape[1] // 2))
+    x, y, width, height = cv2.boundingRect(mask)
+    if width == 0:
+        return small
+    fall, step = shape[0] / mask.shape[0], shape[1] / mask.shape[1]
+    window = (
+        slice(max(int(fall * y) - 1, 0), min(int(fall * (y + height)) + 2, shape[0])),
+        slice(max(int(step * x) - 1, 0), min(int(step * (x + width)) + 2, shape[1])),
+    )
+    part = warp_window(mask, scaling(step, fall), window)
+    small[window] = cv2.threshold(part, 127, 255, cv2.THRESH_BINARY)[1]
+    return small
 
 
 def without_world(
@@ -68,15 +86,20 @@ def without_world(
     """
     if moving is None:
         return mask
-    window, evidence = moving
-    part = mask[window].copy()
+    (rows, columns), evidence = moving
+    clean = mask.copy()
+    # Only the part about the mask is touched.
+    x, y, width, tall = cv2.boundingRect(mask[rows, columns])
+    part = clean[rows, columns][y : y + tall, x : x + width]
+    evidence = evidence[y : y + tall, x : x + width]
     rules = [(_STAYS, _OUTSIDE), (_MOVES, _FAR_OUTSIDE)]
     for most, distance in rules if settled else rules[:1]:
-        size = 2 * max(1, round(distance * height)) + 1
-        near = cv2.dilate(prior[window], np.ones((size, size), np.uint8))
+        reach = max(1, round(distance * height))
+        top, left = max(y - reach, 0), max(x - reach, 0)
+        about = prior[rows, columns][top : y + tall + reach, left : x + width + reach]
+        near = cv2.dilate(about, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+        near = near[y - top : y - top + tall, x - left : x - left + width]
         part[(near <= 127) & (evidence < most)] = 0
-    clean = mask.copy()
-    clean[window] = part
     return clean
 
 

@@ -146,14 +146,29 @@ class Person:
         rows = self.rows(window)
         inside = part > 127
         if prior is not None:
-            outside = cv2.inRange(prior[window], 0, 127)
-            if outside.size > cv2.countNonZero(outside):
-                inside &= cv2.distanceTransform(outside, cv2.DIST_L2, 3) < _GUARD * self.height
+            self._keep_near(inside, part, prior[window])
         outside = cv2.dilate(part, np.ones((3, 3), np.uint8)) <= 127
         if strange is not None:
             outside &= strange == 0
         self.person.learn(bins, rows, inside.astype(np.float32), rate)
         self.surroundings.learn(bins, rows, outside.astype(np.float32), rate)
+
+    def _keep_near(
+        self, inside: NDArray[np.bool_], mask: NDArray[np.uint8], prior: NDArray[np.uint8]
+    ) -> None:
+        """Take out what lies far outside of the template, unless there is none."""
+        guard = _GUARD * self.height
+        x, y, width, height = cv2.boundingRect(mask)
+        reach = math.ceil(guard) + 1
+        top, left = max(y - reach, 0), max(x - reach, 0)
+        outside = cv2.inRange(prior[top : y + height + reach, left : x + width + reach], 0, 127)
+        if outside.size == cv2.countNonZero(outside):
+            if (prior > 127).any():
+                inside[:] = False
+        else:
+            away = cv2.distanceTransform(outside, cv2.DIST_L2, 3)
+            away = away[y - top : y - top + height, x - left : x - left + width]
+            inside[y : y + height, x : x + width] &= away < guard
 
     def learn_first_colours(self, lab: NDArray[np.uint8], votes: NDArray[np.float32]) -> None:
         """

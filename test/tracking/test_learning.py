@@ -2,8 +2,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import cv2
 import numpy as np
+import pytest
 
+from gait_segmentation.images import shrink
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.learning import WholeArea, grown, without_world, working_masks
@@ -28,6 +31,20 @@ def test_masks_come_at_working_size() -> None:
     small, prior = working_masks(feedback, SHAPE)
     np.testing.assert_array_equal(small, block(20, 10, 40, 50))
     assert prior.shape == SHAPE
+
+
+@pytest.mark.parametrize(('size', 'shape'), [((240, 320), SHAPE), ((90, 100), (61, 68))])
+def test_masks_shrink_as_a_whole_image_would(
+    size: tuple[int, int], shape: tuple[int, int]
+) -> None:
+    for place in ((10, 20), (0, 0), (size[0] - 1, size[1] - 1)):
+        mask = np.zeros(size, np.uint8)
+        cv2.ellipse(mask, place[::-1], (20, 31), 15, 0, 360, 255, -1)
+        small, _ = working_masks(Feedback(1, 1, mask, None, mask), shape)
+        expected = np.where(shrink(mask, shape) > 127, 255, 0)
+        assert np.count_nonzero(small != expected) <= 2
+    empty = np.zeros(size, np.uint8)
+    assert not working_masks(Feedback(1, 1, empty, None, empty), shape)[0].any()
 
 
 def test_what_stays_outside_of_the_template_is_taken_out() -> None:
