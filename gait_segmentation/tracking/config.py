@@ -136,6 +136,13 @@ class TrackingConfig(StageConfig):
     motion_weight: float = parameter(
         0.6, 'Weight of the cue from motion.', minimum=0.0, maximum=2.0
     )
+    spread_weight: float = parameter(
+        3.0,
+        'Weight, in the first frames, of what is known nearby where the background was never '
+        'seen; 0 = none.',
+        minimum=0.0,
+        maximum=10.0,
+    )
     use_feature_selection: bool = parameter(
         True,
         'Rank further features (R, G, B, H, S, r, g, orientation of gradients) and add those '

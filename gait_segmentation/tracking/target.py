@@ -198,6 +198,7 @@ class Target:
     def lose(self) -> None:
         """Give the person up for lost."""
         self.state = LOST
+        self.person.template = None
         self._memory.begin_search()
         self._visibility.restart()
         self._box = None
@@ -301,8 +302,11 @@ class Target:
 
     def skip(self, record: Record) -> None:
         """Let go of a frame that is never learnt: only its motion counts."""
+        person = self.person
         if self.track_id in record.bodies and self.state == TRACKED:
-            self.person.mask = _shifted(self.person.mask, *record.bodies[self.track_id])
+            person.mask = _shifted(person.mask, *record.bodies[self.track_id])
+            if person.template is not None:
+                person.template = _shifted(person.template, *record.bodies[self.track_id])
 
     def learn(
         self, record: Record, feedback: Feedback, *, alone: bool = True
@@ -339,7 +343,7 @@ class Target:
         person.learn_place(mask, body)
         if config.use_tilt:
             person.learn_angle(mask)
-        person.mask = mask
+        person.mask, person.template = mask, prior
         self._memory.learn_look(person, record)
         person.shift(dx, dy)
         return margin, window

@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.results import Feedback
+from test.tracking.figures import HEIGHT, STEP_NS, WIDTH, Figure, Told, walk
+
+BOARD = (42, 42, 205)
+"""Colour of an even board behind the person: that of the coat."""
+
+GHOST = 14
+"""Width of the piece of board in the first masks, behind the back."""
+
+
+def ghost_after(frames: int, **tracking) -> tuple[float, float]:
+    """
+    Return how likely board is that was in the first masks, and how likely the person.
+
+    It is even and has the colour of the coat, so that only what is at its rim tells of it.
+    """
+    told = Told(**tracking)
+    rng = np.random.default_rng(5)
+    figures = walk(Figure(90), frames)
+    told.start(figures[0])
+    back = np.zeros((HEIGHT, WIDTH), np.uint8)
+    body = Box.around(figures[0].mask())
+    assert body is not None
+    rows, left = slice(60, 95), round(body.x)
+    back[rows, left - GHOST : left + 12] = 255
+    ghost = cv2.subtract(back, cv2.dilate(figures[-1].mask(), np.ones((5, 5), np.uint8))) > 0
+    for number, figure in enumerate(figures):
+        image = np.full((HEIGHT, WIDTH, 3), (120, 130, 125), np.uint8)
+        image[rows, :100] = BOARD
+        figure.draw(image)
+        noisy = np.clip(image + rng.integers(-2, 3, image.shape), 0, 255).astype(np.uint8)
+        result = told.tracker.update(noisy, (number + 1) * STEP_NS)[0]
+        own = figure.mask()
+        box = Box.around(own)
+        assert box is not None
+        place = BodyFrame(box.center_x, box.center_y, box.height)
+        size = result.likelihood.shape[::-1]
+        prior = cv2.resize(own, size, interpolation=cv2.INTER_AREA)
+        mask = cv2.bitwise_or(own, back)
+        told.tracker.learn([Feedback(result.stamp_ns, result.track_id, mask, place, prior)])
+    likelihood = cv2.resize(result.likelihood, (WIDTH, HEIGHT))
+    return float(likelihood[ghost].mean()), float(likelihood[own > 0].mean())
+
+
+def test_an_even_board_that_the_first_masks_hold_is_doubted_by_what_is_about_it() -> None:
+    with_spread, person = ghost_after(5)
+    without, person_without = ghost_after(5, spread_weight=0.0)
+    assert with_spread < without - 30
+    assert person > person_without - 5
