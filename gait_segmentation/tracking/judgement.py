@@ -4,22 +4,31 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import colour_bins
-from gait_segmentation.images import Window
+from gait_segmentation.images import Window, shift_whole
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import add_motion, add_propagation
 from gait_segmentation.tracking.features import STEP, FeatureSelector, View
 from gait_segmentation.tracking.likelihood import colour_log_ratio, log_ratio
 from gait_segmentation.tracking.person import Person
+from gait_segmentation.tracking.spreading import spread_evidence
 from gait_segmentation.tracking.world import Record, World
 
 __all__ = ['judge', 'view_of']
 
 _LEAST_MOTION = 0.02
 """Motion of the body relative to the world that the cue needs, in body heights."""
+
+_FADE, _FADED = 10.0, 0.05
+"""
+Masks after which spread evidence weighs 1/e of what it does at first, since the colours are better
+then; and the share at which it is left out.
+"""
 
 _THIN = (slice(None, None, STEP), slice(None, None, STEP))
 
@@ -77,6 +86,8 @@ def judge(
             return {'colour': colour, 'background': still - colour, 'motion': motion}
 
         features.add(logit, view_of(record, window), expected[window] if seen else None, evidence)
+    if seen:
+        _add_spread(logit, person, world, lab, window, config)
     if propagate:
         add_propagation(logit, expected, window, person.height, config.propagation_weight)
     return window, logit
@@ -104,3 +115,31 @@ def _add_motion(
         return
     moving = add_motion(logit, record.image.gray, earlier.image.gray, camera, body, window, weight)
     record.moving[person.track_id] = (window, moving)
+
+
+def _add_spread(
+    logit: NDArray[np.float32],
+    person: Person,
+    world: World,
+    lab: NDArray[np.uint8],
+    window: Window,
+    config: TrackingConfig,
+) -> None:
+    """Add what is known nearby, in the first frames, where the background was never seen."""
+    share = math.exp(-person.learnt / _FADE)
+    if person.template is None or share < _FADED or not config.spread_weight:
+        return
+    record = world.now
+    dx, dy = world.since_mask(person.track_id)
+    template = shift_whole(person.template, round(dx), round(dy))[window]
+    moving = record.moving.get(person.track_id)
+    evidence = spread_evidence(
+        lab,
+        record.background.sums[window],
+        record.background.sigma,
+        None if moving is None else moving[1],
+        template,
+        person.height,
+        config.shadow_floor,
+    )
+    logit += np.float32(config.spread_weight * share) * evidence

@@ -40,7 +40,9 @@ class Person:
     ``left`` and ``right`` are how far the silhouette reaches from the body's axis.  ``velocity``
     is relative to the still world.  ``tilt`` is the estimate of how far the axis leans, in
     radians, and ``angle`` what is used of it.  ``masks`` counts the masks the tilt was learnt
-    from; ``mask_height`` is the height at the last mask.
+    from; ``mask_height`` is the height at the last mask.  ``template`` is the template, (h, w)
+    uint8, that came with ``mask``, None if none did; ``learnt`` counts the masks that the colours
+    were learnt from.
     """
 
     track_id: int
@@ -57,6 +59,8 @@ class Person:
     angle: float = 0.0
     masks: int = 0
     mask_height: float = 0.0
+    template: NDArray[np.uint8] | None = None
+    learnt: int = 0
 
     def __post_init__(self) -> None:
         """Take the first height for that of the first mask."""
@@ -152,6 +156,7 @@ class Person:
             outside &= strange == 0
         self.person.learn(bins, rows, inside.astype(np.float32), rate)
         self.surroundings.learn(bins, rows, outside.astype(np.float32), rate)
+        self.learnt += 1
 
     def _keep_near(
         self, inside: NDArray[np.bool_], mask: NDArray[np.uint8], prior: NDArray[np.uint8]
