@@ -12,7 +12,13 @@ from gait_segmentation.gait_model import extents
 from gait_segmentation.matching import MatchingConfig, backtrack, similarities, viterbi
 from gait_segmentation.matching.tanimoto import simd
 from gait_segmentation.pipeline import PipelineConfig
-from gait_segmentation.segmentation import energy, graph_cut, refinement, shape_prior
+from gait_segmentation.segmentation import (
+    energy,
+    graph_cut,
+    refinement,
+    shape_prior,
+    thin_parts,
+)
 from gait_segmentation.starting import barrier, hypothesis
 from gait_segmentation.tracking import background, cues, likelihood, resampling
 from gait_segmentation.warm_up import open_bank, warm_up, warm_up_matcher
@@ -22,7 +28,7 @@ from test.walkers import small_bank
 def test_afterwards_every_kernel_of_the_stages_is_compiled() -> None:
     warm_up(PipelineConfig(), small_bank())
     stages = (colour, simd, barrier, hypothesis, background, cues, likelihood, extents)
-    cuts = (energy, graph_cut, refinement, shape_prior)
+    cuts = (energy, graph_cut, refinement, shape_prior, thin_parts)
     for module in stages + cuts:
         for name, kernel in vars(module).items():
             if not hasattr(kernel, 'signatures') or kernel.targetoptions.get('inline'):
