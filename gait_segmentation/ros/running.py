@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import inspect
 import signal
 import sys
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
+from rclpy.signals import uninstall_signal_handlers
 from rclpy.utilities import remove_ros_args
 
 from gait_segmentation.errors import GaitSegmentationError
@@ -34,6 +36,7 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
     :returns: the exit code: 0, 1 if the node could not be started, 2 if the command line is wrong.
     :raises SystemExit: with the usage, if that is asked for or the command line is wrong.
     """
+    patience = Patience()
     node: GaitNode | None = None
     executor: MessageExecutor | None = None
     understood = False
@@ -41,7 +44,7 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
         _check(make, sys.argv if arguments is None else arguments)
         # rclpy's own handler closes the context, which ends everything in order; an exception
         # in the middle of whatever runs would not.
-        signal.signal(signal.SIGINT, Patience())
+        signal.signal(signal.SIGINT, patience)
         keep_freed_memory()
         rclpy.init(args=arguments)
         understood = True
@@ -66,15 +69,31 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
         if rclpy.ok():
             raise
     finally:
-        # A second Ctrl-C must not interrupt the clean-up.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        # Nothing that could be interrupted comes before this.
+        patience.ended = True
+        _ignore_signals()
         if executor is not None:
             executor.shutdown()
         if node is not None:
             node.close()
             node.destroy_node()
         rclpy.try_shutdown()
+        # To look for garbage among all that has been imported takes the interpreter longer than
+        # everything else that it does at the end.
+        gc.freeze()
     return 0
+
+
+def _ignore_signals() -> None:
+    """
+    Let no signal interfere with the clean-up.
+
+    rclpy handles signals in a thread that uses the executor's guard condition, so that thread
+    must have ended before the executor is shut down.
+    """
+    uninstall_signal_handlers()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
 
 
 class Patience:
@@ -82,10 +101,17 @@ class Patience:
 
     def __init__(self) -> None:
         """Begin before the first."""
+        self.ended = False
+        """Whether it is too late to interrupt anything."""
+
         self._pressed = False
 
     def __call__(self, number: int, frame: object) -> None:
         """Handle a signal, as :func:`signal.signal` asks for it."""
+        if self.ended:
+            return
+        # What an exception has broken off is being cleaned up; there is no need for a third.
+        self.ended = self._pressed
         if self._pressed:
             raise KeyboardInterrupt
         self._pressed = True

@@ -4,8 +4,13 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import subprocess
+import sys
+import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -88,3 +93,47 @@ def test_only_a_second_ctrl_c_breaks_off_what_runs() -> None:
     signal.raise_signal(signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
         signal.raise_signal(signal.SIGINT)
+    # What it has broken off is being cleaned up.
+    signal.raise_signal(signal.SIGINT)
+
+
+def test_nothing_is_broken_off_at_the_end() -> None:
+    patience = Patience()
+    patience.ended = True
+    signal.signal(signal.SIGINT, patience)
+    for _ in range(3):
+        signal.raise_signal(signal.SIGINT)
+
+
+def test_any_number_of_signals_ends_a_node_in_order() -> None:
+    script = """
+import sys
+from rclpy.node import Node
+from gait_segmentation.ros.running import run_node
+class Quiet(Node):
+    def __init__(self):
+        super().__init__('quiet')
+    def start(self):
+        print('started', flush=True)
+        return True
+    def close(self):
+        pass
+sys.exit(run_node(Quiet, ['quiet']))
+"""
+    for pause_s in (0.0, 0.0001, 0.001, 0.005):
+        with subprocess.Popen(
+            [sys.executable, '-c', script],
+            cwd=Path(__file__).resolve().parents[2],
+            env={**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'OFF'},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        ) as process:
+            assert process.stdout is not None
+            assert process.stdout.readline() == 'started\n'
+            while process.poll() is None:
+                process.send_signal(signal.SIGINT)
+                time.sleep(pause_s)
+            # Python itself may say of the last one that it came while its handler was changed.
+            assert 'KeyboardInterrupt' not in process.stdout.read()
+            assert process.returncode == 0
