@@ -24,6 +24,19 @@ _MOST_COUNT = 16
 _SHARE = np.array([65536 // (count + 1) + 1 for count in range(_MOST_COUNT + 1)], np.int32)
 """1 / (count + 1) in 65536ths, rounded up so that whole quotients stay whole."""
 
+_PATIENCE_S, _SHORT_PATIENCE_S = 0.6, 0.3
+"""How long something new must stay to become background, and where the background is young."""
+
+_YOUNG_S = 1.8
+"""
+Time for which a pixel must have been seen not to be young: it may show somebody who was there
+when the search began, and has left a place of which nothing is known.
+"""
+
+_USUAL_PERIOD_S = 0.04
+_LEAST_FRAMES, _MOST_FRAMES = 3, 200
+"""Time between two frames while it is not known, and the limits of times counted in frames."""
+
 _SIGMA_START, _SIGMA_LOW, _SIGMA_HIGH = 4.0, 2.0, 12.0
 _NOISE_STEP = 4
 _DETECT = 4.0
@@ -120,6 +133,8 @@ def _learn(
     keep: NDArray[np.uint8],
     level: float,
     patience: int,
+    short_patience: int,
+    young: int,
     state: NDArray[np.uint8],
     rival: NDArray[np.uint8],
 ) -> None:
@@ -140,9 +155,10 @@ def _learn(
                     old = np.int32(state[row, col, channel])
                     step = np.int32(colours[row, col, channel]) - old
                     # Rounded away from zero, so that small steps are not lost.
-                    part = ((abs(step) + count) * _SHARE[count]) >> 16
+                    most = min(count, _MOST_COUNT)
+                    part = ((abs(step) + most) * _SHARE[most]) >> 16
                     state[row, col, channel] = old + part if step > 0 else old - part
-                state[row, col, 3] = min(count + 1, _MOST_COUNT)
+                state[row, col, 3] = min(count + 1, 255)
                 rival[row, col, 1] = 0
                 continue
             if abs(np.int32(colours[row, col, 0]) - np.int32(rival[row, col, 0])) < level:
@@ -150,7 +166,7 @@ def _learn(
             else:
                 rival[row, col, 1] = 0
             rival[row, col, 0] = colours[row, col, 0]
-            if rival[row, col, 1] >= patience:
+            if rival[row, col, 1] >= (patience if count > young else short_patience):
                 for channel in range(3):
                     state[row, col, channel] = colours[row, col, channel]
                 state[row, col, 3] = _LEAST_COUNT
@@ -206,7 +222,7 @@ class MotionBackground:
         canvas: NDArray[np.uint8],
         evidence: NDArray[np.uint8],
         keep: NDArray[np.uint8],
-        patience: int,
+        period: float,
     ) -> None:
         """
         Take in a frame, and measure the noise where nothing stands out.
@@ -214,11 +230,12 @@ class MotionBackground:
         :param canvas: (h, w, 3) uint8, lightness first.
         :param evidence: (h, w) uint8, non-zero where something stands out.
         :param keep: (h, w) uint8, non-zero where nothing is to be learnt.
-        :param patience: frames for which something new must stay to become background.
+        :param period: time between two frames in seconds, 0 if it is not known.
         """
         level = self.level
         self._measure_noise(canvas, evidence)
-        _learn(canvas, keep, 2 * level, patience, self._state, self._rival)
+        times = [_frames(each, period) for each in (_PATIENCE_S, _SHORT_PATIENCE_S, _YOUNG_S)]
+        _learn(canvas, keep, 2 * level, *times, self._state, self._rival)
 
     def _measure_noise(self, canvas: NDArray[np.uint8], evidence: NDArray[np.uint8]) -> None:
         part = slice(None, None, _NOISE_STEP)
@@ -244,3 +261,9 @@ class MotionBackground:
             self._state, pixel_affine(motion), size, flags=cv2.INTER_LINEAR
         )
         self._rival = np.zeros_like(self._rival)
+
+
+def _frames(seconds: float, period: float) -> int:
+    """Return how many frames last for a time."""
+    frames = round(seconds / (period if period > 0 else _USUAL_PERIOD_S))
+    return min(max(frames, _LEAST_FRAMES), _MOST_FRAMES)

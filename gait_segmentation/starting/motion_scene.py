@@ -11,25 +11,21 @@ was there in the first frame.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import compose, invert, pixel_affine, scaling
+from gait_segmentation.geometry import Box, compose, invert, pixel_affine, scaling
+from gait_segmentation.images import Window
 from gait_segmentation.starting.motion_background import MotionBackground
 from gait_segmentation.starting.motion_blobs import Blob, find_blobs
 from gait_segmentation.starting.motion_difference import RecentFrames
 from gait_segmentation.tracking.ego_motion import MotionEstimator
 
 __all__ = ['MotionScene', 'SceneFrame']
-
-_PATIENCE_S = 0.6
-"""How long something new must stay to become background."""
-
-_USUAL_PATIENCE, _LEAST_PATIENCE, _MOST_PATIENCE = 15, 3, 200
-"""The same in frames: while the frames' period is not known, and its limits."""
 
 _SLACK_PX = 1.0
 """Residual rotation and zoom at the corners above which the canvas is laid anew."""
@@ -91,12 +87,16 @@ class MotionScene:
         self._last_step: NDArray[np.float64] | None = None
         self._keep = np.zeros(self._shape, np.uint8)
 
-    def update(self, colours: NDArray[np.uint8], seconds: float) -> SceneFrame:
+    def update(
+        self, colours: NDArray[np.uint8], seconds: float, taken: Sequence[Box] = ()
+    ) -> SceneFrame:
         """
         Take in a frame.
 
         :param colours: (h, w, 3) uint8 of the scene's size, lightness first, then two of chroma.
         :param seconds: its time, later than the last frame's.
+        :param taken: boxes in the image in which nobody is looked for, because it is known who
+            is there.
         """
         gray = np.ascontiguousarray(colours[:, :, 0])
         camera = self._estimator.update(gray, self._keep, None).camera
@@ -107,8 +107,11 @@ class MotionScene:
         canvas = cv2.blur(self._laid(colours), (3, 3))
         gray = np.ascontiguousarray(canvas[:, :, 0])
         moving = self._recent.update(gray, seconds, self._background.level)
-        patience = self._patience()
+        period = self._recent.period
         likelihood = self._background.compare(canvas, moving)
+        windows = [self._on_canvas(box) for box in taken]
+        for window in windows:
+            likelihood[window] = moving[window] = 0
         _, evidence = cv2.threshold(likelihood, 127, 255, cv2.THRESH_BINARY)
         evidence = cv2.bitwise_or(evidence, moving)
         fresh = cv2.countNonZero(evidence) > _BROKEN * evidence.size
@@ -117,7 +120,9 @@ class MotionScene:
             evidence[:] = 0
             likelihood[:] = 0
         blobs, filled = find_blobs(evidence, moving)
-        self._background.learn(canvas, evidence, filled, patience)
+        for window in windows:
+            filled[window] = 255
+        self._background.learn(canvas, evidence, filled, period)
         self._keep = filled
         hidden = cv2.bitwise_or(filled, evidence)
         return SceneFrame(likelihood, blobs, shift, self._to_image, self._last_step, hidden, fresh)
@@ -173,11 +178,13 @@ class MotionScene:
             self._to_image = compose(total, np.array([[1.0, 0, -dx], [0, 1.0, -dy]]))
         return dx, dy
 
-    def _patience(self) -> int:
-        """Return for how many frames something new must stay."""
-        period = self._recent.period
-        frames = round(_PATIENCE_S / period) if period > 0 else _USUAL_PATIENCE
-        return min(max(frames, _LEAST_PATIENCE), _MOST_PATIENCE)
+    def _on_canvas(self, box: Box) -> Window:
+        """Return the rows and columns of the canvas that a box of the image lies on."""
+        if self._to_image is not _IDENTITY:
+            dx, dy = invert(self._to_image)[:, :2] @ (box.center_x, box.center_y)
+            off = invert(self._to_image)[:, 2]
+            box = box.shifted(dx + off[0] - box.center_x, dy + off[1] - box.center_y)
+        return box.slices(self._shape[1], self._shape[0])
 
     def _laid(self, colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
         if self._to_image is _IDENTITY:

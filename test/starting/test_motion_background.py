@@ -19,7 +19,7 @@ def place() -> np.ndarray:
 def learnt(frames: int = 8, keep: np.ndarray = NOWHERE) -> MotionBackground:
     background = MotionBackground(SHAPE)
     for _ in range(frames):
-        background.learn(place(), NOWHERE, keep, 10)
+        background.learn(place(), NOWHERE, keep, 0.04)
     return background
 
 
@@ -45,14 +45,25 @@ def test_where_nothing_is_known_only_motion_counts() -> None:
     assert not likelihood[:, 30:].any()
 
 
-def test_what_is_new_must_stay() -> None:
-    background, image = learnt(), place()
+@pytest.mark.parametrize(('known', 'patience'), [(60, 15), (12, 8)])
+def test_what_is_new_must_stay_longer_than_where_little_is_known(
+    known: int, patience: int
+) -> None:
+    background, image = learnt(known), place()
     image[5:15, 5:15] = 250
-    for _ in range(9):
-        background.learn(image, NOWHERE, NOWHERE, 10)
+    for _ in range(patience - 1):
+        background.learn(image, NOWHERE, NOWHERE, 0.04)
     assert (background.compare(image, NOWHERE)[5:15, 5:15] == 255).all()
     for _ in range(3):
-        background.learn(image, NOWHERE, NOWHERE, 10)
+        background.learn(image, NOWHERE, NOWHERE, 0.04)
+    assert not background.compare(image, NOWHERE).any()
+
+
+def test_patience_is_a_time() -> None:
+    background, image = learnt(60), place()
+    image[5:15, 5:15] = 250
+    for _ in range(9):
+        background.learn(image, NOWHERE, NOWHERE, 0.08)
     assert not background.compare(image, NOWHERE).any()
 
 
@@ -70,7 +81,7 @@ def test_the_level_follows_the_noise() -> None:
     quiet = learnt(30).level
     for _ in range(30):
         noisy = place() + rng.normal(0, 6, (*SHAPE, 3))
-        background.learn(noisy.astype(np.uint8), NOWHERE, NOWHERE, 10)
+        background.learn(noisy.astype(np.uint8), NOWHERE, NOWHERE, 0.04)
     assert background.level > 1.5 * quiet
 
 
@@ -79,7 +90,7 @@ def test_a_shift_is_told() -> None:
     colours = np.repeat(smooth[..., None], 3, axis=2).astype(np.uint8)
     background = MotionBackground(SHAPE)
     for _ in range(5):
-        background.learn(colours, NOWHERE, NOWHERE, 10)
+        background.learn(colours, NOWHERE, NOWHERE, 0.04)
     still = np.array([[1.0, 0, 0], [0, 1.0, 0]])
     error, count, xx, _, _, x, _ = background.mismatch(colours[..., 0], NOWHERE, still)
     assert (error, count) == (0, pytest.approx(SHAPE[0] * SHAPE[1] / 9, rel=0.25))

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.geometry import Box
 from gait_segmentation.starting.motion_scene import MotionScene, SceneFrame
 
 SHAPE = (120, 160)
@@ -92,3 +93,24 @@ def test_a_still_scene_has_no_blobs() -> None:
     frames = play(12, speed=0.0)
     assert all(frame.blobs == [] and frame.shift == (0, 0) for frame in frames[2:])
     assert (frames[-1].likelihood > 127).mean() < 0.005
+
+
+@pytest.mark.parametrize('pan', [0.0, 1.3])
+def test_who_is_known_is_no_blob_and_is_not_learnt(pan: float) -> None:
+    scene, place = MotionScene(SHAPE), wall()
+    rng = np.random.default_rng(3)
+    for number in range(20):
+        matrix = np.array([[1.0, 0, -20 - pan * number], [0, 1.0, -5]])
+        image = cv2.warpAffine(place, matrix, SHAPE[::-1], flags=cv2.INTER_CUBIC)
+        known, other = Box(20 + number, 30, 16, 60), Box(60 + 2 * number, 40, 24, 50)
+        for box in (known, other):
+            image[box.slices(SHAPE[1], SHAPE[0])] = (230, 90, 160)
+        noisy = np.clip(image + rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
+        frame = scene.update(noisy, FIRST + PERIOD * number, [known])
+    boxes = [blob.box.shifted(frame.to_image[0, 2], 0) for blob in frame.blobs]
+    assert max(box.iou(other) for box in boxes) > 0.5
+    assert max(box.iou(known) for box in boxes) < 0.1
+    # Once it is not known any more it stands out at once.
+    frame = scene.update(noisy, FIRST + PERIOD * 20)
+    boxes = [blob.box.shifted(frame.to_image[0, 2], 0) for blob in frame.blobs]
+    assert max(box.iou(known) for box in boxes) > 0.5
