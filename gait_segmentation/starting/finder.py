@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import cv2
@@ -22,7 +23,15 @@ from gait_segmentation.starting.motion_watch import Watch, light_bank
 
 __all__ = ['WalkerFinder']
 
-_MOST_WATCHED = 4
+_LEAST_WATCHED, _MOST_WATCHED = 4, 16
+"""Candidates that are watched at a time, two for each person who is looked for."""
+
+_FINEST, _LARGEST = 0.375, 480
+"""Scale and longest side in pixels up to which more is searched for several people."""
+
+_SHARED = 4
+"""Candidates that share one match a frame."""
+
 _PAUSE_S = 0.5
 """A pause in which too much may have changed."""
 
@@ -46,13 +55,17 @@ _REST_S = 1.0
 class WalkerFinder:
     """Looks for people who walk, at a small size, and returns their boxes once they are sure."""
 
-    def __init__(self, bank: TemplateBank, config: StartingConfig | None = None) -> None:
+    def __init__(
+        self, bank: TemplateBank, config: StartingConfig | None = None, people: int = 1
+    ) -> None:
         """
         Make a finder that knows nothing of the scene.
 
         :param bank: the templates; of several builds only the first is searched.
+        :param people: how many are looked for at most.
         """
         self.config = config or StartingConfig()
+        self._people = people
         self._bank = light_bank(bank)
         self.reset()
 
@@ -92,7 +105,7 @@ class WalkerFinder:
         pause = (stamp_ns - self._stamp_ns) / 1e9
         if self._scene is not None and 0 <= pause < _LEAST_PERIOD_S and size == self._size:
             return []
-        scale = min(1.0, self.config.search_size / max(size))
+        scale = self._scale(size)
         shape = max(1, round(size[0] * scale)), max(1, round(size[1] * scale))
         if self._scene is None or size != self._size or not 0 < pause < _PAUSE_S:
             self.reset()
@@ -102,12 +115,19 @@ class WalkerFinder:
         seconds = stamp_ns / 1e9
         # Not Lab, which takes ten times as long.
         colours = cv2.cvtColor(shrink(image, shape), cv2.COLOR_BGR2YCrCb)
-        frame = self._frame = self._scene.update(colours, seconds)
+        taken = [box.scaled(scale) for box in occupied]
+        frame = self._frame = self._scene.update(colours, seconds, taken)
         self._remember(image, frame, seconds)
         self._follow(frame, seconds)
-        taken = [box.scaled(scale) for box in occupied]
         found = self._verify(frame, seconds, stamp_ns, taken)
         return [box.scaled(1 / scale) for box in found]
+
+    def _scale(self, size: tuple[int, int]) -> float:
+        """Return the scale of the image that is searched: finer if there may be a crowd."""
+        searched = float(self.config.search_size)
+        if self._people > 1:
+            searched = max(searched, min(_FINEST * max(size), _LARGEST))
+        return min(1.0, searched / max(size))
 
     def recall(self, stamp_ns: int, now: NDArray[np.uint8], window: Window) -> Recollection | None:
         """
@@ -159,8 +179,9 @@ class WalkerFinder:
     def _verify(
         self, frame: SceneFrame, seconds: float, stamp_ns: int, taken: Sequence[Box]
     ) -> list[Box]:
-        """Match the candidate that has waited longest, one a frame."""
+        """Match the candidates that have waited longest: one a frame, in a crowd a few."""
         waiting: list[tuple[float, int, Candidate]] = []
+        most = min(max(2 * self._people, _LEAST_WATCHED), _MOST_WATCHED)
         for each in self._candidates:
             if each.number in self._rest or any(_overlap(each.box, box) > _SAME for box in taken):
                 self._watched.pop(each.number, None)
@@ -170,12 +191,17 @@ class WalkerFinder:
             watch = self._watched.get(each.number)
             if watch is not None and watch.due(seconds):
                 waiting.append((watch.last, each.number, each))
-            elif watch is None and len(self._watched) < _MOST_WATCHED:
+            elif watch is None and len(self._watched) < most:
                 waiting.append((each.born, each.number, each))
+        found: list[Box] = []
+        matches = math.ceil(max(len(self._watched), 1) / _SHARED)
         for _, _, each in sorted(waiting, key=lambda entry: entry[:2]):
             if each.distance() >= _FIRST_WAY * self.config.least_way:
-                return self._match(frame, each, seconds, stamp_ns)
-        return []
+                found += self._match(frame, each, seconds, stamp_ns)
+                matches -= 1
+            if matches == 0:
+                break
+        return found
 
     def _match(
         self, frame: SceneFrame, each: Candidate, seconds: float, stamp_ns: int

@@ -17,12 +17,21 @@ __all__ = ['Blob', 'find_blobs']
 
 _TRIM_ROWS, _TRIM_COLUMNS = 0.005, 0.02
 _LEAST_AREA = 10
-_MOST_PARTS = 24
+_MOST_PARTS = 48
 _OVERLAP = 0.4
 """Share of the narrower part's width that two parts above each other must have in common."""
 
 _DISTANCE = 0.25
 """Most that they may be apart, in heights of both together."""
+
+_LEAST_BODY, _LEAST_ASPECT, _MOST_ASPECT = 14, 1.5, 5.0
+"""Height in pixels, and height over width, of parts that may be whole bodies."""
+
+_CROWD, _SMALL = 4, 0.4
+"""
+Number of such parts from which they are taken for several people rather than for pieces of one,
+and the height of a piece, as a share of that of what it is put to.
+"""
 
 
 @dataclass(frozen=True)
@@ -96,28 +105,38 @@ def _range(counts: NDArray[np.int32], trim: float) -> tuple[int, int]:
 
 def _merged(boxes: list[Box]) -> list[list[int]]:
     """Group parts that lie above each other."""
+    crowd = sum(_upright(box) for box in boxes) >= _CROWD
     groups = [([index], box) for index, box in enumerate(boxes)]
     merged = True
     while merged:
         merged = False
         for first in range(len(groups)):
             for second in range(len(groups) - 1, first, -1):
-                if _belong(groups[first][1], groups[second][1]):
+                if _belong(groups[first][1], groups[second][1], crowd):
                     members, box = groups.pop(second)
                     groups[first] = (groups[first][0] + members, groups[first][1].union(box))
                     merged = True
     return [members for members, _ in groups]
 
 
-def _belong(a: Box, b: Box) -> bool:
+def _belong(a: Box, b: Box, crowd: bool) -> bool:
+    """Tell whether two parts are of one body; in a crowd not if neither is much smaller."""
     across = min(a.right, b.right) - max(a.x, b.x)
     if across < _OVERLAP * min(a.width, b.width):
+        return False
+    if crowd and min(a.height, b.height) > _SMALL * max(a.height, b.height):
         return False
     both = a.union(b)
     if both.width > 1.2 * both.height and across < 0.8 * min(a.width, b.width):
         return False
     apart = max(a.y, b.y) - min(a.bottom, b.bottom)
     return apart < _DISTANCE * both.height
+
+
+def _upright(box: Box) -> bool:
+    """Tell whether a part may be a whole body."""
+    aspect = box.height / box.width
+    return box.height >= _LEAST_BODY and _LEAST_ASPECT <= aspect <= _MOST_ASPECT
 
 
 @njit(cache=True, nogil=True)

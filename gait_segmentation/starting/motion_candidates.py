@@ -16,7 +16,7 @@ from gait_segmentation.starting.motion_blobs import Blob
 
 __all__ = ['Candidate', 'follow']
 
-_MOST = 8
+_MOST = 24
 """Candidates followed at a time."""
 
 _LOST_S = 0.3
@@ -90,10 +90,18 @@ class Candidate:
     def distance(self) -> float:
         """Return how far it has come, or has grown or shrunk, in body heights."""
         heights = np.array([entry[3] for entry in self.way])
-        x = np.array([entry[1] for entry in self.way])
-        third = max(1, len(x) // 4)
-        gone = abs(float(x[-third:].mean() - x[:third].mean())) / float(heights.mean())
-        grown = abs(math.log(float(heights[-third:].mean() / heights[:third].mean())))
+        x, y = (np.array([entry[k] for entry in self.way]) for k in (1, 2))
+        part = max(1, len(x) // 4)
+        first, last = slice(None, part), slice(-part, None)
+        # Head and feet, because legs that come to light are no way.
+        top, bottom = (
+            float((y + side * heights)[last].mean() - (y + side * heights)[first].mean())
+            for side in (-0.5, 0.5)
+        )
+        down = min(abs(top), abs(bottom)) if top * bottom > 0 else 0.0
+        across = float(x[last].mean() - x[first].mean())
+        gone = math.hypot(across, down) / float(heights.mean())
+        grown = abs(math.log(float(heights[last].mean() / heights[first].mean())))
         return max(gone, grown)
 
 

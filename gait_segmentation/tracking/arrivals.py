@@ -32,13 +32,14 @@ which somebody found is looked at once more, in the box of the mask."""
 class Arrivals:
     """Finds people by their walk, and estimates their first masks from what was there before."""
 
-    def __init__(self, bank: TemplateBank, config: StartingConfig) -> None:
+    def __init__(self, bank: TemplateBank, config: StartingConfig, people: int = 1) -> None:
         """
         Begin without anything seen.
 
         :param bank: the templates that people are found and their first masks estimated with.
+        :param people: how many are looked for at most.
         """
-        self._bank = bank
+        self._bank, self._people = bank, people
         self.config = config
 
     @property
@@ -52,7 +53,8 @@ class Arrivals:
         from gait_segmentation.starting import WalkerFinder
 
         self._config = config
-        self._finder = WalkerFinder(self._bank, config) if config.auto_init != 'off' else None
+        wanted = config.auto_init != 'off'
+        self._finder = WalkerFinder(self._bank, config, self._people) if wanted else None
 
     @property
     def wanted(self) -> bool:

@@ -57,7 +57,7 @@ class PeopleTracker:
         """
         self._config = tracking or TrackingConfig()
         self._bank = bank
-        self._arrivals = Arrivals(bank, starting or StartingConfig())
+        self._arrivals = Arrivals(bank, starting or StartingConfig(), max_people)
         self._ids = count(1)
         self._slots: list[Target | None] = [None] * max_people
         self._boxes: list[Box] = []

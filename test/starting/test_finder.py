@@ -57,6 +57,20 @@ def test_a_walker_is_found_with_a_tight_box(pan: float) -> None:
     assert box.iou(truth) > 0.6
 
 
+@pytest.mark.parametrize(('people', 'found'), [(1, 0), (4, 1)])
+def test_smaller_people_are_found_where_there_may_be_several(people: int, found: int) -> None:
+    finder, place = WalkerFinder(small_bank(), people=people), scene((720, 960))
+    frames, boxes = clip(pan=0.0, frames=40), []
+    assert frames[0].boxes[0] is not None
+    scale = 66 / frames[0].boxes[0].height
+    for number, frame in enumerate(frames):
+        small = cv2.resize(frame.image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+        image = place.copy()
+        image[300 : 300 + small.shape[0], 300 : 300 + small.shape[1]] = small
+        boxes += finder.update(noisy(image, number), frame.stamp_ns)
+    assert len(boxes) == found
+
+
 def test_who_has_a_slot_is_not_found_again() -> None:
     frames = clip(pan=0.0, frames=40)
     finder = WalkerFinder(small_bank())

@@ -23,6 +23,17 @@ def test_parts_above_each_other_are_one_body() -> None:
     assert blobs[0].area == blobs[0].moving == 20 * 40 + 8 * 30
 
 
+def test_many_upright_parts_above_each_other_are_as_many_people() -> None:
+    people = [(20, 10, 14, 40), (22, 58, 14, 40), (90, 10, 14, 40), (94, 58, 14, 40)]
+    crowd = image(*people, (92, 101, 8, 8))
+    blobs, _ = find_blobs(crowd, crowd)
+    found = sorted((blob.box.y, blob.box.height) for blob in blobs)
+    # A piece is still put to whom it belongs.
+    assert found == [(10, 40), (10, 40), (58, 40), (58, 51)]
+    two = image(*people[:2])
+    assert len(find_blobs(two, two)[0]) == 1
+
+
 def test_people_beside_each_other_are_two() -> None:
     both = image((20, 20, 20, 60), (90, 30, 16, 50))
     blobs, _ = find_blobs(both, both)

@@ -50,6 +50,18 @@ def test_growing_counts_as_way() -> None:
     assert candidate.distance() > 0.15
 
 
+def test_going_down_the_image_counts_as_way_and_legs_that_come_to_light_do_not() -> None:
+    going: list[Candidate] = []
+    growing: list[Candidate] = []
+    for number in range(20):
+        seconds = 1 + number * PERIOD
+        going = follow(going, [blob(20, y=20 + 2 * number)], seconds, (0, 0), 24, 1)
+        tall = 60.0 if number < 10 else 66.0
+        growing = follow(growing, [blob(20, height=tall)], seconds, (0, 0), 24, 1)
+    assert going[0].distance() == pytest.approx(0.75 * 38 / 60, rel=0.15)
+    assert growing[0].distance() < 0.12
+
+
 def test_two_blobs_keep_their_numbers() -> None:
     candidates: list[Candidate] = []
     for number in range(10):
@@ -78,4 +90,4 @@ def test_what_is_small_wide_or_still_is_not_followed(unlikely: Blob) -> None:
 
 def test_the_number_of_candidates_is_bounded() -> None:
     blobs = [blob(30 * number) for number in range(50)]
-    assert len(follow([], blobs, 1.0, (0, 0), 24, 1)) <= 8
+    assert len(follow([], blobs, 1.0, (0, 0), 24, 1)) <= 24
