@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 __all__ = ['Patience', 'run_node']
 
+_ENDING = (signal.SIGINT, signal.SIGTERM)
+
 
 def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -> int:
     """
@@ -44,14 +46,21 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
         _check(make, sys.argv if arguments is None else arguments)
         # rclpy's own handler closes the context, which ends everything in order; an exception
         # in the middle of whatever runs would not.
-        signal.signal(signal.SIGINT, patience)
+        for number in _ENDING:
+            signal.signal(number, patience)
         keep_freed_memory()
         rclpy.init(args=arguments)
         understood = True
         # First: one that is made when a signal has closed the context leaves a traceback.
         executor = MessageExecutor()
         node = make()
-        if not node.start():
+        # To compile the kernels may take a minute, which nobody wants to wait for.
+        patience.short = True
+        if patience.pressed:
+            return 0
+        started = node.start()
+        patience.short = False
+        if not started:
             # A signal in the middle of the start closes the context under it.
             return 1 if rclpy.ok() else 0
         executor.add_node(node)
@@ -92,29 +101,33 @@ def _ignore_signals() -> None:
     must have ended before the executor is shut down.
     """
     uninstall_signal_handlers()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in _ENDING:
         signal.signal(number, signal.SIG_IGN)
 
 
 class Patience:
-    """Lets the first Ctrl-C pass: only who presses it again does not want to wait."""
+    """
+    Lets the first signal pass: only who sends another one does not want to wait.
+
+    Several that come at the same moment are one to Python.
+    """
 
     def __init__(self) -> None:
         """Begin before the first."""
-        self.ended = False
-        """Whether it is too late to interrupt anything."""
+        self.pressed = False
+        self.short = False
+        """Whether the first one breaks off what runs."""
 
-        self._pressed = False
+        self.ended = False
+        """Whether it is too late to break anything off."""
 
     def __call__(self, number: int, frame: object) -> None:
         """Handle a signal, as :func:`signal.signal` asks for it."""
         if self.ended:
             return
-        # What an exception has broken off is being cleaned up; there is no need for a third.
-        self.ended = self._pressed
-        if self._pressed:
+        if self.short or self.pressed:
             raise KeyboardInterrupt
-        self._pressed = True
+        self.pressed = True
 
 
 def _check(make: Callable[[], GaitNode], arguments: list[str]) -> None:

@@ -93,8 +93,23 @@ def test_only_a_second_ctrl_c_breaks_off_what_runs() -> None:
     signal.raise_signal(signal.SIGINT)
     with pytest.raises(KeyboardInterrupt):
         signal.raise_signal(signal.SIGINT)
-    # What it has broken off is being cleaned up.
-    signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_one_signal_breaks_off_a_start(number: signal.Signals) -> None:
+    def long() -> bool:
+        signal.raise_signal(number)
+        pytest.fail('it went on')
+
+    assert _run(long) == 0
+
+
+def test_a_start_after_a_signal_is_none() -> None:
+    def make() -> Any:
+        signal.raise_signal(signal.SIGINT)
+        return _Node(lambda: pytest.fail('started'))
+
+    assert run_node(make, []) == 0
 
 
 def test_nothing_is_broken_off_at_the_end() -> None:
