@@ -15,6 +15,9 @@ from gait_segmentation.matching.tanimoto import EventKernel, WindowGrid
 
 __all__ = ['BuildChoice', 'BuildKernels', 'builds_of']
 
+_LONGEST = 8
+"""Longest rest between trials, in first ones."""
+
 
 def builds_of(bank: TemplateBank) -> NDArray[np.intp]:
     """Return the build of each sequence, (V,), as its place among the names of the builds."""
@@ -27,7 +30,8 @@ class BuildChoice:
     Decides which builds are searched.
 
     A person's build does not change, so all builds are tried for a while and then only the one
-    that leads is searched, with another trial from time to time.
+    that leads is searched, with another trial from time to time: twice as late after each one
+    that leaves it at that.
     """
 
     def __init__(self, bank: TemplateBank, config: MatchingConfig) -> None:
@@ -41,6 +45,8 @@ class BuildChoice:
         """Begin a trial at the next frame."""
         self._trial_since: float | None = None
         self._only: int | None = None
+        self._last: int | None = None
+        self._rest = self._config.build_rest
 
     def choose(self, seconds: float, leading: NDArray[np.int16]) -> NDArray[np.bool_]:
         """
@@ -54,10 +60,13 @@ class BuildChoice:
         if self._trial_since is None:
             self._trial_since, self._only = seconds, None
         since = seconds - self._trial_since
-        if config.build_rest > 0 and since >= config.build_trial + config.build_rest:
+        if config.build_rest > 0 and since >= config.build_trial + self._rest:
             self._trial_since, self._only = seconds, None
         elif config.build_rest > 0 and since >= config.build_trial and self._only is None:
             self._only = int(self.of_sequence[int(leading.argmax()) // leading.shape[1]])
+            longer = min(2 * self._rest, _LONGEST * config.build_rest)
+            self._rest = longer if self._only == self._last else config.build_rest
+            self._last = self._only
         active = np.full(self.count, self._only is None)
         if self._only is not None:
             active[self._only] = True

@@ -136,8 +136,8 @@ class MatchingConfig(StageConfig):
     )
     build_rest: float = parameter(
         2.0,
-        'Time for which only the leading build is searched between trials of all; 0 = all '
-        'builds in every frame.',
+        'Time for which only the leading build is searched between trials of all, up to 8 times '
+        'as long where trials agree; 0 = all builds in every frame.',
         unit='s',
         minimum=0.0,
         maximum=1000.0,

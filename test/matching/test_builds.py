@@ -25,6 +25,18 @@ def test_searches_the_leading_build_between_trials():
     assert builds.choose(9.0, leading).all()
 
 
+def test_trials_that_agree_become_rarer_until_one_does_not():
+    builds = choice(build_trial=0.5, build_rest=1.0)
+    first, second = (np.array([[5, 0], [a, 0], [3, 0]], np.int16) for a in (0, 7))
+    trials = []
+    for k in range(400):
+        seconds = 0.125 * k
+        if builds.choose(seconds, first if seconds < 38 else second).all():
+            trials.append(seconds)
+    begins = [t for t in trials if t - 0.125 not in trials]
+    assert np.diff(begins).tolist() == [1.5, 2.5, 4.5, 8.5, 8.5, 8.5, 8.5, 1.5, 2.5]
+
+
 def test_without_rest_all_are_searched():
     builds = choice(build_rest=0.0)
     assert all(builds.choose(0.5 * k, np.zeros((3, 2), np.int16)).all() for k in range(20))
