@@ -20,7 +20,7 @@ from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.gait_model.build import named_build
 from gait_segmentation.gait_model.render import render_cycle
 
-__all__ = ['MODEL_VERSION', 'BankSpec', 'build_bank', 'model_digest', 'quantize']
+__all__ = ['MODEL_VERSION', 'BankSpec', 'build_bank', 'model_digest', 'model_name', 'quantize']
 
 MODEL_VERSION = 2
 _MODEL_SOURCES = (
@@ -86,6 +86,11 @@ def model_digest() -> str:
     return digest.hexdigest()[:16]
 
 
+def model_name() -> str:
+    """Return what a bank's provenance says of the model that drew it."""
+    return f'version {MODEL_VERSION}, {model_digest()}'
+
+
 def quantize(templates: NDArray[np.uint8], levels: int) -> NDArray[np.uint8]:
     """
     Round to evenly spaced grey levels that include 0 and 255.
@@ -139,7 +144,7 @@ def build_bank(
         spec.fill,
         {
             'source': 'gait model',
-            'model': f'version {MODEL_VERSION}, {model_digest()}',
+            'model': model_name(),
             'spec': json.dumps(asdict(spec), sort_keys=True),
         },
     )

@@ -41,7 +41,7 @@ def cached_bank(spec: BankSpec) -> TemplateBank:
     Return the bank of a specification from the cache, drawing it if it is not there.
 
     A cache that cannot be read or written, or holds a damaged file, only costs the drawing.  The
-    last bank read is kept and shared: nobody may write to it.
+    last banks read are kept and shared: nobody may write to them.
 
     :raises BankError: if a build is unknown.
     """
@@ -56,7 +56,7 @@ def cached_bank(spec: BankSpec) -> TemplateBank:
     return bank
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=2)
 def _loaded(path: Path, changed_ns: int, size: int) -> TemplateBank:
     """Return the bank of a file as it is since a time."""
     return TemplateBank.load(path)

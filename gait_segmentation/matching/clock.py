@@ -1,6 +1,11 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The phase of the stride and its rate, as a probability that a steady walk carries along."""
+"""
+The phase of the stride and its rate, as a probability that a steady walk carries along.
+
+View, height and row of the body are not known well enough to tell phases apart from the front;
+they are found together with the phase.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +13,7 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 __all__ = ['PhaseClock']
@@ -23,22 +29,30 @@ _DIFFUSION = 0.02
 """Standard deviation in strides by which the phase leaves an even walk in a second."""
 _RENEWAL = 0.02
 """Share of the belief that begins anew in a second: people stop, and the view was wrong."""
-_NOISE = 20.0
+_NOISE = 12.0
 """
 Evidence that is worth a factor of e.  Flipped pixels alone would give about 8; errors of real
 likelihoods are alike in neighbouring pixels.
 """
-_LEAST = -12.0
-"""No frame is worth more than this, in powers of e."""
+_WAVER = 2.0
+"""Share of the belief in a view, height or row that goes to each neighbour in a second."""
+_UNLIKELY = 3e-3
+"""Views and placements believed in less than this are not looked at."""
+_ANYWHERE = 0.01
+"""Share of the belief that is spread over all views and placements when the views are moved."""
+_FLOOR = float(np.exp(-12.0))
+"""No frame is worth more than this."""
 
 
 @dataclass(frozen=True)
 class _Step:
-    """A frame: the step to it, its likelihoods (P,), and the belief after it (R, P)."""
+    """A frame: the step to it, its likelihoods (..., P), and the belief after it (..., R, P)."""
 
     seconds: float
-    turn: NDArray[np.complex128]
+    turn: NDArray[np.float64]
     exchange: float
+    waver: float
+    moved: int
     kept: float
     likelihood: NDArray[np.float64]
     belief: NDArray[np.float64]
@@ -46,15 +60,22 @@ class _Step:
 
 class PhaseClock:
     """
-    A grid filter over phase and rate (a hidden Markov model, forward and backward).
+    A grid filter over phase, rate, view and placement (hidden Markov model, forward and backward).
 
     From the front one frame says next to nothing about the phase, and the path, which goes where
     the scores are best, stalls and jumps.  A walk is even, however: with the rate as a part of the
     state, little evidence adds up over seconds.  The phase advances by rate x time; turning by
-    fractions of a bin is exact in the frequency domain.
+    fractions of a bin is exact in the frequency domain.  View and placement nearly stay.
     """
 
-    def __init__(self, phases: int, slowest: float, fastest: float, frames: int) -> None:
+    def __init__(
+        self,
+        phases: int,
+        slowest: float,
+        fastest: float,
+        frames: int,
+        cells: NDArray[np.float64] | None = None,
+    ) -> None:
         """
         Lay out the grid.
 
@@ -62,6 +83,8 @@ class PhaseClock:
         :param slowest: strides per second, slowest walk; standing is always possible.
         :param fastest: strides per second, fastest walk.
         :param frames: how many frames back the belief may be asked for, 1 = the newest only.
+        :param cells: how likely views, the first axis, and placements are at first; they need
+            not add up to 1.  None = there is only one.
         """
         self._phases = phases
         walking = np.geomspace(max(slowest, 0.1 * fastest), fastest, _RATES - 1)
@@ -69,6 +92,8 @@ class PhaseClock:
         prior = np.exp(-0.5 * (np.log(walking / _USUAL_RATE) / _SPREAD) ** 2)
         prior = np.concatenate([[_STANDING], (1 - _STANDING) * prior / prior.sum()])
         self._prior = np.repeat(prior[:, None], phases, axis=1) / phases
+        cells = np.ones(1) if cells is None else cells
+        self._cells = cells / cells.sum()
         self._waves = 2 * np.pi * np.arange(phases // 2 + 1)
         self._spacing = float(np.log(walking[1] / walking[0]))
         self._steps: deque[_Step] = deque(maxlen=frames)
@@ -77,33 +102,60 @@ class PhaseClock:
         """Forget all frames."""
         self._steps.clear()
 
-    def update(self, evidence: NDArray[np.float64], seconds: float) -> None:
+    def likely(self, seconds: float, moved: int = 0) -> NDArray[np.bool_]:
+        """
+        Tell which views and placements are worth to be looked at in the next frame.
+
+        :param seconds: its time, later than the last frame's.
+        :param moved: see :meth:`update`.
+        :returns: (*cells) bool.
+        """
+        if not self._steps:
+            return self._cells > 0
+        last = self._steps[-1]
+        share = last.belief.sum(axis=(-2, -1))
+        share = _moved(share[..., None, None], moved)
+        share = _wavered(share, _waver(seconds - last.seconds), self._cells.ndim)
+        return np.asarray(share[..., 0, 0] > _UNLIKELY * share.sum())
+
+    def update(self, evidence: NDArray[np.float64], seconds: float, moved: int = 0) -> None:
         """
         Take in a frame.
 
-        :param evidence: (P,) how well each phase fits, up to a constant; see ``phase_evidence``.
+        :param evidence: (*cells, P) how well each phase fits, up to a constant, -inf where that
+            is not known: see ``FineEvidence``.
         :param seconds: its time, later than the last frame's.
+        :param moved: by how many views the first axis of the cells goes on since the last frame,
+            because the person turns.
         """
         passed = seconds - self._steps[-1].seconds if self._steps else 0.0
-        spread = np.exp(-0.5 * (self._waves * _DIFFUSION) ** 2 * passed)
-        turn = np.exp(-1j * np.outer(self._rates * passed, self._waves)) * spread
+        turn = self._turn(passed)
         exchange = min(0.3, 0.5 * _WANDER**2 * passed / self._spacing**2)
+        waver = _waver(passed)
         kept = float(np.exp(-_RENEWAL * passed))
-        belief = self._prior
         if self._steps:
-            belief = self._turned(self._exchanged(self._steps[-1].belief, exchange), turn)
-            belief = kept * belief + (1 - kept) * self._prior
-        likelihood = np.exp(np.maximum((evidence - evidence.max()) / _NOISE, _LEAST))
-        belief = belief * likelihood
+            belief = _wavered(_moved(self._steps[-1].belief, moved), waver, self._cells.ndim)
+            # Where nobody looked, nothing is left in the end.
+            belief[np.isneginf(evidence).all(axis=-1)] = 0.0
+            belief = self._carried(belief, turn, exchange)
+            total = belief.sum(axis=(-2, -1), keepdims=True)
+            belief = kept * belief + (1 - kept) * total * self._prior
+        else:
+            belief = self._cells[..., None, None] * self._prior
+        likelihood = np.exp((evidence - evidence.max()) / _NOISE)
+        # No phase of a view that was looked at is ruled out by one frame.
+        likelihood = np.where(np.isfinite(evidence), np.maximum(likelihood, _FLOOR), 0.0)
+        belief = belief * likelihood[..., None, :]
         belief /= belief.sum()
-        self._steps.append(_Step(seconds, turn, exchange, kept, likelihood, belief))
+        self._steps.append(_Step(seconds, turn, exchange, waver, moved, kept, likelihood, belief))
 
     @property
     def rate(self) -> float:
         """Return the expected rate in strides per second, 0 before the first frame."""
         if not self._steps:
             return 0.0
-        return float(self._steps[-1].belief.sum(axis=1) @ self._rates)
+        belief = self._steps[-1].belief.reshape(-1, *self._prior.shape)
+        return float(belief.sum(axis=(0, 2)) @ self._rates)
 
     def beliefs(self, frames: int) -> NDArray[np.float64]:
         """
@@ -114,29 +166,109 @@ class PhaseClock:
         """
         steps = list(self._steps)[-frames:]
         result = np.empty((len(steps), self._phases))
-        later = np.ones_like(self._prior)
+        later: NDArray[np.float64] | None = None
         for index in range(len(steps) - 1, -1, -1):
-            belief = (steps[index].belief * later).sum(axis=0)
-            result[index] = belief / belief.sum()
             step = steps[index]
-            seen = later * step.likelihood
-            back = self._exchanged(self._turned(seen, step.turn.conj()), step.exchange)
-            later = step.kept * back + (1 - step.kept) * float((self._prior * seen).sum())
-            later /= later.max()
+            belief = step.belief if later is None else step.belief * later
+            belief = belief.reshape(-1, self._phases).sum(axis=0)
+            result[index] = belief / belief.sum()
+            if index:
+                later = self._back(step, later)
         return result
 
-    def _turned(self, belief: NDArray[np.float64], turn: NDArray[np.complex128]) -> NDArray:
-        """Move the phases of each rate on."""
-        moved = np.fft.irfft(np.fft.rfft(belief, axis=1) * turn, self._phases, axis=1)
-        # Turning a sharp peak by a fraction of a bin rings below 0.
-        return np.maximum(moved, 0.0)
+    def _back(self, step: _Step, later: NDArray[np.float64] | None) -> NDArray[np.float64]:
+        """Carry the likelihood of all later frames (..., R, P) to the frame before a step."""
+        seen = np.broadcast_to(step.likelihood[..., None, :], step.belief.shape)
+        if later is not None:
+            seen = later * seen
+        # The way back is the transpose: the exchange is its own, a turn back has the reversed row.
+        turn = np.roll(step.turn[:, ::-1], 1, axis=1)
+        back = self._carried(self._carried(seen, turn, 0.0), self._turn(0.0), step.exchange)
+        renewed = (self._prior * seen).sum(axis=(-2, -1), keepdims=True)
+        back = step.kept * back + (1 - step.kept) * renewed
+        back = _moved(_wavered(back, step.waver, self._cells.ndim), -step.moved)
+        return np.asarray(back / back.max())
 
-    @staticmethod
-    def _exchanged(belief: NDArray[np.float64], share: float) -> NDArray[np.float64]:
-        """Let neighbouring walking rates exchange a share; its own adjoint."""
-        walking = belief[1:]
-        flow = share * np.diff(walking, axis=0)
-        result = belief.copy()
-        result[1:-1] += flow
-        result[2:] -= flow
+    def _turn(self, seconds: float) -> NDArray[np.float64]:
+        """
+        Return how the phase of each rate moves on in a time, (R, P).
+
+        It is the probability of each advance; turns by fractions of a bin are exact in the
+        frequency domain.
+        """
+        spread = np.exp(-0.5 * (self._waves * _DIFFUSION) ** 2 * seconds)
+        turn = np.exp(-1j * np.outer(self._rates * seconds, self._waves)) * spread
+        return np.asarray(np.fft.irfft(turn, self._phases, axis=1))
+
+    def _carried(
+        self, belief: NDArray[np.float64], turn: NDArray[np.float64], exchange: float
+    ) -> NDArray[np.float64]:
+        """Let neighbouring rates exchange a share, and move the phases of each rate on."""
+        result = np.empty(belief.shape)
+        shape = -1, *self._prior.shape
+        _carry(np.ascontiguousarray(belief).reshape(shape), turn, exchange, result.reshape(shape))
         return result
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _carry(belief, turn, exchange, result):  # type: ignore[no-untyped-def]
+    """
+    Put the belief a step later into ``result``.
+
+    :param belief: (N, R, P), the first rate is standing, which exchanges nothing.
+    :param turn: (R, P), how likely each advance of the phase is.
+    """
+    cells, rates, phases = belief.shape
+    row = np.empty(2 * phases)
+    for cell in range(cells):
+        if belief[cell].max() <= 0.0:
+            result[cell] = 0.0
+            continue
+        for rate in range(rates):
+            for phase in range(phases):
+                value = belief[cell, rate, phase]
+                if rate > 1:
+                    value += exchange * (belief[cell, rate - 1, phase] - belief[cell, rate, phase])
+                if 0 < rate < rates - 1:
+                    value += exchange * (belief[cell, rate + 1, phase] - belief[cell, rate, phase])
+                row[phase] = value
+                row[phase + phases] = value
+            out = result[cell, rate]
+            out[:] = 0.0
+            for advance in range(phases):
+                share = turn[rate, advance]
+                start = phases - advance
+                for phase in range(phases):
+                    out[phase] += share * row[start + phase]
+            for phase in range(phases):
+                # A sharp peak turned by a fraction of a bin rings below 0.
+                out[phase] = max(out[phase], 0.0)
+
+
+def _waver(seconds: float) -> float:
+    """Return the share of belief exchanged with each neighbouring view or placement."""
+    return min(0.3, _WAVER * seconds)
+
+
+def _wavered(belief: NDArray[np.float64], share: float, axes: int) -> NDArray[np.float64]:
+    """Let neighbours along the first axes exchange a share; its own adjoint."""
+    belief = belief.copy()
+    for axis in range(axes):
+        along = np.moveaxis(belief, axis, 0)
+        flow = share * (along[1:] - along[:-1])
+        along[:-1] += flow
+        along[1:] -= flow
+    return belief
+
+
+def _moved(belief: NDArray[np.float64], steps: int) -> NDArray[np.float64]:
+    """Take a belief to views that lie ``steps`` farther on; new views get what all have."""
+    if steps == 0:
+        return belief
+    views = len(belief)
+    everywhere = belief.mean(axis=tuple(range(belief.ndim - 2)), keepdims=True)
+    result = np.zeros_like(belief)
+    if abs(steps) < views:
+        low, high = max(0, -steps), min(views, views - steps)
+        result[low:high] = belief[low + steps : high + steps]
+    return (1 - _ANYWHERE) * result + _ANYWHERE * everywhere

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.gait_model.builder import quantize
 from gait_segmentation.matching.builds import BuildKernels, builds_of
-from gait_segmentation.matching.evidence import SequenceEvidence
+from gait_segmentation.matching.evidence import FineEvidence
+from gait_segmentation.matching.fine_views import FineViews
 from gait_segmentation.matching.tanimoto import WindowGrid
 from gait_segmentation.matching.visibility import LineSums
 
@@ -31,7 +32,8 @@ class CodedBank:
     templates: NDArray[np.uint8]
     kernels: BuildKernels
     sums: LineSums
-    evidence: SequenceEvidence
+    views: FineViews
+    evidence: FineEvidence
 
 
 def coded_bank(bank: TemplateBank, levels: int, windows: WindowGrid) -> CodedBank:
@@ -52,9 +54,11 @@ def coded_bank(bank: TemplateBank, levels: int, windows: WindowGrid) -> CodedBan
 def _coded(bank: TemplateBank, levels: int, windows: WindowGrid) -> CodedBank:
     templates = quantize(bank.templates, levels)
     kernels = BuildKernels(templates, builds_of(bank), windows)
+    views = FineViews(bank)
     return CodedBank(
         templates.reshape(-1, *bank.grid),
         kernels,
         LineSums(templates, kernels.row, kernels.rows),
-        SequenceEvidence(templates),
+        views,
+        FineEvidence(views, bank.fill),
     )

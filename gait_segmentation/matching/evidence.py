@@ -1,174 +1,296 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How well the phases of one sequence fit a likelihood: squared differences, pixel by pixel."""
+"""How well phases, views and placements fit a likelihood: squared differences, pixel by pixel."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from copy import copy
 
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ['SequenceEvidence']
+from gait_segmentation.geometry import (
+    BodyFrame,
+    Box,
+    compose,
+    invert,
+    pixel_affine,
+    template_to_image as to_image,
+)
+from gait_segmentation.matching.fine_views import FineViews
 
+__all__ = ['HEIGHTS', 'ROWS', 'FineEvidence']
+
+HEIGHTS = (0.975, 1.0, 1.025)
+"""Factors on the height of the body that are compared."""
+ROWS = (-1, 0, 1)
+"""Shifts down, in halves of the views' pixels, that are compared."""
+_COLUMNS = (-1, 0, 1)
+"""Shifts to the right; the best one counts."""
+_MARGIN = 2
 _LEAST_CONTRAST = 0.05
-_REACH = 1  # pixels by which the place is varied
+_AROUND = np.ones((3, 3), np.uint8)
+_ALL = 255
+
+_Views = tuple[NDArray[np.float32], NDArray[np.float32], tuple[slice, slice]]
+"""The used part of the templates of some views in 0..1, (V, P, n), the sums of its squares
+(V, P), and where the part is."""
 
 
-_SHARES = 8  # steps in which views are blended
-
-_Blend = tuple[NDArray[np.float32], NDArray[np.float64], tuple[slice, slice]]
-"""The used part of blended templates in 0..1, (P, h, w), the sums of its squares, and the part."""
-
-
-class SequenceEvidence:
+class FineEvidence:
     """
-    Compares the phases of a sequence at one place.
+    Compares views, heights and rows about a body, and all phases of each.
 
     The Tanimoto similarity favours large templates where the surroundings are not black, and
     stores only how much is alike; differences as small as those between the phases of a walker
     seen from the front drown in that.  Here the likelihood is scaled so that the person is 1 and
     the surroundings 0 on average, and compared by half the sum of squared differences, which is
     the logarithm of the probability for independent errors of the pixels.
+
+    It is sampled twice as finely as the views, so that they can be shifted by half their pixels.
     """
 
-    def __init__(self, templates: NDArray[np.uint8]) -> None:
+    def __init__(self, views: FineViews, fill: float) -> None:
         """
         Keep the templates.
 
-        :param templates: (V, P, H, W) uint8.
+        :param fill: share of the rows the body takes.
         """
-        self._templates = templates
-        self._kept: tuple[tuple[int, int, int], _Blend] | None = None
-        used = np.asarray(templates).max(axis=1) > 0
-        rows, columns = used.max(axis=2), used.max(axis=1)
-        self._parts = [(_span(rows[v]), _span(columns[v])) for v in range(len(templates))]
+        self._views = views
+        height, width = views.templates.shape[2:]
+        self._grid = 2 * height, 2 * width
+        self._fill = fill
+        self._kept: tuple[tuple[int, ...], _Views] | None = None
 
-    def copy(self) -> SequenceEvidence:
+    def copy(self) -> FineEvidence:
         """Return one of the same templates that has compared nothing."""
         other = copy(self)
         other._kept = None
         return other
 
+    @property
+    def cells(self) -> NDArray[np.float64]:
+        """Return how likely the views, heights and rows that are compared are at first."""
+        views = self._views.likely()
+        return np.repeat(views, len(HEIGHTS) * len(ROWS)).reshape(-1, len(HEIGHTS), len(ROWS))
+
     def at(
         self,
-        image: NDArray[np.uint8],
+        likelihood: NDArray[np.uint8],
         known: NDArray[np.uint8] | None,
-        place: tuple[int, int],
-        sequence: int,
+        body: BodyFrame,
+        views: tuple[int, ...],
         phase: int,
-        beside: tuple[int, float] | None = None,
+        wanted: NDArray[np.bool_],
     ) -> NDArray[np.float64]:
         """
-        Compare all phases of a sequence.
+        Compare the phases of views at placements about a body.
 
-        :param image: (h, w) uint8 likelihood on the pixel grid of the templates, larger than one.
+        :param likelihood: (h, w) uint8.
         :param known: (h, w) uint8, 0 where the likelihood says nothing; None = known everywhere.
-        :param place: row and column of the templates' upper left corner.
-        :param sequence: the sequence.
-        :param phase: one that fits, by which person and surroundings are told apart.
-        :param beside: a neighbouring view and its share in 0..1: the templates are blended, for
-            directions between two views.
-        :returns: (P,) float64, up to a constant half the sum of squared differences, negative;
-            the best of the places one pixel about.  Zeros if nothing can be told.
+        :param body: where the body is thought to be, in the likelihood's pixels.
+        :param views: V indices into the templates of the views.
+        :param phase: one that fits the middle view, by which person and surroundings are told
+            apart.
+        :param wanted: (V, S, Y) bool, views, heights and rows to compare.
+        :returns: (V, S, Y, P) float64, up to a constant half the sum of squared differences in
+            quarters of the views' pixels at the height of ``body``, negative; of the columns
+            about the best one; -inf where not wanted.  Zeros if nothing can be told.
         """
-        _, _, height, width = self._templates.shape
-        template = self._templates[sequence, phase].astype(np.float32) / 255
-        nothing = np.zeros(self._templates.shape[1])
-        first_row, first_column = max(place[0] - _REACH, 0), max(place[1] - _REACH, 0)
-        about = (
-            slice(first_row, place[0] + height + _REACH),
-            slice(first_column, place[1] + width + _REACH),
+        templates, squares, part = self._part(views)
+        count, phases, _ = templates.shape
+        seen, values = self._sampled(likelihood, known, body)
+        rows, columns = part
+        middle = HEIGHTS.index(1.0)
+        first = values[middle], seen[middle]
+        levels = self._levels(*first, self._views.templates[views[count // 2], phase])
+        if levels is None:
+            return np.zeros((*wanted.shape, phases))
+        person, ground = levels
+        scaled = (values - ground * seen) / np.float32(person - ground)
+        cut = (
+            slice(None),
+            slice(2 * rows.start, 2 * rows.stop + 2 * _MARGIN - 1),
+            slice(2 * columns.start, 2 * columns.stop + 2 * _MARGIN - 1),
         )
-        row, column = place[0] - first_row, place[1] - first_column
-        values = image[about].astype(np.float32) / 255
-        seen = np.ones_like(values) if known is None else (known[about] != 0).astype(np.float32)
-        here = (slice(row, row + height), slice(column, column + width))
-        inside = template * seen[here]
-        area = float(inside.sum())
-        around = float(seen[here].sum()) - area
-        if area < 1 or around < 1:
-            return nothing
-        common = float((values[here] * inside).sum())
-        person = common / area
-        ground = (float((values[here] * seen[here]).sum()) - common) / around
-        if person - ground < _LEAST_CONTRAST:
-            return nothing
-        scaled = seen * (values - ground) / (person - ground)
-        other, share = (sequence, 0.0) if beside is None else beside
-        flat, own, (rows, columns) = self._blended(sequence, other, round(_SHARES * share))
-        result = np.empty(len(flat))
+        result = np.full((*wanted.shape, phases), -np.inf)
         _compare(
-            flat,
-            own,
-            scaled.astype(np.float32),
-            seen,
-            known is None,
-            row + rows.start,
-            column + columns.start,
+            templates,
+            squares,
+            np.ascontiguousarray(scaled[cut]),
+            np.ascontiguousarray(seen[cut]),
+            bool(seen.min() > 0.999),
+            rows.stop - rows.start,
+            columns.stop - columns.start,
+            wanted,
+            np.array([4 * factor**2 for factor in HEIGHTS]),
             result,
         )
         return result
 
-    def _blended(self, sequence: int, other: int, share: int) -> _Blend:
-        """Return templates blended from two views, by ``share`` parts of the other one."""
-        key = sequence, other, share
-        if self._kept is None or self._kept[0] != key:
-            parts = self._parts[sequence], self._parts[other]
-            rows, columns = (_around(first, second) for first, second in zip(*parts, strict=True))
-            own, beside = (
-                self._templates[view][:, rows, columns].astype(np.float32) / 255
-                for view in (sequence, other)
+    def _levels(
+        self, values: NDArray[np.float32], seen: NDArray[np.float32], template: NDArray[np.uint8]
+    ) -> tuple[float, float] | None:
+        """
+        Return the mean likelihood well inside the person and well outside, None if too alike.
+
+        At the outline the template need not fit yet.
+        """
+        inner = slice(_MARGIN, -_MARGIN, 2)
+        values, seen = values[inner, inner], seen[inner, inner]
+        within = cv2.erode(template, _AROUND).astype(np.float32) * seen
+        beyond = (_ALL - cv2.dilate(template, _AROUND)).astype(np.float32) * seen
+        area, around = float(within.sum()), float(beyond.sum())
+        if area < _ALL or around < _ALL:
+            return None
+        # The values are 0 where nothing is known; where half is, they are half as large.
+        shown = np.maximum(seen, np.float32(0.25))
+        person = float((within * (values / shown)).sum()) / area
+        ground = float((beyond * (values / shown)).sum()) / around
+        return (person, ground) if person - ground >= _LEAST_CONTRAST else None
+
+    def _sampled(
+        self,
+        likelihood: NDArray[np.uint8],
+        known: NDArray[np.uint8] | None,
+        body: BodyFrame,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """
+        Resample the likelihood at each height.
+
+        :returns: what is known and the likelihood there, both (S, H + 3, W + 3) float32 in 0..1:
+            means over a pixel of the views at every half pixel, from one above and left of
+            the grid on.
+        """
+        height, width = self._grid
+        size = (width + 2 * _MARGIN, height + 2 * _MARGIN)
+        shift = np.array([[1.0, 0.0, -_MARGIN], [0.0, 1.0, -_MARGIN]])
+        frames = [
+            compose(
+                to_image(
+                    dataclasses.replace(body, height=body.height * factor),
+                    height,
+                    width,
+                    self._fill,
+                ),
+                shift,
             )
-            flat = np.ascontiguousarray(own + np.float32(share / _SHARES) * (beside - own))
-            squares = (flat.astype(np.float64) ** 2).sum(axis=(1, 2))
-            self._kept = key, (flat, squares, (rows, columns))
+            for factor in HEIGHTS
+        ]
+        corners = frames[-1] @ np.array(
+            [[0.0, size[0], size[0], 0.0], [0.0, 0.0, size[1], size[1]], [1.0] * 4]
+        )
+        pitch = body.height / (self._fill * height)
+        side = max(1, 2 * math.ceil(pitch / 2 - 0.75) + 1)
+        window = _region(corners, likelihood.shape, side)
+        limit = np.array([[likelihood.shape[1]], [likelihood.shape[0]]])
+        everywhere = known is None and bool((corners >= 0).all() and (corners <= limit).all())
+        values = likelihood[window]
+        images = np.zeros((len(frames), size[1], size[0]), np.float32)
+        if values.size == 0:
+            return images[:, :-1, :-1], images[:, :-1, :-1]
+        shown = np.full(values.shape, _ALL, np.uint8)
+        if known is not None:
+            shown[known[window] == 0] = 0
+            values = cv2.bitwise_and(values, shown)
+        if side > 1:
+            values = cv2.blur(values, (side, side), borderType=cv2.BORDER_REPLICATE)
+            if known is not None:
+                share = cv2.blur(shown, (side, side), borderType=cv2.BORDER_REPLICATE)
+                values = cv2.divide(values, share, scale=_ALL)
+        masks = np.ones_like(images)
+        origin = np.array([[1.0, 0.0, -window[1].start], [0.0, 1.0, -window[0].start]])
+        for index, frame in enumerate(frames):
+            matrix = pixel_affine(invert(compose(origin, frame)))
+            edge = cv2.BORDER_REPLICATE
+            images[index] = cv2.warpAffine(values, matrix, size, None, cv2.INTER_LINEAR, edge)
+            if not everywhere:
+                masks[index] = cv2.warpAffine(shown, matrix, size, None, cv2.INTER_NEAREST) > 0
+        images *= masks / np.float32(_ALL)
+        return _paired(masks), _paired(images)
+
+    def _part(self, views: tuple[int, ...]) -> _Views:
+        """Return the used part of the templates of some views."""
+        if self._kept is None or self._kept[0] != views:
+            chosen = self._views.templates[list(views)]
+            used = chosen.max(axis=(0, 1)) > 0
+            part = _span(used.max(axis=1)), _span(used.max(axis=0))
+            flat = chosen[:, :, part[0], part[1]].astype(np.float32) / _ALL
+            flat = flat.reshape(*flat.shape[:2], -1)
+            self._kept = views, (np.ascontiguousarray(flat), (flat**2).sum(axis=2), part)
         return self._kept[1]
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def _compare(templates, own, scaled, seen, all_seen, top, left, result):  # type: ignore[no-untyped-def]
+def _compare(  # type: ignore[no-untyped-def]
+    templates, squares, values, seen, all_seen, height, width, wanted, weights, result
+):
     """
     Put minus half the least sum of squared differences of each template into ``result``.
 
     Not by matrix products: those of BLAS wait for each other's threads where cores are busy.
 
-    :param templates: (P, h, w) float32, and ``own`` (P,) float64 the sums of their squares.
-    :param scaled: (H, W) float32, the likelihood; ``seen`` likewise, 1 where it is known.
-    :param top: where the templates lie on it; ``left`` likewise.
+    :param templates: (V, P, n) float32, and ``squares`` (V, P) the sums of their squares.
+    :param values: (S, 2 h + 3, 2 w + 3) float32, means of pairs; ``seen`` likewise.
     """
-    height, width = templates.shape[1:]
-    lines = templates.reshape(len(templates), -1)
-    values = np.empty(lines.shape[1], np.float32)
-    shown = np.empty(lines.shape[1], np.float32)
-    result[:] = -np.inf
-    for y in range(max(top - _REACH, 0), min(top + _REACH, len(scaled) - height) + 1):
-        for x in range(max(left - _REACH, 0), min(left + _REACH, scaled.shape[1] - width) + 1):
-            for row in range(height):
-                for column in range(width):
-                    values[row * width + column] = scaled[y + row, x + column]
-                    shown[row * width + column] = seen[y + row, x + column]
-            for phase in range(len(lines)):
-                line = lines[phase]
-                alike = np.float32(0)
-                for j in range(len(line)):
-                    alike += line[j] * values[j]
-                squares = own[phase]
-                if not all_seen:
-                    total = np.float32(0)
-                    for j in range(len(line)):
-                        total += line[j] * line[j] * shown[j]
-                    squares = np.float64(total)
-                result[phase] = max(result[phase], alike - 0.5 * squares)
+    views, phases, count = templates.shape
+    line = np.empty(count, np.float32)
+    shown = np.empty(count, np.float32)
+    for tall in range(values.shape[0]):
+        for down in range(3):
+            some = False
+            for view in range(views):
+                some |= wanted[view, tall, down]
+            if not some:
+                continue
+            for right in range(3):
+                at = 0
+                for row in range(height):
+                    for column in range(width):
+                        y, x = 2 * row + down + 1, 2 * column + right + 1
+                        line[at] = values[tall, y, x]
+                        shown[at] = seen[tall, y, x]
+                        at += 1
+                for view in range(views):
+                    if not wanted[view, tall, down]:
+                        continue
+                    for phase in range(phases):
+                        own = templates[view, phase]
+                        alike = np.float32(0)
+                        for j in range(count):
+                            alike += own[j] * line[j]
+                        square = squares[view, phase]
+                        if not all_seen:
+                            square = np.float32(0)
+                            for j in range(count):
+                                square += own[j] * own[j] * shown[j]
+                        found = weights[tall] * (alike - np.float32(0.5) * square)
+                        result[view, tall, down, phase] = max(
+                            result[view, tall, down, phase], found
+                        )
+
+
+def _paired(images: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the means of 2 x 2 pixels of (S, h, w) images, (S, h - 1, w - 1)."""
+    rows = images[:, 1:] + images[:, :-1]
+    return np.float32(0.25) * (rows[:, :, 1:] + rows[:, :, :-1])
+
+
+def _region(
+    corners: NDArray[np.float64], shape: tuple[int, ...], side: int
+) -> tuple[slice, slice]:
+    """Return the part of the likelihood that can matter between the corners."""
+    left, top = corners.min(axis=1) - side - 1
+    right, bottom = corners.max(axis=1) + side + 1
+    box = Box(float(left), float(top), float(right - left), float(bottom - top))
+    return box.slices(shape[1], shape[0])
 
 
 def _span(used: NDArray[np.bool_]) -> slice:
     """Return the part of an axis that is used, at least one element."""
     found = np.flatnonzero(used)
     return slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(0, 1)
-
-
-def _around(first: slice, second: slice) -> slice:
-    """Return the span of both."""
-    return slice(min(first.start, second.start), max(first.stop, second.stop))

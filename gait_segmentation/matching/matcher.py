@@ -14,15 +14,14 @@ from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_matched_box
 from gait_segmentation.matching.box_motion import BoxMotion
 from gait_segmentation.matching.builds import BuildChoice
-from gait_segmentation.matching.clock import PhaseClock
 from gait_segmentation.matching.coded_bank import coded_bank
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.inputs import check_frame
 from gait_segmentation.matching.path import Path, PathSearch
-from gait_segmentation.matching.placements import PlacementGrid, Sampled
+from gait_segmentation.matching.phase_finder import PhaseFinder
+from gait_segmentation.matching.placements import PlacementGrid
 from gait_segmentation.matching.readout import Readout, WaitingFrame
 from gait_segmentation.matching.similarities import SimilarityMaps
-from gait_segmentation.matching.steady import SteadyAngle
 from gait_segmentation.matching.subgrid import SubgridPeak
 from gait_segmentation.matching.transitions import UNIT
 from gait_segmentation.matching.views import views_of
@@ -46,6 +45,7 @@ class SequenceMatcher:
         :param config: parameters; the defaults if None.
         """
         self.config = config = config or MatchingConfig()
+        self._bank = bank
         self._placements = grid = PlacementGrid(bank.grid, bank.fill, config)
         self._builds = BuildChoice(bank, config)
         coded = coded_bank(bank, config.levels, grid.windows)
@@ -57,15 +57,8 @@ class SequenceMatcher:
         self._path = PathSearch(bank, kernels.row.reshape(-1), grid.shape, kernels.pitch, config)
         self._views = views_of(bank)
         self._peak = SubgridPeak(self._views, grid.shape, kernels.pitch)
-        self._evidence = coded.evidence
         self._motion = BoxMotion()
-        self._view = SteadyAngle()
-        self._clock = PhaseClock(
-            bank.phases,
-            config.minimum_cadence / 120,
-            config.maximum_cadence / 120,
-            config.lag + 1,
-        )
+        self._phase = PhaseFinder(coded.views, coded.evidence, bank.phases, config)
         self._readout = Readout(bank, coded.templates, grid, self._views, self._peak)
         self.reset()
 
@@ -81,9 +74,8 @@ class SequenceMatcher:
         self._motion.reset()
         self._builds.reset()
         self._waiting: deque[WaitingFrame] = deque()
-        self._clock.reset()
+        self._phase.reset()
         self._readout.reset()
-        self._view.reset()
 
     def update(
         self,
@@ -134,7 +126,7 @@ class SequenceMatcher:
             self._origin_ns = stamp_ns
         self._take_in(likelihood, known, box, scale, angle)
         if len(self._waiting) > self.config.lag:
-            belief = self._clock.beliefs(len(self._waiting))[0]
+            belief = self._phase.beliefs(len(self._waiting))[0]
             results.append(self._emit(self._path.follow(), 0, belief))
             self._waiting.popleft()
         return results
@@ -143,7 +135,7 @@ class SequenceMatcher:
         """Return the results that the lag still holds back, and let the path begin anew."""
         results = []
         if self._waiting:
-            path, beliefs = self._path.follow(), self._clock.beliefs(len(self._waiting))
+            path, beliefs = self._path.follow(), self._phase.beliefs(len(self._waiting))
             results = [self._emit(path, index, belief) for index, belief in enumerate(beliefs)]
         self._begin()
         return results
@@ -164,7 +156,7 @@ class SequenceMatcher:
         similarity = self._similarities.update(sampled, active)
         jump = self._motion.update(box, seconds, grid.shift, grid.log_step)
         self._path.step(similarity, seconds, jump, active[self._builds.of_sequence])
-        self._clock.update(self._phase_evidence(sampled, seconds), seconds)
+        self._find_phase(likelihood, known, box.scaled(scale), angle, seconds)
         self._waiting.append(
             WaitingFrame(
                 self._stamp_ns,
@@ -178,20 +170,23 @@ class SequenceMatcher:
             )
         )
 
-    def _phase_evidence(self, sampled: Sampled, seconds: float) -> NDArray[np.float64]:
-        """Compare the phases of the view that leads, where it stands; (P,)."""
-        state = self._path.leader()
-        sequence, phase, scale, row, column = state
-        offset = self._peak.offset(self._path.scores(0), state, 0)
-        azimuth = self._view.update(self._views.azimuth(sequence, offset), seconds)
-        step = self._placements.windows.step
-        return self._evidence.at(
-            sampled.images[scale],
-            None if sampled.known is None else sampled.known[scale],
-            (row * step, column * step),
-            sequence,
-            phase,
-            self._views.towards(sequence, azimuth),
+    def _find_phase(
+        self,
+        likelihood: NDArray[np.uint8],
+        known: NDArray[np.uint8] | None,
+        box: Box,
+        angle: float,
+        seconds: float,
+    ) -> None:
+        """Compare the phases about where the path leads; ``box`` is in the likelihood's pixels."""
+        state, scores = self._path.leader(), self._path.scores(0)
+        view, _, scale, row, column = self._peak.offsets(scores, state)
+        placement = self._placements.placement(
+            state[2] + scale, state[3] + row, state[4] + column, angle
+        )
+        build, azimuth = self._bank.builds[state[0]], self._views.azimuth(state[0], view)
+        self._phase.update(
+            likelihood, known, placement.body(box, angle), (build, azimuth), state[1], seconds
         )
 
     def _emit(self, path: Path, index: int, belief: NDArray[np.float64]) -> MatchResult:
@@ -203,7 +198,7 @@ class SequenceMatcher:
             (sequence, phase, scale, row, column),
             self._path.scores(back),
             belief,
-            self._clock.rate,
+            self._phase.rate,
         )
 
 

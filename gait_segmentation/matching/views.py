@@ -33,20 +33,6 @@ class Views:
         """Return the neighbouring views of the same build, clockwise and anticlockwise."""
         return self._beside[sequence]
 
-    def towards(self, sequence: int, azimuth: float) -> tuple[int, float] | None:
-        """
-        Return the view next to a sequence on the side of an azimuth, and its share in 0..1.
-
-        :returns: None if there is none, or it is too far.
-        """
-        own = self._azimuth[sequence]
-        off = turned(azimuth - own)
-        other = self._beside[sequence][1 if off > 0 else 0]
-        gap = abs(turned(self._azimuth[other] - own))
-        if not 0 < gap <= _WIDEST:
-            return None
-        return other, min(abs(off) / gap, 1.0)
-
     def azimuth(self, sequence: int, offset: float) -> float:
         """Return the azimuth ``offset`` views beside a sequence, in radians in [-pi, pi)."""
         own = self._azimuth[sequence]

@@ -13,7 +13,8 @@ def seen(phase, contrast, rng, noise=12.0):
     at = 2 * np.pi * np.arange(PHASES) / PHASES
     a, b, c, d = rng.normal(0, noise, 4)
     errors = a * np.cos(at) + b * np.sin(at) + c * np.cos(2 * at) + d * np.sin(2 * at)
-    return contrast * np.cos(at - 2 * np.pi * phase) + errors
+    # A factor of e is worth less where errors are as large as these.
+    return 0.6 * (contrast * np.cos(at - 2 * np.pi * phase) + errors)
 
 
 def run(clock, phases, contrast, seed=0):
@@ -93,3 +94,83 @@ def test_forgets():
     assert clock.rate == 0.0
     clock.update(np.zeros(PHASES), 100.0)
     assert clock.beliefs(4) == pytest.approx(np.full((1, PHASES), 1 / PHASES))
+
+
+def across(phase, view, views, rng):
+    """Evidence of all views, of which the wrong ones are sure of another phase."""
+    wrong = [seen(phase + 0.3, 60.0, rng) - 25.0 * abs(view - other) for other in range(views)]
+    wrong[view] = seen(phase, 60.0, rng)
+    return np.array(wrong)
+
+
+def test_the_view_is_found_with_the_phase_and_the_others_are_not_looked_at_any_more():
+    rng = np.random.default_rng(1)
+    phases = 0.2 + 0.9 * np.arange(40) / FPS
+    clock = PhaseClock(PHASES, 0.5, 1.33, 1, np.ones(5))
+    assert clock.likely(0.0).all()
+    found = []
+    for number, phase in enumerate(phases):
+        evidence = across(phase, 1, 5, rng)
+        evidence[~clock.likely(number / FPS)] = -np.inf
+        clock.update(evidence, number / FPS)
+        found.append(clock.beliefs(1)[0])
+    assert off(np.array(found), phases)[10:].mean() < 0.03
+    likely = clock.likely(40 / FPS)
+    assert likely[1]
+    assert not likely[4]
+
+
+def test_views_move_on_with_somebody_who_turns():
+    rng = np.random.default_rng(2)
+    phases = 0.2 + 0.9 * np.arange(60) / FPS
+    found = {}
+    for told in (True, False):
+        clock = PhaseClock(PHASES, 0.5, 1.33, 60, np.ones(5))
+        for number, phase in enumerate(phases):
+            view = 3 if number < 20 else 1
+            moved = 2 if told and number == 20 else 0
+            clock.update(across(phase, view, 5, rng), number / FPS, moved)
+            if number == 20:
+                found[told] = clock.likely((number + 1) / FPS)[1]
+        assert clock.beliefs(60).sum(axis=1) == pytest.approx(1)
+    assert found[True]
+    assert off(clock.beliefs(60), phases).mean() < 0.03
+
+
+@pytest.mark.parametrize('moved', [0, 1, 7])
+def test_forward_and_backward_agree_on_the_newest_frame(moved):
+    rng = np.random.default_rng(3)
+    clock = PhaseClock(PHASES, 0.5, 1.33, 3, np.ones(3))
+    for number in range(3):
+        clock.update(across(0.1 * number, 1, 3, rng), number / FPS, moved)
+    assert clock.beliefs(3)[-1] == pytest.approx(clock.beliefs(1)[0])
+    assert np.isfinite(clock.beliefs(3)).all()
+
+
+def test_the_past_is_that_of_the_whole_sequence():
+    """Two frames: the belief in the first is by Bayes' rule from all that may follow."""
+    rng = np.random.default_rng(4)
+    first, second = across(0.1, 0, 2, rng) / 20, across(0.5, 1, 2, rng) / 20
+    clock = PhaseClock(PHASES, 0.5, 1.33, 2, np.ones(2))
+    clock.update(first, 0.0)
+    clock.update(second, 0.4)
+    smoothed = clock.beliefs(2)[0]
+    # The same with the first frame's phase given.
+    joint = np.empty(PHASES)
+    for phase in range(PHASES):
+        only = np.full((2, PHASES), -1e6)
+        only[:, phase] = first[:, phase]
+        given = PhaseClock(PHASES, 0.5, 1.33, 2, np.ones(2))
+        given._steps.clear()
+        belief = np.zeros((2, *given._prior.shape))
+        belief[:, :, phase] = 0.5 * given._prior[:, phase] * np.exp(first[:, phase, None] / 12.0)
+        waver = 0.3
+        belief = belief + waver * np.stack([belief[1] - belief[0], belief[0] - belief[1]])
+        carried = given._carried(belief, given._turn(0.4), clock._steps[1].exchange)
+        kept = clock._steps[1].kept
+        carried = kept * carried + (1 - kept) * carried.sum(axis=(1, 2), keepdims=True) * (
+            given._prior
+        )
+        joint[phase] = (carried * np.exp(second[:, None, :] / 12.0)).sum()
+    # Ringing below 0 is cut off, which one phase alone suffers more from than all together.
+    assert smoothed == pytest.approx(joint / joint.sum(), abs=2e-3)

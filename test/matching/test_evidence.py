@@ -1,92 +1,130 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.matching.evidence import SequenceEvidence
+from gait_segmentation.gait_model import BankSpec, build_bank, render_silhouette
+from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.matching.evidence import HEIGHTS, ROWS, FineEvidence
+from gait_segmentation.matching.fine_views import FineViews
 
-H, W = 24, 16
+HEIGHT = 86.4
+PHASE = 8
+
+
+@pytest.fixture(scope='module')
+def bank():
+    return build_bank(BankSpec(azimuths=16, phases=30, builds='average'))
+
+
+@pytest.fixture(scope='module')
+def fine(bank):
+    return FineViews(bank)
 
 
 @pytest.fixture
-def templates():
-    rng = np.random.default_rng(0)
-    result = np.zeros((2, 5, H, W), np.uint8)
-    result[:, :, 4:20, 4:12] = 255 * (rng.random((2, 5, 16, 8)) < 0.6)
-    return result
+def evidence(bank, fine):
+    return FineEvidence(fine, bank.fill)
 
 
-def picture(template, place, person=200, ground=50):
-    image = np.full((H + 8, W + 8), ground, np.uint8)
-    top, left = place
-    part = image[top : top + H, left : left + W]
-    part[template > 0] = person
-    return image
+def picture(azimuth, phase=PHASE, height=HEIGHT, person=200, ground=50, down=0.0):
+    drawn = render_silhouette(phase / 30, azimuth, height, shift=(0.0, down)).astype(float) / 255
+    image = np.full((140, 130), float(ground))
+    top, left = (140 - drawn.shape[0]) // 2, (130 - drawn.shape[1]) // 2
+    part = image[top : top + drawn.shape[0], left : left + drawn.shape[1]]
+    part += (person - ground) * drawn
+    return image.round().astype(np.uint8)
 
 
-def test_is_half_the_squared_difference_to_the_scaled_likelihood(templates):
-    evidence = SequenceEvidence(templates)
-    image = picture(templates[1, 3], (4, 4))
-    found = evidence.at(image, None, (4, 4), 1, 3)
-    scaled = (image[4:-4, 4:-4] - 50.0) / 150
-    differences = [0.5 * ((scaled - t / 255) ** 2).sum() for t in templates[1]]
-    assert found.argmax() == 3
-    assert found.max() - found[3] == 0
-    # Other phases may fit better a pixel beside; the right one fits best in place.
-    assert (found - found[3] >= differences[3] - np.array(differences) - 1e-3).all()
-    assert (found - found[3])[[0, 1, 2, 4]].max() < -5
+BODY = BodyFrame(65.0, 70.0, HEIGHT)
 
 
-def test_brightness_and_contrast_do_not_matter(templates):
-    evidence = SequenceEvidence(templates)
-    strong = evidence.at(picture(templates[0, 2], (4, 4), 255, 0), None, (4, 4), 0, 2)
-    weak = evidence.at(picture(templates[0, 2], (4, 4), 160, 110), None, (4, 4), 0, 2)
-    assert weak - weak.max() == pytest.approx(strong - strong.max(), abs=1e-2)
+def compare(evidence, fine, image, azimuth, *, body=BODY, known=None, wanted=None):
+    views = fine.around('average', fine.place('average', azimuth))
+    if wanted is None:
+        wanted = np.ones(evidence.cells.shape, bool)
+    return evidence.at(image, known, body, views, PHASE, wanted)
 
 
-def test_a_place_one_pixel_off_is_as_good(templates):
-    evidence = SequenceEvidence(templates)
-    image = picture(templates[0, 1], (5, 3), 255, 0)
-    near = evidence.at(image, None, (4, 4), 0, 1)
-    assert near.argmax() == 1
-    # At the edge of the search there is no place beyond.
-    edge = evidence.at(picture(templates[0, 1], (0, 0), 255, 0), None, (0, 0), 0, 1)
-    assert edge.argmax() == 1
+@pytest.mark.parametrize('degrees', [0.0, 60.0, 90.0, -110.0])
+def test_view_height_row_and_phase_are_found_together(evidence, fine, degrees):
+    azimuth = np.radians(degrees)
+    found = compare(evidence, fine, picture(azimuth), azimuth)
+    assert found.shape == (7, len(HEIGHTS), len(ROWS), 30)
+    view, tall, row, phase = np.unravel_index(found.argmax(), found.shape)
+    assert (HEIGHTS[tall], ROWS[row], phase) == (1.0, 0, PHASE)
+    # Next to the axes views differ little.
+    assert abs(view - 3) <= (0 if 20 < abs(degrees) < 70 else 1)
 
 
-def test_unknown_pixels_do_not_count(templates):
-    evidence = SequenceEvidence(templates)
-    image = picture(templates[0, 4], (4, 4), 255, 0)
+@pytest.mark.parametrize('factor', HEIGHTS)
+@pytest.mark.parametrize('row', ROWS)
+def test_height_and_row_are_those_of_the_body(evidence, fine, factor, row):
+    image = picture(1.2, height=HEIGHT * factor, down=row * factor)
+    found = compare(evidence, fine, image, 1.2)
+    _, tall, down, phase = np.unravel_index(found.argmax(), found.shape)
+    assert (HEIGHTS[tall], ROWS[down], phase) == (factor, row, PHASE)
+
+
+def test_brightness_and_contrast_do_not_matter(evidence, fine):
+    strong = compare(evidence, fine, picture(1.2, person=255, ground=0), 1.2)
+    weak = compare(evidence, fine, picture(1.2, person=190, ground=90), 1.2)
+    assert weak - weak.max() == pytest.approx(strong - strong.max(), abs=5.0)
+
+
+def test_a_leaning_body(evidence, fine):
+    turn = cv2.getRotationMatrix2D((64.5, 69.5), -20.0, 1.0)
+    image = cv2.warpAffine(picture(0.9), turn, (130, 140), borderValue=50.0)
+    body = BodyFrame(65.0, 70.0, HEIGHT, np.radians(20.0))
+    upright = compare(evidence, fine, picture(0.9), 0.9)
+    leaning = compare(evidence, fine, image, 0.9, body=body)
+    assert leaning.max() == pytest.approx(upright.max(), rel=0.03)
+    assert leaning.max(axis=(0, 1, 2)).argmax() == PHASE
+
+
+def test_only_what_is_wanted_is_compared(evidence, fine):
+    image = picture(1.5)
+    wanted = np.zeros(evidence.cells.shape, bool)
+    wanted[2, 1, 0] = wanted[5, 0, 2] = True
+    every = compare(evidence, fine, image, 1.5)
+    some = compare(evidence, fine, image, 1.5, wanted=wanted)
+    assert some[wanted] == pytest.approx(every[wanted])
+    assert np.isneginf(some[~wanted]).all()
+
+
+def test_unknown_pixels_do_not_count(evidence, fine):
+    image = picture(1.2)
     known = np.full(image.shape, 255, np.uint8)
-    known[: H // 2 + 4] = 0
+    known[:75] = 0
     spoilt = image.copy()
-    spoilt[: H // 2 + 4] = 77
-    clean = evidence.at(np.where(known > 0, image, 0).astype(np.uint8), known, (4, 4), 0, 4)
-    assert evidence.at(spoilt, known, (4, 4), 0, 4) == pytest.approx(clean, abs=1e-3)
-    assert clean.argmax() == 4
+    spoilt[:75] = 77
+    clean = compare(evidence, fine, image, 1.2, known=known)
+    assert compare(evidence, fine, spoilt, 1.2, known=known) == pytest.approx(clean, abs=1e-3)
+    assert clean.max(axis=(0, 1, 2)).argmax() == PHASE
 
 
-def test_nothing_to_be_told(templates):
-    evidence = SequenceEvidence(templates)
-    flat = np.full((H + 8, W + 8), 90, np.uint8)
-    nothing = np.zeros_like(flat)
-    empty = SequenceEvidence(np.zeros_like(templates))
-    for model, image, known in (
-        (evidence, flat, None),
-        (evidence, picture(templates[0, 0], (4, 4)), nothing),
-        (empty, flat, None),
-    ):
-        assert model.at(image, known, (4, 4), 0, 0).tolist() == [0.0] * 5
+def test_what_is_beyond_the_image_is_unknown(evidence, fine):
+    image = picture(1.2)
+    known = np.zeros(image.shape, np.uint8)
+    known[:, :70] = 255
+    cut = compare(evidence, fine, np.ascontiguousarray(image[:, :70]), 1.2)
+    hidden = compare(evidence, fine, image, 1.2, known=known)
+    assert cut == pytest.approx(hidden, rel=0.1)
+    outside = compare(evidence, fine, image, 1.2, body=BodyFrame(900.0, 70.0, HEIGHT))
+    assert not outside.any()
 
 
-def test_views_are_blended(templates):
-    evidence = SequenceEvidence(templates)
-    own, other = (templates[view, 2].astype(float) for view in (0, 1))
-    image = np.zeros((H + 8, W + 8), np.uint8)
-    image[4:-4, 4:-4] = (own + other) / 2
-    alone = evidence.at(image, None, (4, 4), 0, 2)
-    blended = evidence.at(image, None, (4, 4), 0, 2, (1, 0.5))
-    assert blended.argmax() == 2
-    rest = [0, 1, 3, 4]
-    assert blended[2] - blended[rest].max() > alone[2] - alone[rest].max()
-    assert evidence.at(image, None, (4, 4), 0, 2, (1, 0.0)) == pytest.approx(alone)
+def test_nothing_to_be_told(evidence, fine):
+    flat = np.full((140, 130), 90, np.uint8)
+    assert not compare(evidence, fine, flat, 0.0).any()
+    assert not compare(evidence, fine, picture(0.0), 0.0, known=np.zeros_like(flat)).any()
+
+
+def test_a_large_body_is_compared_as_a_small_one(evidence, fine):
+    image = picture(1.2)
+    large = cv2.resize(image, None, fx=5, fy=5, interpolation=cv2.INTER_LINEAR)
+    small = compare(evidence, fine, image, 1.2)
+    found = compare(evidence, fine, large, 1.2, body=BODY.scaled(5))
+    assert found.argmax() == small.argmax()
+    assert found.max() == pytest.approx(small.max(), rel=0.05)

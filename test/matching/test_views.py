@@ -33,14 +33,6 @@ def test_directions_between_views():
     assert ring.azimuth(2, 0.5) == pytest.approx(math.radians(80))
 
 
-def test_shares_of_the_view_beside():
-    ring = views()
-    other, share = ring.towards(1, math.radians(48))
-    assert (other, share) == (2, pytest.approx(0.2))
-    assert ring.towards(1, math.radians(-80)) == (0, 1.0)
-    assert ring.towards(3, math.radians(-170)) is None
-
-
 def test_views_of_a_bank_are_kept():
     bank = TemplateBank(np.zeros((1, 2, 4, 4), np.uint8), np.zeros(1, np.float32), ('a',), 0.9)
     assert views_of(bank) is views_of(bank)

@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a body is, smoothed over the last frames."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections import deque
+
+import numpy as np
+
+from gait_segmentation.geometry import BodyFrame
+
+__all__ = ['SteadyBody']
+
+_FRAMES = 20
+_LONGEST = 0.8
+_JUMP = 0.25
+_STILL = np.array([0.04, 0.12, 0.12])
+"""
+Time in which a motion must show to be believed, across, down and in height: seconds that stand
+still are added.  Walkers cross the image faster than they sink or grow in it.
+"""
+
+
+class SteadyBody:
+    """
+    Draws a straight line through the last places and heights of a body.
+
+    A place of its own for every frame is a per cent of the height off, as much as a head rises
+    and falls in a step.
+    """
+
+    def __init__(self) -> None:
+        """Start without a body."""
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the body."""
+        self._last: deque[tuple[float, float, float, float]] = deque(maxlen=_FRAMES)
+
+    def update(self, body: BodyFrame, seconds: float) -> BodyFrame:
+        """
+        Return the smoothed body.
+
+        :param body: the body of a frame.
+        :param seconds: its time, later than the last one.
+        """
+        size = math.log(body.height)
+        if self._last:
+            _, x, y, tall = self._last[-1]
+            if math.hypot(body.center_x - x, body.center_y - y) > _JUMP * body.height or (
+                abs(size - tall) > _JUMP
+            ):
+                self._last.clear()
+        self._last.append((seconds, body.center_x, body.center_y, size))
+        while seconds - self._last[0][0] > _LONGEST:
+            self._last.popleft()
+        found = np.array(self._last)
+        time, places = found[:, 0] - found[:, 0].mean(), found[:, 1:]
+        mean = places.mean(axis=0)
+        spread = time @ time + len(found) * _STILL**2
+        x, y, tall = (mean + (time @ (places - mean)) * (time[-1] / spread)).tolist()
+        return dataclasses.replace(body, center_x=x, center_y=y, height=math.exp(tall))
