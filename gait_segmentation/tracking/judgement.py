@@ -125,19 +125,25 @@ def _add_spread(
     window: Window,
     config: TrackingConfig,
 ) -> None:
-    """Add what is known nearby, in the first frames, where the background was never seen."""
+    """
+    Add what is known nearby, in the first frames, where the background was never seen.
+
+    Not of somebody who stands: nothing is uncovered then, and clothes without edges are worn down.
+    """
     share = math.exp(-person.learnt / _FADE)
     if person.template is None or share < _FADED or not config.spread_weight:
         return
     record = world.now
+    moving = record.moving.get(person.track_id)
+    if moving is None:
+        return
     dx, dy = world.since_mask(person.track_id)
     template = shift_whole(person.template, round(dx), round(dy))[window]
-    moving = record.moving.get(person.track_id)
     evidence = spread_evidence(
         lab,
         record.background.sums[window],
         record.background.sigma,
-        None if moving is None else moving[1],
+        moving[1],
         template,
         person.height,
         config.shadow_floor,

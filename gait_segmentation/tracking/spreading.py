@@ -153,7 +153,7 @@ def spread_evidence(
     lab: NDArray[np.uint8],
     sums: NDArray[np.float32],
     sigma: float,
-    moving: NDArray[np.float32] | None,
+    moving: NDArray[np.float32],
     template: NDArray[np.uint8],
     height: float,
     shadow_floor: float,
@@ -165,7 +165,7 @@ def spread_evidence(
     :param sums: (h, w, 4) float32 of the background there, see :class:`BackgroundModel`.
     :param sigma: spread of a pixel of the background in grey levels.
     :param moving: (h, w) float32 in -2..2, evidence that pixels move with the body rather than
-        stay; None if that is not known.
+        stay.
     :param template: (h, w) uint8, the last template: only there anything speaks for the person,
         and only elsewhere against, since clothes may be as even as the floor and of its colour.
     :param height: of the body in pixels.
@@ -173,8 +173,6 @@ def spread_evidence(
     """
     shape = lab.shape[:2]
     evidence, sureness = np.empty(shape, np.float32), np.empty(shape, np.float32)
-    if moving is None:
-        moving = np.zeros(shape, np.float32)
     _seed(lab, sums, moving, sigma, shadow_floor, evidence, sureness)
     change = np.maximum(np.arange(3 * 255 + 1) - _NOISE, 0) / _EDGE
     table = np.exp(-math.sqrt(2) * (change + 1 / (_REACH * height))).astype(np.float32)

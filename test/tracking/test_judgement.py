@@ -16,15 +16,18 @@ GHOST = 14
 """Width of the piece of board in the first masks, behind the back."""
 
 
-def ghost_after(frames: int, **tracking) -> tuple[float, float]:
+def ghost_after(
+    frames: int, speed: float, *, held: bool = True, **tracking
+) -> tuple[float, float]:
     """
     Return how likely board is that was in the first masks, and how likely the person.
 
     It is even and has the colour of the coat, so that only what is at its rim tells of it.
+    ``held`` is whether it is in the masks that come back, too.
     """
     told = Told(**tracking)
     rng = np.random.default_rng(5)
-    figures = walk(Figure(90), frames)
+    figures = walk(Figure(90), frames, speed)
     told.start(figures[0])
     back = np.zeros((HEIGHT, WIDTH), np.uint8)
     body = Box.around(figures[0].mask())
@@ -44,14 +47,20 @@ def ghost_after(frames: int, **tracking) -> tuple[float, float]:
         place = BodyFrame(box.center_x, box.center_y, box.height)
         size = result.likelihood.shape[::-1]
         prior = cv2.resize(own, size, interpolation=cv2.INTER_AREA)
-        mask = cv2.bitwise_or(own, back)
+        mask = cv2.bitwise_or(own, back) if held else own
         told.tracker.learn([Feedback(result.stamp_ns, result.track_id, mask, place, prior)])
     likelihood = cv2.resize(result.likelihood, (WIDTH, HEIGHT))
     return float(likelihood[ghost].mean()), float(likelihood[own > 0].mean())
 
 
 def test_an_even_board_that_the_first_masks_hold_is_doubted_by_what_is_about_it() -> None:
-    with_spread, person = ghost_after(5)
-    without, person_without = ghost_after(5, spread_weight=0.0)
+    with_spread, person = ghost_after(5, 3)
+    without, person_without = ghost_after(5, 3, spread_weight=0.0)
     assert with_spread < without - 30
     assert person > person_without - 5
+
+
+def test_of_somebody_who_stands_nothing_is_doubted() -> None:
+    without = ghost_after(3, 0, held=False, spread_weight=0.0)
+    assert ghost_after(3, 0, held=False) == without
+    assert ghost_after(3, 3, held=False) != ghost_after(3, 3, held=False, spread_weight=0.0)

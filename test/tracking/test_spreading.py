@@ -41,6 +41,8 @@ def spread(
     if template is None:
         template = np.zeros(SHAPE, np.uint8)
         template[BODY] = 255
+    if moving is None:
+        moving = np.zeros(SHAPE, np.float32)
     return spread_evidence(lab, sums, SIGMA, moving, template, TALL, 0.5)
 
 
