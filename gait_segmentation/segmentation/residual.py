@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-The person's own shape: by how much the masks differ from the templates, in the frame of the body.
+The person's own shape: running means of the masks in the frame of the body, by phase.
 
-Rucksack, dress and coat appear in it that no template has, while arms and legs stay where the
-template of the frame has them.  It is used only after some masks, and blended with the template,
-because switched on too early or too strongly it locks errors in.
+Rucksack, dress and coat appear in it that no template has.  It is used only after some masks,
+and blended with the template, because switched on too early or too strongly it locks errors in.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ _LEAST_MASKS = 5
 
 
 class PersonalShape:
-    """Mean difference of masks and templates, overall and by gait phase, on a small grid."""
+    """Mean mask of one person, overall and by gait phase, on a small grid in the body frame."""
 
     def __init__(self) -> None:
         """Start without knowing the person."""
@@ -47,26 +46,18 @@ class PersonalShape:
         """Return whether enough masks were seen."""
         return self._masks >= _LEAST_MASKS
 
-    def learn(
-        self,
-        mask: NDArray[np.uint8],
-        template: NDArray[np.uint8],
-        body: BodyFrame,
-        phase: float,
-    ) -> None:
+    def learn(self, mask: NDArray[np.uint8], body: BodyFrame, phase: float) -> None:
         """
         Take in a mask.
 
         :param mask: (h, w) uint8 0/255.
-        :param template: (h, w) uint8, the template of its frame.
         :param body: the body in the mask's pixels.
         :param phase: gait phase in [0, 1).
         """
-        to_grid = pixel_affine(invert(template_to_image(body, *_GRID, _FILL)))
-        difference = cv2.subtract(mask, template, dtype=cv2.CV_16S)
-        small = cv2.warpAffine(difference, to_grid, _GRID[::-1], flags=cv2.INTER_LINEAR).astype(
-            np.float32
-        )
+        to_grid = invert(template_to_image(body, *_GRID, _FILL))
+        small = cv2.warpAffine(
+            mask, pixel_affine(to_grid), _GRID[::-1], flags=cv2.INTER_LINEAR
+        ).astype(np.float32)
         small /= 255
         kernel = _phase_kernel(phase)
         self._by_phase *= _PHASE_DECAY
@@ -78,12 +69,12 @@ class PersonalShape:
         self._masks += 1
 
     def probability(
-        self, template: NDArray[np.uint8], body: BodyFrame, phase: float
+        self, shape: tuple[int, int], body: BodyFrame, phase: float
     ) -> NDArray[np.float32]:
         """
-        Return the expected mask in an image, (h, w) float32 about 0..1.
+        Return the expected mask in an image, (h, w) float32 in 0..1.
 
-        :param template: (h, w) uint8, the template in the image.
+        :param shape: (h, w) of the image.
         :param body: the body in the image's pixels.
         :param phase: gait phase in [0, 1).
         """
@@ -95,13 +86,14 @@ class PersonalShape:
             trust = weight / (weight + _TRUST_AT)
             mean = trust * own + (1 - trust) * mean
         to_image = template_to_image(body, *_GRID, _FILL)
-        difference = cv2.warpAffine(
-            mean.astype(np.float32),
-            pixel_affine(to_image),
-            template.shape[::-1],
-            flags=cv2.INTER_LINEAR,
+        return np.asarray(
+            cv2.warpAffine(
+                mean.astype(np.float32),
+                pixel_affine(to_image),
+                shape[::-1],
+                flags=cv2.INTER_LINEAR,
+            )
         )
-        return np.asarray(difference + template * np.float32(1 / 255), np.float32)
 
 
 def _phase_kernel(phase: float) -> NDArray[np.float32]:

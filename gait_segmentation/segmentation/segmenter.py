@@ -198,7 +198,9 @@ class Segmenter:
             return self._paper.terms(prior, lab[:, :, 0], in_window(body, window))
         personal = None
         if self.config.use_residual and self._personal.ready:
-            personal = self._personal.probability(prior, in_window(body, window), match.phase)
+            personal = self._personal.probability(
+                prior.shape, in_window(body, window), match.phase
+            )
         return shape_terms(prior, body.height, personal, self.config)
 
     def _contrast(self, body: BodyFrame) -> float:
@@ -214,8 +216,7 @@ class Segmenter:
         template = np.count_nonzero(match.shape_prior[window] > 127)
         if np.count_nonzero(labels) > _LEAST_AREA * template:
             mask = labels.view(np.uint8) * np.uint8(255)
-            prior = match.shape_prior[window]
-            self._personal.learn(mask, prior, in_window(body, window), match.phase)
+            self._personal.learn(mask, in_window(body, window), match.phase)
 
     def _empty(
         self, image: NDArray[np.uint8], match: MatchResult, reason: str
