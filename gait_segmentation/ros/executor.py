@@ -24,7 +24,8 @@ class MessageExecutor(SingleThreadedExecutor):
     rclpy's executor gathers all entities of its nodes twice for every message, which takes more
     time than the message.  This one gathers them when they have changed and calls the callbacks
     of subscriptions, which must be plain functions of the message, itself.  Timers, services,
-    events and guard conditions, which are rare, are left to rclpy.
+    events and guard conditions, which are rare, are left to rclpy.  Its experimental events
+    executor (7.1.6) would do all of this, but spins on for ever after a signal.
     """
 
     def spin(self) -> None:
