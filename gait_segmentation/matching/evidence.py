@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import (
     BodyFrame,
-    Box,
     compose,
     invert,
     pixel_affine,
+    reach,
     template_to_image as to_image,
 )
 from gait_segmentation.matching.fine_views import FineViews
+from gait_segmentation.matching.placements import inside, region
 
 __all__ = ['HEIGHTS', 'ROWS', 'FineEvidence']
 
@@ -181,14 +182,11 @@ class FineEvidence:
             )
             for factor in HEIGHTS
         ]
-        corners = frames[-1] @ np.array(
-            [[0.0, size[0], size[0], 0.0], [0.0, 0.0, size[1], size[1]], [1.0] * 4]
-        )
+        sides = reach(frames[-1], *size)
         pitch = body.height / (self._fill * height)
         side = max(1, 2 * math.ceil(pitch / 2 - 0.75) + 1)
-        window = _region(corners, likelihood.shape, side)
-        limit = np.array([[likelihood.shape[1]], [likelihood.shape[0]]])
-        everywhere = known is None and bool((corners >= 0).all() and (corners <= limit).all())
+        window = region(sides, likelihood.shape, side)
+        everywhere = known is None and inside(sides, likelihood.shape)
         values = likelihood[window]
         images = np.zeros((len(frames), size[1], size[0]), np.float32)
         if values.size == 0:
@@ -278,16 +276,6 @@ def _paired(images: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the means of 2 x 2 pixels of (S, h, w) images, (S, h - 1, w - 1)."""
     rows = images[:, 1:] + images[:, :-1]
     return np.float32(0.25) * (rows[:, :, 1:] + rows[:, :, :-1])
-
-
-def _region(
-    corners: NDArray[np.float64], shape: tuple[int, ...], side: int
-) -> tuple[slice, slice]:
-    """Return the part of the likelihood that can matter between the corners."""
-    left, top = corners.min(axis=1) - side - 1
-    right, bottom = corners.max(axis=1) + side + 1
-    box = Box(float(left), float(top), float(right - left), float(bottom - top))
-    return box.slices(shape[1], shape[0])
 
 
 def _span(used: NDArray[np.bool_]) -> slice:

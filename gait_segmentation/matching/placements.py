@@ -23,7 +23,7 @@ from gait_segmentation.geometry import (
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.tanimoto import WindowGrid
 
-__all__ = ['PlacementGrid', 'Sampled']
+__all__ = ['PlacementGrid', 'Sampled', 'inside', 'region']
 
 _ALL = 255
 
@@ -119,8 +119,8 @@ class PlacementGrid:
         pitch = box.height * float(self.scales[-1]) / self._body
         side = max(blur, 2 * math.ceil(pitch / 2 - 0.75) + 1) if pitch > 1 else blur
         sides = reach(self._transform(box, float(self.scales[-1]), angle), columns, rows)
-        window = _region(sides, likelihood.shape, side)
-        inside = known is None and _inside(sides, likelihood.shape)
+        window = region(sides, likelihood.shape, side)
+        all_seen = known is None and inside(sides, likelihood.shape, 0.5)
         values = likelihood[window]
         seen = None if known is None else np.where(known[window] != 0, _ALL, 0).astype(np.uint8)
         if seen is not None:
@@ -128,7 +128,7 @@ class PlacementGrid:
         if side > 1 and values.size:
             values = cv2.blur(values, (side, side), borderType=cv2.BORDER_REPLICATE)
         images = np.zeros((len(self.scales), rows, columns), np.uint8)
-        masks = None if inside else np.zeros_like(images)
+        masks = None if all_seen else np.zeros_like(images)
         if values.size == 0:
             return Sampled(images, masks)
         if masks is not None and seen is None:
@@ -170,16 +170,24 @@ class PlacementGrid:
         return result
 
 
-def _inside(sides: tuple[float, float, float, float], shape: tuple[int, ...]) -> bool:
-    """Tell whether linear interpolation between the sides needs no pixel beyond the image."""
+def inside(
+    sides: tuple[float, float, float, float], shape: tuple[int, ...], margin: float = 0.0
+) -> bool:
+    """
+    Tell whether what lies between sides is in an image.
+
+    :param sides: left, top, right and bottom.
+    :param shape: (h, w) of the image.
+    :param margin: pixels that must be left beyond the sides; linear interpolation needs a half.
+    """
     left, top, right, bottom = sides
-    return min(left, top) >= 0.5 and right <= shape[1] - 0.5 and bottom <= shape[0] - 0.5
+    return min(left, top) >= margin and right <= shape[1] - margin and bottom <= shape[0] - margin
 
 
-def _region(
+def region(
     sides: tuple[float, float, float, float], shape: tuple[int, ...], margin: int
 ) -> tuple[slice, slice]:
-    """Return the part of the likelihood that can matter between the sides."""
+    """Return the part of an image that can matter between sides, with a margin to be blurred."""
     left, top, right, bottom = sides
     box = Box(left, top, right - left, bottom - top).padded(margin + 1, margin + 1)
     return box.slices(shape[1], shape[0])
