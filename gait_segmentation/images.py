@@ -14,6 +14,7 @@ from gait_segmentation.geometry import pixel_affine
 __all__ = [
     'Window',
     'check_image',
+    'check_map',
     'check_stamp',
     'same_proportions',
     'shift_whole',
@@ -112,6 +113,18 @@ def check_image(image: NDArray[np.uint8]) -> None:
         raise InputError(f'image must be uint8, got {image.dtype}')
     if image.size == 0:
         raise InputError(f'image must have at least one pixel, got {image.shape}')
+
+
+def check_map(array: NDArray[np.uint8], name: str) -> None:
+    """
+    Refuse what is no image of one value a pixel.
+
+    :param array: (h, w) uint8.
+    :param name: what the message calls it.
+    :raises InputError: if it has another shape or type.
+    """
+    if array.ndim != 2 or array.dtype != np.uint8:
+        raise InputError(f'{name} must be (height, width) uint8, got {array.shape} {array.dtype}')
 
 
 def check_stamp(stamp_ns: int) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import check_image, same_proportions
+from gait_segmentation.images import check_image, check_map, same_proportions
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback, MatchResult, SegmentationResult, TrackResult
@@ -223,10 +223,7 @@ def _feedback(
 
 
 def _check_likelihood(likelihood: NDArray[np.uint8], image: NDArray[np.uint8]) -> None:
-    if likelihood.ndim != 2 or likelihood.dtype != np.uint8:
-        raise InputError(
-            f'likelihood must be (height, width) uint8, got {likelihood.shape} {likelihood.dtype}'
-        )
+    check_map(likelihood, 'likelihood')
     if not same_proportions(likelihood.shape, image.shape[:2]):
         raise InputError(
             f'likelihood must have the proportions of the image of {image.shape[1]} x '

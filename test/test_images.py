@@ -9,6 +9,7 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import scaling
 from gait_segmentation.images import (
     check_image,
+    check_map,
     check_stamp,
     same_proportions,
     shift_whole,
@@ -121,3 +122,12 @@ def test_what_a_shift_brings_in_is_zero(shape: tuple[int, ...], dx: int, dy: int
             inside = 0 <= row - dy < shape[0] and 0 <= col - dx < shape[1]
             expected = image[row - dy, col - dx] if inside else np.zeros(shape[2:])
             assert np.array_equal(moved[row, col], expected)
+
+
+@pytest.mark.parametrize(
+    'array', [np.zeros((4, 5, 1), np.uint8), np.zeros((4, 5), np.float32), np.zeros(4, np.uint8)]
+)
+def test_what_has_not_one_byte_a_pixel_is_no_map(array: np.ndarray) -> None:
+    check_map(np.zeros((4, 5), np.uint8), 'likelihood')
+    with pytest.raises(InputError, match=r'^likelihood must be \(height, width\) uint8, got '):
+        check_map(array, 'likelihood')

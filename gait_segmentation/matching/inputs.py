@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.images import same_proportions
+from gait_segmentation.images import check_stamp, same_proportions
 
 __all__ = ['check_frame']
 
@@ -43,8 +43,7 @@ def check_frame(
                 f'{name} must have the size of the likelihood and at least one pixel, got '
                 f'{array.shape} and {likelihood.shape}'
             )
-    if stamp_ns <= 0:
-        raise InputError(f'stamp must be positive nanoseconds, got {stamp_ns}')
+    check_stamp(stamp_ns)
     if not math.isfinite(angle):
         raise InputError(f'angle must be a finite number of radians, got {angle}')
     width, height = source_size

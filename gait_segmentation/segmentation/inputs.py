@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box, body_window
-from gait_segmentation.images import Window, same_proportions, shrink
+from gait_segmentation.images import Window, check_map, same_proportions, shrink
 
 __all__ = ['check_sizes', 'in_window', 'source_window', 'window_about', 'without']
 
@@ -26,10 +26,7 @@ def check_sizes(
     :raises InputError: if shapes or types do not fit.
     """
     for name, array in (('likelihood', likelihood), ('shape prior', prior)):
-        if array.ndim != 2 or array.dtype != np.uint8:
-            raise InputError(
-                f'{name} must be (height, width) uint8, got {array.shape} {array.dtype}'
-            )
+        check_map(array, name)
     if likelihood.shape != prior.shape:
         raise InputError(
             f'likelihood and shape prior must have the same size, got {likelihood.shape} '

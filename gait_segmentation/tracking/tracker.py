@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_start_box
-from gait_segmentation.images import check_image, check_stamp
+from gait_segmentation.images import check_image, check_map, check_stamp
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import Start, StartingConfig
 from gait_segmentation.tracking import group
@@ -127,10 +127,8 @@ class PeopleTracker:
         """
         check_image(image)
         check_stamp(stamp_ns)
-        if heat_map is not None and (heat_map.ndim != 2 or heat_map.dtype != np.uint8):
-            raise InputError(
-                f'heat map must be (height, width) uint8, got {heat_map.shape} {heat_map.dtype}'
-            )
+        if heat_map is not None:
+            check_map(heat_map, 'heat map')
         if stamp_ns == self._stamp_ns:
             raise InputError(f'stamps must increase, got {stamp_ns} twice')
         source = (image.shape[0], image.shape[1])
