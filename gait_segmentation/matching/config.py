@@ -129,18 +129,17 @@ class MatchingConfig(StageConfig):
     )
     build_trial: float = parameter(
         0.5,
-        'Time for which all builds are searched before only the leading one is.',
+        'Time over which other builds are compared with the one that is searched.',
         unit='s',
         minimum=0.05,
         maximum=10.0,
     )
-    build_rest: float = parameter(
-        2.0,
-        'Time for which only the leading build is searched between trials of all, up to 8 times '
-        'as long where trials agree; 0 = all builds in every frame.',
-        unit='s',
+    build_lead: float = parameter(
+        0.02,
+        'By how much another build must fit better, in similarity on average over that time, '
+        'before it is searched instead.',
         minimum=0.0,
-        maximum=1000.0,
+        maximum=1.0,
     )
     switch_margin: float = parameter(
         0.5,

@@ -13,7 +13,7 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_matched_box
 from gait_segmentation.matching.box_motion import BoxMotion
-from gait_segmentation.matching.builds import BuildChoice
+from gait_segmentation.matching.build_choice import BuildChoice
 from gait_segmentation.matching.coded_bank import coded_bank
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.inputs import check_frame
@@ -47,7 +47,6 @@ class SequenceMatcher:
         self.config = config = config or MatchingConfig()
         self._bank = bank
         self._placements = grid = PlacementGrid(bank.grid, bank.fill, config)
-        self._builds = BuildChoice(bank, config)
         coded = coded_bank(bank, config.levels, grid.windows)
         kernels = coded.kernels
         cost = np.round(UNIT * config.scale_cost * np.abs(np.log(grid.scales))).astype(np.int16)
@@ -56,6 +55,7 @@ class SequenceMatcher:
         )
         self._path = PathSearch(bank, kernels.row.reshape(-1), grid.shape, kernels.pitch, config)
         self._views = views_of(bank)
+        self._builds = BuildChoice(bank, coded.templates, self._views, grid.windows, config)
         self._peak = SubgridPeak(self._views, grid.shape, kernels.pitch)
         self._motion = BoxMotion()
         self._phase = PhaseFinder(coded.views, coded.evidence, bank.phases, config)
@@ -152,10 +152,11 @@ class SequenceMatcher:
         grid = self._placements
         sampled = grid.sample(likelihood, known, box.scaled(scale), self.config.blur, angle)
         seconds = (self._stamp_ns - self._origin_ns) / 1e9
-        active = self._builds.choose(seconds, self._path.leading)
+        active = self._builds.active
         similarity = self._similarities.update(sampled, active)
         jump = self._motion.update(box, seconds, grid.shift, grid.log_step)
         self._path.step(similarity, seconds, jump, active[self._builds.of_sequence])
+        self._builds.update(sampled, self._path.leader(), seconds)
         self._find_phase(likelihood, known, box.scaled(scale), angle, seconds)
         self._waiting.append(
             WaitingFrame(

@@ -2,44 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import numpy as np
 
-from gait_segmentation.gait_model import TemplateBank
-from gait_segmentation.matching import MatchingConfig
-from gait_segmentation.matching.builds import BuildChoice, BuildKernels
+from gait_segmentation.matching.builds import BuildKernels
 from gait_segmentation.matching.tanimoto import ReferenceKernel, WindowGrid, polyphase
-
-
-def choice(**parameters):
-    bank = TemplateBank(
-        np.zeros((3, 2, 4, 4), np.uint8), np.zeros(3, np.float32), ('b', 'a', 'b'), 0.9
-    )
-    return BuildChoice(bank, MatchingConfig(**parameters))
-
-
-def test_searches_the_leading_build_between_trials():
-    builds = choice(build_trial=0.5, build_rest=1.0)
-    leading = np.array([[0, 1], [0, 0], [7, 0]], np.int16)
-    found = [builds.choose(0.25 * k, leading).tolist() for k in range(9)]
-    assert builds.of_sequence.tolist() == [1, 0, 1]
-    assert found == [[True, True]] * 2 + [[False, True]] * 4 + [[True, True]] * 2 + [[False, True]]
-    builds.reset()
-    assert builds.choose(9.0, leading).all()
-
-
-def test_trials_that_agree_become_rarer_until_one_does_not():
-    builds = choice(build_trial=0.5, build_rest=1.0)
-    first, second = (np.array([[5, 0], [a, 0], [3, 0]], np.int16) for a in (0, 7))
-    trials = []
-    for k in range(400):
-        seconds = 0.125 * k
-        if builds.choose(seconds, first if seconds < 38 else second).all():
-            trials.append(seconds)
-    begins = [t for t in trials if t - 0.125 not in trials]
-    assert np.diff(begins).tolist() == [1.5, 2.5, 4.5, 8.5, 8.5, 8.5, 8.5, 1.5, 2.5]
-
-
-def test_without_rest_all_are_searched():
-    builds = choice(build_rest=0.0)
-    assert all(builds.choose(0.5 * k, np.zeros((3, 2), np.int16)).all() for k in range(20))
 
 
 def test_each_build_has_its_rows_among_those_of_all():

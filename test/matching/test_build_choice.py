@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import numpy as np
+import pytest
+
+from gait_segmentation.gait_model import TemplateBank
+from gait_segmentation.matching import MatchingConfig
+from gait_segmentation.matching.build_choice import BuildChoice
+from gait_segmentation.matching.placements import Sampled
+from gait_segmentation.matching.tanimoto import WindowGrid
+from gait_segmentation.matching.views import Views
+
+NARROW, WIDE = 1, 0  # in the order of their names
+VIEWS, PHASES = 8, 10
+GRID = WindowGrid(12, 10, 3, 3, 2)
+LEADER = (2, 4, 1, 1, 1)  # sequence, phase, scale, row and column
+
+
+def template(width, left=0):
+    result = np.zeros((12, 10), np.uint8)
+    result[2:10, 1 + left : 1 + left + width] = 255
+    return result
+
+
+@pytest.fixture
+def bank():
+    templates = np.zeros((2 * VIEWS, PHASES, 12, 10), np.uint8)
+    templates[:VIEWS], templates[VIEWS:] = template(2), template(6)
+    azimuths = np.tile(np.arange(VIEWS) * 2 * np.pi / VIEWS - np.pi, 2).astype(np.float32)
+    return TemplateBank(templates, azimuths, ('narrow',) * VIEWS + ('fat',) * VIEWS, 0.9)
+
+
+def choice(bank, **parameters):
+    templates = bank.templates.reshape(-1, 12, 10)
+    return BuildChoice(bank, templates, Views(bank), GRID, MatchingConfig(**parameters))
+
+
+def sampled(figure, row=1, column=1, known=None):
+    images = np.zeros((5, *GRID.image_shape), np.uint8)
+    images[1][GRID.part(row, column)] = figure
+    return Sampled(images, known)
+
+
+def test_all_builds_are_searched_first_and_then_the_one_that_leads(bank):
+    builds = choice(bank)
+    assert builds.of_sequence.tolist() == [NARROW] * VIEWS + [WIDE] * VIEWS
+    assert builds.active.all()
+    builds.update(sampled(template(2)), LEADER, 0.0)
+    assert np.flatnonzero(builds.active).tolist() == [NARROW]
+    builds.reset()
+    assert builds.active.all()
+
+
+def test_a_build_that_fits_better_for_long_takes_over(bank):
+    builds = choice(bank, build_trial=0.5)
+    for k in range(5):
+        assert (k == 0) == builds.active.all()
+        builds.update(sampled(template(6)), LEADER, 0.1 * k)
+        assert builds.only == NARROW
+    builds.update(sampled(template(6)), LEADER, 0.5)
+    assert builds.only == WIDE
+    # The path follows, and then the other one has to lead as long.
+    wide = (LEADER[0] + VIEWS, *LEADER[1:])
+    for k in range(6, 10):
+        builds.update(sampled(template(2)), wide, 0.1 * k)
+        assert builds.only == WIDE
+    builds.update(sampled(template(2)), wide, 1.01)
+    assert builds.only == NARROW
+
+
+def test_a_small_lead_is_not_enough(bank):
+    # Like the wide one to 0.77, and to the narrow one, nearby, to 0.48.
+    figure = template(5)
+    figure[2, 1:4] = 0
+    for lead, expected in ((0.2, WIDE), (0.4, NARROW)):
+        builds = choice(bank, build_lead=lead)
+        for k in range(20):
+            builds.update(sampled(figure), LEADER, 0.1 * k)
+        assert builds.only == expected
+
+
+def test_what_is_unknown_does_not_count(bank):
+    # Beyond the second column of the person nothing is known.
+    known = np.zeros((5, *GRID.image_shape), np.uint8)
+    known[:, :, :5] = 255
+    builds = choice(bank)
+    for k in range(20):
+        builds.update(sampled(template(2), known=known), LEADER, 0.1 * k)
+    assert builds.only == NARROW
+    builds = choice(bank)
+    for k in range(20):
+        builds.update(sampled(template(6) & known[0, 2:14, 2:12], known=known), LEADER, 0.1 * k)
+    assert builds.only == NARROW
+
+
+@pytest.mark.parametrize('axis', ['view', 'phase', 'row', 'column'])
+def test_neighbours_of_where_the_path_leads_are_compared(bank, axis):
+    templates = bank.templates.copy()
+    row, column = (2, 1) if axis == 'row' else (1, 2) if axis == 'column' else (1, 1)
+    other = VIEWS + LEADER[0], LEADER[1]
+    if axis == 'view':
+        other = other[0] + 1, other[1]
+    if axis == 'phase':
+        other = other[0], other[1] - 2
+    if axis in ('view', 'phase'):
+        templates[VIEWS:] = template(1)
+        templates[other] = template(6)
+    moved = TemplateBank(templates, bank.azimuth, bank.builds, bank.fill)
+    builds = choice(moved)
+    for k in range(10):
+        builds.update(sampled(template(6), row, column), LEADER, 0.1 * k)
+    assert builds.only == WIDE
