@@ -13,8 +13,9 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from gait_segmentation.matching.belief import advance, carry, waver
 
 __all__ = ['PhaseClock']
 
@@ -49,9 +50,9 @@ class _Step:
     """A frame: the step to it, its likelihoods (..., P), and the belief after it (..., R, P)."""
 
     seconds: float
+    passed: float
     turn: NDArray[np.float64]
     exchange: float
-    waver: float
     moved: int
     kept: float
     likelihood: NDArray[np.float64]
@@ -114,9 +115,8 @@ class PhaseClock:
             return self._cells > 0
         last = self._steps[-1]
         share = last.belief.sum(axis=(-2, -1))
-        share = _moved(share[..., None, None], moved)
-        share = _wavered(share, _waver(seconds - last.seconds), self._cells.ndim)
-        return np.asarray(share[..., 0, 0] > _UNLIKELY * share.sum())
+        share = self._wavered(_moved(share, moved, share.ndim), seconds - last.seconds)
+        return np.asarray(share > _UNLIKELY * share.sum())
 
     def update(self, evidence: NDArray[np.float64], seconds: float, moved: int = 0) -> None:
         """
@@ -131,23 +131,29 @@ class PhaseClock:
         passed = seconds - self._steps[-1].seconds if self._steps else 0.0
         turn = self._turn(passed)
         exchange = min(0.3, 0.5 * _WANDER**2 * passed / self._spacing**2)
-        waver = _waver(passed)
         kept = float(np.exp(-_RENEWAL * passed))
-        if self._steps:
-            belief = _wavered(_moved(self._steps[-1].belief, moved), waver, self._cells.ndim)
-            # Where nobody looked, nothing is left in the end.
-            belief[np.isneginf(evidence).all(axis=-1)] = 0.0
-            belief = self._carried(belief, turn, exchange)
-            total = belief.sum(axis=(-2, -1), keepdims=True)
-            belief = kept * belief + (1 - kept) * total * self._prior
-        else:
-            belief = self._cells[..., None, None] * self._prior
         likelihood = np.exp((evidence - evidence.max()) / _NOISE)
-        # No phase of a view that was looked at is ruled out by one frame.
+        # No phase of a view that was looked at is ruled out by one frame; where nobody looked,
+        # nothing is left.
         likelihood = np.where(np.isfinite(evidence), np.maximum(likelihood, _FLOOR), 0.0)
-        belief = belief * likelihood[..., None, :]
-        belief /= belief.sum()
-        self._steps.append(_Step(seconds, turn, exchange, waver, moved, kept, likelihood, belief))
+        if self._steps:
+            last = self._steps[-1].belief
+            before = self._wavered(_moved(last, moved, self._cells.ndim), passed)
+            belief = np.empty(before.shape)
+            shape = -1, *self._prior.shape
+            advance(
+                before.reshape(shape),
+                turn,
+                exchange,
+                kept,
+                self._prior,
+                likelihood.reshape(-1, self._phases),
+                belief.reshape(shape),
+            )
+        else:
+            belief = self._cells[..., None, None] * self._prior * likelihood[..., None, :]
+            belief /= belief.sum()
+        self._steps.append(_Step(seconds, passed, turn, exchange, moved, kept, likelihood, belief))
 
     @property
     def rate(self) -> float:
@@ -186,7 +192,7 @@ class PhaseClock:
         back = self._carried(self._carried(seen, turn, 0.0), self._turn(0.0), step.exchange)
         renewed = (self._prior * seen).sum(axis=(-2, -1), keepdims=True)
         back = step.kept * back + (1 - step.kept) * renewed
-        back = _moved(_wavered(back, step.waver, self._cells.ndim), -step.moved)
+        back = _moved(self._wavered(back, step.passed), -step.moved, self._cells.ndim)
         return np.asarray(back / back.max())
 
     def _turn(self, seconds: float) -> NDArray[np.float64]:
@@ -206,67 +212,27 @@ class PhaseClock:
         """Let neighbouring rates exchange a share, and move the phases of each rate on."""
         result = np.empty(belief.shape)
         shape = -1, *self._prior.shape
-        _carry(np.ascontiguousarray(belief).reshape(shape), turn, exchange, result.reshape(shape))
+        carry(np.ascontiguousarray(belief).reshape(shape), turn, exchange, result.reshape(shape))
+        return result
+
+    def _wavered(self, belief: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
+        """Let neighbouring views and placements exchange a share, in a copy."""
+        result = np.array(belief, order='C')
+        cells = (*self._cells.shape, 1, 1)[:3]
+        waver(result.reshape(*cells, -1), min(0.3, _WAVER * seconds))
         return result
 
 
-@njit(cache=True, nogil=True, fastmath=True)
-def _carry(belief, turn, exchange, result):  # type: ignore[no-untyped-def]
+def _moved(belief: NDArray[np.float64], steps: int, axes: int) -> NDArray[np.float64]:
     """
-    Put the belief a step later into ``result``.
+    Take a belief to views that lie ``steps`` farther on; new views get what all have.
 
-    :param belief: (N, R, P), the first rate is standing, which exchanges nothing.
-    :param turn: (R, P), how likely each advance of the phase is.
+    :param axes: number of axes of views and placements, the first ones.
     """
-    cells, rates, phases = belief.shape
-    row = np.empty(2 * phases)
-    for cell in range(cells):
-        if belief[cell].max() <= 0.0:
-            result[cell] = 0.0
-            continue
-        for rate in range(rates):
-            for phase in range(phases):
-                value = belief[cell, rate, phase]
-                if rate > 1:
-                    value += exchange * (belief[cell, rate - 1, phase] - belief[cell, rate, phase])
-                if 0 < rate < rates - 1:
-                    value += exchange * (belief[cell, rate + 1, phase] - belief[cell, rate, phase])
-                row[phase] = value
-                row[phase + phases] = value
-            out = result[cell, rate]
-            out[:] = 0.0
-            for advance in range(phases):
-                share = turn[rate, advance]
-                start = phases - advance
-                for phase in range(phases):
-                    out[phase] += share * row[start + phase]
-            for phase in range(phases):
-                # A sharp peak turned by a fraction of a bin rings below 0.
-                out[phase] = max(out[phase], 0.0)
-
-
-def _waver(seconds: float) -> float:
-    """Return the share of belief exchanged with each neighbouring view or placement."""
-    return min(0.3, _WAVER * seconds)
-
-
-def _wavered(belief: NDArray[np.float64], share: float, axes: int) -> NDArray[np.float64]:
-    """Let neighbours along the first axes exchange a share; its own adjoint."""
-    belief = belief.copy()
-    for axis in range(axes):
-        along = np.moveaxis(belief, axis, 0)
-        flow = share * (along[1:] - along[:-1])
-        along[:-1] += flow
-        along[1:] -= flow
-    return belief
-
-
-def _moved(belief: NDArray[np.float64], steps: int) -> NDArray[np.float64]:
-    """Take a belief to views that lie ``steps`` farther on; new views get what all have."""
     if steps == 0:
         return belief
     views = len(belief)
-    everywhere = belief.mean(axis=tuple(range(belief.ndim - 2)), keepdims=True)
+    everywhere = belief.mean(axis=tuple(range(axes)), keepdims=True)
     result = np.zeros_like(belief)
     if abs(steps) < views:
         low, high = max(0, -steps), min(views, views - steps)

@@ -104,29 +104,26 @@ class FineEvidence:
         """
         templates, squares, part = self._part(views)
         count, phases, _ = templates.shape
-        seen, values = self._sampled(likelihood, known, body)
-        rows, columns = part
+        values, seen, everywhere = self._sampled(likelihood, known, body)
         middle = HEIGHTS.index(1.0)
-        first = values[middle], seen[middle]
-        levels = self._levels(*first, self._views.templates[views[count // 2], phase])
+        # The likelihood where the pixels of the views are.
+        inner = slice(1, 1 + self._grid[0] // 2), slice(1, 1 + self._grid[1] // 2)
+        levels = self._levels(
+            values[middle, 0, 0][inner],
+            seen[middle, 0, 0][inner],
+            self._views.templates[views[count // 2], phase],
+        )
         if levels is None:
             return np.zeros((*wanted.shape, phases))
-        person, ground = levels
-        scaled = (values - ground * seen) / np.float32(person - ground)
-        cut = (
-            slice(None),
-            slice(2 * rows.start, 2 * rows.stop + 2 * _MARGIN - 1),
-            slice(2 * columns.start, 2 * columns.stop + 2 * _MARGIN - 1),
-        )
         result = np.full((*wanted.shape, phases), -np.inf)
         _compare(
             templates,
             squares,
-            np.ascontiguousarray(scaled[cut]),
-            np.ascontiguousarray(seen[cut]),
-            bool(seen.min() > 0.999),
-            rows.stop - rows.start,
-            columns.stop - columns.start,
+            values,
+            seen,
+            everywhere,
+            levels,
+            (part[0].start, part[1].start, part[1].stop - part[1].start),
             wanted,
             np.array([4 * factor**2 for factor in HEIGHTS]),
             result,
@@ -141,8 +138,6 @@ class FineEvidence:
 
         At the outline the template need not fit yet.
         """
-        inner = slice(_MARGIN, -_MARGIN, 2)
-        values, seen = values[inner, inner], seen[inner, inner]
         within = cv2.erode(template, _AROUND).astype(np.float32) * seen
         beyond = (_ALL - cv2.dilate(template, _AROUND)).astype(np.float32) * seen
         area, around = float(within.sum()), float(beyond.sum())
@@ -159,13 +154,14 @@ class FineEvidence:
         likelihood: NDArray[np.uint8],
         known: NDArray[np.uint8] | None,
         body: BodyFrame,
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], bool]:
         """
         Resample the likelihood at each height.
 
-        :returns: what is known and the likelihood there, both (S, H + 3, W + 3) float32 in 0..1:
-            means over a pixel of the views at every half pixel, from one above and left of
-            the grid on.
+        :returns: the likelihood and what is known of it, both (S, 2, 2, H / 2 + 2, W / 2 + 2)
+            float32 in 0..1: means over a pixel of the views at every half pixel, from one above
+            and left of the grid on; even rows, even columns first.
+            And whether all is known.
         """
         height, width = self._grid
         size = (width + 2 * _MARGIN, height + 2 * _MARGIN)
@@ -188,10 +184,10 @@ class FineEvidence:
         window = region(sides, likelihood.shape, side)
         everywhere = known is None and inside(sides, likelihood.shape)
         values = likelihood[window]
-        images = np.zeros((len(frames), size[1], size[0]), np.float32)
+        result = np.zeros((2, len(frames), 2, 2, size[1] // 2, size[0] // 2), np.float32)
         if values.size == 0:
-            return images[:, :-1, :-1], images[:, :-1, :-1]
-        shown = np.full(values.shape, _ALL, np.uint8)
+            return result[0], result[1], False
+        shown = np.full((1, 1) if everywhere else values.shape, _ALL, np.uint8)
         if known is not None:
             shown[known[window] == 0] = 0
             values = cv2.bitwise_and(values, shown)
@@ -200,16 +196,17 @@ class FineEvidence:
             if known is not None:
                 share = cv2.blur(shown, (side, side), borderType=cv2.BORDER_REPLICATE)
                 values = cv2.divide(values, share, scale=_ALL)
-        masks = np.ones_like(images)
+        images = np.empty((len(frames), size[1], size[0]), np.uint8)
+        masks = np.full(images.shape, _ALL, np.uint8)
         origin = np.array([[1.0, 0.0, -window[1].start], [0.0, 1.0, -window[0].start]])
         for index, frame in enumerate(frames):
             matrix = pixel_affine(invert(compose(origin, frame)))
             edge = cv2.BORDER_REPLICATE
-            images[index] = cv2.warpAffine(values, matrix, size, None, cv2.INTER_LINEAR, edge)
+            cv2.warpAffine(values, matrix, size, images[index], cv2.INTER_LINEAR, edge)
             if not everywhere:
-                masks[index] = cv2.warpAffine(shown, matrix, size, None, cv2.INTER_NEAREST) > 0
-        images *= masks / np.float32(_ALL)
-        return _paired(masks), _paired(images)
+                cv2.warpAffine(shown, matrix, size, masks[index], cv2.INTER_NEAREST)
+        _pair(images, masks, result[0], result[1])
+        return result[0], result[1], bool(masks.all())
 
     def _part(self, views: tuple[int, ...]) -> _Views:
         """Return the used part of the templates of some views."""
@@ -225,7 +222,7 @@ class FineEvidence:
 
 @njit(cache=True, nogil=True, fastmath=True)
 def _compare(  # type: ignore[no-untyped-def]
-    templates, squares, values, seen, all_seen, height, width, wanted, weights, result
+    templates, squares, values, seen, all_seen, levels, part, wanted, weights, result
 ):
     """
     Put minus half the least sum of squared differences of each template into ``result``.
@@ -233,49 +230,110 @@ def _compare(  # type: ignore[no-untyped-def]
     Not by matrix products: those of BLAS wait for each other's threads where cores are busy.
 
     :param templates: (V, P, n) float32, and ``squares`` (V, P) the sums of their squares.
-    :param values: (S, 2 h + 3, 2 w + 3) float32, means of pairs; ``seen`` likewise.
+    :param values: (S, 2, 2, h + 2, w + 2) float32, see :func:`_pair`; ``seen`` likewise.
+    :param levels: values that mean 1 and 0.
+    :param part: first row, first column and width of the part that the templates have.
     """
     views, phases, count = templates.shape
-    line = np.empty(count, np.float32)
-    shown = np.empty(count, np.float32)
+    top, left, width = part
+    ground, scale = np.float32(levels[1]), np.float32(1.0 / (levels[0] - levels[1]))
+    scaled = np.empty(values.size, np.float32)
+    flat, known = values.reshape(-1), seen.reshape(-1)
+    for j in range(len(scaled)):
+        scaled[j] = (flat[j] - ground * known[j]) * scale
+    scaled = scaled.reshape(values.shape)
+    # One for each column; the best one counts.
+    lines = np.empty((3, count), np.float32)
+    shown = np.empty((3, count), np.float32)
     for tall in range(values.shape[0]):
         for down in range(3):
-            some = False
-            for view in range(views):
-                some |= wanted[view, tall, down]
-            if not some:
+            if not wanted[:, tall, down].any():
                 continue
-            for right in range(3):
-                at = 0
-                for row in range(height):
-                    for column in range(width):
-                        y, x = 2 * row + down + 1, 2 * column + right + 1
-                        line[at] = values[tall, y, x]
-                        shown[at] = seen[tall, y, x]
-                        at += 1
-                for view in range(views):
-                    if not wanted[view, tall, down]:
-                        continue
-                    for phase in range(phases):
-                        own = templates[view, phase]
-                        alike = np.float32(0)
-                        for j in range(count):
-                            alike += own[j] * line[j]
-                        square = squares[view, phase]
-                        if not all_seen:
-                            square = np.float32(0)
-                            for j in range(count):
-                                square += own[j] * own[j] * shown[j]
-                        found = weights[tall] * (alike - np.float32(0.5) * square)
-                        result[view, tall, down, phase] = max(
-                            result[view, tall, down, phase], found
+            for across in range(3):
+                odd = (down + 1) % 2, (across + 1) % 2
+                above, before = top + (down + 1) // 2, left + (across + 1) // 2
+                _cut(scaled[tall, odd[0], odd[1]], above, before, width, lines[across])
+                if not all_seen:
+                    visible = seen[tall, odd[0], odd[1]]
+                    _cut(visible, above, before, width, shown[across])
+            for view in range(views):
+                if not wanted[view, tall, down]:
+                    continue
+                for phase in range(phases):
+                    own = templates[view, phase]
+                    first, second, third = _alike(own, lines)
+                    half = np.float32(0.5) * squares[view, phase]
+                    best = max(first, second, third) - half
+                    if not all_seen:
+                        one, two, three = _squared(own, shown)
+                        best = max(
+                            first - np.float32(0.5) * one,
+                            second - np.float32(0.5) * two,
+                            third - np.float32(0.5) * three,
                         )
+                    result[view, tall, down, phase] = weights[tall] * best
 
 
-def _paired(images: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the means of 2 x 2 pixels of (S, h, w) images, (S, h - 1, w - 1)."""
-    rows = images[:, 1:] + images[:, :-1]
-    return np.float32(0.25) * (rows[:, :, 1:] + rows[:, :, :-1])
+@njit(cache=True, nogil=True)
+def _cut(image, top, left, width, line):  # type: ignore[no-untyped-def]
+    """Put the rows of a part of an image one after the other into a line."""
+    for row in range(len(line) // width):
+        source, target = image[top + row], line[row * width :]
+        for column in range(width):
+            target[column] = source[left + column]
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _alike(template, lines):  # type: ignore[no-untyped-def]
+    """Return the products of a template with three lines."""
+    first, second, third = np.float32(0), np.float32(0), np.float32(0)
+    for j in range(len(template)):
+        first += template[j] * lines[0, j]
+        second += template[j] * lines[1, j]
+        third += template[j] * lines[2, j]
+    return first, second, third
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _squared(template, lines):  # type: ignore[no-untyped-def]
+    """Return the products of a template's squares with three lines."""
+    first, second, third = np.float32(0), np.float32(0), np.float32(0)
+    for j in range(len(template)):
+        square = template[j] * template[j]
+        first += square * lines[0, j]
+        second += square * lines[1, j]
+        third += square * lines[2, j]
+    return first, second, third
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _pair(images, masks, values, seen):  # type: ignore[no-untyped-def]
+    """
+    Put the means of 2 x 2 known pixels into ``values`` and what is known into ``seen``, in 0..1.
+
+    :param images: (S, h, w) uint8, h and w even, and ``masks`` likewise, 0 where unknown.
+    :param values: (S, 2, 2, h / 2, w / 2) float32, and ``seen`` likewise: the means from even and
+        from odd rows on, of each from even and from odd columns on.  What would begin in the
+        last row or column is left as it is.
+    """
+    count, height, width = images.shape
+    quarter = np.float32(0.25)
+    share = quarter / np.float32(_ALL)
+    total, known = np.zeros(width + 1, np.float32), np.zeros(width + 1, np.float32)
+    for k in range(count):
+        for y in range(height - 1):
+            image, below = images[k, y], images[k, y + 1]
+            mask, mask_below = masks[k, y], masks[k, y + 1]
+            for x in range(width):
+                # Masks are 0 or 255, all bits.
+                both = np.int32(image[x] & mask[x]) + np.int32(below[x] & mask_below[x])
+                total[x] = share * np.float32(both)
+                known[x] = share * np.float32(np.int32(mask[x]) + np.int32(mask_below[x]))
+            for odd in range(2):
+                value, visible = values[k, y % 2, odd, y // 2], seen[k, y % 2, odd, y // 2]
+                for x in range(width // 2 - odd):
+                    value[x] = total[2 * x + odd] + total[2 * x + odd + 1]
+                    visible[x] = known[2 * x + odd] + known[2 * x + odd + 1]
 
 
 def _span(used: NDArray[np.bool_]) -> slice:
