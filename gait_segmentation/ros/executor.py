@@ -7,9 +7,20 @@ from __future__ import annotations
 from contextlib import ExitStack, suppress
 from typing import Any
 
+from rclpy.context import Context
 from rclpy.exceptions import InvalidHandle
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import (
+    ExternalShutdownException,
+    ShutdownException,
+    SingleThreadedExecutor,
+    TimeoutException,
+)
+from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerGuardCondition
+from rclpy.task import Task
+from rclpy.utilities import get_default_context
 from rclpy.waitable import NumberOfEntities
 
 __all__ = ['MessageExecutor']
@@ -28,30 +39,84 @@ class MessageExecutor(SingleThreadedExecutor):
     executor (7.1.6) would do all of this, but spins on for ever after a signal.
     """
 
+    def __init__(self, *, context: Context | None = None) -> None:
+        """Make an executor without nodes; the context is the default one if None."""
+        context = get_default_context() if context is None else context
+        self._over = False
+        # Before all else, which may already want it woken.
+        self._wakes = [
+            GuardCondition(None, None, context),
+            SignalHandlerGuardCondition(context),
+        ]
+        super().__init__(context=context)
+
     def spin(self) -> None:
         """
         Execute callbacks until the executor is shut down.
 
         :raises ExternalShutdownException: if the context is.
         """
-        while self._context.ok() and not self._is_shutdown:
+        while self.context.ok() and not self._over:
             with ExitStack() as held:
                 entities = _Entities(self, held)
                 others = False
                 # Asked after the gathering, which may have come too late for the last wake.
-                while not (others or self._is_shutdown):
+                while not (others or self._over):
                     subscriptions, others = entities.wait()
-                    if not self._context.ok():
+                    if not self.context.ok():
                         raise ExternalShutdownException
                     for subscription in subscriptions:
                         _deliver(subscription)
-            if not self._is_shutdown:
-                # It wakes the executor after each callback, so that none is left waiting.
-                self.spin_once(timeout_sec=0)
+            self._run_what_is_ready()
 
-    def wake_conditions(self) -> list[Any]:
-        """Return the guard conditions that are triggered when entities change or at the end."""
-        return [each for each in (self._guard, self._sigint_gc) if each is not None]
+    def wake(self) -> None:
+        """Have everything gathered anew, because something has changed."""
+        super().wake()
+        self._wake()
+
+    def add_node(self, node: Node) -> bool:
+        """Add a node; return whether it is new."""
+        added = super().add_node(node)
+        self._wake()
+        return bool(added)
+
+    def remove_node(self, node: Node) -> None:
+        """Remove a node."""
+        super().remove_node(node)
+        self._wake()
+
+    def create_task(self, callback: Any, *args: Any, **kwargs: Any) -> Task:
+        """Have something called by the thread that spins."""
+        task = super().create_task(callback, *args, **kwargs)
+        self._wake()
+        return task
+
+    def shutdown(self, timeout_sec: float | None = None) -> bool:
+        """End the spinning; return whether all callbacks have ended within the time."""
+        self._over = True
+        self._wake()
+        ended = super().shutdown(timeout_sec)
+        while self._wakes:
+            self._wakes.pop().destroy()
+        return bool(ended)
+
+    def wake_conditions(self) -> list[GuardCondition]:
+        """Return the guard conditions that are triggered by changes, signals and the end."""
+        return list(self._wakes)
+
+    def _wake(self) -> None:
+        # Another thread may just be shutting down.
+        with suppress(InvalidHandle, IndexError):
+            self._wakes[0].trigger()
+
+    def _run_what_is_ready(self) -> None:
+        with suppress(ShutdownException, TimeoutException):
+            while not self._over:
+                run, _, _ = self.wait_for_ready_callbacks(timeout_sec=0)
+                run()
+                error = run.exception()
+                if error is not None:
+                    raise error
 
 
 def _deliver(subscription: Any) -> None:

@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
+import re
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -12,11 +15,12 @@ from typing import Any
 import pytest
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from std_msgs.msg import Int32
 from std_srvs.srv import Trigger
 
+from gait_segmentation.ros import executor
 from gait_segmentation.ros.executor import MessageExecutor
 
 _PATIENCE_S = 20.0
@@ -153,6 +157,54 @@ def test_an_error_of_a_callback_ends_the_spinning(bench: _Bench) -> None:
     publisher.publish(Int32())
     assert bench.ended()
     assert isinstance(bench.error, ValueError)
+
+
+def test_tasks_and_nodes_given_from_elsewhere_are_noticed(bench: _Bench) -> None:
+    done: list[str] = []
+    got: list[int] = []
+    bench.start()
+    bench.executor.create_task(done.append, 'task')
+    _wait(lambda: done == ['task'])
+    other = Node('other', context=bench.context, start_parameter_services=False)
+    other.create_subscription(Int32, 'number', lambda each: got.append(each.data), 10)
+    publisher = bench.node.create_publisher(Int32, 'number', 10)
+    assert bench.executor.add_node(other)
+    assert not bench.executor.add_node(other)
+    _wait(_connected(publisher))
+    publisher.publish(Int32(data=7))
+    _wait(lambda: got == [7])
+    bench.executor.remove_node(other)
+    assert bench.executor.get_nodes() == [bench.node]
+    other.destroy_node()
+
+
+def test_a_task_made_by_a_callback_is_run(bench: _Bench) -> None:
+    done: list[int] = []
+
+    def first(message: Int32) -> None:
+        bench.executor.create_task(lambda: bench.executor.create_task(done.append, message.data))
+
+    bench.node.create_subscription(Int32, 'number', first, 10)
+    publisher = bench.node.create_publisher(Int32, 'number', 10)
+    bench.start()
+    _wait(_connected(publisher))
+    publisher.publish(Int32(data=5))
+    _wait(lambda: done == [5])
+
+
+def test_nothing_private_of_rclpy_is_used(bench: _Bench) -> None:
+    """What rclpy keeps to itself may be gone with its next release."""
+    made, used = set(), set()
+    for each in ast.walk(ast.parse(inspect.getsource(executor))):
+        if isinstance(each, ast.FunctionDef | ast.ClassDef):
+            made.add(each.name)
+        elif isinstance(each, ast.Attribute):
+            (made if isinstance(each.ctx, ast.Store) else used).add(each.attr)
+    used = {name for name in used if re.match('_[a-z]', name)}
+    assert used <= made
+    rclpys = SingleThreadedExecutor(context=bench.context)
+    assert used.isdisjoint(dir(rclpys))
+    rclpys.shutdown()
 
 
 def test_it_ends_with_the_executor_and_with_the_context(bench: _Bench) -> None:
