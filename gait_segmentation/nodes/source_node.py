@@ -25,6 +25,7 @@ from std_msgs.msg import Header
 
 from gait_segmentation.errors import GaitSegmentationError, SequenceError
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, open_input
+from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.memory import keep_freed_memory
 from gait_segmentation.ros.messages import stamp_of
@@ -194,24 +195,39 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     given = sys.argv if arguments is None else ['gait_source', *arguments]
     options = parser().parse_args(remove_ros_args(given)[1:])
+    # Nothing of a camera that is switched off is worth waiting for.
+    ending = Ending(at_once=True)
+    ending.handle_signals()
     keep_freed_memory()
+    understood = False
     try:
         rclpy.init(args=given)
+        understood = True
         node = Node('gait_source')
+        ending.closes(node.destroy_node)
         published = publish_input(options, node)
         if rclpy.ok():
             node.get_logger().info(f'{published} frames published')
-        node.destroy_node()
     except DamagedError as error:
         print(f'gait_source: warning: {error}', file=sys.stderr)
         return 1
     except GaitSegmentationError as error:
         print(f'gait_source: error: {error}', file=sys.stderr)
         return 2
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except OSError as error:
+        print(f'gait_source: error: {error}', file=sys.stderr)
+        return 2
+    except ExternalShutdownException:
         return 0
+    except Exception as error:
+        if not understood:
+            print(f'gait_source: error: {error}', file=sys.stderr)
+            return 2
+        # Else whatever rclpy says of a context that was closed under it.
+        if rclpy.ok():
+            raise
     finally:
-        rclpy.try_shutdown()
+        ending.close()
     return 0
 
 

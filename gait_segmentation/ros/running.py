@@ -7,7 +7,6 @@ from __future__ import annotations
 import argparse
 import gc
 import inspect
-import signal
 import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -15,19 +14,17 @@ from typing import TYPE_CHECKING
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
-from rclpy.signals import uninstall_signal_handlers
 from rclpy.utilities import remove_ros_args
 
 from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.memory import keep_freed_memory
 
 if TYPE_CHECKING:
     from gait_segmentation.ros.lifecycle import GaitNode
 
-__all__ = ['Patience', 'run_node']
-
-_ENDING = (signal.SIGINT, signal.SIGTERM)
+__all__ = ['run_node']
 
 
 def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -> int:
@@ -38,34 +35,32 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
     :returns: the exit code: 0, 1 if the node could not be started, 2 if the command line is wrong.
     :raises SystemExit: with the usage, if that is asked for or the command line is wrong.
     """
-    patience = Patience()
-    node: GaitNode | None = None
-    executor: MessageExecutor | None = None
+    ending = Ending()
     understood = False
     try:
         _check(make, sys.argv if arguments is None else arguments)
-        # rclpy's own handler closes the context, which ends everything in order; an exception
-        # in the middle of whatever runs would not.
-        for number in _ENDING:
-            signal.signal(number, patience)
+        ending.handle_signals()
         keep_freed_memory()
         rclpy.init(args=arguments)
         understood = True
         # First: one that is made when a signal has closed the context leaves a traceback.
         executor = MessageExecutor()
+        ending.closes(executor.shutdown)
         node = make()
+        ending.closes(node.close)
+        ending.closes(node.destroy_node)
         # To compile the kernels may take a minute, which nobody wants to wait for.
-        patience.short = True
-        if patience.pressed:
+        ending.at_once = True
+        if ending.asked:
             return 0
         started = node.start()
-        patience.short = False
+        ending.at_once = False
         if not started:
             # A signal in the middle of the start closes the context under it.
             return 1 if rclpy.ok() else 0
         executor.add_node(node)
         executor.spin()
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except ExternalShutdownException:
         pass
     except (GaitSegmentationError, ParameterException) as error:
         print(f'{type(error).__name__}: {error}', file=sys.stderr)
@@ -78,56 +73,11 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
         if rclpy.ok():
             raise
     finally:
-        # Nothing that could be interrupted comes before this.
-        patience.ended = True
-        _ignore_signals()
-        if executor is not None:
-            executor.shutdown()
-        if node is not None:
-            node.close()
-            node.destroy_node()
-        rclpy.try_shutdown()
+        ending.close()
         # To look for garbage among all that has been imported takes the interpreter longer than
         # everything else that it does at the end.
         gc.freeze()
     return 0
-
-
-def _ignore_signals() -> None:
-    """
-    Let no signal interfere with the clean-up.
-
-    rclpy handles signals in a thread that uses the executor's guard condition, so that thread
-    must have ended before the executor is shut down.
-    """
-    uninstall_signal_handlers()
-    for number in _ENDING:
-        signal.signal(number, signal.SIG_IGN)
-
-
-class Patience:
-    """
-    Lets the first signal pass: only who sends another one does not want to wait.
-
-    Several that come at the same moment are one to Python.
-    """
-
-    def __init__(self) -> None:
-        """Begin before the first."""
-        self.pressed = False
-        self.short = False
-        """Whether the first one breaks off what runs."""
-
-        self.ended = False
-        """Whether it is too late to break anything off."""
-
-    def __call__(self, number: int, frame: object) -> None:
-        """Handle a signal, as :func:`signal.signal` asks for it."""
-        if self.ended:
-            return
-        if self.short or self.pressed:
-            raise KeyboardInterrupt
-        self.pressed = True
 
 
 def _check(make: Callable[[], GaitNode], arguments: list[str]) -> None:

@@ -1,22 +1,17 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The exit code of a node that is stopped while it starts."""
+"""The exit code of a node, and its command line; signals are in test_ending.py."""
 
 from __future__ import annotations
 
-import os
 import signal
-import subprocess
-import sys
-import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 import rclpy
 
-from gait_segmentation.ros.running import Patience, run_node
+from gait_segmentation.ros.running import run_node
 
 
 class _Node:
@@ -88,67 +83,9 @@ def test_ros_arguments_that_make_no_sense_are_an_error(capsys) -> None:
     assert 'Error' in capsys.readouterr().err
 
 
-def test_only_a_second_ctrl_c_breaks_off_what_runs() -> None:
-    signal.signal(signal.SIGINT, Patience())
-    signal.raise_signal(signal.SIGINT)
-    with pytest.raises(KeyboardInterrupt):
-        signal.raise_signal(signal.SIGINT)
-
-
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_one_signal_breaks_off_a_start(number: signal.Signals) -> None:
-    def long() -> bool:
-        signal.raise_signal(number)
-        pytest.fail('it went on')
-
-    assert _run(long) == 0
-
-
 def test_a_start_after_a_signal_is_none() -> None:
     def make() -> Any:
         signal.raise_signal(signal.SIGINT)
         return _Node(lambda: pytest.fail('started'))
 
     assert run_node(make, []) == 0
-
-
-def test_nothing_is_broken_off_at_the_end() -> None:
-    patience = Patience()
-    patience.ended = True
-    signal.signal(signal.SIGINT, patience)
-    for _ in range(3):
-        signal.raise_signal(signal.SIGINT)
-
-
-def test_any_number_of_signals_ends_a_node_in_order() -> None:
-    script = """
-import sys
-from rclpy.node import Node
-from gait_segmentation.ros.running import run_node
-class Quiet(Node):
-    def __init__(self):
-        super().__init__('quiet')
-    def start(self):
-        print('started', flush=True)
-        return True
-    def close(self):
-        pass
-sys.exit(run_node(Quiet, ['quiet']))
-"""
-    for pause_s in (0.0, 0.0001, 0.001, 0.005):
-        with subprocess.Popen(
-            [sys.executable, '-c', script],
-            cwd=Path(__file__).resolve().parents[2],
-            env={**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'OFF'},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        ) as process:
-            assert process.stdout is not None
-            assert process.stdout.readline() == 'started\n'
-            while process.poll() is None:
-                process.send_signal(signal.SIGINT)
-                time.sleep(pause_s)
-            # Python itself may say of the last one that it came while its handler was changed.
-            assert 'KeyboardInterrupt' not in process.stdout.read()
-            assert process.returncode == 0

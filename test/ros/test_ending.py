@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Signals at any time: what they end, and that they end it quietly and in order."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from gait_segmentation.ros.ending import Ending
+
+ROOT = Path(__file__).resolve().parents[2]
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+NODE = """
+import ctypes, sys, time
+from rclpy.node import Node
+from gait_segmentation.ros import ending
+from gait_segmentation.ros.running import run_node
+
+def wait():
+    print('starting', flush=True)
+    time.sleep(100)
+
+def swallow():
+    try:
+        wait()
+    except BaseException:
+        pass
+
+call_back = ctypes.CFUNCTYPE(None)(wait)
+
+class Quiet(Node):
+    def __init__(self):
+        super().__init__('quiet')
+    def start(self):
+        {start}
+        print('started', flush=True)
+        return True
+    def close(self):
+        print('closed', flush=True)
+        {close}
+
+ending._LONGEST_S = 0.2
+sys.exit(run_node(Quiet, ['quiet']))
+"""
+
+
+@pytest.fixture(autouse=True)
+def handlers() -> Iterator[None]:
+    before = [signal.getsignal(number) for number in SIGNALS]
+    yield
+    for number, handler in zip(SIGNALS, before, strict=True):
+        signal.signal(number, handler)
+
+
+def _begin(start: str = 'pass', close: str = 'pass') -> subprocess.Popen[str]:
+    script = NODE.format(start=start, close=close)
+    return subprocess.Popen(
+        [sys.executable, '-c', script],
+        cwd=ROOT,
+        env={**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'OFF'},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+
+
+def _line(process: subprocess.Popen[str]) -> str:
+    assert process.stdout is not None
+    return process.stdout.readline().strip()
+
+
+@pytest.mark.parametrize('number', SIGNALS)
+@pytest.mark.parametrize('start', ['wait()', 'swallow()', 'call_back()'])
+def test_one_signal_breaks_off_a_start_wherever_it_is(number: signal.Signals, start: str) -> None:
+    """Also where an exception would be printed and forgotten, as in a compiler's callbacks."""
+    with _begin(start) as process:
+        assert _line(process) == 'starting'
+        process.send_signal(number)
+        said, _ = process.communicate(timeout=60)
+    assert (process.returncode, said) == (0, 'closed\n')
+
+
+def test_an_end_at_once_does_not_wait_for_ever() -> None:
+    with _begin('wait()', 'time.sleep(100)') as process:
+        assert _line(process) == 'starting'
+        process.send_signal(signal.SIGINT)
+        said, _ = process.communicate(timeout=60)
+    assert (process.returncode, said) == (0, 'closed\n')
+
+
+def test_any_number_of_signals_ends_a_node_in_order() -> None:
+    for pause_s in (0.0, 0.0001, 0.001, 0.005):
+        with _begin() as process:
+            assert _line(process) == 'started'
+            while process.poll() is None:
+                process.send_signal(signal.SIGINT)
+                time.sleep(pause_s)
+            said, _ = process.communicate()
+            # Python itself may say of the last one that it came while its handler was changed.
+            assert 'KeyboardInterrupt' not in said
+            assert 'closed' in said
+            assert process.returncode == 0
+
+
+def test_the_first_signal_is_noted_and_none_does_anything_after_the_end() -> None:
+    closed: list[str] = []
+    ending = Ending()
+    ending.closes(lambda: closed.append('first'))
+    ending.closes(lambda: closed.append('second'))
+    ending.handle_signals()
+    assert not ending.asked
+    signal.raise_signal(signal.SIGTERM)
+    assert ending.asked
+    assert closed == []
+    ending.close()
+    assert closed == ['first', 'second']
+    signal.raise_signal(signal.SIGINT)
+    # One that was on its way when the handlers were changed.
+    ending(signal.SIGINT, None)
+    ending.close()
+    assert closed == ['first', 'second']
