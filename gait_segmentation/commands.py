@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+The commands.
+
+What they need takes a while to import, and Ctrl-C is to end them quietly from the beginning: this
+imports nothing else before it has seen to that.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from importlib import import_module
+from types import ModuleType
+
+__all__ = [
+    'bank',
+    'demo',
+    'evaluate',
+    'matcher',
+    'pipeline',
+    'replay',
+    'segmenter',
+    'source',
+    'tracker',
+]
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_INTERRUPTED = 130
+
+
+def bank() -> int:
+    """Run gait_bank."""
+    return _run_tool('bank')
+
+
+def demo() -> int:
+    """Run gait_demo."""
+    return _run_tool('demo')
+
+
+def evaluate() -> int:
+    """Run gait_evaluate."""
+    return _run_tool('evaluate')
+
+
+def replay() -> int:
+    """Run gait_replay."""
+    return _run_tool('replay')
+
+
+def tracker() -> int:
+    """Run gait_tracker."""
+    return _run_node('tracker')
+
+
+def matcher() -> int:
+    """Run gait_matcher."""
+    return _run_node('matcher')
+
+
+def segmenter() -> int:
+    """Run gait_segmenter."""
+    return _run_node('segmenter')
+
+
+def pipeline() -> int:
+    """Run gait_pipeline."""
+    return _run_node('pipeline')
+
+
+def source() -> int:
+    """Run gait_source."""
+    return _run_node('source')
+
+
+def _run_tool(name: str) -> int:
+    """Run a command that says so and returns 130 when it is interrupted."""
+    before = {number: signal.getsignal(number) for number in _SIGNALS}
+    module = _imported(
+        f'gait_segmentation.cli.{name}', f'gait_{name}: interrupted\n', _INTERRUPTED
+    )
+    for number, handler in before.items():
+        signal.signal(number, handler)
+    return int(module.main())
+
+
+def _run_node(name: str) -> int:
+    """Run a node, for which to be interrupted is the usual end; it sets handlers of its own."""
+    return int(_imported(f'gait_segmentation.nodes.{name}_node', '', 0).main())
+
+
+def _imported(module: str, text: str, code: int) -> ModuleType:
+    """Import a module; a signal meanwhile, or later, ends the process with a text and a code."""
+
+    def end(number: int, frame: object) -> None:
+        # At once: nothing is there yet to be closed, and imports may swallow an exception.
+        os.write(2, text.encode())
+        os._exit(code)
+
+    for number in _SIGNALS:
+        # Those ignored, as of what a shell runs in the background, stay so.
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, end)
+    return import_module(module)

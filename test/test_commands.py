@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The commands, interrupted while they import."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from gait_segmentation import commands
+
+ROOT = Path(__file__).resolve().parents[1]
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+TOOLS = ('bank', 'demo', 'evaluate', 'replay')
+NODES = tuple(name for name in commands.__all__ if name not in TOOLS)
+
+SCRIPT = """
+import sys, time
+class Slow:
+    def find_spec(self, name, path=None, target=None):
+        if name == 'cv2':
+            print('importing', flush=True)
+            time.sleep(100)
+sys.meta_path.insert(0, Slow())
+from gait_segmentation import commands
+sys.exit(commands.{}())
+"""
+
+
+@pytest.fixture(autouse=True)
+def handlers() -> Iterator[None]:
+    before = [signal.getsignal(number) for number in SIGNALS]
+    yield
+    for number, handler in zip(SIGNALS, before, strict=True):
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize('number', SIGNALS)
+@pytest.mark.parametrize(
+    ('name', 'code', 'text'),
+    [('tracker', 0, ''), ('evaluate', 130, 'gait_evaluate: interrupted\n')],
+)
+def test_a_signal_during_the_imports_ends_a_command_quietly(
+    number: signal.Signals, name: str, code: int, text: str
+) -> None:
+    with subprocess.Popen(
+        [sys.executable, '-c', SCRIPT.format(name)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == 'importing\n'
+        process.send_signal(number)
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == code
+    assert said == text
+
+
+@pytest.mark.parametrize('name', commands.__all__)
+def test_every_command_runs_its_module(name: str, monkeypatch) -> None:
+    found = []
+    before = [signal.getsignal(number) for number in SIGNALS]
+
+    class Module:
+        @staticmethod
+        def main() -> int:
+            now = [signal.getsignal(number) for number in SIGNALS]
+            # Tools are interrupted as usual; nodes replace the handlers themselves, without a gap.
+            assert (now == before) == (name in TOOLS)
+            return 3
+
+    monkeypatch.setattr(commands, 'import_module', lambda each: found.append(each) or Module)
+    assert getattr(commands, name)() == 3
+    assert found == [
+        f'gait_segmentation.cli.{name}'
+        if name in TOOLS
+        else f'gait_segmentation.nodes.{name}_node'
+    ]
+    assert Path(ROOT / f'{found[0].replace(".", "/")}.py').is_file()
+
+
+@pytest.mark.parametrize('name', commands.__all__)
+def test_ignored_signals_stay_ignored(name: str, monkeypatch) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    class Module:
+        @staticmethod
+        def main() -> int:
+            assert signal.getsignal(signal.SIGINT) == signal.SIG_IGN
+            return 0
+
+    monkeypatch.setattr(commands, 'import_module', lambda each: Module)
+    assert getattr(commands, name)() == 0
+
+
+def test_all_commands_are_installed() -> None:
+    points = re.findall(r"'gait_(\w+) = ([\w.]+):(\w+)'", (ROOT / 'setup.py').read_text())
+    assert sorted(points) == [(name, commands.__name__, name) for name in commands.__all__]
