@@ -7,7 +7,7 @@ from __future__ import annotations
 import json
 import math
 import statistics
-from collections.abc import Iterable, Mapping, Sequence as ListLike
+from collections.abc import Mapping, Sequence as ListLike
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.means import mean_known, mean_tracking
 from gait_segmentation.evaluation.metrics import FrameScore
 from gait_segmentation.evaluation.mot import MISSING
 from gait_segmentation.evaluation.runner import Outcome, StartScore
-from gait_segmentation.evaluation.tracking_score import TrackingScore, mean_tracking
+from gait_segmentation.evaluation.tracking_score import TrackingScore
 
 __all__ = [
     'Summary',
@@ -70,11 +71,11 @@ class Summary:
         total = sum(self.seconds)
         return {
             'frames': len(self.scores),
-            'J': _mean(score.j for score in self.scores),
-            'F': _mean(score.f for score in self.scores),
-            'error_rate': _mean(score.error_rate for score in self.scores),
-            'error_rate_image': _mean(score.error_rate_image for score in self.scores),
-            'box_iou': _mean(boxed),
+            'J': mean_known(score.j for score in self.scores),
+            'F': mean_known(score.f for score in self.scores),
+            'error_rate': mean_known(score.error_rate for score in self.scores),
+            'error_rate_image': mean_known(score.error_rate_image for score in self.scores),
+            'box_iou': mean_known(boxed),
             'lost_frames': sum(score.lost for score in self.scores),
             'ms_per_frame': {
                 stage: statistics.median([times.get(stage, 0.0) for times in self.timings] or [0])
@@ -85,11 +86,6 @@ class Summary:
         }
 
 
-def _mean(values: Iterable[float]) -> float | None:
-    values = list(values)
-    return statistics.fmean(values) if values else None
-
-
 def mean_of(sequences: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Average the sequences' numbers, each sequence counting the same; counts are summed."""
     rows = list(sequences.values())
@@ -97,29 +93,28 @@ def mean_of(sequences: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
         'frames': sum(row['frames'] for row in rows),
         'lost_frames': sum(row['lost_frames'] for row in rows),
         'ms_per_frame': {
-            stage: _mean(row['ms_per_frame'][stage] for row in rows) for stage in STAGES
+            stage: mean_known(row['ms_per_frame'][stage] for row in rows) for stage in STAGES
         },
     }
     for name in _AVERAGED:
-        mean[name] = _mean(row[name] for row in rows if row[name] is not None)
+        mean[name] = mean_known(row[name] for row in rows)
     mean['tracking'] = mean_tracking(row['tracking'] for row in rows)
     return mean
 
 
 def restart_report(starts: Mapping[str, ListLike[StartScore]]) -> dict[str, Any]:
     """Average the starts of each sequence, then the sequences that have any."""
-    per_sequence = {
+    per_sequence: dict[str, dict[str, Any]] = {
         name: {
-            'J': _mean(start.j for start in scores),
-            'J0': _mean(start.j0 for start in scores),
+            'J': mean_known(start.j for start in scores),
+            'J0': mean_known(start.j0 for start in scores),
             'starts': {str(start.number): {'J': start.j, 'J0': start.j0} for start in scores},
         }
         for name, scores in starts.items()
     }
-    return {
-        key: _mean(row[key] for row in per_sequence.values() if row[key] is not None)  # type: ignore[misc]
-        for key in ('J', 'J0')
-    } | {'per_sequence': per_sequence}
+    return {key: mean_known(row[key] for row in per_sequence.values()) for key in ('J', 'J0')} | {
+        'per_sequence': per_sequence
+    }
 
 
 def aligned(rows: ListLike[ListLike[str]]) -> str:

@@ -23,16 +23,15 @@ track id that is false in all its frames.
 
 from __future__ import annotations
 
-import math
-import statistics
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.evaluation.attendance import SAME_IOU, Attendance
+from gait_segmentation.evaluation.means import mean_known
 from gait_segmentation.evaluation.metrics import (
     LOST_IOU,
     centre_distance,
@@ -40,12 +39,13 @@ from gait_segmentation.evaluation.metrics import (
     window_about,
 )
 from gait_segmentation.evaluation.mot import MotFrame, mot_scores
+from gait_segmentation.evaluation.person_score import PersonScore
 from gait_segmentation.evaluation.truth import truth_of
 from gait_segmentation.geometry import Box
 from gait_segmentation.people import MOST_PEOPLE
 from gait_segmentation.results import FeatureWeight
 
-__all__ = ['FoundTrack', 'TrackingScore', 'first_frames', 'mean_tracking']
+__all__ = ['FoundTrack', 'TrackingScore', 'first_frames']
 
 _UNCLEAR_SHARE = 0.5
 """Share of ambiguous pixels in a mask from which on nobody knows whether it is right."""
@@ -63,23 +63,6 @@ class FoundTrack:
     box: Box
     mask: NDArray[np.uint8]
     features: tuple[FeatureWeight, ...] = ()
-
-
-@dataclass
-class _Person:
-    """What is known of one person so far."""
-
-    since: int
-    j: list[float] = field(default_factory=list)
-    j_of_id: dict[int, float] = field(default_factory=dict)
-    box_iou: list[float] = field(default_factory=list)
-    centre_error: list[float] = field(default_factory=list)
-    lost_frames: int = 0
-    ids: list[int] = field(default_factory=list)
-    held: list[int] = field(default_factory=list)
-    switches: int = 0
-    looks: int = 0
-    features: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def first_frames(attendance: Attendance, starts: Mapping[int, Iterable[Box]]) -> dict[int, int]:
@@ -113,7 +96,7 @@ class TrackingScore:
         :param since: person -> the first frame that counts, see :func:`first_frames`.
         """
         self._attendance = attendance
-        self._people = {person: _Person(number) for person, number in since.items()}
+        self._people = {person: PersonScore(number) for person, number in since.items()}
         self._seen = {person: set(attendance.seen(person)) for person in self._people}
         self._holds: dict[int, int] = {}
         self._ids: set[int] = set()
@@ -146,13 +129,11 @@ class TrackingScore:
             known = self._people[person]
             track_id = pairs.get(person)
             pair = (person, track_id or 0)
-            known.j.append(j.get(pair, 0.0))
-            known.box_iou.append(iou.get(pair, 0.0))
-            known.lost_frames += iou.get(pair, 0.0) < LOST_IOU
+            known.add(j.get(pair, 0.0), iou.get(pair, 0.0))
             if track_id is not None:
                 expected = sightings[person].box
                 known.centre_error.append(centre_distance(by_id[track_id].box, expected))
-                _note_features(known, by_id[track_id].features)
+                known.add_features(by_id[track_id].features)
             for (whom, other), value in j.items():
                 if whom == person:
                     known.j_of_id[other] = known.j_of_id.get(other, 0.0) + value
@@ -163,7 +144,7 @@ class TrackingScore:
     def numbers(self) -> dict[str, Any]:
         """Return the scores by name; None where there is nothing to measure."""
         people = {
-            str(person): self._person_numbers(person, known)
+            str(person): known.numbers(person, self._attendance)
             for person, known in sorted(self._people.items())
         }
         ids = [known.ids for known in self._people.values()]
@@ -174,10 +155,10 @@ class TrackingScore:
         locks = [row['lock_seconds'] for row in rows]
         return {
             'people': people,
-            'J': _mean(row['J'] for row in rows),
-            'J_one_id': _mean(row['J_one_id'] for row in rows),
-            'box_iou': _mean(row['box_iou'] for row in rows),
-            'centre_error': _mean(row['centre_error'] for row in rows),
+            'J': mean_known(row['J'] for row in rows),
+            'J_one_id': mean_known(row['J_one_id'] for row in rows),
+            'box_iou': mean_known(row['box_iou'] for row in rows),
+            'centre_error': mean_known(row['centre_error'] for row in rows),
             'lost_frames': sum(row['lost_frames'] for row in rows),
             'id_switches': sum(row['id_switches'] for row in rows),
             'shared_ids': len(shared),
@@ -217,15 +198,8 @@ class TrackingScore:
         others = sorted(good, key=lambda pair: (-good[pair], pair))
         now = dict(_one_to_one([*kept, *others]))
         for person, track_id in now.items():
-            if person not in self._people:
-                continue
-            known = self._people[person]
-            known.held.append(number)
-            if number < known.since:
-                continue
-            known.switches += bool(known.ids) and known.ids[-1] != track_id
-            if not known.ids or known.ids[-1] != track_id:
-                known.ids.append(track_id)
+            if person in self._people:
+                self._people[person].hold(number, track_id)
         # Who is hidden for a while stays with the id of before.
         self._holds.update(now)
 
@@ -262,48 +236,6 @@ class TrackingScore:
             MotFrame(tuple(counted), tuple(ids), overlap.reshape(len(counted), len(ids)))
         )
 
-    def _person_numbers(self, person: int, known: _Person) -> dict[str, Any]:
-        fps, attendance = self._attendance.fps, self._attendance
-        whole = attendance.first_whole(person)
-        lock = None
-        if known.held and whole is not None:
-            lock = max(known.held[0] - whole, 0) / fps
-        recoveries: list[float | None] = []
-        for number in attendance.returns(person):
-            if number <= known.since:
-                continue
-            again = next((held for held in known.held if held >= number), None)
-            recoveries.append(None if again is None else (again - number) / fps)
-        frames = len(known.j)
-        best = max(known.j_of_id.values(), default=0.0)
-        return {
-            'frames': frames,
-            'J': _mean(known.j),
-            'J_one_id': best / frames if frames else None,
-            'box_iou': _mean(known.box_iou),
-            'centre_error': _mean(known.centre_error),
-            'lost_frames': known.lost_frames,
-            'id_switches': known.switches,
-            'ids': known.ids,
-            'lock_seconds': lock,
-            'recovery_seconds': recoveries,
-            'features': {
-                name: {'weight': weight / known.looks, 'variance_ratio': ratio / known.looks}
-                for name, (weight, ratio) in sorted(
-                    known.features.items(), key=lambda item: (-item[1][0], -item[1][1])
-                )
-            },
-        }
-
-
-def _note_features(known: _Person, features: Iterable[FeatureWeight]) -> None:
-    """Add up weights and variance ratios of the frames in which there are any."""
-    features = list(features)
-    known.looks += bool(features)
-    for each in features:
-        weight, ratio = known.features.get(each.name, (0.0, 0.0))
-        known.features[each.name] = weight + each.weight, ratio + each.variance_ratio
-
 
 def _one_to_one(pairs: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
     """Take the pairs in order, leaving out those with somebody who is taken."""
@@ -324,36 +256,3 @@ def _unclear(labels: NDArray[np.uint8], track: FoundTrack) -> bool:
     if inside.size == 0:
         inside = labels[track.box.slices(labels.shape[1], labels.shape[0])].ravel()
     return bool(inside.size) and float((inside > MOST_PEOPLE).mean()) >= _UNCLEAR_SHARE
-
-
-def _mean(values: Iterable[float | None]) -> float | None:
-    known = [value for value in values if value is not None and not math.isnan(value)]
-    return statistics.fmean(known) if known else None
-
-
-_SUMMED = (
-    'lost_frames',
-    'id_switches',
-    'shared_ids',
-    'false_slots',
-    'false_frames',
-    'never_locked',
-    'never_recovered',
-)
-
-_AVERAGED = ('J', 'J_one_id', 'box_iou', 'centre_error', 'mota', 'idf1')
-
-_WORST = ('lock_seconds', 'recovery_seconds')
-
-
-def mean_tracking(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """Put the scores of sequences together: means, sums of counts, the longest of times."""
-    rows = list(rows)
-    mean: dict[str, Any] = {name: sum(row[name] for row in rows) for name in _SUMMED}
-    for name in _AVERAGED:
-        if all(name in row for row in rows):
-            mean[name] = _mean(row[name] for row in rows)
-    for name in _WORST:
-        times = [row[name] for row in rows if row[name] is not None]
-        mean[name] = max(times, default=None)
-    return mean

@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 from gait_segmentation.evaluation.attendance import Attendance
-from gait_segmentation.evaluation.mot import mot_scores
 from gait_segmentation.evaluation.tracking_score import (
     FoundTrack,
     TrackingScore,
     first_frames,
-    mean_tracking,
 )
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import FeatureWeight
@@ -174,14 +172,3 @@ def test_features_are_averaged_over_the_frames_that_have_any():
         'hue': {'weight': 1.0, 'variance_ratio': 2.0},
         'red': {'weight': 0.0, 'variance_ratio': 0.5},
     }
-
-
-def test_means_over_sequences():
-    good = score([{1: 20}] * 2, [{4: 20}] * 2)
-    bad = score([{1: 20}] * 2, [{5: 70}] * 2)
-    mean = mean_tracking([good, bad])
-    assert mean['J'] == 0.5
-    assert mean['false_slots'] == 1
-    assert mean['never_locked'] == 1
-    assert mean['lock_seconds'] == 0
-    assert ('mota' in mean) == bool(mot_scores([]))
