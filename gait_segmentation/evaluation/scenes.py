@@ -21,12 +21,9 @@ from gait_segmentation.evaluation.clothing import Outfit, make_disguise, make_ou
 from gait_segmentation.evaluation.courses import Course
 from gait_segmentation.evaluation.props import Prop, make_car, make_pillar, make_tree
 from gait_segmentation.evaluation.scenery import make_boards, muted_colour
-from gait_segmentation.evaluation.synthetic import (
-    FOCAL_LENGTH,
-    Staging,
-    SyntheticConfig,
-    SyntheticSequence,
-)
+from gait_segmentation.evaluation.staging import Staging
+from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
+from gait_segmentation.evaluation.synthetic_camera import FOCAL_LENGTH
 from gait_segmentation.evaluation.walkers import Walker
 from gait_segmentation.gait_model import BUILDS
 

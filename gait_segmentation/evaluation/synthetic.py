@@ -3,14 +3,12 @@
 """
 Synthetic sequences with exact truth: dressed walkers of the gait model before a cluttered wall.
 
-The camera looks level, at 0.9 body heights above the ground, and moves sideways; walkers are
-drawn without perspective within the body, but grow and shrink with their distance.
+Walkers are drawn without perspective within the body, but grow and shrink with their distance.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,27 +22,26 @@ from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.clothing import make_outfit
 from gait_segmentation.evaluation.courses import Straight
 from gait_segmentation.evaluation.output import write_image
-from gait_segmentation.evaluation.props import Prop, draw_prop
+from gait_segmentation.evaluation.props import draw_prop
 from gait_segmentation.evaluation.scenery import Occluder, make_occluder, make_panorama
 from gait_segmentation.evaluation.sequence import FIRST_STAMP_NS
+from gait_segmentation.evaluation.staging import Staging, still
+from gait_segmentation.evaluation.synthetic_camera import FOCAL_LENGTH, SyntheticCamera
 from gait_segmentation.evaluation.synthetic_config import SyntheticConfig
 from gait_segmentation.evaluation.truth import AMBIGUOUS, PERSON, UNCLEAR
 from gait_segmentation.evaluation.walkers import Walker, draw_walker, draw_walkers_by_lot
-from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.geometry import Box
 
-__all__ = ['Staging', 'SyntheticConfig', 'SyntheticFrame', 'SyntheticSequence']
-
-EYE_LEVEL = 0.9
-"""Height of the camera above the ground, in statures."""
-
-FOCAL_LENGTH = 1.1
-"""In image widths."""
+__all__ = ['SyntheticConfig', 'SyntheticFrame', 'SyntheticSequence']
 
 NEAREST = 0.3
 """Share of the first walker's distance at which people have walked past the camera."""
 
 WALL_DISTANCE = 1.35
 """Of the wall over that of the first walker."""
+
+OCCLUDER_SIZE = 1.1
+"""Size at which things at the occluder's distance are seen, over that of the first walker."""
 
 MIXED = (13, 242)
 """Pixels covered more than the first and less than the second (of 255) are ambiguous."""
@@ -75,34 +72,6 @@ class SyntheticFrame:
     azimuths: tuple[float, ...]
 
 
-def _still(number: int) -> tuple[float, float]:
-    return 0.0, 0.0
-
-
-def _even(number: int) -> float:
-    return 1.0
-
-
-@dataclass(frozen=True)
-class Staging:
-    """
-    Who and what is in a clip in place of what the configuration's lots would draw.
-
-    ``cast`` are all people (``walkers``, ``azimuth``, ``stride_rate`` and ``build`` of the
-    configuration do not count then), ``props`` the things among them.  ``panorama`` makes the
-    (H, W, 3) uint8 picture behind them from lots and its shape.  ``sway`` moves the picture of a
-    frame by (x, y) pixels beside pan and jitter, ``exposure`` multiplies its brightness; ``grey``
-    makes a grey camera: three equal channels.
-    """
-
-    cast: tuple[Walker, ...]
-    props: tuple[Prop, ...] = ()
-    panorama: Callable[[np.random.Generator, tuple[int, int]], NDArray[np.uint8]] | None = None
-    sway: Callable[[int], tuple[float, float]] = _still
-    exposure: Callable[[int], float] = _even
-    grey: bool = False
-
-
 class SyntheticSequence:
     """
     Frames of a made-up clip; the same configuration and staging give the same bits.
@@ -118,28 +87,19 @@ class SyntheticSequence:
         self.config = config or SyntheticConfig()
         self._staging = staging
         rng = np.random.default_rng(self.config.seed)
-        self._focal = FOCAL_LENGTH * self.config.width
-        # Level with the middle of the first walker's way, so that feet and head have room.
-        self._horizon = self.config.height / 2 + (0.5 - EYE_LEVEL) * self.config.person_height
-        self._distance = self._focal / self.config.person_height
         self.walkers = self._make_walkers(rng) if staging is None else list(staging.cast)
-        self._shake = self._make_shake(rng)
-        sway = self._add_sway()
-        self._margin_y = math.ceil(4 * self.config.jitter + 4 + sway)
-        self._margin = math.ceil(
-            abs(self.config.pan) * self.config.frames / 2 + 4 * self.config.jitter + 4 + sway
+        self._camera = camera = SyntheticCamera(
+            self.config, rng, still if staging is None else staging.sway
         )
-        shape = (
-            self.config.height + 2 * self._margin_y,
-            self.config.width + 2 * self._margin,
-        )
-        unit = self._focal / (WALL_DISTANCE * self._distance)
-        ground = round(self._horizon + EYE_LEVEL * unit) + self._margin_y
+        wall = WALL_DISTANCE * camera.distance
+        shape = camera.place_shape
         if staging is not None and staging.panorama is not None:
             self._panorama = staging.panorama(rng, shape)
         else:
+            ground = round(camera.ground_at(wall))
+            unit = camera.height_at(wall)
             self._panorama = make_panorama(rng, shape, ground, unit, self.config.clutter)
-        self._occluder = self._make_occluder(rng, shape) if self.config.occluder else None
+        self._occluder = self._make_occluder(rng) if self.config.occluder else None
         self._last: SyntheticFrame | None = None
 
     @property
@@ -222,81 +182,50 @@ class SyntheticSequence:
 
     def _make_walkers(self, rng: np.random.Generator) -> list[Walker]:
         config = self.config
+        distance = FOCAL_LENGTH * config.width / config.person_height
         first = Walker(
-            Straight(0.0, self._distance, config.azimuth, config.stride_rate, rng.uniform()),
+            Straight(0.0, distance, config.azimuth, config.stride_rate, rng.uniform()),
             config.build,
             make_outfit(rng, config.build),
         )
-        half_width = self._distance / FOCAL_LENGTH / 2
+        half_width = distance / FOCAL_LENGTH / 2
         others = draw_walkers_by_lot(
-            rng, config.walkers - 1, self._distance, half_width, config.stride_rate
+            rng, config.walkers - 1, distance, half_width, config.stride_rate
         )
         return [first, *others]
 
-    def _make_shake(self, rng: np.random.Generator) -> NDArray[np.float64]:
-        """Return (frames, 2) displacements of the picture, correlated as a hand's are."""
-        steps = rng.standard_normal((self.config.frames, 2))
-        shake = np.zeros_like(steps)
-        for number in range(1, len(steps)):
-            shake[number] = 0.8 * shake[number - 1] + 0.6 * steps[number]
-        return np.clip(self.config.jitter * shake, -3 * self.config.jitter, 3 * self.config.jitter)
-
-    def _add_sway(self) -> float:
-        """Add the staging's motion to the shake and return its greatest extent in pixels."""
-        if self._staging is None:
-            return 0.0
-        sway = np.array([self._staging.sway(number) for number in self.numbers], np.float64)
-        self._shake = self._shake + sway
-        return float(np.abs(sway).max())
-
-    def _make_occluder(self, rng: np.random.Generator, shape: tuple[int, int]) -> Occluder:
-        x = self._margin + self.config.width * rng.uniform(0.4, 0.6)
-        ground = self._horizon + 1.1 * EYE_LEVEL * self.config.person_height + self._margin_y
-        return make_occluder(rng, shape, x, ground, self.config.person_height)
+    def _make_occluder(self, rng: np.random.Generator) -> Occluder:
+        camera, config = self._camera, self.config
+        x = camera.margin_x + config.width * rng.uniform(0.4, 0.6)
+        ground = camera.ground_at(camera.distance / OCCLUDER_SIZE)
+        return make_occluder(rng, camera.place_shape, x, ground, config.person_height)
 
     def seconds(self, number: int) -> float:
         """Return the time of a frame after half way of the clip."""
         return (number - (self.config.frames - 1) / 2) / self.config.fps
 
-    def _shift(self, number: int, share: float) -> tuple[float, float]:
-        """Return how far the picture moves; near things (share 1) pass faster than the wall."""
-        passed = self.config.pan * (number - (self.config.frames - 1) / 2)
-        return share * -passed + self._shake[number, 0], float(self._shake[number, 1])
-
-    def _view(
-        self, picture: NDArray[np.generic], number: int, share: float
-    ) -> NDArray[np.float32]:
-        """Cut the camera's picture out of one as wide as the panorama."""
-        dx, dy = self._shift(number, share)
-        matrix = np.array([[1, 0, dx - self._margin], [0, 1, dy - self._margin_y]])
-        size = (self.config.width, self.config.height)
-        moved = cv2.warpAffine(
-            picture, matrix, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
-        )
-        return np.asarray(moved, np.float32)
-
     def _draw(self, number: int) -> SyntheticFrame:
         config = self.config
         seconds = self.seconds(number)
-        picture = self._view(self._panorama, number, 1 / WALL_DISTANCE)
+        picture = self._camera.view(self._panorama, number, 1 / WALL_DISTANCE)
         seen = [np.zeros((config.height, config.width), np.float32) for _ in self.walkers]
         things = [(walker.at(seconds).z, index) for index, walker in enumerate(self.walkers)]
         props = () if self._staging is None else self._staging.props
         things += [(prop.at(seconds).z, ~index) for index, prop in enumerate(props)]
         # The farthest first; of two equally far the one named last.
         for z, index in sorted(things, key=lambda thing: -thing[0]):
-            if z < NEAREST * self._distance:
+            if z < NEAREST * self._camera.distance:
                 continue
             if index < 0:
                 stand = props[~index].at(seconds)
-                unit = self._body(stand.x, stand.z, number)
+                unit = self._camera.body_at(stand.x, stand.z, number)
                 cover = draw_prop(picture, props[~index], stand, unit)
             else:
                 where = self.walkers[index].at(seconds)
                 cover = draw_walker(
                     picture,
                     self.walkers[index],
-                    self._body(where.x, where.z, number),
+                    self._camera.body_at(where.x, where.z, number),
                     where,
                     config.shadow,
                 )
@@ -305,20 +234,13 @@ class SyntheticSequence:
             if index >= 0:
                 seen[index] = cover
         if self._occluder is not None:
-            cover = np.clip(self._view(self._occluder.alpha, number, 1.0), 0, 1)
+            cover = np.clip(self._camera.view(self._occluder.alpha, number, 1.0), 0, 1)
             picture += cover[..., None] * (
-                self._view(self._occluder.colour, number, 1.0) - picture
+                self._camera.view(self._occluder.colour, number, 1.0) - picture
             )
             for behind in seen:
                 behind *= 1 - cover
         return self._finish(number, picture, seen)
-
-    def _body(self, x: float, z: float, number: int) -> BodyFrame:
-        """Return where somebody at (x, z) is seen."""
-        height = self._focal / z
-        dx, dy = self._shift(number, self._distance / z)
-        center_y = self._horizon + (EYE_LEVEL - 0.5) * height
-        return BodyFrame(self.config.width / 2 + x * height + dx, center_y + dy, height)
 
     def _finish(
         self, number: int, picture: NDArray[np.float32], seen: list[NDArray[np.float32]]

@@ -11,7 +11,8 @@ from gait_segmentation.evaluation.courses import Course, Straight
 from gait_segmentation.evaluation.metrics import true_box
 from gait_segmentation.evaluation.props import make_pillar
 from gait_segmentation.evaluation.sequence import Sequence
-from gait_segmentation.evaluation.synthetic import Staging, SyntheticSequence
+from gait_segmentation.evaluation.staging import Staging
+from gait_segmentation.evaluation.synthetic import SyntheticSequence
 from gait_segmentation.evaluation.synthetic_config import SyntheticConfig
 from gait_segmentation.evaluation.walkers import Walker
 from gait_segmentation.geometry import Box
