@@ -25,7 +25,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from gait_segmentation.drawing import Image, contact_sheet
+from gait_segmentation.drawing import Image
 from gait_segmentation.evaluation.metrics import PhaseScore, phase_score
 from gait_segmentation.evaluation.output import tile, write_image
 from gait_segmentation.evaluation.report import aligned
@@ -34,6 +34,7 @@ from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSeq
 from gait_segmentation.gait_model import BUILDS
 from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import Pipeline
+from gait_segmentation.sheets import contact_sheet
 
 LEAST_MEAN, LEAST_WORST = 0.93, 0.85
 DIRECTIONS = (0.0, math.pi, 0.6, math.pi - 0.6, 1.4, -1.4)

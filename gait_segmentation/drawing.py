@@ -1,17 +1,16 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Pictures for people: outlines, boxes, labels and phase dials over frames, and contact sheets.
+Pictures for people: outlines, boxes, labels and phase dials over frames.
 
-Functions named ``draw_`` change the image they are given, a (H, W, 3) uint8 BGR array; the
-others make a new one.  Colours are (blue, green, red).  Lines are anti-aliased.
+Functions named ``draw_`` change the image they are given, a (H, W, 3) uint8 BGR array.  Colours
+are (blue, green, red).  Lines are anti-aliased.
 """
 
 from __future__ import annotations
 
 import colorsys
 import math
-from collections.abc import Sequence
 
 import cv2
 import numpy as np
@@ -21,16 +20,14 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 
 __all__ = [
+    'BACKDROP',
     'Colour',
     'Image',
-    'contact_sheet',
-    'crop',
     'draw_box',
     'draw_label',
     'draw_outline',
     'draw_person',
     'draw_phase_dial',
-    'enlarged',
     'track_colour',
     'view_word',
 ]
@@ -181,64 +178,3 @@ def draw_person(
         x = min(max(box.right + radius + 4, radius + 1), image.shape[1] - radius - 2)
         y = min(max(box.y + radius, radius + 1), image.shape[0] - radius - 2)
         draw_phase_dial(image, (x, y), radius, phase, colour)
-
-
-def enlarged(image: Image, factor: float) -> Image:
-    """Return an image or mask resized, sharp when it grows and free of aliasing when not."""
-    size = (max(round(image.shape[1] * factor), 1), max(round(image.shape[0] * factor), 1))
-    return _resized(image, size)
-
-
-def _resized(image: Image, size: tuple[int, int]) -> Image:
-    grows = size[0] >= image.shape[1]
-    enlarging = cv2.INTER_LINEAR if image.ndim == 2 else cv2.INTER_CUBIC
-    how = enlarging if grows else cv2.INTER_AREA
-    return np.asarray(cv2.resize(image, size, interpolation=how))
-
-
-def crop(image: Image, region: Box, size: tuple[int, int]) -> Image:
-    """
-    Return a region of an image or mask at a given size.
-
-    :param region: in pixels; beyond the image it is dark (0 in a grey image).
-    :param size: (width, height) of the result.
-    """
-    left, top = math.floor(region.x), math.floor(region.y)
-    width = max(round(region.width), 1)
-    height = max(round(region.height), 1)
-    ground = BACKDROP if image.ndim == 3 else 0
-    part = np.empty((height, width, *image.shape[2:]), np.uint8)
-    part[:] = ground
-    inside = Box(left, top, width, height).clipped(image.shape[1], image.shape[0])
-    if inside is not None:
-        rows, columns = inside.slices(image.shape[1], image.shape[0])
-        part[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left] = (
-            image[rows, columns]
-        )
-    return _resized(part, size)
-
-
-def contact_sheet(images: Sequence[Image], columns: int, gap: int = 4) -> Image:
-    """
-    Put pictures side by side, row by row.
-
-    :param images: (H, W, 3) uint8, any sizes; every cell has the size of the largest.
-    :param columns: pictures per row.
-    :param gap: pixels between pictures and round the sheet.
-    :raises InputError: if there is no picture or no column.
-    """
-    if not images or columns < 1:
-        raise InputError(
-            f'a sheet needs pictures and at least 1 column, got {len(images)} and {columns}'
-        )
-    columns = min(columns, len(images))
-    height = max(image.shape[0] for image in images)
-    width = max(image.shape[1] for image in images)
-    rows = -(-len(images) // columns)
-    sheet = np.empty((rows * (height + gap) + gap, columns * (width + gap) + gap, 3), np.uint8)
-    sheet[:] = BACKDROP
-    for place, image in enumerate(images):
-        top = gap + place // columns * (height + gap)
-        left = gap + place % columns * (width + gap)
-        sheet[top : top + image.shape[0], left : left + image.shape[1]] = image
-    return sheet

@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.cli.recorder import Record
 from gait_segmentation.drawing import (
-    contact_sheet,
-    crop,
     draw_label,
     draw_outline,
     draw_person,
@@ -29,6 +27,7 @@ from gait_segmentation.drawing import (
 )
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
+from gait_segmentation.sheets import contact_sheet, crop
 
 __all__ = ['Shown', 'make_report', 'write_film', 'write_masks', 'write_phase', 'write_sheet']
 

@@ -10,12 +10,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.drawing import Image, contact_sheet, crop, draw_label, draw_outline
+from gait_segmentation.drawing import Image, draw_label, draw_outline
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.metrics import true_box
 from gait_segmentation.evaluation.runner import Outcome
 from gait_segmentation.evaluation.truth import PERSON
 from gait_segmentation.geometry import Box
+from gait_segmentation.sheets import contact_sheet, crop
 
 __all__ = ['SequenceOutput', 'tile', 'write_image']
 
