@@ -40,46 +40,41 @@ _PLACE_RATE, _PLACE_STEPS = 0.5, 16
 _SIGMA_START, _SIGMA_LOW, _SIGMA_HIGH = 5.0, 2.5, 14.0
 
 
-@njit(cache=True, nogil=True, fastmath=True)
-def _update(sums: NDArray[np.float32], lab: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
-    decay, one = np.float32(_HIDDEN_DECAY), np.float32(1)
+@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
+def _update(
+    sums: NDArray[np.float32],
+    lab: NDArray[np.uint8],
+    person: NDArray[np.uint8],
+    top: int,
+    bottom: int,
+    left: int,
+    right: int,
+) -> None:
+    """Take in the pixels of a window; by lines, so that the distances in memory are known."""
+    decay, zero, one = np.float32(_HIDDEN_DECAY), np.float32(0), np.float32(1)
     rate, most = np.float32(_LEAST_RATE), np.float32(_MAX_COUNT)
     few = np.float32(1 / _LEAST_RATE - 1)
-    for row in range(lab.shape[0]):
-        for col in range(lab.shape[1]):
-            pixel = sums[row, col]
-            count = pixel[3]
-            keep, gain = decay, np.float32(0)
-            if person[row, col] == 0:
-                keep, gain = one, one
-                if count > few:
-                    after = min(count + one, most)
-                    keep, gain = (one - rate) * after / count, rate * after
+    for row in range(top, bottom):
+        line = sums[row].reshape(-1)[4 * left : 4 * right]
+        pixels = lab[row].reshape(-1)[3 * left : 3 * right]
+        hidden = person[row, left:right]
+        for col in range(hidden.size):
+            count = line[4 * col + 3]
+            slow = count > few
+            after = min(count + one, most)
+            keep = (one - rate) * after / max(count, few) if slow else one
+            gain = rate * after if slow else one
+            if hidden[col] != 0:
+                keep, gain = decay, zero
             for channel in range(3):
-                pixel[channel] = keep * pixel[channel] + gain * np.float32(lab[row, col, channel])
-            pixel[3] = keep * count + gain
+                place = 4 * col + channel
+                line[place] = keep * line[place] + gain * np.float32(pixels[3 * col + channel])
+            line[4 * col + 3] = keep * count + gain
 
 
-@njit(nogil=True, inline='always')
-def _around(sums: NDArray[np.float32], row: int, col: int) -> float:
-    """Return how often the least known of the four neighbours was seen."""
-    above, below = sums[row - 1, col, 3], sums[row + 1, col, 3]
-    return min(min(above, below), min(sums[row, col - 1, 3], sums[row, col + 1, 3]))
-
-
-@njit(nogil=True, inline='always')
-def _slope(sums: NDArray[np.float32], row: int, col: int, channel: int) -> tuple[float, float]:
-    """Return the change per pixel, down and to the right, of a channel's mean."""
-    up, down = sums[row - 1, col], sums[row + 1, col]
-    left, right = sums[row, col - 1], sums[row, col + 1]
-    y = (down[channel] / down[3] - up[channel] / up[3]) / 2
-    x = (right[channel] / right[3] - left[channel] / left[3]) / 2
-    return y, x
-
-
-@njit(nogil=True, fastmath=True, inline='always')
+@njit(nogil=True, fastmath=True, error_model='numpy', inline='always')
 def _means_of_row(
-    sums: NDArray[np.float32],
+    line: NDArray[np.float32],
     light: NDArray[np.float32],
     a: NDArray[np.float32],
     b: NDArray[np.float32],
@@ -87,12 +82,12 @@ def _means_of_row(
 ) -> None:
     """Fill in the means of a row of pixels, and 1 where they are known, else 0."""
     zero, one, least = np.float32(0), np.float32(1), np.float32(_KNOWN_COUNT)
-    for col in range(sums.shape[0]):
-        count = sums[col, 3]
+    for col in range(known.size):
+        count = line[4 * col + 3]
         share = one / max(count, least)
-        light[col] = sums[col, 0] * share
-        a[col] = sums[col, 1] * share
-        b[col] = sums[col, 2] * share
+        light[col] = line[4 * col] * share
+        a[col] = line[4 * col + 1] * share
+        b[col] = line[4 * col + 2] * share
         known[col] = one if count >= least else zero
 
 
@@ -114,95 +109,128 @@ def _square_slopes(
         inner[col] += weight[col] * (x * x + y * y)
 
 
-@njit(cache=True, nogil=True, fastmath=True)
-def _slopes(sums: NDArray[np.float32], out: NDArray[np.float32]) -> None:
+@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
+def _slopes(sums: NDArray[np.float32], top: int, left: int, out: NDArray[np.float32]) -> None:
     """Fill in the squared slopes of lightness and of chroma, zero next to what is unknown."""
-    rows, columns = sums.shape[0], sums.shape[1]
+    rows, columns = out.shape[1], out.shape[2]
     out[:] = np.float32(0)
     if rows < 3 or columns < 3:
         return
     # Of three rows: lightness, a, b and where they are known.
     means = np.empty((3, 4, columns), np.float32)
     use = np.zeros(columns, np.float32)
+    span = slice(4 * left, 4 * (left + columns))
     for row in range(2):
-        each = means[row]
-        _means_of_row(sums[row], each[0], each[1], each[2], each[3])
+        each, line = means[row], sums[top + row].reshape(-1)[span]
+        _means_of_row(line, each[0], each[1], each[2], each[3])
     for row in range(1, rows - 1):
         above, here, below = means[(row - 1) % 3], means[row % 3], means[(row + 1) % 3]
-        _means_of_row(sums[row + 1], below[0], below[1], below[2], below[3])
+        line = sums[top + row + 1].reshape(-1)[span]
+        _means_of_row(line, below[0], below[1], below[2], below[3])
+        over, under, known = above[3], below[3], here[3]
         for col in range(1, columns - 1):
-            use[col] = above[3, col] * below[3, col] * here[3, col - 1] * here[3, col + 1]
+            use[col] = over[col] * under[col] * known[col - 1] * known[col + 1]
         for channel in range(3):
             place = out[min(channel, 1), row]
             _square_slopes(above[channel], here[channel], below[channel], use, place)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model='numpy')
 def _misplacements(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
     person: NDArray[np.uint8],
+    top: int,
+    bottom: int,
+    left: int,
+    right: int,
     least: float,
     histogram: NDArray[np.int64],
 ) -> int:
     """Count residuals of lightness over its slope, in sixteenths of a pixel, where it is steep."""
     total = 0
-    for row in range(1, lab.shape[0] - 1, 2):
-        for col in range(1, lab.shape[1] - 1, 2):
-            count = sums[row, col, 3]
-            if person[row, col] != 0 or count < 1 or _around(sums, row, col) < 1:
+    one, half, steps = np.float32(1), np.float32(0.5), np.float32(_PLACE_STEPS)
+    steep = np.float32(least * least)
+    for row in range(top + 1, bottom - 1, 2):
+        above, below = sums[row - 1].reshape(-1), sums[row + 1].reshape(-1)
+        line, pixels = sums[row].reshape(-1), lab[row].reshape(-1)
+        hidden = person[row]
+        for col in range(left + 1, right - 1, 2):
+            at = 4 * col
+            count = line[at + 3]
+            n_above, n_below, n_before, n_after = (
+                above[at + 3],
+                below[at + 3],
+                line[at - 1],
+                line[at + 7],
+            )
+            seen = min(min(n_above, n_below), min(n_before, n_after))
+            if hidden[col] != 0 or min(count, seen) < one:
                 continue
-            y, x = _slope(sums, row, col, 0)
-            slope = np.sqrt(x * x + y * y)
-            if slope < least:
+            y = half * (below[at] / n_below - above[at] / n_above)
+            x = half * (line[at + 4] / n_after - line[at - 4] / n_before)
+            square = x * x + y * y
+            if square < steep:
                 continue
             total += 1
-            off = abs(np.float32(lab[row, col, 0]) - sums[row, col, 0] / count) / slope
-            histogram[min(int(_PLACE_STEPS * off), histogram.size - 1)] += 1
+            off = abs(np.float32(pixels[3 * col]) - line[at] / count) / np.sqrt(square)
+            histogram[min(int(steps * off), histogram.size - 1)] += 1
     return total
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model='numpy')
 def _residuals(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
     person: NDArray[np.uint8],
+    top: int,
+    bottom: int,
+    left: int,
+    right: int,
     histogram: NDArray[np.int64],
 ) -> int:
     """Count the residuals of all channels of known pixels by quarter grey levels."""
     total = 0
-    for row in range(0, lab.shape[0], _SAMPLE_STEP):
-        for col in range(0, lab.shape[1], _SAMPLE_STEP):
-            count = sums[row, col, 3]
-            if person[row, col] == 0 and count >= 1:
+    one, four = np.float32(1), np.float32(4)
+    for row in range(top, bottom, _SAMPLE_STEP):
+        line, pixels, hidden = sums[row].reshape(-1), lab[row].reshape(-1), person[row]
+        for col in range(left, right, _SAMPLE_STEP):
+            count = line[4 * col + 3]
+            if hidden[col] == 0 and count >= one:
                 total += 1
                 for channel in range(3):
-                    off = abs(np.float32(lab[row, col, channel]) - sums[row, col, channel] / count)
-                    histogram[min(int(4 * off), histogram.size - 1)] += 1
+                    mean = line[4 * col + channel] / count
+                    off = abs(np.float32(pixels[3 * col + channel]) - mean)
+                    histogram[min(int(four * off), histogram.size - 1)] += 1
     return total
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
 def _compare(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
+    top: int,
+    left: int,
     bound: float,
     shadow_floor: float,
     out: NDArray[np.uint8],
 ) -> None:
-    zero, one, most = np.float32(0), np.float32(1), np.float32(bound * bound)
+    """Mark what is sure to be something else than the background, from a pixel of ``sums`` on."""
+    one, most = np.float32(1), np.float32(bound * bound)
     floor, sure = np.float32(shadow_floor), np.float32(_SURE_COUNT)
-    for row in range(lab.shape[0]):
-        for col in range(lab.shape[1]):
-            count = sums[row, col, 3]
-            share = one / count if count >= sure else zero
-            base, light = sums[row, col, 0] * share, np.float32(lab[row, col, 0])
-            off_a = np.float32(lab[row, col, 1]) - sums[row, col, 1] * share
-            off_b = np.float32(lab[row, col, 2]) - sums[row, col, 2] * share
+    for row in range(out.shape[0]):
+        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + out.shape[1])]
+        pixels, result = lab[row].reshape(-1), out[row]
+        for col in range(result.size):
+            count = line[4 * col + 3]
+            share = one / max(count, sure)
+            base, light = line[4 * col] * share, np.float32(pixels[3 * col])
+            off_a = np.float32(pixels[3 * col + 1]) - line[4 * col + 1] * share
+            off_b = np.float32(pixels[3 * col + 2]) - line[4 * col + 2] * share
             chroma = off_a * off_a + off_b * off_b
             other = chroma + (light - base) * (light - base) > most
             shadow = (chroma <= most) & (floor * base < light) & (light < base)
-            out[row, col] = (count >= sure) & other & (not shadow)
+            result[col] = (count >= sure) & other & (not shadow)
 
 
 class BackgroundModel:
@@ -233,6 +261,13 @@ class BackgroundModel:
         """Return the mean of each pixel, (h, w, 3) float32, zero where it is unknown."""
         return self.sums[..., :3] / np.maximum(self.sums[..., 3:], np.float32(1e-6))
 
+    def part(self, window: Window) -> tuple[NDArray[np.float32], int, int]:
+        """Return contiguous sums that hold a window, and the row and column it begins in."""
+        rows, columns = window
+        if rows.step is None and columns.step is None:
+            return self.sums, rows.start, columns.start
+        return np.ascontiguousarray(self.sums[window]), 0, 0
+
     def contradicted(
         self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
     ) -> NDArray[np.uint8]:
@@ -244,7 +279,9 @@ class BackgroundModel:
         :param shadow_floor: darkest shadow, as a share of the lightness; shadows are background.
         """
         out = np.empty(lab.shape[:2], np.uint8)
-        _compare(self.sums[window], lab, _CONTRADICTION * self.sigma, shadow_floor, out)
+        bound = _CONTRADICTION * self.sigma
+        sums, top, left = self.part(window)
+        _compare(sums, lab, top, left, bound, shadow_floor, out)
         return out
 
     def forget(self, where: NDArray[np.uint8]) -> None:
@@ -333,9 +370,9 @@ class BackgroundModel:
         :param window: rows and columns to look at.
         :returns: squared change per pixel of lightness and of chroma, zero where unknown.
         """
-        sums = self.sums[window]
-        out = np.empty((2, *sums.shape[:2]), np.float32)
-        _slopes(sums, out)
+        sums, top, left = self.part(window)
+        out = np.empty((2, *self.count[window].shape), np.float32)
+        _slopes(sums, top, left, out)
         return out
 
     def learn(
@@ -352,7 +389,7 @@ class BackgroundModel:
         :param windows: the rows and columns to learn, disjoint; all if None.
         """
         for part in self._all if windows is None else windows:
-            _update(self.sums[part], lab[part], person[part])
+            _update(self.sums, lab, person, *_bounds(part))
 
     def measure_noise(
         self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
@@ -369,7 +406,7 @@ class BackgroundModel:
         histogram = np.zeros(4 * 256, np.int64)
         total = 0
         for part in windows:
-            total += _residuals(self.sums[part], lab[part], person[part], histogram)
+            total += _residuals(self.sums, lab, person, *_bounds(part), histogram)
         if total < _LEAST_SAMPLES:
             return
         middle = np.searchsorted(np.cumsum(histogram), 1.5 * total)
@@ -383,10 +420,16 @@ class BackgroundModel:
         histogram = np.zeros(4 * _PLACE_STEPS, np.int64)
         total, least = 0, _STEEP * self.sigma
         for part in windows:
-            total += _misplacements(self.sums[part], lab[part], person[part], least, histogram)
+            total += _misplacements(self.sums, lab, person, *_bounds(part), least, histogram)
         if total < _LEAST_SAMPLES:
             return
         median = (float(np.searchsorted(np.cumsum(histogram), 0.5 * total)) + 0.5) / _PLACE_STEPS
         spread = 1.4826 * median
         measured = min(max(spread**2 - _NOISE_PLACE**2, 0.0) ** 0.5, _PLACE_MOST)
         self.misplacement += _PLACE_RATE * (measured - self.misplacement)
+
+
+def _bounds(window: Window) -> tuple[int, int, int, int]:
+    """Return the first row and the one after the last, and the same of the columns."""
+    rows, columns = window
+    return rows.start, rows.stop, columns.start, columns.stop

@@ -138,10 +138,11 @@ def _add_spread(
     if moving is None:
         return
     dx, dy = world.since_mask(person.track_id)
-    template = shift_whole(person.template, round(dx), round(dy))[window]
+    template = np.ascontiguousarray(shift_whole(person.template, round(dx), round(dy))[window])
     evidence = spread_evidence(
         lab,
-        record.background.sums[window],
+        record.background.sums,
+        window,
         record.background.sigma,
         moving[1],
         template,

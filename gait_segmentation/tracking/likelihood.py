@@ -38,34 +38,73 @@ _LEAST_COUNT = 0.25
 _FARTHEST = 18.0
 """Exponents from which a density counts as nothing."""
 
-_EXP_STEPS = 128
-_EXP = np.exp(-np.arange(int(2 * _FARTHEST) * _EXP_STEPS + 2) / _EXP_STEPS).astype(np.float32)
-"""exp(-t) of t in steps, to 0.4 %."""
 
-_LOG_BITS = 12
-_LOG = np.log1p(np.arange(1 << _LOG_BITS) / (1 << _LOG_BITS)).astype(np.float32)
-"""Logarithm of a mantissa in 1..2, to 0.0003."""
+@njit(nogil=True, fastmath=True, inline='always')
+def _exp_minus(value: np.float32) -> np.float32:
+    """Return exp(-value) of 0..80, to 2e-7 of it: a power of two and a polynomial."""
+    power = value * np.float32(-1.44269504)
+    whole = np.float32(np.int32(power - np.float32(0.5)))
+    rest = power - whole
+    part = np.float32(1.3333558e-3)
+    part = part * rest + np.float32(9.618129e-3)
+    part = part * rest + np.float32(5.5504109e-2)
+    part = part * rest + np.float32(0.24022651)
+    part = part * rest + np.float32(0.69314718)
+    part = part * rest + np.float32(1)
+    bits = np.int32((np.int32(whole) + np.int32(127)) << np.int32(23))
+    return part * bits.view(np.float32)
 
 
-@njit(nogil=True, inline='always')
-def _fast_log(value: np.float32, table: NDArray[np.float32]) -> np.float32:
+@njit(nogil=True, fastmath=True, inline='always')
+def _log(value: np.float32) -> np.float32:
+    """Return the natural logarithm, to 2e-7: the exponent and a polynomial of the mantissa."""
     bits = np.float32(value).view(np.int32)
-    exponent = np.float32((bits >> 23) - 127)
-    return exponent * np.float32(0.6931472) + table[(bits & 0x7FFFFF) >> (23 - _LOG_BITS)]
+    # The mantissa from half the square root of two to all of it.
+    exponent = np.int32((bits - np.int32(0x3F3504F3)) >> np.int32(23))
+    rest = np.int32(bits - (exponent << np.int32(23))).view(np.float32) - np.float32(1)
+    part = np.float32(7.0376836e-2)
+    part = part * rest - np.float32(0.11514610)
+    part = part * rest + np.float32(0.11676999)
+    part = part * rest - np.float32(0.12420141)
+    part = part * rest + np.float32(0.14249323)
+    part = part * rest - np.float32(0.16668058)
+    part = part * rest + np.float32(0.20000715)
+    part = part * rest - np.float32(0.24999994)
+    part = part * rest + np.float32(0.33333331)
+    square = rest * rest
+    first = rest - np.float32(0.5) * square + square * rest * part
+    return first + np.float32(exponent) * np.float32(0.69314718)
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(nogil=True, fastmath=True, inline='always')
+def _look_up(
+    bins: NDArray[np.uint16],
+    rows: NDArray[np.float32],
+    person: NDArray[np.float32],
+    surroundings: NDArray[np.float32],
+    of_person: NDArray[np.float32],
+    of_surroundings: NDArray[np.float32],
+) -> None:
+    """Fill in how likely the colours of a row of pixels are for each class."""
+    bands = np.float32(BANDS)
+    for col in range(bins.size):
+        band = min(max(int(rows[col] * bands), 0), BANDS - 1)
+        of_person[col] = person[bins[col], band]
+        of_surroundings[col] = surroundings[bins[col], band]
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
 def _ratio(
     lab: NDArray[np.uint8],
     bins: NDArray[np.uint16],
     rows: NDArray[np.float32],
     sums: NDArray[np.float32],
+    top: int,
+    left: int,
     slopes: NDArray[np.float32],
     misplacement: float,
     person: NDArray[np.float32],
     surroundings: NDArray[np.float32],
-    exponentials: NDArray[np.float32],
-    logarithms: NDArray[np.float32],
     sigma: float,
     trust: float,
     shadow_share: float,
@@ -76,71 +115,67 @@ def _ratio(
     limit_known: float,
     out: NDArray[np.float32],
 ) -> None:
-    zero, one = np.float32(0), np.float32(1)
+    """
+    Fill in the log-likelihood ratios of a window.
+
+    Row by row and without branches, so that many pixels are done at once: first what is looked
+    up, then all that is calculated.
+
+    :param sums: of the whole image, in which the window begins at ``top`` and ``left``.
+    :param slopes: what :meth:`BackgroundModel.slopes` says of the window; not read if nothing
+        is misplaced.
+    """
+    zero, one, half = np.float32(0), np.float32(1), np.float32(0.5)
     scale = np.float32(1 / (2 * sigma * sigma))
-    steps = np.float32(_EXP_STEPS)
     peak = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma) ** 1.5)
-    flat = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma * (1 - shadow_floor)))
-    flat_shade = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma * (1 - shade_floor)))
-    most = np.float32(trust)
-    slope = np.float32(1 / (_SHADOW_TO - _SHADOW_FROM))
-    low, high = np.float32(limit), np.float32(limit_known)
-    far, half = np.float32(_FARTHEST), np.float32(0.5)
+    flat = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma))
+    flat_cast = np.float32(flat / (1 - shadow_floor))
+    flat_shade = np.float32(flat / (1 - shade_floor))
+    cast_share, cast_floor = np.float32(shadow_share), np.float32(shadow_floor)
+    soft_share, soft_floor = np.float32(shade_share), np.float32(shade_floor)
+    most, least = np.float32(trust), np.float32(_LEAST_COUNT)
+    ramp_from, ramp_slope = np.float32(_SHADOW_FROM), np.float32(1 / (_SHADOW_TO - _SHADOW_FROM))
+    low = np.float32(limit)
+    high = np.float32(limit_known) if most > zero else low
+    far = np.float32(_FARTHEST)
     misplaced = np.float32(misplacement * misplacement / (sigma * sigma))
-    bands, least = np.float32(BANDS), np.float32(_LEAST_COUNT)
-    for row in range(lab.shape[0]):
-        for col in range(lab.shape[1]):
-            down = rows[row, col]
-            band = min(max(int(down * bands), 0), BANDS - 1)
-            index = bins[row, col]
-            p_person = person[index, band]
-            p_background = surroundings[index, band]
-            count = sums[row, col, 3]
-            bound = low
-            if most > zero and count > least:
-                if count >= one:
-                    bound = high
-                share_of_one = one / count
-                base = sums[row, col, 0] * share_of_one
-                light = np.float32(lab[row, col, 0])
-                d_light = light - base
-                d_a = np.float32(lab[row, col, 1]) - sums[row, col, 1] * share_of_one
-                d_b = np.float32(lab[row, col, 2]) - sums[row, col, 2] * share_of_one
-                chroma = (d_a * d_a + d_b * d_b) * scale
-                square = d_light * d_light * scale
-                if misplaced > zero:
-                    wider = one + misplaced * slopes[0, row, col]
-                    wider_chroma = one + misplaced * slopes[1, row, col]
-                    narrow = one / (wider * wider_chroma)
-                    square *= wider_chroma * narrow
-                    chroma *= wider * narrow
-                seen = zero
-                if chroma < far:
-                    share = zero
-                    if (shadow_share > 0 or shade_share > 0) and base > one:
-                        ramp = min(max((down - np.float32(_SHADOW_FROM)) * slope, zero), one)
-                        cast = np.float32(shadow_share) * ramp
-                        shade = np.float32(shade_share) * (one - ramp)
-                        share = cast + shade
-                        if light < base:
-                            density = zero
-                            if light > shadow_floor * base:
-                                density += cast * flat
-                            if light > shade_floor * base:
-                                density += shade * flat_shade
-                            seen = density / base * exponentials[int(chroma * steps + half)]
-                    if square < far:
-                        seen += (
-                            (one - share)
-                            * peak
-                            * exponentials[int((square + chroma) * steps + half)]
-                        )
-                # Both times (count + 1/2), which saves a division.
-                known = most * count
-                p_background = known * seen + (count + half - known) * p_background
-                p_person *= count + half
-            value = _fast_log(p_person / p_background, logarithms)
-            out[row, col] = min(max(value, -bound), bound)
+    width = out.shape[1]
+    of_person, of_surroundings = np.empty(width, np.float32), np.empty(width, np.float32)
+    wider, wider_chroma = np.ones(width, np.float32), np.ones(width, np.float32)
+    for row in range(out.shape[0]):
+        _look_up(bins[row], rows[row], person, surroundings, of_person, of_surroundings)
+        if misplaced > zero:
+            steep, steep_chroma = slopes[0, row], slopes[1, row]
+            for col in range(width):
+                wider[col] = one + misplaced * steep[col]
+                wider_chroma[col] = one + misplaced * steep_chroma[col]
+        pixels = lab[row].reshape(-1)
+        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + width)]
+        down, result = rows[row], out[row]
+        for col in range(width):
+            count = line[4 * col + 3]
+            share = one / max(count, least)
+            base, light = line[4 * col] * share, np.float32(pixels[3 * col])
+            d_light = light - base
+            d_a = np.float32(pixels[3 * col + 1]) - line[4 * col + 1] * share
+            d_b = np.float32(pixels[3 * col + 2]) - line[4 * col + 2] * share
+            chroma = min((d_a * d_a + d_b * d_b) * scale / wider_chroma[col], far)
+            square = min(d_light * d_light * scale / wider[col], far)
+            ramp = min(max((down[col] - ramp_from) * ramp_slope, zero), one)
+            dark = one if base > one else zero
+            cast, soft = dark * cast_share * ramp, dark * soft_share * (one - ramp)
+            shadow = cast * flat_cast if light > cast_floor * base else zero
+            shadow += soft * flat_shade if light > soft_floor * base else zero
+            shadow = shadow / max(base, one) if light < base else zero
+            plain = (one - cast - soft) * peak * _exp_minus(square)
+            plain = plain if square < far else zero
+            seen = (shadow + plain) * _exp_minus(chroma) if chroma < far else zero
+            # Both times (count + 1/2), which saves a division.
+            known = most * count if count > least else zero
+            p_background = known * seen + (count + half - known) * of_surroundings[col]
+            value = _log((count + half) * of_person[col] / p_background)
+            bound = high if count >= one else low
+            result[col] = min(max(value, -bound), bound)
 
 
 def log_ratio(
@@ -164,17 +199,18 @@ def log_ratio(
     out = np.empty(bins.shape, np.float32)
     misplacement = background.misplacement if background.misplacement > _LEAST_MISPLACED else 0.0
     slopes = background.slopes(window) if misplacement else np.empty((2, 0, 0), np.float32)
+    sums, top, left = background.part(window)
     _ratio(
         lab,
         bins,
         rows,
-        background.sums[window],
+        sums,
+        top,
+        left,
         slopes,
         misplacement,
         person.table,
         surroundings.table,
-        _EXP,
-        _LOG,
         background.sigma,
         config.background_trust if config.use_background else 0.0,
         config.shadow_share if config.use_shadow else 0.0,
@@ -188,23 +224,23 @@ def log_ratio(
     return out
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
 def _colour_ratio(
     bins: NDArray[np.uint16],
     rows: NDArray[np.float32],
     person: NDArray[np.float32],
     surroundings: NDArray[np.float32],
-    logarithms: NDArray[np.float32],
     limit: float,
     out: NDArray[np.float32],
 ) -> None:
-    bound, bands = np.float32(limit), np.float32(BANDS)
-    for row in range(bins.shape[0]):
-        for col in range(bins.shape[1]):
-            band = min(max(int(rows[row, col] * bands), 0), BANDS - 1)
-            index = bins[row, col]
-            value = _fast_log(person[index, band] / surroundings[index, band], logarithms)
-            out[row, col] = min(max(value, -bound), bound)
+    bound, width = np.float32(limit), out.shape[1]
+    of_person, of_surroundings = np.empty(width, np.float32), np.empty(width, np.float32)
+    for row in range(out.shape[0]):
+        _look_up(bins[row], rows[row], person, surroundings, of_person, of_surroundings)
+        result = out[row]
+        for col in range(width):
+            value = _log(of_person[col] / of_surroundings[col])
+            result[col] = min(max(value, -bound), bound)
 
 
 def colour_log_ratio(
@@ -221,7 +257,7 @@ def colour_log_ratio(
     :param rows: (h, w) position down the body.
     """
     out = np.empty(bins.shape, np.float32)
-    _colour_ratio(bins, rows, person.table, surroundings.table, _LOG, limit, out)
+    _colour_ratio(bins, rows, person.table, surroundings.table, limit, out)
     return out
 
 

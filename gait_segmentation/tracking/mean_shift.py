@@ -10,10 +10,11 @@ compared with those of a reference: the mask the person had last.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 __all__ = ['Shift', 'mean_shift']
@@ -65,7 +66,7 @@ def mean_shift(
         at_y += step_y
         if abs(step_x) < _DONE_PX and abs(step_y) < _DONE_PX:
             break
-    return Shift(at_x - x, at_y - y, float(np.sqrt(found / mass)))
+    return Shift(at_x - x, at_y - y, math.sqrt(found / mass))
 
 
 def _moments(
@@ -73,11 +74,27 @@ def _moments(
 ) -> tuple[float, float, float]:
     """Return mass and centroid of the weights in a window clipped to the image."""
     left, top = max(x, 0), max(y, 0)
-    part = weights[top : max(y + height, 0), left : max(x + width, 0)]
-    if part.size == 0:
-        return 0.0, 0.0, 0.0
-    moments = cv2.moments(part)
-    mass = moments['m00']
+    right, bottom = min(x + width, weights.shape[1]), min(y + height, weights.shape[0])
+    mass, across, down = _sums(weights, top, bottom, left, right)
     if mass <= 0:
         return 0.0, 0.0, 0.0
-    return mass, left + moments['m10'] / mass + 0.5, top + moments['m01'] / mass + 0.5
+    return float(mass), across / mass + 0.5, down / mass + 0.5
+
+
+@njit(cache=True, nogil=True)
+def _sums(
+    weights: NDArray[np.uint8], top: int, bottom: int, left: int, right: int
+) -> tuple[int, int, int]:
+    """Return the sums of the weights, of those times the column, and times the row."""
+    mass, across, down = 0, 0, 0
+    for row in range(top, bottom):
+        line = weights[row]
+        of_row, by_column = np.int32(0), np.int32(0)
+        for col in range(left, right):
+            value = np.int32(line[col])
+            of_row += value
+            by_column += value * np.int32(col - left)
+        mass += of_row
+        across += by_column + left * of_row
+        down += row * of_row
+    return mass, across, down

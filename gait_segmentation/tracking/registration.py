@@ -10,6 +10,7 @@ of Lucas and Kanade for all the surroundings at once: one step of least squares.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -34,36 +35,66 @@ _LEAST, _MOST = 0.1, 1.0
 """Shifts in pixels that are made; a larger one is beyond what one step can tell."""
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(nogil=True, fastmath=True, error_model='numpy', inline='always')
+def _means_of_row(
+    line: NDArray[np.float32], light: NDArray[np.float32], known: NDArray[np.float32]
+) -> None:
+    """Fill in the mean lightness of a row of pixels, and 1 where it is known, else 0."""
+    seen, one, zero = np.float32(_SEEN), np.float32(1), np.float32(0)
+    for col in range(light.size):
+        count = line[4 * col + 3]
+        light[col] = line[4 * col] / max(count, seen)
+        known[col] = one if count >= seen else zero
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
 def _add_up(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
     people: NDArray[np.uint8],
+    top: int,
+    bottom: int,
+    left: int,
+    right: int,
     out: NDArray[np.float64],
 ) -> None:
-    """Add up the normal equations of: difference = - gradient . shift."""
-    seen, half = np.float32(_SEEN), np.float32(0.5)
-    for row in range(1, lab.shape[0] - 1, 2):
-        for col in range(1, lab.shape[1] - 1):
-            if sums[row, col, 3] < seen or people[row, col] != 0:
-                continue
-            off = np.float32(lab[row, col, 0]) - sums[row, col, 0] / sums[row, col, 3]
-            if abs(off) > _MOST_OFF:
-                continue
-            left, right = sums[row, col - 1], sums[row, col + 1]
-            above, below = sums[row - 1, col], sums[row + 1, col]
-            if min(min(left[3], right[3]), min(above[3], below[3])) < seen:
-                continue
-            gx = half * (right[0] / right[3] - left[0] / left[3])
-            gy = half * (below[0] / below[3] - above[0] / above[3])
-            if gx * gx + gy * gy < _LEAST_SQUARE:
-                continue
-            out[0] += gx * gx
-            out[1] += gx * gy
-            out[2] += gy * gy
-            out[3] -= gx * off
-            out[4] -= gy * off
-            out[5] += 1
+    """Add up, in every second row, the normal equations of: difference = - gradient . shift."""
+    half, zero = np.float32(0.5), np.float32(0)
+    most, least = np.float32(_MOST_OFF), np.float32(_LEAST_SQUARE)
+    columns = right - left
+    if min(bottom - top, columns) < 3:
+        return
+    # Of three rows.
+    means, known = np.empty((3, columns), np.float32), np.empty((3, columns), np.float32)
+    span = slice(4 * left, 4 * right)
+    _means_of_row(sums[top].reshape(-1)[span], means[2], known[2])
+    for row in range(top + 1, bottom - 1, 2):
+        means[0], known[0] = means[2], known[2]
+        _means_of_row(sums[row].reshape(-1)[span], means[1], known[1])
+        _means_of_row(sums[row + 1].reshape(-1)[span], means[2], known[2])
+        pixels = lab[row].reshape(-1)[3 * left : 3 * right]
+        hidden = people[row, left:right]
+        above, here, below = means[0], means[1], means[2]
+        over, sure, under = known[0], known[1], known[2]
+        xx = xy = yy = bx = by = used = zero
+        for col in range(1, columns - 1):
+            off = np.float32(pixels[3 * col]) - here[col]
+            gx, gy = half * (here[col + 1] - here[col - 1]), half * (below[col] - above[col])
+            use = over[col] * under[col] * sure[col] * sure[col - 1] * sure[col + 1]
+            far = (abs(off) > most) | (gx * gx + gy * gy < least) | (hidden[col] != 0)
+            use = zero if far else use
+            xx += use * gx * gx
+            xy += use * gx * gy
+            yy += use * gy * gy
+            bx -= use * gx * off
+            by -= use * gy * off
+            used += use
+        out[0] += xx
+        out[1] += xy
+        out[2] += yy
+        out[3] += bx
+        out[4] += by
+        out[5] += used
 
 
 def remaining_shift(
@@ -82,14 +113,16 @@ def remaining_shift(
     :returns: None if they fit, or there is too little to compare.
     """
     total = np.zeros(6)
-    for part in windows:
-        _add_up(sums[part], lab[part], people[part], total)
+    for rows, columns in windows:
+        _add_up(sums, lab, people, rows.start, rows.stop, columns.start, columns.stop, total)
     if total[5] < _LEAST_PIXELS:
         return None
     # Along a single edge nothing is known; there it stays where it is.
     prior = _LEAST_SQUARE * _LEAST_PIXELS
-    matrix = np.array([[total[0] + prior, total[1]], [total[1], total[2] + prior]])
-    dx, dy = np.linalg.solve(matrix, total[3:5])
-    if not _LEAST < np.hypot(dx, dy) < _MOST:
+    xx, xy, yy, x, y, _ = total.tolist()
+    xx, yy = xx + prior, yy + prior
+    scale = 1 / (xx * yy - xy * xy)
+    dx, dy = scale * (yy * x - xy * y), scale * (xx * y - xy * x)
+    if not _LEAST < math.hypot(dx, dy) < _MOST:
         return None
-    return float(dx), float(dy)
+    return dx, dy

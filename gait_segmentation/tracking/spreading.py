@@ -22,6 +22,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.images import Window
+
 __all__ = ['spread_evidence']
 
 _SAME, _OTHER = 6.0, 16.0
@@ -40,6 +42,11 @@ _REACH = 0.12
 _NOISE, _EDGE = 1.0, 10.0
 """Change of Lab from pixel to pixel that is none, and that divides the reach by e^1.4."""
 
+_LINKS = np.exp(-math.sqrt(2) / _EDGE * np.maximum(np.arange(3 * 255 + 1) - _NOISE, 0)).astype(
+    np.float32
+)
+"""What a change from pixel to pixel leaves of the reach."""
+
 _DOUBT = 0.05
 """Sureness at which half of the evidence is left."""
 
@@ -47,42 +54,43 @@ _PERSON_SHARE = 0.6
 """Evidence for the person over that for the background: a body often ends without an edge."""
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model='numpy')
 def _seed(
     lab: NDArray[np.uint8],
     sums: NDArray[np.float32],
+    top: int,
+    left: int,
     moving: NDArray[np.float32],
     sigma: float,
     shadow_floor: float,
-    evidence: NDArray[np.float32],
-    sureness: NDArray[np.float32],
+    seeds: NDArray[np.float32],
 ) -> None:
+    """Fill in evidence times sureness, and sureness; the window of ``sums`` begins somewhere."""
     scale, seen = np.float32(1 / (sigma * sigma)), np.float32(_SEEN)
-    share = np.float32(_MOTION_SHARE / 2)
+    share, half = np.float32(_MOTION_SHARE / 2), np.float32(0.5)
+    zero, one, floor = np.float32(0), np.float32(1), np.float32(shadow_floor)
+    same, other, chroma_most = np.float32(_SAME), np.float32(_OTHER), np.float32(_SHADOW)
     for row in range(lab.shape[0]):
-        for col in range(lab.shape[1]):
-            motion = moving[row, col]
+        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + lab.shape[1])]
+        pixels, moves = lab[row].reshape(-1), moving[row]
+        evidence, sureness = seeds[0, row], seeds[1, row]
+        for col in range(moves.size):
+            motion = moves[col]
             sure = share * abs(motion)
-            value = sure * motion / 2
-            count = sums[row, col, 3]
-            if count >= 1:
-                base = sums[row, col, 0] / count
-                light = np.float32(lab[row, col, 0])
-                d_light = light - base
-                d_a = np.float32(lab[row, col, 1]) - sums[row, col, 1] / count
-                d_b = np.float32(lab[row, col, 2]) - sums[row, col, 2] / count
-                chroma = scale * (d_a * d_a + d_b * d_b)
-                square = chroma + scale * d_light * d_light
-                shadow = chroma <= _SHADOW and d_light < 0 and light > shadow_floor * base
-                known = count / (count + seen)
-                if square < _SAME:
-                    value -= known
-                    sure += known
-                elif square > _OTHER and not shadow:
-                    value += known
-                    sure += known
-            evidence[row, col] = value
-            sureness[row, col] = sure
+            count = line[4 * col + 3]
+            known = count / (count + seen) if count >= one else zero
+            count = max(count, one)
+            base, light = line[4 * col] / count, np.float32(pixels[3 * col])
+            d_light = light - base
+            d_a = np.float32(pixels[3 * col + 1]) - line[4 * col + 1] / count
+            d_b = np.float32(pixels[3 * col + 2]) - line[4 * col + 2] / count
+            chroma = scale * (d_a * d_a + d_b * d_b)
+            square = chroma + scale * d_light * d_light
+            shadow = (chroma <= chroma_most) & (d_light < zero) & (light > floor * base)
+            says = one if (square > other) & (not shadow) else zero
+            says = -one if square < same else says
+            evidence[col] = half * sure * motion + says * known
+            sureness[col] = sure + abs(says) * known
 
 
 @njit(cache=True, nogil=True)
@@ -94,64 +102,94 @@ def _links(
 ) -> None:
     """Fill in how much of a pixel reaches the next one to the right and below."""
     height, width = across.shape
+    changes = np.zeros(width, np.int32)
     for row in range(height):
-        for col in range(width):
-            right, below = 0, 0
-            for channel in range(3):
-                value = np.int32(lab[row, col, channel])
-                if col + 1 < width:
-                    right += abs(value - np.int32(lab[row, col + 1, channel]))
-                if row + 1 < height:
-                    below += abs(value - np.int32(lab[row + 1, col, channel]))
-            across[row, col], down[row, col] = table[right], table[below]
+        here = lab[row].reshape(-1)
+        for turn in range(2):
+            other = lab[min(row + 1, height - 1)].reshape(-1) if turn else here[3:]
+            links = down[row] if turn else across[row]
+            count = width if turn else width - 1
+            changes[width - 1] = 0
+            for col in range(count):
+                total = np.int32(0)
+                for place in range(3 * col, 3 * col + 3):
+                    total += abs(np.int32(here[place]) - np.int32(other[place]))
+                changes[col] = total
+            for col in range(width):
+                links[col] = table[changes[col]]
 
 
 @njit(cache=True, nogil=True, fastmath=True)
 def _smooth(
-    image: NDArray[np.float32], across: NDArray[np.float32], down: NDArray[np.float32]
+    one: NDArray[np.float32],
+    two: NDArray[np.float32],
+    across: NDArray[np.float32],
+    down: NDArray[np.float32],
 ) -> None:
-    """Smooth in place: there and back along rows and columns, then back and there."""
-    height, width = image.shape
+    """
+    Smooth two images in place: there and back along rows and columns, then back and there.
+
+    Together, and along two rows at a time, since along a row each pixel waits for the last.
+    """
+    height, width = one.shape
     for turn in range(4):
-        if turn in (0, 3):
-            for row in range(height):
+        forth = turn in (0, 3)
+        for row in range(0, height, 2):
+            other = min(row + 1, height - 1)
+            a, b, c, d = one[row], two[row], one[other], two[other]
+            e, f = across[row], across[other]
+            if other == row:
+                # Else the last row of an odd number would be smoothed twice.
+                c, d = a.copy(), b.copy()
+            if forth:
                 for col in range(1, width):
-                    change = image[row, col - 1] - image[row, col]
-                    image[row, col] += across[row, col - 1] * change
-            for row in range(1, height):
-                for col in range(width):
-                    change = image[row - 1, col] - image[row, col]
-                    image[row, col] += down[row - 1, col] * change
-        else:
-            for row in range(height):
+                    u, v = e[col - 1], f[col - 1]
+                    a[col] += u * (a[col - 1] - a[col])
+                    b[col] += u * (b[col - 1] - b[col])
+                    c[col] += v * (c[col - 1] - c[col])
+                    d[col] += v * (d[col - 1] - d[col])
+            else:
                 for col in range(width - 2, -1, -1):
-                    image[row, col] += across[row, col] * (image[row, col + 1] - image[row, col])
-            for row in range(height - 2, -1, -1):
-                for col in range(width):
-                    image[row, col] += down[row, col] * (image[row + 1, col] - image[row, col])
+                    u, v = e[col], f[col]
+                    a[col] += u * (a[col + 1] - a[col])
+                    b[col] += u * (b[col + 1] - b[col])
+                    c[col] += v * (c[col + 1] - c[col])
+                    d[col] += v * (d[col + 1] - d[col])
+        for step in range(1, height):
+            row = step if forth else height - 1 - step
+            last = row - 1 if forth else row + 1
+            links = down[last if forth else row]
+            a, b, c, d = one[row], two[row], one[last], two[last]
+            for col in range(width):
+                a[col] += links[col] * (c[col] - a[col])
+                b[col] += links[col] * (d[col] - b[col])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model='numpy')
 def _blend(
-    evidence: NDArray[np.float32],
-    sureness: NDArray[np.float32],
+    seeds: NDArray[np.float32],
     sums: NDArray[np.float32],
+    top: int,
+    left: int,
     template: NDArray[np.uint8],
 ) -> None:
     """Turn evidence times sureness into evidence, where the background is unknown."""
-    one, doubt = np.float32(1), np.float32(_DOUBT)
+    zero, one, doubt = np.float32(0), np.float32(1), np.float32(_DOUBT)
     share, inside = np.float32(_PERSON_SHARE), np.float32(1 / 255)
-    for row in range(evidence.shape[0]):
-        for col in range(evidence.shape[1]):
-            value = evidence[row, col] / (sureness[row, col] + doubt)
-            likely = inside * np.float32(template[row, col])
-            value *= share * likely if value > 0 else one - likely
-            evidence[row, col] = value * max(one - sums[row, col, 3], np.float32(0))
+    for row in range(seeds.shape[1]):
+        evidence, sureness, here = seeds[0, row], seeds[1, row], template[row]
+        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + evidence.size)]
+        for col in range(evidence.size):
+            value = evidence[col] / (sureness[col] + doubt)
+            likely = inside * np.float32(here[col])
+            value *= share * likely if value > zero else one - likely
+            evidence[col] = value * max(one - line[4 * col + 3], zero)
 
 
 def spread_evidence(
     lab: NDArray[np.uint8],
     sums: NDArray[np.float32],
+    window: Window,
     sigma: float,
     moving: NDArray[np.float32],
     template: NDArray[np.uint8],
@@ -162,7 +200,8 @@ def spread_evidence(
     Return evidence (-1..1) for the person where the background was never seen, 0 elsewhere.
 
     :param lab: (h, w, 3) uint8, a window of the frame.
-    :param sums: (h, w, 4) float32 of the background there, see :class:`BackgroundModel`.
+    :param sums: (H, W, 4) float32 of the background, see :class:`BackgroundModel`.
+    :param window: the rows and columns of it that are looked at.
     :param sigma: spread of a pixel of the background in grey levels.
     :param moving: (h, w) float32 in -2..2, evidence that pixels move with the body rather than
         stay.
@@ -172,13 +211,12 @@ def spread_evidence(
     :param shadow_floor: darkest shadow, as a share of the lightness.
     """
     shape = lab.shape[:2]
-    evidence, sureness = np.empty(shape, np.float32), np.empty(shape, np.float32)
-    _seed(lab, sums, moving, sigma, shadow_floor, evidence, sureness)
-    change = np.maximum(np.arange(3 * 255 + 1) - _NOISE, 0) / _EDGE
-    table = np.exp(-math.sqrt(2) * (change + 1 / (_REACH * height))).astype(np.float32)
+    top, left = window[0].start, window[1].start
+    seeds = np.empty((2, *shape), np.float32)
+    _seed(lab, sums, top, left, moving, sigma, shadow_floor, seeds)
+    table = _LINKS * np.float32(math.exp(-math.sqrt(2) / (_REACH * height)))
     across, down = np.empty(shape, np.float32), np.empty(shape, np.float32)
     _links(cv2.GaussianBlur(lab, (3, 3), 0), table, across, down)
-    for image in (evidence, sureness):
-        _smooth(image, across, down)
-    _blend(evidence, sureness, sums, template)
-    return evidence
+    _smooth(seeds[0], seeds[1], across, down)
+    _blend(seeds, sums, top, left, template)
+    return seeds[0]

@@ -44,11 +44,15 @@ _LIGHTNESS = cv2.cvtColor(np.repeat(_GRAY[None, :, None], 3, axis=2), cv2.COLOR_
 """Lightness of the grey levels."""
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model='numpy')
 def _count(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
     people: NDArray[np.uint8],
+    top: int,
+    bottom: int,
+    left: int,
+    right: int,
     out: NDArray[np.int64],
 ) -> None:
     """
@@ -57,13 +61,14 @@ def _count(
     The level is the mean of both lightnesses: with that of only one, noise and edges that are
     not quite in place would look like a loss of contrast.
     """
-    for row in range(0, lab.shape[0], _STEP):
-        for col in range(0, lab.shape[1], _STEP):
-            count = sums[row, col, 3]
-            if count < _SEEN or people[row, col] != 0:
+    seen = np.float32(_SEEN)
+    for row in range(top, bottom, _STEP):
+        line, pixels, hidden = sums[row].reshape(-1), lab[row].reshape(-1), people[row]
+        for col in range(left, right, _STEP):
+            count = line[4 * col + 3]
+            if count < seen or hidden[col] != 0:
                 continue
-            then = sums[row, col, 0] / count
-            now = lab[row, col, 0]
+            then, now = line[4 * col] / count, np.float32(pixels[3 * col])
             off = int(np.rint(now - then))
             if -_MOST <= off <= _MOST:
                 out[min(int((now + then) / (2 * _WIDE)), _LEVELS - 1), off + _MOST] += 1
@@ -105,8 +110,8 @@ def tone_curve(
     :returns: None if nothing has changed, or what has changed is not the tone.
     """
     counts = np.zeros((_LEVELS, 2 * _MOST + 1), np.int64)
-    for part in windows:
-        _count(sums[part], lab[part], people[part], counts)
+    for rows, columns in windows:
+        _count(sums, lab, people, rows.start, rows.stop, columns.start, columns.stop, counts)
     changes = np.zeros(_LEVELS)
     if not _has_changed(counts, changes):
         return None

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
@@ -68,9 +69,8 @@ class Sight:
             uncovered = cv2.bitwise_and(expected, cv2.bitwise_not(hidden))
             share = cv2.countNonZero(uncovered) / max(cv2.countNonZero(expected), 1)
         person = expected if apart is None else cv2.bitwise_or(expected, apart)
-        inside = cv2.mean(values, uncovered)[0] / 255
-        outside = cv2.mean(values, cv2.bitwise_not(person))[0] / 255
-        return cls(uncovered, share, inside, outside)
+        inside, outside = _means(values, uncovered, person)
+        return cls(uncovered, share, inside / 255, outside / 255)
 
     @property
     def seen(self) -> float:
@@ -121,6 +121,29 @@ class Visibility:
     def restart(self) -> None:
         """Begin to count anew the frames in which too little is seen."""
         self._unseen_frames = 0
+
+
+@njit(cache=True, nogil=True)
+def _means(
+    values: NDArray[np.uint8], inside: NDArray[np.uint8], person: NDArray[np.uint8]
+) -> tuple[float, float]:
+    """Return the mean values inside a mask (0/255) and where nobody is; 0 if that is nowhere."""
+    total_in, count_in, total_out, count_out = 0, 0, 0, 0
+    for row in range(values.shape[0]):
+        sum_in, n_in, sum_out, n_out = np.int32(0), np.int32(0), np.int32(0), np.int32(0)
+        for col in range(values.shape[1]):
+            value = np.int32(values[row, col])
+            one = np.int32(inside[row, col] != 0)
+            other = np.int32(person[row, col] != 255)
+            sum_in += one * value
+            n_in += one
+            sum_out += other * value
+            n_out += other
+        total_in += sum_in
+        count_in += n_in
+        total_out += sum_out
+        count_out += n_out
+    return total_in / max(count_in, 1), total_out / max(count_out, 1)
 
 
 def visible_box(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.colour import BIN_VOLUME, ColourModel, colour_bins
+from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel, colour_bins
 from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood import likelihood_image, log_ratio
@@ -109,3 +109,55 @@ def test_the_likelihood_image_is_the_sigmoid_in_the_window() -> None:
     result = likelihood_image(logit, window, (4, 5))
     assert result[window].tolist() == [[128, 255], [0, round(255 / (1 + np.exp(-1)))]]
     assert result.sum() == result[window].sum()
+
+
+def _plainly(
+    lab: np.ndarray, rows: np.ndarray, model: BackgroundModel, config: TrackingConfig
+) -> np.ndarray:
+    """Return the log-likelihood ratios of the formula, pixel by pixel."""
+    person, surroundings = models()
+    slopes, sigma = model.slopes(WINDOW), model.sigma
+    bins = colour_bins(lab)
+    out = np.empty(SHAPE)
+    for place in np.ndindex(SHAPE):
+        index, down = bins[place], rows[place]
+        band = min(max(int(down * BANDS), 0), BANDS - 1)
+        p_person, p_background = person.table[index, band], surroundings.table[index, band]
+        count, bound = model.count[place], config.logit_limit
+        if count > 0.25:
+            base, light = model.mean[place][0], float(lab[place][0])
+            d_a, d_b = lab[place][1:] - model.mean[place][1:]
+            spread, spread_chroma = (
+                sigma**2 + model.misplacement**2 * slopes[:, place[0], place[1]]
+            )
+            square = (light - base) ** 2 / (2 * spread)
+            chroma = (d_a**2 + d_b**2) / (2 * spread_chroma)
+            ramp = min(max((down - 0.6) / 0.25, 0), 1) if base > 1 else None
+            cast = 0 if ramp is None else config.shadow_share * ramp
+            shade = 0 if ramp is None else config.shade_share * (1 - ramp)
+            shadow = 0.0
+            for share, floor in ((cast, config.shadow_floor), (shade, config.shade_floor)):
+                if floor * base < light < base:
+                    shadow += share / (base * (1 - floor)) / (2 * np.pi * sigma**2)
+            plain = (1 - cast - shade) * np.exp(-square) / (2 * np.pi * sigma**2) ** 1.5
+            seen = BIN_VOLUME * np.exp(-chroma) * (plain + shadow)
+            trust = config.background_trust * count / (count + 0.5)
+            p_background = trust * seen + (1 - trust) * p_background
+            bound = config.background_logit_limit if count >= 1 else bound
+        out[place] = np.clip(np.log(p_person / p_background), -bound, bound)
+    return out
+
+
+@pytest.mark.parametrize('misplacement', [0.0, 0.4])
+def test_it_is_the_formula_pixel_by_pixel(misplacement: float) -> None:
+    rng = np.random.default_rng(8)
+    config, model = TrackingConfig(), BackgroundModel(SHAPE)
+    for _ in range(4):
+        hidden = rng.integers(0, 2, SHAPE, np.uint8)
+        model.learn(rng.integers(110, 150, (*SHAPE, 3), np.uint8), hidden)
+    model.sums *= np.float32(0.9)
+    model.misplacement = misplacement
+    lab = rng.integers(80, 150, (*SHAPE, 3), np.uint8)
+    rows = rng.uniform(-0.2, 1.2, SHAPE).astype(np.float32)
+    found = log_ratio(lab, colour_bins(lab), rows, WINDOW, model, *models(), config)
+    np.testing.assert_allclose(found, _plainly(lab, rows, model, config), atol=2e-3)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -43,3 +44,13 @@ def test_nothing_to_see_is_no_shift(now: int, before: int) -> None:
 
 def test_a_window_outside_of_the_image_is_no_shift() -> None:
     assert mean_shift(body(), body(), (500, 500, 10, 10)) == Shift(0.0, 0.0, 1.0)
+
+
+def test_a_likelihood_of_any_grey_counts_by_its_value() -> None:
+    rng = np.random.default_rng(2)
+    weights = rng.integers(0, 256, (120, 110), np.uint8)
+    x, y, width, height = WINDOW
+    moments = cv2.moments(weights[y : y + height, x : x + width])
+    before = cv2.moments(body()[y : y + height, x : x + width])
+    shift = mean_shift(weights, body(), WINDOW)
+    assert shift.scale == pytest.approx((moments['m00'] / before['m00']) ** 0.5, rel=0.05)

@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from gait_segmentation.tracking.spreading import spread_evidence
 
 SHAPE = (100, 80)
+ALL = (slice(0, 100), slice(0, 80))
 WALL, SHIRT = (150, 128, 140), (60, 130, 120)
 SIGMA, TALL = 4.0, 100.0
 
@@ -43,7 +45,7 @@ def spread(
         template[BODY] = 255
     if moving is None:
         moving = np.zeros(SHAPE, np.float32)
-    return spread_evidence(lab, sums, SIGMA, moving, template, TALL, 0.5)
+    return spread_evidence(lab, sums, ALL, SIGMA, moving, template, TALL, 0.5)
 
 
 def test_wall_that_runs_on_behind_the_body_is_wall_and_the_body_is_not() -> None:
@@ -97,3 +99,40 @@ def test_what_moves_with_the_body_tells_of_the_rest_of_it() -> None:
 def test_where_nothing_is_known_nothing_is_said() -> None:
     lab, _ = scene()
     assert not np.any(spread(lab, np.zeros((*SHAPE, 4), np.float32)))
+
+
+def _filtered(image: np.ndarray, across: np.ndarray, down: np.ndarray) -> np.ndarray:
+    """Smooth there and back along rows and columns, then back and there, line by line."""
+    image = image.copy()
+    for forth in (True, False, False, True):
+        for links, lines in ((across.T, image.T), (down, image)):
+            order = range(1, len(lines)) if forth else range(len(lines) - 2, -1, -1)
+            for k in order:
+                last = k - 1 if forth else k + 1
+                lines[k] += links[min(k, last)] * (lines[last] - lines[k])
+    return image
+
+
+def test_it_is_the_recursive_filter_of_evidence_over_that_of_sureness() -> None:
+    rng = np.random.default_rng(6)
+    for shape in ((7, 9), (12, 5)):
+        lab = rng.integers(100, 130, (*shape, 3), np.uint8)
+        sums = np.zeros((*shape, 4), np.float32)
+        moving = rng.uniform(-2, 2, shape).astype(np.float32)
+        template = rng.integers(0, 256, shape, np.uint8)
+        window = (slice(0, shape[0]), slice(0, shape[1]))
+        found = spread_evidence(lab, sums, window, SIGMA, moving, template, TALL, 0.5)
+        smooth = cv2.GaussianBlur(lab, (3, 3), 0).astype(int)
+        across, down = np.zeros(shape), np.zeros(shape)
+        across[:, :-1] = np.abs(np.diff(smooth, axis=1)).sum(axis=2)
+        down[:-1] = np.abs(np.diff(smooth, axis=0)).sum(axis=2)
+        across, down = (
+            np.exp(-np.sqrt(2) * (np.maximum(each - 1, 0) / 10 + 1 / (0.12 * TALL)))
+            for each in (across, down)
+        )
+        sure = 0.35 * np.abs(moving)
+        evidence = _filtered(sure * moving / 2, across, down)
+        value = evidence / (_filtered(sure, across, down) + 0.05)
+        likely = template / 255
+        value *= np.where(value > 0, 0.6 * likely, 1 - likely)
+        np.testing.assert_allclose(found, value, atol=1e-4)

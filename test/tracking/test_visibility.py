@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
@@ -67,3 +68,12 @@ def test_the_box_is_about_the_likely_pixels_near_the_mask() -> None:
     window = (slice(100, 140), slice(50, 80))
     assert visible_box(likely, mask, window, 30) == Box(60, 105, 10, 25)
     assert visible_box(block(10, 5, 20, 9), mask, window, 30) is None
+
+
+def test_the_means_are_those_of_opencv() -> None:
+    rng = np.random.default_rng(4)
+    values = rng.integers(0, 256, SHAPE, np.uint8)
+    mask = block(10, 5, 20, 35)
+    sight = Sight.of(values, mask, None)
+    assert sight.inside == pytest.approx(cv2.mean(values, mask)[0] / 255)
+    assert sight.outside == pytest.approx(cv2.mean(values, cv2.bitwise_not(mask))[0] / 255)
