@@ -29,22 +29,24 @@ BIN_VOLUME = (256 / BINS) ** 3
 _LEAST_MASS = 1e-7
 """Share of the pixels below which a colour counts as never seen."""
 
-_BIN_OF = (np.arange(256) * BINS // 256).astype(np.int32)
-
 
 @njit(cache=True, nogil=True)
-def _bins(lab: NDArray[np.uint8], bin_of: NDArray[np.int32], out: NDArray[np.uint16]) -> None:
+def _bins(lab: NDArray[np.uint8], out: NDArray[np.uint16]) -> None:
     for row in range(lab.shape[0]):
-        for col in range(lab.shape[1]):
-            out[row, col] = (
-                bin_of[lab[row, col, 0]] * BINS + bin_of[lab[row, col, 1]]
-            ) * BINS + bin_of[lab[row, col, 2]]
+        pixels, result = lab[row].reshape(-1), out[row]
+        for col in range(result.size):
+            light, a, b = (
+                np.int32(pixels[3 * col]) * BINS >> 8,
+                np.int32(pixels[3 * col + 1]) * BINS >> 8,
+                np.int32(pixels[3 * col + 2]) * BINS >> 8,
+            )
+            result[col] = (light * BINS + a) * BINS + b
 
 
 def colour_bins(lab: NDArray[np.uint8]) -> NDArray[np.uint16]:
     """Return the index of each pixel's joint bin, (h, w) uint16, of a (h, w, 3) Lab image."""
     out = np.empty(lab.shape[:2], np.uint16)
-    _bins(lab, _BIN_OF, out)
+    _bins(lab, out)
     return out
 
 
@@ -80,11 +82,11 @@ def _plane(first: float, across: float, along: float, out: NDArray[np.float32]) 
             out[row, col] = start + step * np.float32(col)
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(nogil=True, fastmath=True, inline='always')
 def _count(
     bins: NDArray[np.uint16],
     rows: NDArray[np.float32],
-    weight: NDArray[np.float32],
+    weight: NDArray[np.float32] | NDArray[np.bool_],
     newest: NDArray[np.float32],
     used: NDArray[np.bool_],
     listed: NDArray[np.int32],
@@ -94,11 +96,12 @@ def _count(
     total = 0.0
     scale = np.float32(BANDS)
     for row in range(bins.shape[0]):
-        for col in range(bins.shape[1]):
-            w = weight[row, col]
+        weights, index_of, down = weight[row], bins[row], rows[row]
+        for col in range(weights.size):
+            w = np.float32(weights[col])
             if w > 0:
-                index = bins[row, col]
-                band = min(max(int(rows[row, col] * scale), 0), BANDS - 1)
+                index = index_of[col]
+                band = min(max(int(down[col] * scale), 0), BANDS - 1)
                 newest[index, band] += w
                 total += w
                 if not used[index]:
@@ -108,7 +111,7 @@ def _count(
     return total, length
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(nogil=True, fastmath=True, inline='always')
 def _blend(
     histogram: NDArray[np.float32],
     newest: NDArray[np.float32],
@@ -137,7 +140,7 @@ def _blend(
     return kept
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(nogil=True, fastmath=True, inline='always')
 def _mix(
     histogram: NDArray[np.float32],
     band_share: float,
@@ -182,6 +185,30 @@ def _mix(
             out[listed[k], band] = own[band] * near + every * whole + low
 
 
+@njit(cache=True, nogil=True, fastmath=True)
+def _learn(
+    bins: NDArray[np.uint16],
+    rows: NDArray[np.float32],
+    weight: NDArray[np.float32] | NDArray[np.bool_],
+    rate: float,
+    band_share: float,
+    floor: float,
+    histogram: NDArray[np.float32],
+    newest: NDArray[np.float32],
+    used: NDArray[np.bool_],
+    listed: NDArray[np.int32],
+    before: int,
+    table: NDArray[np.float32],
+) -> int:
+    """Take in the pixels of a window and fill in the table; return how many bins are in use."""
+    total, length = _count(bins, rows, weight, newest, used, listed, before)
+    if total <= 0:
+        return before
+    kept = _blend(histogram, newest, total, rate if before else 1.0, used, listed, length)
+    _mix(histogram, band_share, floor, listed, length, kept, table)
+    return kept
+
+
 class ColourModel:
     """
     Histograms of one class: probability of a joint bin in a band.
@@ -204,7 +231,7 @@ class ColourModel:
         self,
         bins: NDArray[np.uint16],
         rows: NDArray[np.float32],
-        weight: NDArray[np.float32],
+        weight: NDArray[np.float32] | NDArray[np.bool_],
         rate: float,
     ) -> None:
         """
@@ -212,26 +239,23 @@ class ColourModel:
 
         :param bins: (h, w) joint bins.
         :param rows: (h, w) position down the body, see :func:`body_rows`.
-        :param weight: (h, w) float32 weights of the pixels, 0 = not of this class.
+        :param weight: (h, w) float32 or bool weights of the pixels, 0 = not of this class.
         :param rate: share of the newest pixels; the first call takes them whole.
         """
-        before = self._length
-        total, length = _count(
-            bins, rows, weight, self._newest, self._used, self._listed, self._length
-        )
-        if total <= 0:
-            return
-        kept = _blend(
+        self._length = _learn(
+            bins,
+            rows,
+            weight,
+            rate,
+            self.band_share,
+            self.floor,
             self._histogram,
             self._newest,
-            total,
-            rate if before else 1.0,
             self._used,
             self._listed,
-            length,
+            self._length,
+            self.table,
         )
-        _mix(self._histogram, self.band_share, self.floor, self._listed, length, kept, self.table)
-        self._length = kept
 
     def whole(self) -> NDArray[np.float32]:
         """Return the histogram of the whole body, (BINS^3,) float32 with sum one."""

@@ -13,7 +13,9 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import pixel_affine
 
 __all__ = [
+    'Bounds',
     'Window',
+    'bounding_box',
     'check_image',
     'check_map',
     'check_stamp',
@@ -26,6 +28,9 @@ __all__ = [
 
 Window = tuple[slice, slice]
 """Rows and columns of a part of an image."""
+
+Bounds = tuple[int, int, int, int]
+"""Left, top, width and height of a part of an image."""
 
 
 _STILL = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
@@ -77,6 +82,43 @@ def signed_distance(inside: NDArray[np.bool_]) -> NDArray[np.float32]:
     without = cv2.distanceTransform(1 - region, cv2.DIST_L2, 3)
     diagonal = np.float32(np.hypot(*inside.shape))
     return np.clip(within - without, -diagonal, diagonal)
+
+
+def bounding_box(mask: NDArray[np.uint8]) -> Bounds:
+    """
+    Return left, top, width and height of what is not zero, as ``cv2.boundingRect`` does.
+
+    Several times as fast, since whole rows are looked at at once.
+
+    :param mask: (h, w) uint8, rows contiguous.
+    """
+    left, top, right, bottom = _bounds(mask)
+    return left, top, right - left, bottom - top
+
+
+@njit(cache=True, nogil=True)
+def _bounds(mask: NDArray[np.uint8]) -> tuple[int, int, int, int]:
+    """Return left, top, right and bottom; all zero if there is nothing."""
+    height, width = mask.shape
+    columns = np.zeros(width, np.uint8)
+    top, bottom = height, 0
+    for row in range(height):
+        line = mask[row]
+        some = np.uint8(0)
+        for col in range(width):
+            some |= line[col]
+        if some != 0:
+            top, bottom = min(top, row), row + 1
+            for col in range(width):
+                columns[col] |= line[col]
+    if bottom == 0:
+        return 0, 0, 0, 0
+    left, right = 0, width
+    while columns[left] == 0:
+        left += 1
+    while columns[right - 1] == 0:
+        right -= 1
+    return left, top, right, bottom
 
 
 def warp_window(

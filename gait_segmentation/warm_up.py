@@ -87,8 +87,8 @@ def warm_up_tracker(
         tracker.learn([Feedback(track.stamp_ns, track.track_id, mask, body, prior)])
     # What only a camera or a body calls whose motion is known, which noise does not tell.
     part, still = (slice(0, 8), slice(0, 8)), np.eye(2, 3)
-    gray = np.zeros((8, 8), np.uint8)
-    add_motion(np.zeros(gray.shape, np.float32), gray, gray, still, still, part, 1.0)
+    gray, shift = np.zeros((8, 8), np.uint8), np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5]])
+    add_motion(np.zeros(gray.shape, np.float32), gray, gray, still, shift, part, 1.0)
     model = BackgroundModel((16, 16))
     model.move(still)
     model.move(np.array([[0.9, -0.1, 0.0], [0.1, 0.9, 0.0]]))

@@ -9,6 +9,7 @@ import pytest
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import pixel_affine, scaling
 from gait_segmentation.images import (
+    bounding_box,
     check_image,
     check_map,
     check_stamp,
@@ -162,3 +163,14 @@ def test_a_window_is_warped_as_opencv_warps_it(
     # OpenCV may round places to parts of a pixel.
     assert cv2.absdiff(part, expected).max() <= 3
     assert np.mean(part != expected) < 0.3
+
+
+@pytest.mark.parametrize('density', [0.0, 0.001, 0.5])
+def test_the_bounds_are_those_of_opencv(density: float) -> None:
+    rng = np.random.default_rng(7)
+    for shape in ((1, 1), (7, 40), (60, 33)):
+        mask = np.where(rng.random(shape) < density, 255, 0).astype(np.uint8)
+        assert bounding_box(mask) == cv2.boundingRect(mask)
+        assert bounding_box(mask[1:, 2:]) == (
+            cv2.boundingRect(mask[1:, 2:]) if mask[1:, 2:].size else (0, 0, 0, 0)
+        )

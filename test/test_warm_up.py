@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gait_segmentation import colour
+from gait_segmentation import colour, images
 from gait_segmentation.errors import BankError
 from gait_segmentation.gait_model import extents
 from gait_segmentation.matching import MatchingConfig, backtrack, similarities, viterbi
@@ -36,7 +36,7 @@ def test_afterwards_every_kernel_of_the_stages_is_compiled() -> None:
             if kernel.__module__ == module.__name__:
                 assert kernel.signatures, f'{module.__name__}.{name}'
     # Also what only a camera that turns fast calls.
-    for kernel in (resampling._resample_runs, resampling._scale):
+    for kernel in (resampling._resample_runs, resampling._scale, images._warp_runs):
         assert kernel.signatures
 
 

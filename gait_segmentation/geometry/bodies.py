@@ -112,9 +112,11 @@ def body_window(center_x: float, center_y: float, height: float, held: Box | Non
     :param height: height of the body in pixels.
     :param held: a box that the window holds as well, with a margin.
     """
-    window = Box.from_center(
-        center_x, center_y, 2 * _HALF_WIDTH * height, 2 * _HALF_HEIGHT * height
-    )
-    if held is None:
-        return window
-    return window.union(held.padded(_HELD_MARGIN * height, _HELD_MARGIN * height))
+    # In plain numbers, since this is asked for several times a frame.
+    left, right = center_x - _HALF_WIDTH * height, center_x + _HALF_WIDTH * height
+    top, bottom = center_y - _HALF_HEIGHT * height, center_y + _HALF_HEIGHT * height
+    if held is not None:
+        margin = _HELD_MARGIN * height
+        left, right = min(left, held.x - margin), max(right, held.right + margin)
+        top, bottom = min(top, held.y - margin), max(bottom, held.bottom + margin)
+    return Box(left, top, right - left, bottom - top)

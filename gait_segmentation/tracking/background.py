@@ -135,7 +135,19 @@ def _slopes(sums: NDArray[np.float32], top: int, left: int, out: NDArray[np.floa
             _square_slopes(above[channel], here[channel], below[channel], use, place)
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@njit(nogil=True, fastmath=True, error_model='numpy', inline='always')
+def _lightness_of_row(
+    line: NDArray[np.float32], light: NDArray[np.float32], known: NDArray[np.float32]
+) -> None:
+    """Fill in the mean lightness of a row of pixels, and 1 where it is sure, else 0."""
+    zero, one = np.float32(0), np.float32(1)
+    for col in range(light.size):
+        count = line[4 * col + 3]
+        light[col] = line[4 * col] / max(count, one)
+        known[col] = one if count >= one else zero
+
+
+@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
 def _misplacements(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
@@ -148,33 +160,32 @@ def _misplacements(
     histogram: NDArray[np.int64],
 ) -> int:
     """Count residuals of lightness over its slope, in sixteenths of a pixel, where it is steep."""
-    total = 0
-    one, half, steps = np.float32(1), np.float32(0.5), np.float32(_PLACE_STEPS)
+    total, columns = 0, right - left
+    if min(bottom - top, columns) < 3:
+        return total
+    half, steps = np.float32(0.5), np.float32(_PLACE_STEPS)
     steep = np.float32(least * least)
+    # Of three rows: lightness and where it is known.
+    means, known = np.empty((3, columns), np.float32), np.empty((3, columns), np.float32)
+    squares = np.empty(columns, np.float32)
+    span = slice(4 * left, 4 * right)
+    _lightness_of_row(sums[top].reshape(-1)[span], means[2], known[2])
     for row in range(top + 1, bottom - 1, 2):
-        above, below = sums[row - 1].reshape(-1), sums[row + 1].reshape(-1)
-        line, pixels = sums[row].reshape(-1), lab[row].reshape(-1)
-        hidden = person[row]
-        for col in range(left + 1, right - 1, 2):
-            at = 4 * col
-            count = line[at + 3]
-            n_above, n_below, n_before, n_after = (
-                above[at + 3],
-                below[at + 3],
-                line[at - 1],
-                line[at + 7],
-            )
-            seen = min(min(n_above, n_below), min(n_before, n_after))
-            if hidden[col] != 0 or min(count, seen) < one:
-                continue
-            y = half * (below[at] / n_below - above[at] / n_above)
-            x = half * (line[at + 4] / n_after - line[at - 4] / n_before)
-            square = x * x + y * y
-            if square < steep:
-                continue
-            total += 1
-            off = abs(np.float32(pixels[3 * col]) - line[at] / count) / np.sqrt(square)
-            histogram[min(int(steps * off), histogram.size - 1)] += 1
+        means[0], known[0] = means[2], known[2]
+        _lightness_of_row(sums[row].reshape(-1)[span], means[1], known[1])
+        _lightness_of_row(sums[row + 1].reshape(-1)[span], means[2], known[2])
+        above, here, below = means[0], means[1], means[2]
+        over, sure, under = known[0], known[1], known[2]
+        for col in range(1, columns - 1):
+            y, x = half * (below[col] - above[col]), half * (here[col + 1] - here[col - 1])
+            use = over[col] * under[col] * sure[col] * sure[col - 1] * sure[col + 1]
+            squares[col] = use * (x * x + y * y)
+        pixels, hidden = lab[row].reshape(-1)[3 * left : 3 * right], person[row, left:right]
+        for col in range(1, columns - 1, 2):
+            if squares[col] >= steep and hidden[col] == 0:
+                total += 1
+                off = abs(np.float32(pixels[3 * col]) - here[col]) / np.sqrt(squares[col])
+                histogram[min(int(steps * off), histogram.size - 1)] += 1
     return total
 
 
@@ -203,6 +214,17 @@ def _residuals(
                     off = abs(np.float32(pixels[3 * col + channel]) - mean)
                     histogram[min(int(four * off), histogram.size - 1)] += 1
     return total
+
+
+@njit(cache=True, nogil=True)
+def _place(histogram: NDArray[np.int64], least: float) -> float:
+    """Return the first place up to which the counts add up to at least that many."""
+    total = 0
+    for place in range(histogram.size):
+        total += histogram[place]
+        if total >= least:
+            return float(place)
+    return float(histogram.size)
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
@@ -250,6 +272,8 @@ class BackgroundModel:
         self.sums = np.zeros((*shape, 4), np.float32)
         self.sigma = _SIGMA_START
         self.misplacement = 0.0
+        # Outside of these all is unknown; anything may be known if it is None.
+        self._known: list[Window] | None = None
 
     @property
     def count(self) -> NDArray[np.float32]:
@@ -300,6 +324,7 @@ class BackgroundModel:
         :param count: (h, w) uint8, how often each pixel was seen.
         :param window: its rows and columns.
         """
+        self._known = None
         sums = self.sums[window]
         more = count > sums[..., 3]
         weight = count[more].astype(np.float32)
@@ -318,8 +343,7 @@ class BackgroundModel:
 
         :param motions: transforms as for :meth:`move`, oldest first.
         :param windows: the rows and columns to keep, all if None.
-        :param into: a model that was moved from this one in the same windows, to be filled in
-            anew.
+        :param into: a model of the same size that is no longer needed, to be filled in anew.
         """
         made = [motion for motion in motions if motion is not None]
         if not made:
@@ -356,9 +380,14 @@ class BackgroundModel:
         other: BackgroundModel,
     ) -> None:
         """Fill another model in with this one as it looks after a motion."""
+        wanted = None if windows is None else list(windows)
         if other.sums.shape != self.sums.shape:
             # Not zeros_like, which fills what calloc would leave to be filled when touched.
             other.sums = np.zeros(self.sums.shape, np.float32)
+        elif wanted is not None and other._known != wanted:
+            for window in self._all if other._known is None else other._known:
+                other.sums[window] = 0
+        other._known = wanted
         other.sigma, other.misplacement = self.sigma, self.misplacement
         for window in self._all if windows is None else windows:
             resample(self.sums, motion, decay, window, other.sums)
@@ -388,6 +417,8 @@ class BackgroundModel:
         :param person: (h, w) uint8, non-zero where a person may be: not learnt.
         :param windows: the rows and columns to learn, disjoint; all if None.
         """
+        if self._known != windows:
+            self._known = None
         for part in self._all if windows is None else windows:
             _update(self.sums, lab, person, *_bounds(part))
 
@@ -409,9 +440,8 @@ class BackgroundModel:
             total += _residuals(self.sums, lab, person, *_bounds(part), histogram)
         if total < _LEAST_SAMPLES:
             return
-        middle = np.searchsorted(np.cumsum(histogram), 1.5 * total)
-        spread = 1.2 * 1.4826 * (float(middle) + 0.5) / 4 + 1.5
-        self.sigma = float(np.clip(0.9 * self.sigma + 0.1 * spread, _SIGMA_LOW, _SIGMA_HIGH))
+        spread = 1.2 * 1.4826 * (_place(histogram, 1.5 * total) + 0.5) / 4 + 1.5
+        self.sigma = min(max(0.9 * self.sigma + 0.1 * spread, _SIGMA_LOW), _SIGMA_HIGH)
         self._measure_misplacement(lab, person, windows)
 
     def _measure_misplacement(
@@ -423,7 +453,7 @@ class BackgroundModel:
             total += _misplacements(self.sums, lab, person, *_bounds(part), least, histogram)
         if total < _LEAST_SAMPLES:
             return
-        median = (float(np.searchsorted(np.cumsum(histogram), 0.5 * total)) + 0.5) / _PLACE_STEPS
+        median = (_place(histogram, 0.5 * total) + 0.5) / _PLACE_STEPS
         spread = 1.4826 * median
         measured = min(max(spread**2 - _NOISE_PLACE**2, 0.0) ** 0.5, _PLACE_MOST)
         self.misplacement += _PLACE_RATE * (measured - self.misplacement)

@@ -25,7 +25,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window
+from gait_segmentation.images import Window, bounding_box
 
 __all__ = ['Claim', 'compete', 'overlap']
 
@@ -150,7 +150,7 @@ def _nearby(claim: Claim) -> NDArray[np.float32]:
     """Return g: 0 where the person is expected, falling off with the distance from there."""
     part = claim.mask[claim.window]
     near = np.full(part.shape, _FARTHEST, np.float32)
-    left, top, width, height = cv2.boundingRect(part)
+    left, top, width, height = bounding_box(part)
     if width == 0:
         return near
     # Farther than this everything is the same.

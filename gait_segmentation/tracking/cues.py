@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, warp_window
+from gait_segmentation.images import Window, bounding_box, warp_window
 
 __all__ = ['add_motion', 'add_propagation', 'moving_pixels']
 
@@ -105,7 +105,7 @@ def add_propagation(
     logit -= limit
     # Beyond this from the mask the prior is at its limit.
     margin = int(np.ceil(_PROPAGATION_LIMIT * _PROPAGATION_SLOPE * height)) + 1
-    left, top, across, down = cv2.boundingRect(part)
+    left, top, across, down = bounding_box(part)
     if across == 0:
         return
     near = (

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import compose
+from gait_segmentation.images import bounding_box
 from gait_segmentation.tracking.corners import followed, strongest
 from gait_segmentation.tracking.similarity import camera_motion
 
@@ -44,6 +45,9 @@ _LEVELS_WORLD, _LEVELS_BODY = 3, 2
 _AWAY = np.ones((9, 9), np.uint8)
 _INNER = np.ones((5, 5), np.uint8)
 """Corners at the outline belong to the surroundings as much as to the body."""
+
+_ABOUT_CORNER = 3
+"""Pixels about a corner that its strength depends on."""
 
 _BODY_MARGIN = 16
 """Pixels about the body that its corners may be looked for in, beside the expected shift."""
@@ -185,7 +189,7 @@ def _body_shift(
     camera: NDArray[np.float64] | None,
 ) -> tuple[float, float] | None:
     """Return the median shift of the corners on the body, sought about the camera's motion."""
-    left, top, width, height = cv2.boundingRect(body)
+    left, top, width, height = bounding_box(body)
     if width == 0:
         return None
     dx = dy = 0
@@ -199,14 +203,26 @@ def _body_shift(
         return None
     then = np.ascontiguousarray(last[y_low:y_high, x_low:x_high])
     now = np.ascontiguousarray(gray[y_low + dy : y_high + dy, x_low + dx : x_high + dx])
-    strength = cv2.cornerMinEigenVal(then, 3)
-    where = cv2.erode(body[y_low:y_high, x_low:x_high], _INNER)
+    # Corners are sought on the body only, in cells that begin where the cut-out does.
+    columns = _cells(left - x_low, width, then.shape[1])
+    rows = _cells(top - y_low, height, then.shape[0])
+    strength = cv2.cornerMinEigenVal(then[rows, columns], 3)
+    where = cv2.erode(body[y_low:y_high, x_low:x_high][rows, columns], _INNER)
     points = strongest(strength, where, _CELL_ON_BODY, 0.0)[:_CORNERS_ON_BODY]
+    points += np.array([columns.start, rows.start], np.float32)
     before, after = followed(then, now, points, _WINDOW_BODY, _LEVELS_BODY)
     if len(before) < _LEAST_ON_BODY:
         return None
     x, y = _median(after - before)
     return dx + x, dy + y
+
+
+def _cells(start: int, length: int, size: int) -> slice:
+    """Return whole cells of a line that hold a part of it and what its corners depend on."""
+    cell = _CELL_ON_BODY
+    low = max(start - _ABOUT_CORNER, 0) // cell * cell
+    high = -(-(start + length + _ABOUT_CORNER) // cell) * cell
+    return slice(low, min(high, size))
 
 
 def _median(shifts: NDArray[np.float32]) -> tuple[float, float]:

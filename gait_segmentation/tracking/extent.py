@@ -7,10 +7,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from gait_segmentation.images import Bounds, bounding_box
 
 __all__ = ['Extent', 'extent_of']
 
@@ -36,8 +37,17 @@ class Extent:
         return (self.top + self.bottom) / 2
 
 
-def extent_of(mask: NDArray[np.uint8], center: tuple[float, float], angle: float) -> Extent:
-    """Measure how far a mask reaches from a point, along and across a body of that tilt."""
+def extent_of(
+    mask: NDArray[np.uint8],
+    center: tuple[float, float],
+    angle: float,
+    bounds: Bounds | None = None,
+) -> Extent:
+    """
+    Measure how far a mask reaches from a point, along and across a body of that tilt.
+
+    :param bounds: of the mask, if they are known.
+    """
     at_bottom = bool(mask[-2:].any())
     if angle:
         rows, columns = np.nonzero(mask)
@@ -46,9 +56,10 @@ def extent_of(mask: NDArray[np.uint8], center: tuple[float, float], angle: float
         top, bottom = np.quantile(cos * y - sin * x, (0.005, 0.995))
         left, axis, right = np.quantile(cos * x + sin * y, (0.005, 0.5, 0.995))
         return Extent(top - 0.5, bottom + 0.5, left - 0.5, right + 0.5, axis, at_bottom)
-    x, y, width, height = cv2.boundingRect(mask)
-    top, bottom, left, axis, right = _upright(mask[y : y + height, x : x + width], 0.005)
-    center = (center[0] - x, center[1] - y)
+    first, upper, width, height = bounding_box(mask) if bounds is None else bounds
+    part = mask[upper : upper + height, first : first + width]
+    top, bottom, left, axis, right = _upright(part, 0.005)
+    center = (center[0] - first, center[1] - upper)
     return Extent(
         top - center[1],
         bottom + 1 - center[1],

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import scaling
-from gait_segmentation.images import Window, shrink, warp_window
+from gait_segmentation.images import Bounds, Window, bounding_box, shrink, warp_window
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking.person import Person
 
@@ -22,6 +22,9 @@ Evidence from motion up to which a pixel is the world's if it lies that far (in 
 outside of the template: what stays, and farther out whatever is not seen to move along, as a
 shadow on a bare wall.
 """
+
+_ABOUT_MASK = 3
+"""Pixels about a mask that are empty, so that it does not go on beyond them."""
 
 _MARGIN = 0.02
 """Margin about the mask that is not learnt as background, in body heights."""
@@ -49,21 +52,37 @@ def working_masks(
 
 
 def _shrunk(mask: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
-    """Return a mask (0/255) at a smaller size; only the part about it is interpolated."""
+    """Return a mask (0/255) at a smaller size; only the part about it is looked at."""
     small = np.zeros(shape, np.uint8)
-    while mask.shape[0] >= 2 * shape[0] and mask.shape[1] >= 2 * shape[1]:
-        mask = shrink(mask, (mask.shape[0] // 2, mask.shape[1] // 2))
-    x, y, width, height = cv2.boundingRect(mask)
+    x, y, width, height = bounding_box(mask)
     if width == 0:
         return small
-    fall, step = shape[0] / mask.shape[0], shape[1] / mask.shape[1]
+    step = 1
+    while mask.shape[0] // step >= 2 * shape[0] and mask.shape[1] // step >= 2 * shape[1]:
+        step *= 2
+    # Halved as often as that leaves it large enough: rows and columns then, with some to spare.
+    rows = _thinned(y, height, step, mask.shape[0])
+    columns = _thinned(x, width, step, mask.shape[1])
+    part = mask[step * rows.start : step * rows.stop, step * columns.start : step * columns.stop]
+    part = shrink(part, (rows.stop - rows.start, columns.stop - columns.start))
+    x, y, width, height = bounding_box(part)
+    x, y = x + columns.start, y + rows.start
+    fall, across = shape[0] / (mask.shape[0] // step), shape[1] / (mask.shape[1] // step)
     window = (
         slice(max(int(fall * y) - 1, 0), min(int(fall * (y + height)) + 2, shape[0])),
-        slice(max(int(step * x) - 1, 0), min(int(step * (x + width)) + 2, shape[1])),
+        slice(max(int(across * x) - 1, 0), min(int(across * (x + width)) + 2, shape[1])),
     )
-    part = warp_window(mask, scaling(step, fall), window)
+    motion = scaling(across, fall)
+    motion[:, 2] = across * columns.start, fall * rows.start
+    part = warp_window(np.ascontiguousarray(part), motion, window)
     small[window] = cv2.threshold(part, 127, 255, cv2.THRESH_BINARY)[1]
     return small
+
+
+def _thinned(start: int, length: int, step: int, size: int) -> slice:
+    """Return a part of a line with a margin, of which but every ``step``-th pixel is left."""
+    low, high = start // step, -(-(start + length) // step)
+    return slice(max(low - _ABOUT_MASK, 0), min(high + _ABOUT_MASK, size // step))
 
 
 def without_world(
@@ -89,7 +108,7 @@ def without_world(
     (rows, columns), evidence = moving
     clean = mask.copy()
     # Only the part about the mask is touched.
-    x, y, width, tall = cv2.boundingRect(mask[rows, columns])
+    x, y, width, tall = bounding_box(mask[rows, columns])
     part = clean[rows, columns][y : y + tall, x : x + width]
     evidence = evidence[y : y + tall, x : x + width]
     rules = [(_STAYS, _OUTSIDE), (_MOVES, _FAR_OUTSIDE)]
@@ -103,16 +122,19 @@ def without_world(
     return clean
 
 
-def grown(mask: NDArray[np.uint8], height: float) -> NDArray[np.uint8]:
+def grown(
+    mask: NDArray[np.uint8], height: float, bounds: Bounds | None = None
+) -> NDArray[np.uint8]:
     """
     Return a mask with a margin: where the person may be.
 
     :param mask: (h, w) uint8; only the part about it is touched, which is cheap.
     :param height: of the body in pixels.
+    :param bounds: of the mask, if they are known.
     """
     size = 2 * max(1, round(_MARGIN * height)) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    x, y, width, tall = cv2.boundingRect(mask)
+    x, y, width, tall = bounding_box(mask) if bounds is None else bounds
     part = (
         slice(max(y - size, 0), y + tall + size),
         slice(max(x - size, 0), x + width + size),

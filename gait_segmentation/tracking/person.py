@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, Box, body_window
-from gait_segmentation.images import Window
+from gait_segmentation.images import Bounds, Window, bounding_box
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.extent import extent_of
 
@@ -95,9 +95,11 @@ class Person:
 
     def share_inside(self, shape: tuple[int, int]) -> float:
         """Return the share of the body's box that lies in an image of the given (h, w)."""
-        box = self.box
-        part = box.clipped(shape[1], shape[0])
-        return 0.0 if part is None else part.width * part.height / (box.width * box.height)
+        left, top = self.center_x - self.left, self.center_y - self.height / 2
+        width, height = self.left + self.right, self.height
+        across = min(left + width, shape[1]) - max(left, 0.0)
+        down = min(top + height, shape[0]) - max(top, 0.0)
+        return 0.0 if min(across, down) <= 0 else across * down / (width * height)
 
     def shift(self, dx: float, dy: float) -> None:
         """Move the person."""
@@ -154,8 +156,8 @@ class Person:
         outside = cv2.dilate(part, np.ones((3, 3), np.uint8)) <= 127
         if strange is not None:
             outside &= strange == 0
-        self.person.learn(bins, rows, inside.astype(np.float32), rate)
-        self.surroundings.learn(bins, rows, outside.astype(np.float32), rate)
+        self.person.learn(bins, rows, inside, rate)
+        self.surroundings.learn(bins, rows, outside, rate)
         self.learnt += 1
 
     def _keep_near(
@@ -163,7 +165,7 @@ class Person:
     ) -> None:
         """Take out what lies far outside of the template, unless there is none."""
         guard = _GUARD * self.height
-        x, y, width, height = cv2.boundingRect(mask)
+        x, y, width, height = bounding_box(mask)
         reach = math.ceil(guard) + 1
         top, left = max(y - reach, 0), max(x - reach, 0)
         outside = cv2.inRange(prior[top : y + height + reach, left : x + width + reach], 0, 127)
@@ -192,14 +194,17 @@ class Person:
         outside = cv2.erode(1 - inside, np.ones((3, 3), np.uint8))
         self.surroundings.learn(bins, rows, outside, 1.0)
 
-    def learn_place(self, mask: NDArray[np.uint8], body: BodyFrame | None) -> None:
+    def learn_place(
+        self, mask: NDArray[np.uint8], body: BodyFrame | None, bounds: Bounds | None = None
+    ) -> None:
         """
         Correct place and size from a mask and the matched body.
 
         :param mask: (h, w) uint8 0/255 of the working image.
         :param body: the matched body in working pixels.
+        :param bounds: of the mask, if they are known.
         """
-        extent = extent_of(mask, (self.center_x, self.center_y), self.angle)
+        extent = extent_of(mask, (self.center_x, self.center_y), self.angle, bounds)
         cos, sin = math.cos(self.angle), math.sin(self.angle)
         tall = extent.bottom - extent.top
         template_height, template_across, template_along = tall, extent.axis, extent.middle
@@ -236,7 +241,7 @@ class Person:
         self.left *= change
         self.right *= change
 
-    def learn_angle(self, mask: NDArray[np.uint8]) -> None:
+    def learn_angle(self, mask: NDArray[np.uint8], bounds: Bounds | None = None) -> None:
         """
         Follow the tilt of the body: the main axis of the masks, averaged over steps.
 
@@ -244,10 +249,11 @@ class Person:
         upright people bags and shadows would pull it about.
 
         :param mask: (h, w) uint8 0/255 of the working image.
+        :param bounds: of the mask, if they are known.
         """
-        if mask[:2].any() or mask[-2:].any():
+        x, y, width, height = bounding_box(mask) if bounds is None else bounds
+        if height > 0 and (y < 2 or y + height > mask.shape[0] - 2):
             return
-        x, y, width, height = cv2.boundingRect(mask)
         moments = cv2.moments(mask[y : y + height, x : x + width], binaryImage=True)
         tilt = 0.5 * math.atan2(-2 * moments['mu11'], moments['mu02'] - moments['mu20'])
         self.masks += 1

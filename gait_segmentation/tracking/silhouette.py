@@ -6,10 +6,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.images import bounding_box
 from gait_segmentation.tracking.person import Person
 
 __all__ = ['Silhouette']
@@ -31,7 +31,7 @@ class Silhouette:
     @classmethod
     def of(cls, mask: NDArray[np.uint8], person: Person) -> Silhouette:
         """Cut out the mask of a person."""
-        x, y, width, height = cv2.boundingRect(mask)
+        x, y, width, height = bounding_box(mask)
         part = mask[y : y + height, x : x + width].copy()
         return cls(part, x - round(person.center_x), y - round(person.center_y))
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window, shift_whole
+from gait_segmentation.images import Window, bounding_box, shift_whole
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.competition import Claim
@@ -338,11 +338,12 @@ class Target:
             np.ascontiguousarray(lab[window]), window, config.shadow_floor
         )
         person.learn_colours(lab, mask, prior, config.colour_rate, strange)
-        margin = grown(mask, person.height)
+        bounds = bounding_box(mask)
+        margin = grown(mask, person.height, bounds)
         body = None if feedback.body is None else feedback.body.scaled(self.world.scale)
-        person.learn_place(mask, body)
+        person.learn_place(mask, body, bounds)
         if config.use_tilt:
-            person.learn_angle(mask)
+            person.learn_angle(mask, bounds)
         person.mask, person.template = mask, prior
         self._memory.learn_look(person, record)
         person.shift(dx, dy)

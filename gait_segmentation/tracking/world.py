@@ -99,6 +99,8 @@ class World:
         self._estimator = MotionEstimator()
         self._exposure = Exposure()
         self._background = BackgroundModel(self.shape)
+        # A model no longer needed, whose memory is used again: much of it need not be touched.
+        self._spare: BackgroundModel | None = None
         self._version = 0
         self.pending: deque[Record] = deque()
         self.history: deque[Record] = deque(maxlen=_MOTION_GAP + 1)
@@ -166,7 +168,9 @@ class World:
         about = self._windows(areas, motion)
         windows = self._windows([], motion) if everywhere else about
         # Tone and the last tenths of a pixel are measured about people only, which is cheaper.
-        background = self._background_now(motion.camera, about)
+        background = self._background_now(motion.camera, about, self._spare)
+        if background is self._spare:
+            self._spare = None
         if tone and about:
             frame = self._toned(frame, background, people, about)
         shift = None
@@ -266,7 +270,8 @@ class World:
             skipped.append(self._skip())
         record = self.pending.popleft()
         if record.version == self._version:
-            self._background = record.background
+            if record.background is not self._background:
+                self._spare, self._background = self._background, record.background
         else:
             self._background.move(record.camera, record.windows)
         self._version += 1
@@ -291,28 +296,28 @@ class World:
         lab = _lab_of(record.image, [*record.windows, *around])
         self._background.measure_noise(lab, people, around)
         if gate:
-            people = people | self._moving(record)
+            people = people.copy()
+            self._add_moving(record, people)
         self._background.learn(lab, people, record.windows)
 
-    def _moving(self, record: Record) -> NDArray[np.uint8]:
-        """Return where something but the people moves against the world, (h, w) uint8 0/1."""
-        moving = np.zeros(self.shape, np.uint8)
+    def _add_moving(self, record: Record, people: NDArray[np.uint8]) -> None:
+        """Add to people what else moves against the world."""
         frames = list(self.history)
         index = next((k for k, each in enumerate(frames) if each is record), 0)
         if index == 0:
-            return moving
+            return
         first = max(0, index - _MOVING_GAP)
         earlier = frames[first]
         camera = _chain(frames[first + 1 : index + 1])
         for window in record.windows:
-            moving[window] = moving_pixels(
+            moving = moving_pixels(
                 record.image.gray, earlier.image.gray, camera, window, self._background.sigma
             )
             if earlier.people is not None:
                 # What people have just uncovered has changed but is background.
                 left = warp_window(earlier.people, camera, window, cv2.BORDER_CONSTANT)
-                moving[window] &= cv2.inRange(left, 0, 0)
-        return moving
+                moving &= cv2.inRange(left, 0, 0)
+            people[window] |= moving
 
     def _skip(self) -> Record:
         record = self.pending.popleft()

@@ -91,6 +91,22 @@ def test_the_moved_model_is_another_one_unless_nothing_moved() -> None:
     assert twice.mean[30, 40] == pytest.approx(model.mean[30, 36], abs=0.01)
 
 
+def test_a_model_that_is_filled_in_anew_forgets_what_it_was() -> None:
+    nobody = np.zeros((60, 80), np.uint8)
+    model = BackgroundModel((60, 80))
+    model.learn(texture(), nobody)
+    motion = np.array([[1.0, 0, 2.5], [0, 1.0, -1]])
+    first = [(slice(0, 30), slice(10, 50)), (slice(40, 60), slice(0, 80))]
+    second = [(slice(20, 50), slice(30, 70))]
+    fresh = model.moved([motion], second)
+    for start in (None, first):
+        old = BackgroundModel((60, 80)) if start is None else model.moved([motion], start)
+        old.learn(texture(1), nobody, start)
+        again = model.moved([motion], second, into=old)
+        assert again is old
+        np.testing.assert_array_equal(again.sums, fresh.sums)
+
+
 def test_what_does_not_look_like_the_known_background_contradicts_it() -> None:
     model = BackgroundModel((60, 80))
     wall = np.full((60, 80, 3), (150, 128, 128), np.uint8)

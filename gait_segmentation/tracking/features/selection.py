@@ -14,8 +14,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import cast
 
-import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.results import FeatureWeight
@@ -57,11 +57,28 @@ def labels_of(mask: NDArray[np.uint8], step: int = STEP) -> NDArray[np.uint8]:
 
     :param mask: (h, w) uint8 0/255.
     """
-    thin = np.ascontiguousarray(mask[::step, ::step])
-    kernel = np.ones((3, 3), np.uint8)
-    inner, outer = cv2.erode(thin, kernel), cv2.dilate(thin, kernel)
-    near = cv2.threshold(outer, 127, 2, cv2.THRESH_BINARY)[1]
-    return np.asarray(cv2.subtract(near, cv2.threshold(inner, 127, 1, cv2.THRESH_BINARY)[1]))
+    out = np.empty((-(-mask.shape[0] // step), -(-mask.shape[1] // step)), np.uint8)
+    _label(np.ascontiguousarray(mask[::step, ::step]), out)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _label(mask: NDArray[np.uint8], out: NDArray[np.uint8]) -> None:
+    """Fill in 2 where any pixel of 3 x 3 is set, less 1 where all are."""
+    height, width = mask.shape
+    # How many of each column's three; beyond the border all is as at it.
+    columns = np.zeros(width + 2, np.int32)
+    for row in range(height):
+        above, below = mask[max(row - 1, 0)], mask[min(row + 1, height - 1)]
+        here, result = mask[row], out[row]
+        for col in range(width):
+            columns[col + 1] = (
+                np.int32(above[col] > 127) + np.int32(here[col] > 127) + np.int32(below[col] > 127)
+            )
+        columns[0], columns[width + 1] = columns[1], columns[width]
+        for col in range(width):
+            count = columns[col] + columns[col + 1] + columns[col + 2]
+            result[col] = 2 * np.uint8(count > 0) - np.uint8(count == 9)
 
 
 @dataclass(frozen=True)

@@ -203,3 +203,13 @@ def test_somebody_of_the_same_lightness_is_tracked_by_the_hue() -> None:
     assert max(ratios['G'], ratios['orientation']) < 1
     assert ratios['r'] > 3 * max(ratios['R'], ratios['G'], ratios['B'])
     assert next(f.weight for f in features if f.name == 'colour') == pytest.approx(1)
+
+
+def test_labels_leave_out_the_outline() -> None:
+    rng = np.random.default_rng(3)
+    for shape in ((31, 22), (2, 9)):
+        mask = np.where(rng.random(shape) < 0.7, 255, 0).astype(np.uint8)
+        mask[5:25, 5:15] = 255
+        thin, square = np.ascontiguousarray(mask[::STEP, ::STEP]), np.ones((3, 3), np.uint8)
+        inner, outer = cv2.erode(thin, square) > 0, cv2.dilate(thin, square) > 0
+        np.testing.assert_array_equal(labels_of(mask), np.where(inner, 1, np.where(outer, 2, 0)))
