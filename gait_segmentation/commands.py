@@ -83,7 +83,12 @@ def _run_tool(name: str) -> int:
     )
     for number, handler in before.items():
         signal.signal(number, handler)
-    return int(module.main())
+    try:
+        return int(module.main())
+    finally:
+        # What is left is the interpreter's own clean-up, of which nobody wants a traceback.
+        for number in _SIGNALS:
+            signal.signal(number, signal.SIG_IGN)
 
 
 def _run_node(name: str) -> int:

@@ -79,6 +79,8 @@ def test_every_command_runs_its_module(name: str, monkeypatch) -> None:
 
     monkeypatch.setattr(commands, 'import_module', lambda each: found.append(each) or Module)
     assert getattr(commands, name)() == 3
+    # Nobody wants to see where the interpreter was when a tool had ended.
+    assert (signal.getsignal(signal.SIGINT) == signal.SIG_IGN) == (name in TOOLS)
     assert found == [
         f'gait_segmentation.cli.{name}'
         if name in TOOLS

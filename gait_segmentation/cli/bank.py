@@ -151,7 +151,7 @@ def _build(options: argparse.Namespace) -> None:
     if options.folders is None and (options.azimuth is not None or options.mirror):
         raise BankError('--azimuth and --mirror belong to --from')
     count = len(options.folders or ()) or len(spec.build_names) * spec.azimuths
-    with tqdm(total=count, unit='sequence', disable=options.quiet, leave=False) as bar:
+    with tqdm(total=count, unit='sequence', disable=options.quiet or None, leave=False) as bar:
         if options.folders is None:
             bank = build_bank(spec, bar.update)
         else:

@@ -8,6 +8,7 @@ import argparse
 import os
 import signal
 import sys
+import tempfile
 import time
 from collections.abc import MutableMapping
 from pathlib import Path
@@ -122,6 +123,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     :raises GaitSegmentationError: if the film cannot be used or a process fails.
     """
     film, box = _film_and_box(options)
+    _make_folder(options.out)
     prepare_environment(os.environ)
     # Here, so that it finds the environment prepared and --help needs no ROS.
     import rclpy
@@ -137,7 +139,6 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     )
     from gait_segmentation.cli.recorder import Recorder
 
-    options.out.mkdir(parents=True, exist_ok=True)
     logs = options.out / 'logs'
     stamps = logs / 'stamps.txt'
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
@@ -193,8 +194,22 @@ def _film_and_box(options: argparse.Namespace) -> tuple[ImageSource, Box | None]
     try:
         check_start_box(scaled, film.size)
     except InputError as error:
-        raise ConfigError(f'--box {options.box} and {path}: {error}') from error
+        raise ConfigError(f'--box {" ".join(options.box)}: {error}') from error
     return film, scaled
+
+
+def _make_folder(folder: Path) -> None:
+    """
+    Make the output folder.
+
+    :raises ConfigError: if nothing can be written there.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise ConfigError(f'--out {folder}: nothing can be written: {error.strerror}') from error
 
 
 def _numbers(words: list[str] | None) -> Box | None:

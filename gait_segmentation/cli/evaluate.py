@@ -26,7 +26,12 @@ from gait_segmentation.evaluation.ablation import (
     prior_table,
 )
 from gait_segmentation.evaluation.plots import plot_priors
-from gait_segmentation.evaluation.report import table, tracking_table, write_json
+from gait_segmentation.evaluation.report import (
+    check_place,
+    table,
+    tracking_table,
+    write_json,
+)
 from gait_segmentation.evaluation.scenes import SCENES, scene
 from gait_segmentation.evaluation.session import Session, load_sequences
 from gait_segmentation.evaluation.settings import overridden
@@ -214,6 +219,8 @@ def _evaluate(options: argparse.Namespace, folders: list[Path]) -> None:
 
     if options.threads < 1:
         raise ConfigError(f'--threads must be at least 1, got {options.threads}')
+    if options.json is not None:
+        check_place(options.json)
     cv2.setNumThreads(options.threads)
     settings = list(options.set)
     if options.prior is not None:

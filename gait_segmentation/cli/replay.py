@@ -198,7 +198,7 @@ def _replay_all(options: argparse.Namespace) -> int:
     jobs = []
     for job in make_jobs(options):
         if job.finished and not options.force:
-            print(f'{job.input}: done before')
+            print(f'{job.input}: done before, see {job.bag}; --force makes it anew')
         else:
             jobs.append(job)
     if not jobs:
@@ -223,13 +223,15 @@ def _print(reports: list[Report], seconds: float) -> None:
         if report.damaged:
             print(f'gait_replay: warning: {report.damaged}', file=sys.stderr)
         if report.error:
-            print(f'gait_replay: error: {report.input}: {report.error}', file=sys.stderr)
+            about = '' if str(report.input) in report.error else f'{report.input}: '
+            print(f'gait_replay: error: {about}{report.error}', file=sys.stderr)
         if report.interrupted:
             print(f'gait_replay: {report.input}: interrupted', file=sys.stderr)
         for path in report.left:
             print(f'gait_replay: {path} was left incomplete', file=sys.stderr)
     frames = sum(report.frames for report in reports)
-    print(f'{frames} frames in {seconds:.1f} s, {frames / max(seconds, 1e-9):.1f} a second')
+    if frames:
+        print(f'{frames} frames in {seconds:.1f} s, {frames / max(seconds, 1e-9):.1f} a second')
 
 
 @contextmanager

@@ -84,11 +84,9 @@ class ImageSource(ABC):
         self.start = start
         self.count = count
         self._width = width
-        if start < 0 or (count is not None and count < 1) or width < 0:
-            raise SequenceError(
-                f'start must be at least 0, count at least 1 and width at least 0, got {start}, '
-                f'{count} and {width}'
-            )
+        for name, value, least in (('start', start, 0), ('count', count, 1), ('width', width, 0)):
+            if value is not None and value < least:
+                raise SequenceError(f'{name} must be at least {least}, got {value}')
         if not path.exists():
             raise SequenceError(f'{path} does not exist')
         number = self.open()

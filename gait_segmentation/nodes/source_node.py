@@ -194,13 +194,13 @@ def _wait_for(publisher: Publisher, subscribers: int, timeout_s: float) -> None:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     given = sys.argv if arguments is None else ['gait_source', *arguments]
-    options = parser().parse_args(remove_ros_args(given)[1:])
     # Nothing of a camera that is switched off is worth waiting for.
     ending = Ending(at_once=True)
     ending.handle_signals()
     keep_freed_memory()
     understood = False
     try:
+        options = parser().parse_args(remove_ros_args(given)[1:])
         rclpy.init(args=given)
         understood = True
         node = Node('gait_source')
@@ -215,7 +215,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(f'gait_source: error: {error}', file=sys.stderr)
         return 2
     except OSError as error:
-        print(f'gait_source: error: {error}', file=sys.stderr)
+        print(f'gait_source: error: {error.filename}: {error.strerror}', file=sys.stderr)
         return 2
     except ExternalShutdownException:
         return 0

@@ -9,6 +9,7 @@ import gc
 import inspect
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import rclpy
@@ -35,10 +36,12 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
     :returns: the exit code: 0, 1 if the node could not be started, 2 if the command line is wrong.
     :raises SystemExit: with the usage, if that is asked for or the command line is wrong.
     """
+    given = sys.argv if arguments is None else arguments
+    name = Path(given[0]).name if given else 'node'
     ending = Ending()
     understood = False
     try:
-        _check(make, sys.argv if arguments is None else arguments)
+        _check(make, given)
         ending.handle_signals()
         keep_freed_memory()
         rclpy.init(args=arguments)
@@ -63,11 +66,11 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
     except ExternalShutdownException:
         pass
     except (GaitSegmentationError, ParameterException) as error:
-        print(f'{type(error).__name__}: {error}', file=sys.stderr)
+        print(f'{name}: error: {error}', file=sys.stderr)
         return 1
     except Exception as error:
         if not understood:
-            print(f'{type(error).__name__}: {error}', file=sys.stderr)
+            print(f'{name}: error: {error}', file=sys.stderr)
             return 2
         # Else whatever rclpy says of a context that a signal has closed under it.
         if rclpy.ok():

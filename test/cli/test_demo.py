@@ -147,6 +147,8 @@ def test_a_node_that_dies_is_named_and_the_others_are_stopped(demo: Demo) -> Non
         (['--clip', 'film', '--box', '1', '1', 'nine'], 'four numbers X Y W H, or auto'),
         (['--clip', 'film', '--box', '1', '1', '9', '9', '--people', '0'], 'from 1 to 16'),
         (['--clip', 'film', '--box', '1', '1', '9', '9', '--width', '3'], 'at least 64'),
+        (['--clip', 'film', '--box', 'auto', '--out', 'letter/x'], 'nothing can be written'),
+        (['--clip', 'film', '--box', 'auto', '--out', 'letter'], 'nothing can be written'),
     ],
 )
 def test_options_that_make_no_sense_are_errors(
@@ -154,6 +156,7 @@ def test_options_that_make_no_sense_are_errors(
 ) -> None:
     monkeypatch.setattr('gait_segmentation.cli.demo.demo_clip', lambda: film[0])
     monkeypatch.chdir(tmp_path)
+    (tmp_path / 'letter').write_text('dear')
     options = [str(film[0]) if word == 'film' else word for word in options]
     handler = signal.getsignal(signal.SIGTERM)
     assert main(options) == 2

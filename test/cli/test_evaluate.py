@@ -156,6 +156,18 @@ def test_errors_are_one_line(pipeline, folder, capsys, arguments, message):
     assert message in captured.err
 
 
+def test_scores_that_could_not_be_kept_are_not_worked_out(
+    pipeline, folder, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr(FakePipeline, 'update', lambda *_: pytest.fail('it ran'))
+    assert main([str(folder), '--json', str(tmp_path)]) == 2
+    assert 'cannot be written: Is a directory' in capsys.readouterr().err
+    kept = tmp_path / 'kept.json'
+    kept.write_text('before')
+    assert main([str(folder), '--json', str(kept), '--prior', 'hard']) == 2
+    assert kept.read_text() == 'before'
+
+
 def test_folders_that_cannot_be_scored_are_errors(pipeline, tmp_path, capsys):
     assert main([str(tmp_path / 'nothing')]) == 2
     assert 'nothing is not a folder' in capsys.readouterr().err

@@ -133,12 +133,27 @@ def test_what_is_there_is_not_made_again(given: list[str], tmp_path: Path, capsy
     bag = tmp_path / 'out/walk/walk.mcap'
     before = bag.stat().st_mtime_ns
     assert main(given) == 0
-    assert 'done before' in capsys.readouterr().out
+    assert f'done before, see {tmp_path}' in capsys.readouterr().out
     assert main([*given, '--csv', str(tmp_path / 'table.csv')]) == 0
     assert (tmp_path / 'table.csv').exists()
     assert bag.stat().st_mtime_ns == before
     assert main([*given, '--force']) == 0
     assert bag.stat().st_mtime_ns > before
+
+
+@pytest.mark.parametrize('force', [[], ['--force']])
+def test_a_file_is_not_taken_for_a_folder_nor_replaced_by_one(
+    given: list[str], tmp_path: Path, force: list[str], capsys
+) -> None:
+    letter, album = tmp_path / 'letter', tmp_path / 'album'
+    letter.write_text('dear')
+    album.mkdir()
+    assert main([*given, '--masks', str(letter), *force]) == 2
+    assert 'letter is a file, not a folder' in capsys.readouterr().err
+    assert main([*given, '--csv', str(album), *force]) == 2
+    assert 'album is a folder, not a file' in capsys.readouterr().err
+    assert letter.read_text() == 'dear'
+    assert album.is_dir()
 
 
 def test_a_damaged_bag_comes_out_up_to_the_damage(

@@ -80,7 +80,7 @@ def test_what_cannot_be_used_is_an_error(folder: Path, tmp_path: Path) -> None:
         open_input(tmp_path / 'nowhere')
     with pytest.raises(SequenceError, match='has no frame 9'):
         open_input(folder, start=9)
-    with pytest.raises(SequenceError, match='count at least 1'):
+    with pytest.raises(SequenceError, match='count must be at least 1, got 0'):
         open_input(folder, count=0)
     with pytest.raises(SequenceError, match='cannot be read as a film'):
         open_input(folder / 'notes.txt')

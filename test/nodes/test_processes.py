@@ -132,6 +132,8 @@ def test_the_pace_follows_the_stamps_or_the_rate() -> None:
         (('no_such_film.mp4',), 'does not exist'),
         ((str(ROOT / 'setup.py'),), 'cannot be read as a film'),
         ((str(ROOT / 'test'),), 'holds no images'),
+        (('film', '--ros-args', '-r', 'image'), 'Failed to parse ROS arguments'),
+        ((str(ROOT / 'docs/images'), '--stamps', str(ROOT / 'docs')), 'docs: Is a directory'),
     ],
 )
 def test_gait_source_says_what_is_wrong_with_its_input(start: Start, arguments, reason) -> None:

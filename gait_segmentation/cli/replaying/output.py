@@ -53,8 +53,8 @@ class Output(ABC):
     replay was broken off, to :func:`partial_path`; it can be read in both cases.
     """
 
-    files: ClassVar[re.Pattern[str]] = re.compile('')
-    """The files that a folder of this kind may hold, relative to it."""
+    files: ClassVar[re.Pattern[str] | None] = None
+    """Of an output that is a folder: the files that it may hold, relative to it."""
 
     def __init__(self, path: Path) -> None:
         """
@@ -62,6 +62,10 @@ class Output(ABC):
 
         :raises SequenceError: if the place is taken by what looks like something else.
         """
+        if self.files is None and path.is_dir():
+            raise SequenceError(f'{path} is a folder, not a file, and is not replaced; remove it')
+        if self.files is not None and path.is_file():
+            raise SequenceError(f'{path} is a file, not a folder, and is not replaced; remove it')
         if path.is_dir():
             self._check_folder(path)
         self._closed = False
@@ -71,8 +75,16 @@ class Output(ABC):
             remove(old)
         path.parent.mkdir(parents=True, exist_ok=True)
 
+    @classmethod
+    def is_there(cls, path: Path) -> bool:
+        """Return whether there is such an output; an empty folder is none."""
+        if cls.files is None:
+            return path.is_file()
+        return path.is_dir() and any(path.iterdir())
+
     def _check_folder(self, path: Path) -> None:
         """Refuse to replace a folder that was not made by this."""
+        assert self.files is not None
         for each in path.rglob('*'):
             if not each.is_dir() and not self.files.fullmatch(each.relative_to(path).as_posix()):
                 raise SequenceError(f'{path} holds {each.name} and is not replaced; remove it')

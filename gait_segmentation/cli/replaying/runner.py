@@ -64,15 +64,24 @@ class Job:
     threads: int = 1
 
     @property
-    def outputs(self) -> list[Path]:
-        """Return all outputs."""
-        wanted = (self.bag, self.masks, self.overlay, self.opengait, self.csv)
-        return [path for path in wanted if path is not None]
-
-    @property
     def finished(self) -> bool:
         """Return whether all outputs are there."""
-        return all(map(_there, self.outputs))
+        return not self.missing()
+
+    def missing(self, *, force: bool = False) -> dict[type[Output], Path]:
+        """Return the outputs that are wanted and not there, or with ``force`` all wanted."""
+        wanted: dict[type[Output], Path | None] = {
+            BagOutput: self.bag,
+            MasksOutput: self.masks,
+            OverlayOutput: self.overlay,
+            OpenGaitOutput: self.opengait,
+            CsvOutput: self.csv,
+        }
+        return {
+            kind: path
+            for kind, path in wanted.items()
+            if path is not None and (force or not kind.is_there(path))
+        }
 
     def source(self) -> ImageSource:
         """Open the input."""
@@ -106,11 +115,6 @@ class Report:
             self.notes.append(text)
         else:
             self.unsaid += 1
-
-
-def _there(path: Path) -> bool:
-    """Return whether an output is there; an empty folder is none."""
-    return path.is_file() or (path.is_dir() and any(path.iterdir()))
 
 
 def results_of(
@@ -290,23 +294,20 @@ def _scaled_box(job: Job, source: ImageSource) -> Box | None:
     try:
         check_start_box(box, source.size)
     except InputError as error:
-        raise ConfigError(f'--box {job.box} and {job.input}: {error}') from error
+        raise ConfigError(f'the first box does not fit the frames: {error}') from error
     return box
 
 
 def _outputs(job: Job, source: ImageSource, bank: TemplateBank, force: bool) -> Iterator[Output]:
     """Begin the outputs that are wanted and not there yet."""
-
-    def wanted(path: Path | None) -> bool:
-        return path is not None and (force or not _there(path))
-
-    if wanted(job.bag):
-        yield BagOutput(job.bag, bank, job.config.people.max_people)
-    if job.masks is not None and wanted(job.masks):
-        yield MasksOutput(job.masks)
-    if job.overlay is not None and wanted(job.overlay):
-        yield OverlayOutput(job.overlay, source.size, source.fps)
-    if job.opengait is not None and wanted(job.opengait):
-        yield OpenGaitOutput(job.opengait)
-    if job.csv is not None and wanted(job.csv):
-        yield CsvOutput(job.csv)
+    missing = job.missing(force=force)
+    if BagOutput in missing:
+        yield BagOutput(missing[BagOutput], bank, job.config.people.max_people)
+    if MasksOutput in missing:
+        yield MasksOutput(missing[MasksOutput])
+    if OverlayOutput in missing:
+        yield OverlayOutput(missing[OverlayOutput], source.size, source.fps)
+    if OpenGaitOutput in missing:
+        yield OpenGaitOutput(missing[OpenGaitOutput])
+    if CsvOutput in missing:
+        yield CsvOutput(missing[CsvOutput])
