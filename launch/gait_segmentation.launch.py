@@ -74,6 +74,12 @@ ARGUMENTS = [
         choices=TRUTH,
         description='start a node again that has died',
     ),
+    DeclareLaunchArgument(
+        'enclaves',
+        default_value='',
+        description='where the enclaves of SROS2 are that have the names of the nodes, such as '
+        '/gait for /gait/gait_tracker; empty = none are given',
+    ),
 ]
 
 
@@ -102,6 +108,7 @@ def _node(name, given):
     if given['initial_box']:
         numbers = given['initial_box'].strip('[] ').replace(',', ' ').split()
         parameters['initial_box'] = [float(number) for number in numbers]
+    enclave = ['--enclave', f'{given["enclaves"].rstrip("/")}/{name}'] if given['enclaves'] else []
     # Three nodes side by side need three names for their pictures.
     pictures = given['style'] == 'split' and name != 'gait_segmenter'
     return Node(
@@ -115,7 +122,7 @@ def _node(name, given):
             ('image/compressed', f'{given["image"]}/compressed'),
             ('debug_image', f'{name}/debug_image' if pictures else 'debug_image'),
         ],
-        arguments=['--ros-args', '--log-level', given['log_level']],
+        arguments=['--ros-args', '--log-level', given['log_level'], *enclave],
         output='screen',
         respawn=given['respawn'] == 'true',
         respawn_delay=1.0,

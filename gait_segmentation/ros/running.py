@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.utilities import remove_ros_args
 
 from gait_segmentation.errors import GaitSegmentationError
@@ -49,7 +50,7 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
         # First: one that is made when a signal has closed the context leaves a traceback.
         executor = MessageExecutor()
         ending.closes(executor.shutdown)
-        node = make()
+        node = _made(make)
         ending.closes(node.close)
         ending.closes(node.destroy_node)
         # To compile the kernels may take a minute, which nobody wants to wait for.
@@ -81,6 +82,20 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
         # everything else that it does at the end.
         gc.freeze()
     return 0
+
+
+def _made(make: Callable[[], GaitNode]) -> GaitNode:
+    """
+    Make the node.
+
+    :raises GaitSegmentationError: if ROS refuses it, such as for a wrong name or for security.
+    """
+    try:
+        return make()
+    except rclpy_implementation.RCLError as error:
+        if not rclpy.ok():
+            raise
+        raise GaitSegmentationError(str(error)) from error
 
 
 def _check(make: Callable[[], GaitNode], arguments: list[str]) -> None:

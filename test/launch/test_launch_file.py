@@ -14,6 +14,7 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.launch_description_sources import (
     get_launch_description_from_python_launch_file,
 )
+from launch.substitutions import TextSubstitution
 from launch_ros.actions import Node
 
 import launch
@@ -68,6 +69,18 @@ def test_a_box_is_numbers() -> None:
     assert names(started(initial_box='[1, 2, 30.5, 40]')) == SPLIT
     with pytest.raises(ValueError, match='could not convert'):
         started(initial_box='[left, top]')
+
+
+def test_each_node_has_its_own_enclave_if_there_are_any() -> None:
+    def given(**arguments: str) -> list[list[str]]:
+        return [
+            [part.text for word in node.cmd for part in word if isinstance(part, TextSubstitution)]
+            for node in started(**arguments)
+        ]
+
+    for words, name in zip(given(enclaves='/gait/'), SPLIT, strict=True):
+        assert words[words.index('--enclave') + 1] == f'/gait/{name}'
+    assert all('--enclave' not in words for words in given())
 
 
 def test_an_input_is_played_into_the_nodes() -> None:

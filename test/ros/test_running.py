@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 import rclpy
+from rclpy.impl.implementation_singleton import rclpy_implementation
 
 from gait_segmentation.ros.running import run_node
 
@@ -89,3 +90,13 @@ def test_a_start_after_a_signal_is_none() -> None:
         return _Node(lambda: pytest.fail('started'))
 
     assert run_node(make, []) == 0
+
+
+def test_a_node_that_ros_refuses_is_an_error_without_a_traceback(capsys) -> None:
+    """As it does all nodes where they are to be secure and the DDS cannot be."""
+
+    def make() -> Any:
+        raise rclpy_implementation.RCLError('no security libraries')
+
+    assert run_node(make, ['/bin/gait_node']) == 1
+    assert capsys.readouterr().err == 'gait_node: error: no security libraries\n'
