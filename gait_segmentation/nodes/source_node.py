@@ -16,6 +16,7 @@ from pathlib import Path
 import rclpy
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.utilities import remove_ros_args
@@ -220,7 +221,8 @@ def main(arguments: list[str] | None = None) -> int:
     except ExternalShutdownException:
         return 0
     except Exception as error:
-        if not understood:
+        # The one of rclpy: what ROS refuses, such as for security.
+        if not understood or (rclpy.ok() and isinstance(error, rclpy_implementation.RCLError)):
             print(f'gait_source: error: {error}', file=sys.stderr)
             return 2
         # Else whatever rclpy says of a context that was closed under it.
