@@ -19,6 +19,7 @@ __all__ = [
     'check_image',
     'check_map',
     'check_stamp',
+    'count_likely',
     'same_proportions',
     'shift_whole',
     'shrink',
@@ -32,6 +33,9 @@ Window = tuple[slice, slice]
 Bounds = tuple[int, int, int, int]
 """Left, top, width and height of a part of an image."""
 
+
+_WORD = 8
+"""Pixels of one byte that are looked at together."""
 
 _STILL = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
 
@@ -92,19 +96,21 @@ def bounding_box(mask: NDArray[np.uint8]) -> Bounds:
 
     :param mask: (h, w) uint8, rows contiguous.
     """
-    left, top, right, bottom = _bounds(mask)
+    whole = mask.flags.c_contiguous and mask.size > 0 and mask.shape[1] % _WORD == 0
+    # Eight pixels at once, if there are as many in a row.
+    left, top, right, bottom = _bounds(mask.view(np.uint64) if whole else mask)
     return left, top, right - left, bottom - top
 
 
 @njit(cache=True, nogil=True)
-def _bounds(mask: NDArray[np.uint8]) -> tuple[int, int, int, int]:
-    """Return left, top, right and bottom; all zero if there is nothing."""
-    height, width = mask.shape
-    columns = np.zeros(width, np.uint8)
+def _bounds(lines: NDArray[np.uint8] | NDArray[np.uint64]) -> tuple[int, int, int, int]:
+    """Return left, top, right and bottom in bytes and rows; all zero if there is nothing."""
+    height, width = lines.shape
+    columns = np.zeros(width, lines.dtype)
     top, bottom = height, 0
     for row in range(height):
-        line = mask[row]
-        some = np.uint8(0)
+        line = lines[row]
+        some = lines[0, 0] ^ lines[0, 0]
         for col in range(width):
             some |= line[col]
         if some != 0:
@@ -113,12 +119,25 @@ def _bounds(mask: NDArray[np.uint8]) -> tuple[int, int, int, int]:
                 columns[col] |= line[col]
     if bottom == 0:
         return 0, 0, 0, 0
-    left, right = 0, width
-    while columns[left] == 0:
+    flat = columns.view(np.uint8)
+    left, right = 0, flat.size
+    while flat[left] == 0:
         left += 1
-    while columns[right - 1] == 0:
+    while flat[right - 1] == 0:
         right -= 1
     return left, top, right, bottom
+
+
+@njit(cache=True, nogil=True)
+def count_likely(image: NDArray[np.uint8]) -> int:
+    """Return how many pixels of a (h, w) uint8 likelihood, mask or template are above 127."""
+    total = 0
+    for row in range(image.shape[0]):
+        line, count = image[row], np.int32(0)
+        for col in range(line.size):
+            count += np.int32(line[col] >> 7)
+        total += count
+    return total
 
 
 def warp_window(

@@ -6,10 +6,18 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import scaling
-from gait_segmentation.images import Bounds, Window, bounding_box, shrink, warp_window
+from gait_segmentation.images import (
+    Bounds,
+    Window,
+    bounding_box,
+    count_likely,
+    shrink,
+    warp_window,
+)
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking.person import Person
 
@@ -118,8 +126,20 @@ def without_world(
         about = prior[rows, columns][top : y + tall + reach, left : x + width + reach]
         near = cv2.dilate(about, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
         near = near[y - top : y - top + tall, x - left : x - left + width]
-        part[(near <= 127) & (evidence < most)] = 0
+        _clear(part, near, evidence, most)
     return clean
+
+
+@njit(cache=True, nogil=True)
+def _clear(
+    mask: NDArray[np.uint8], near: NDArray[np.uint8], evidence: NDArray[np.float32], most: float
+) -> None:
+    """Take out of a mask what is not near and has little evidence."""
+    least = np.float32(most)
+    for row in range(mask.shape[0]):
+        for col in range(mask.shape[1]):
+            if near[row, col] <= 127 and evidence[row, col] < least:
+                mask[row, col] = 0
 
 
 def grown(
@@ -192,4 +212,4 @@ class WholeArea:
 def _area(mask: NDArray[np.uint8], person: Person) -> float:
     """Return the area of a mask in squared body heights, made up for what is outside."""
     inside = max(person.share_inside(mask.shape), 0.1)
-    return cv2.countNonZero(cv2.inRange(mask, 128, 255)) / (inside * person.height**2)
+    return count_likely(mask) / (inside * person.height**2)

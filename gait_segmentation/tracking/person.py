@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, Box, body_window
-from gait_segmentation.images import Bounds, Window, bounding_box
+from gait_segmentation.images import Bounds, Window, bounding_box, count_likely
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.extent import extent_of
 
@@ -265,9 +265,7 @@ class Person:
     def teaches(self, mask: NDArray[np.uint8], prior: NDArray[np.uint8]) -> bool:
         """Return whether a mask is large enough beside the template to learn from."""
         area = cv2.countNonZero(mask)
-        # Not cv2.compare: it takes an image of one pixel for something else.
-        template = cv2.countNonZero(cv2.inRange(prior, 128, 255))
-        return bool(area > max(_LEAST_AREA * template, 9))
+        return bool(area > max(_LEAST_AREA * count_likely(prior), 9))
 
 
 def new_colours(config: TrackingConfig) -> tuple[ColourModel, ColourModel]:

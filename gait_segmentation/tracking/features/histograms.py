@@ -103,6 +103,47 @@ def _variance_ratio(mean: NDArray[np.float64], square: NDArray[np.float64]) -> f
     return float(between / within)
 
 
+@njit(cache=True, nogil=True)
+def _follow(
+    first: NDArray[np.float64],
+    current: NDArray[np.float64],
+    surroundings: NDArray[np.float64],
+    newest: NDArray[np.float64],
+    rate: float,
+    has_neutral: bool,
+    similarity: float,
+    table: NDArray[np.float32],
+) -> float:
+    """Move the histograms of a channel and fill in its ratios; return the new similarity."""
+    if min(newest[PERSON].sum(), newest[SURROUNDINGS].sum()) <= 0:
+        return similarity
+    alike = 0.0
+    for place in range(table.size):
+        current[place] += rate * (newest[PERSON, place] - current[place])
+        surroundings[place] += rate * (newest[SURROUNDINGS, place] - surroundings[place])
+        alike += np.sqrt(first[place] * current[place])
+    alike = min(alike, 1.0)
+    for place in range(table.size):
+        person = first[place] + alike * (current[place] - first[place])
+        table[place] = np.log(max(person, _DELTA) / max(surroundings[place], _DELTA))
+    if has_neutral:
+        table[0] = 0
+    return alike
+
+
+@njit(cache=True, nogil=True)
+def _moments(
+    newest: NDArray[np.float64], table: NDArray[np.float32], out: NDArray[np.float64]
+) -> None:
+    """Fill in the share of each class, and the mean and mean square of its ratios."""
+    for label in range(2):
+        for place in range(table.size):
+            value, share = np.float64(table[place]), newest[label, place]
+            out[0, label] += share
+            out[1, label] += share * value
+            out[2, label] += share * value * value
+
+
 class ChannelModel:
     """What a channel looks like on the person and in the surroundings."""
 
@@ -122,29 +163,29 @@ class ChannelModel:
         :param newest: see :func:`class_histograms`.
         :param rate: share of the newest frame.
         """
-        if newest.sum(axis=1).min() <= 0:
-            return
         if self._first is None:
-            self._first = newest[PERSON]
-            self._current, self._surroundings = newest[PERSON], newest[SURROUNDINGS]
-        else:
-            self._current = self._current + rate * (newest[PERSON] - self._current)
-            self._surroundings = self._surroundings + rate * (
-                newest[SURROUNDINGS] - self._surroundings
-            )
-        self.similarity = min(float(np.sqrt(self._first * self._current).sum()), 1.0)
-        person = self._first + self.similarity * (self._current - self._first)
-        ratio = np.maximum(person, _DELTA) / np.maximum(self._surroundings, _DELTA)
-        self.table = np.log(ratio).astype(np.float32)
-        if self._has_neutral:
-            self.table[0] = 0
+            if newest.sum(axis=1).min() <= 0:
+                return
+            self._first = newest[PERSON].copy()
+            self._current, self._surroundings = newest[PERSON].copy(), newest[SURROUNDINGS].copy()
+        self.similarity = _follow(
+            self._first,
+            self._current,
+            self._surroundings,
+            newest,
+            rate,
+            self._has_neutral,
+            self.similarity,
+            self.table,
+        )
 
     def variance_ratio(self, newest: NDArray[np.float64]) -> float:
         """Return how well the model tells the classes apart in a frame's histograms."""
-        neutral = 1 - newest.sum(axis=1)
-        if neutral.max() >= 1:
+        moments = np.zeros((3, 2))
+        _moments(newest, self.table, moments)
+        if moments[0].min() <= 0:
             return 0.0
-        return _variance_ratio(newest @ self.table, newest @ (self.table * self.table))
+        return _variance_ratio(moments[1], moments[2])
 
     def log_ratio(self, channel: NDArray[np.uint8]) -> NDArray[np.float32]:
         """Return the log-likelihood ratios of a channel, (h, w) float32."""
