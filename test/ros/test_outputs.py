@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is published, in which order, and what is not because nobody listens."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from std_msgs.msg import Header
+
+from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
+from gait_segmentation.ros.outputs import MatchOutputs, SegmentationOutputs, TrackOutputs
+from gait_segmentation.segmentation import PeopleMasks
+from test.walkers import small_bank
+
+SLOTS = 2
+HEADER = Header(frame_id='camera')
+GREY = np.full((6, 8), 9, np.uint8)
+
+
+class _Publisher:
+    def __init__(self, node: _Node, topic: str) -> None:
+        self._node = node
+        self._topic = topic
+
+    def get_subscription_count(self) -> int:
+        return int(self._topic in self._node.heard)
+
+    def publish(self, message: Any) -> None:
+        self._node.published.append((self._topic, message))
+
+
+class _Node:
+    """Takes the place of a node, some of whose topics are heard."""
+
+    def __init__(self, *heard: str) -> None:
+        self.heard = heard
+        self.published: list[tuple[str, Any]] = []
+
+    def output(self, kind: Any, topic: str, *_: Any) -> Any:
+        return _Publisher(self, topic)
+
+    @property
+    def topics(self) -> list[str]:
+        return [topic for topic, _ in self.published]
+
+
+def _tracks() -> list[TrackResult]:
+    return [TrackResult(5, k, Box(1, 2, 3, 4), GREY, 0.5) for k in (1, 2)]
+
+
+def _matches() -> list[MatchResult]:
+    body = BodyFrame(4, 3, 5)
+    return [MatchResult(5, k, body, None, 0, 0, 0.1, 1.0, 0.0, 0.9, 0.8, GREY) for k in (1, 2)]
+
+
+def _masks() -> PeopleMasks:
+    return PeopleMasks(tuple(SegmentationResult(5, k, GREY, '') for k in (1, 2)), GREY, GREY)
+
+
+def test_only_what_is_heard_is_published() -> None:
+    node: Any = _Node('person_1/likelihood')
+    TrackOutputs(node, SLOTS).publish(_tracks(), (6, 8), HEADER)
+    # The size is kept for those who come later.
+    assert node.topics == ['image_size', 'person_1/likelihood']
+    node = _Node('person_0/gait', 'person_1/matched_box')
+    MatchOutputs(node, small_bank(), SLOTS).publish(_matches(), HEADER)
+    assert node.topics == ['person_0/gait', 'person_1/matched_box']
+    node = _Node('labels', 'mask', 'person_1/mask')
+    SegmentationOutputs(node, SLOTS).publish(_masks(), HEADER)
+    assert node.topics == ['mask', 'person_1/mask', 'labels']
+
+
+def test_messages_carry_the_header_and_what_was_found() -> None:
+    node: Any = _Node('person_0/box', 'person_0/likelihood', 'person_1/box')
+    TrackOutputs(node, SLOTS).publish(_tracks(), (6, 8), HEADER)
+    messages = dict(node.published)
+    assert (messages['image_size'].width, messages['image_size'].height) == (8, 6)
+    assert [messages[f'person_{k}/box'].polygon.id for k in (0, 1)] == [1, 2]
+    assert messages['person_0/likelihood'].data.tolist() == GREY.ravel().tolist()
+    assert all(messages[f'person_0/{name}'].header == HEADER for name in ('box', 'likelihood'))
+
+
+def test_the_size_is_told_when_it_changes() -> None:
+    node: Any = _Node()
+    outputs = TrackOutputs(node, SLOTS)
+    for shape in ((6, 8), (6, 8), (12, 16)):
+        outputs.publish(_tracks(), shape, HEADER)
+    assert [message.height for _, message in node.published] == [6, 12]
