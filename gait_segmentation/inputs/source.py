@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.images import shrink
+from gait_segmentation.sizes import shrink
 
 __all__ = ['DamagedError', 'Entry', 'Frame', 'ImageSource']
 
