@@ -100,10 +100,10 @@ class Segmenter:
             likelihood = without(likelihood, window, taken[crop])
         lab = cv2.cvtColor(shrink(source, likelihood[window].shape), cv2.COLOR_BGR2Lab)
         outside = outside or self.config.outside
-        labels, logit = self._cut(lab, likelihood, match, body, window, outside=outside)
+        labels, logit, likely = self._cut(lab, likelihood, match, body, window, outside=outside)
         if not labels.any():
             return self._empty(image, match, 'the cut found no person')
-        self._learn(labels, match, body, window)
+        self._learn(labels, likely, match, body, window)
         if self.config.use_refinement and labels.shape != source.shape[:2]:
             colours = lab if self.config.use_local_colours else None
             labels = refine(source, labels, logit, self._contrast(body), colours)
@@ -123,8 +123,12 @@ class Segmenter:
         window: Window,
         *,
         outside: bool,
-    ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
-        """Return the cut at working size and its data term, in the window."""
+    ) -> tuple[NDArray[np.bool_], NDArray[np.float32], NDArray[np.bool_]]:
+        """
+        Return the cut at working size, in the window.
+
+        With it come its data term and where the person is likely without the shape prior.
+        """
         evidence = likelihood[window]
         prior = match.shape_prior[window]
         terms = self._terms(prior, lab, match, body, window)
@@ -143,7 +147,8 @@ class Segmenter:
         if terms.psi is not None:
             support = (support + prior / np.float32(255)) / 2
         labels = keep_supported(labels, support)
-        return fill_holes(labels, self.config.hole_area * body.height**2), logit
+        likely = logit > (0 if terms.logit is None else terms.logit)
+        return fill_holes(labels, self.config.hole_area * body.height**2), logit, likely
 
     def _cut_by_colours(
         self,
@@ -198,9 +203,7 @@ class Segmenter:
             return self._paper.terms(prior, lab[:, :, 0], in_window(body, window))
         personal = None
         if self.config.use_residual and self._personal.ready:
-            personal = self._personal.probability(
-                prior.shape, in_window(body, window), match.phase
-            )
+            personal = self._personal.probability(prior, in_window(body, window), match.phase)
         return shape_terms(prior, body.height, personal, self.config)
 
     def _contrast(self, body: BodyFrame) -> float:
@@ -208,15 +211,21 @@ class Segmenter:
         return self.config.contrast * min(body.height / _FULL_CONTRAST_PX, 1.0)
 
     def _learn(
-        self, labels: NDArray[np.bool_], match: MatchResult, body: BodyFrame, window: Window
+        self,
+        labels: NDArray[np.bool_],
+        likely: NDArray[np.bool_],
+        match: MatchResult,
+        body: BodyFrame,
+        window: Window,
     ) -> None:
         found = Box.around(labels)
         assert found is not None
         self._last = found.shifted(window[1].start, window[0].start)
-        template = np.count_nonzero(match.shape_prior[window] > 127)
-        if np.count_nonzero(labels) > _LEAST_AREA * template:
+        prior = match.shape_prior[window]
+        if np.count_nonzero(labels) > _LEAST_AREA * np.count_nonzero(prior > 127):
             mask = labels.view(np.uint8) * np.uint8(255)
-            self._personal.learn(mask, in_window(body, window), match.phase)
+            place = in_window(body, window)
+            self._personal.learn(mask, prior, likely, place, match.phase)
 
     def _empty(
         self, image: NDArray[np.uint8], match: MatchResult, reason: str
