@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.geometry import scaling
+from gait_segmentation.images import warp_window
 from gait_segmentation.tracking.cues import add_motion, add_propagation, moving_pixels
 
 WINDOW = (slice(10, 70), slice(10, 90))
@@ -65,3 +67,30 @@ def test_noise_is_no_motion() -> None:
     earlier, now = (rng.normal(120, 5, (80, 100)).astype(np.uint8) for _ in range(2))
     assert not moving_pixels(now, earlier, STILL, WINDOW, spread=5.0).any()
     assert moving_pixels(now, earlier, STILL, WINDOW, spread=0.0).any()
+
+
+@pytest.mark.parametrize(
+    'window',
+    [(slice(5, 40), slice(8, 60)), (slice(0, 60), slice(0, 80)), (slice(7, 8), slice(9, 11))],
+)
+def test_the_evidence_is_the_difference_of_what_the_two_motions_leave(
+    window: tuple[slice, slice],
+) -> None:
+    rng = np.random.default_rng(9)
+    then, now = (
+        cv2.GaussianBlur(rng.integers(0, 256, (60, 80), np.uint8), (0, 0), 2) for _ in range(2)
+    )
+    camera = np.array([[1.001, 0.002, 1.3], [-0.002, 1.001, -0.4]])
+    body = np.array([[1.0, 0.0, 3.5], [0.0, 1.0, 0.25]])
+    logit = rng.normal(0, 1, now[window].shape).astype(np.float32)
+    before = logit.copy()
+    evidence = add_motion(logit, now, then, camera, body, window, 0.6)
+    stays, moves = (
+        np.minimum(
+            cv2.blur(cv2.absdiff(now[window], warp_window(then, each, window)), (3, 3)), 30
+        ).astype(float)
+        for each in (camera, body)
+    )
+    expected = np.clip((stays**2 - moves**2) / (2 * 12.0**2), -2, 2)
+    np.testing.assert_allclose(evidence, expected, atol=1e-5)
+    np.testing.assert_allclose(logit, before + 0.6 * expected, atol=1e-5)
