@@ -42,10 +42,11 @@ Parts = dict[str, Any]
 
 class MatcherNode(GaitNode):
     """
-    Runs the matching stage.
+    Find how people walk: the path of template silhouettes that fits their likelihoods best.
 
-    Boxes are in source pixels, so the size of the source must be known: from parameters, else
-    from ``image_size``, else, where nobody publishes that, it is taken to be the likelihood's.
+    Reads person_K/box and person_K/likelihood, from gait_tracker or any node in its place;
+    publishes person_K/matched_box, person_K/shape_prior and person_K/gait.  The size of the images
+    that boxes are measured in is told on image_size, or is the likelihood's.
     """
 
     groups = (

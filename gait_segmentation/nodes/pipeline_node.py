@@ -36,7 +36,12 @@ __all__ = ['PipelineNode', 'main']
 
 
 class PipelineNode(CameraNode):
-    """Runs the pipeline."""
+    """
+    Track people in the images of a camera and cut them out, all in one process.
+
+    Reads image and init_roi (a box of somebody to track); publishes mask, labels, and what
+    gait_tracker, gait_matcher and gait_segmenter publish.
+    """
 
     groups = (
         *CameraNode.groups,

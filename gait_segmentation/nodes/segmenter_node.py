@@ -38,7 +38,12 @@ Parts = dict[str, Any]
 
 
 class SegmenterNode(GaitNode):
-    """Runs the segmentation stage."""
+    """
+    Cut people out of the images of a camera, with what gait_tracker and gait_matcher found.
+
+    Reads image, person_K/likelihood, person_K/matched_box, person_K/shape_prior and
+    person_K/gait; publishes mask (everybody), labels (who is where) and person_K/mask.
+    """
 
     groups = (
         ('', CameraConfig),

@@ -40,12 +40,26 @@ _LONGEST_GAP_S = 5.0
 """Pauses of a recording that are kept; longer ones are taken for a new recording."""
 
 
+_EPILOG = """\
+exit code: 0, also after Ctrl-C; 1 if the input breaks off where it is damaged; 2 if it cannot be
+used, or not enough subscribers came in time
+
+examples
+  gait_source walk.mp4 --width 960 --wait-for 2
+  gait_source frames/ --rate 15 --start 40 --count 100 --loop
+  gait_source walk_bag --topic /camera/image_raw --keep-stamps --clock
+  gait_source walk.mp4 --ros-args -r image:=/camera/image_raw
+"""
+
+
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     made = argparse.ArgumentParser(
         prog='gait_source',
         description='Publish the images of a film, a folder or a bag (rosbag2 or ROS 1) on the '
         'topic image, as a camera would: at their rate, stamped with the time of publishing.',
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = made.add_argument
     add('input', type=Path, help='film, folder of images (in the order of their names), or bag')

@@ -36,7 +36,12 @@ _FEEDBACK = {'mask': Image, 'shape_prior': Image, 'matched_box': PolygonInstance
 
 
 class TrackerNode(CameraNode):
-    """Runs the tracking stage."""
+    """
+    Track people in the images of a camera: where each one is, and how likely each pixel is theirs.
+
+    Reads image, init_roi (a box of somebody to track) and the masks that come back from
+    gait_segmenter; publishes person_K/box and person_K/likelihood for gait_matcher.
+    """
 
     def __init__(self, **options: Any) -> None:
         """Make the node, unconfigured."""

@@ -28,6 +28,17 @@ if TYPE_CHECKING:
 
 __all__ = ['run_node']
 
+_EPILOG = """\
+exit code: 0, also after Ctrl-C; 1 if the node cannot be started; 2 if the command line is wrong
+
+examples
+  %(prog)s --ros-args -r image:=/camera/image_raw
+  %(prog)s --ros-args --params-file gait_segmentation.yaml -p max_people:=4
+
+Parameters and topics are in docs/ros.md; "ros2 param list" and "ros2 param describe" tell those
+of a node that runs.
+"""
+
 
 def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -> int:
     """
@@ -103,8 +114,7 @@ def _check(make: Callable[[], GaitNode], arguments: list[str]) -> None:
     parser = argparse.ArgumentParser(
         usage='%(prog)s [--ros-args [-p NAME:=VALUE] [-r FROM:=TO] [--params-file FILE] ...]',
         description=inspect.getdoc(make),
-        epilog='Parameters and topics are in docs/ros.md; "ros2 param list" and "ros2 param '
-        'describe" tell those of a node that runs.',
+        epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.parse_args(remove_ros_args(arguments)[1:])

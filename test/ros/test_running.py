@@ -77,6 +77,7 @@ def test_the_usage_is_shown_instead_of_a_start(words: list[str], code: int, caps
     assert end.value.code == code
     said = capsys.readouterr()
     assert '--params-file FILE' in said.out + said.err
+    assert ('exit code: 0' in said.out) == (code == 0)
 
 
 def test_ros_arguments_that_make_no_sense_are_an_error(capsys) -> None:
