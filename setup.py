@@ -24,6 +24,8 @@ EVALUATE = ['motmetrics>=1.4']
 TEST = [
     'colcon-common-extensions',
     'hypothesis',
+    'mcap',
+    'mcap-ros2-support',
     'mypy',
     'PyMaxflow',
     'pytest',
