@@ -32,9 +32,10 @@ class BuildChoice:
     Decides which builds are searched.
 
     A person's build does not change, so all are searched in the first frame of a path and then
-    only the one that led.  The others are compared with it where the path leads, in the views,
-    phases and placements next to it, which costs next to nothing; one that fits better for long
-    enough takes over.
+    only one.  The others are compared with it where the path leads, in the views, phases and
+    placements next to it, which costs next to nothing.  At first the one that has fitted best so
+    far is searched, as a single frame says little; later one that fits clearly better for long
+    takes over.
     """
 
     def __init__(
@@ -70,12 +71,8 @@ class BuildChoice:
     def reset(self) -> None:
         """Search all builds in the next frame."""
         self.only: int | None = None
-        self._compare_anew(0.0)
-
-    def _compare_anew(self, seconds: float) -> None:
-        self._since = self._last = seconds
+        self._since = self._last = 0.0
         self._lead = np.zeros(self.count)
-        self._weight = 0.0
 
     @property
     def active(self) -> NDArray[np.bool_]:
@@ -95,21 +92,18 @@ class BuildChoice:
         """
         if self.only is None:
             self.only = int(self.of_sequence[leader[0]])
-            self._compare_anew(seconds)
+            self._since = self._last = seconds
         if self.count == 1:
             return
         found = np.array([self._similarity(sampled, leader, k) for k in range(self.count)])
-        passed, self._last = seconds - self._last, seconds
-        kept = math.exp(-passed / self._config.build_trial)
+        kept = math.exp(-(seconds - self._last) / self._config.build_trial)
         self._lead = kept * self._lead + (1 - kept) * (found - found[self.only])
-        self._weight = kept * self._weight + (1 - kept)
+        self._last = seconds
+        settled = seconds - self._since >= self._config.build_trial
         best = int(self._lead.argmax())
-        if (
-            seconds - self._since >= self._config.build_trial
-            and self._lead[best] > self._config.build_lead * self._weight
-        ):
+        if self._lead[best] > (self._config.build_lead if settled else 0.0):
             self.only = best
-            self._compare_anew(seconds)
+            self._lead -= self._lead[best]
 
     def _similarity(self, sampled: Sampled, leader: State, build: int) -> float:
         """Return the best similarity of a build near a state of the path."""

@@ -51,32 +51,39 @@ def test_all_builds_are_searched_first_and_then_the_one_that_leads(bank):
     assert builds.active.all()
 
 
-def test_a_build_that_fits_better_for_long_takes_over(bank):
+def feed(builds, figure, first, last):
+    """Show a figure for some tenths of a second; return what was searched after each frame."""
+    found = []
+    for k in range(first, last):
+        builds.update(sampled(figure), LEADER, 0.1 * k)
+        found.append(builds.only)
+    return found
+
+
+def test_at_first_the_build_that_fitted_best_so_far_is_searched(bank):
+    builds = choice(bank, build_trial=1.0)
+    assert feed(builds, template(6), 0, 4) == [NARROW, WIDE, WIDE, WIDE]
+    # One frame says less than three.
+    assert feed(builds, template(2), 4, 5) == [WIDE]
+    assert feed(builds, template(2), 5, 9)[-1] == NARROW
+
+
+def test_later_a_build_must_fit_better_for_long(bank):
     builds = choice(bank, build_trial=0.5)
-    for k in range(5):
-        assert (k == 0) == builds.active.all()
-        builds.update(sampled(template(6)), LEADER, 0.1 * k)
-        assert builds.only == NARROW
-    builds.update(sampled(template(6)), LEADER, 0.5)
-    assert builds.only == WIDE
-    # The path follows, and then the other one has to lead as long.
-    wide = (LEADER[0] + VIEWS, *LEADER[1:])
-    for k in range(6, 10):
-        builds.update(sampled(template(2)), wide, 0.1 * k)
-        assert builds.only == WIDE
-    builds.update(sampled(template(2)), wide, 1.01)
-    assert builds.only == NARROW
+    assert set(feed(builds, template(2), 0, 20)) == {NARROW}
+    found = feed(builds, template(6), 20, 40)
+    assert found[:3] == [NARROW] * 3
+    assert found[8:] == [WIDE] * 12
 
 
-def test_a_small_lead_is_not_enough(bank):
+def test_later_a_small_lead_is_not_enough(bank):
     # Like the wide one to 0.77, and to the narrow one, nearby, to 0.48.
     figure = template(5)
     figure[2, 1:4] = 0
     for lead, expected in ((0.2, WIDE), (0.4, NARROW)):
         builds = choice(bank, build_lead=lead)
-        for k in range(20):
-            builds.update(sampled(figure), LEADER, 0.1 * k)
-        assert builds.only == expected
+        feed(builds, template(2), 0, 20)
+        assert feed(builds, figure, 20, 60)[-1] == expected
 
 
 def test_what_is_unknown_does_not_count(bank):
