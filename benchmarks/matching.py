@@ -179,7 +179,7 @@ def measure_update(
 ) -> dict[str, float]:
     """Time whole updates with a bank."""
     cv2.setNumThreads(1)
-    matcher = SequenceMatcher(bank, MatchingConfig(scales=2))
+    matcher = SequenceMatcher(bank, MatchingConfig(scales=2, scale_reach=2))
     rng = np.random.default_rng(0)
     times = []
     for number in range(repeats + 40):

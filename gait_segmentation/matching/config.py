@@ -64,6 +64,14 @@ class MatchingConfig(StageConfig):
         maximum=5,
         read_only=True,
     )
+    scale_reach: int = parameter(
+        1,
+        'Body heights searched above and below the one the path leads to; in its first frame '
+        'all are.',
+        minimum=1,
+        maximum=5,
+        read_only=True,
+    )
     shift_step: float = parameter(
         0.02,
         'Distance of neighbouring shifts; rounded to whole pixels of the template grid.',
@@ -129,15 +137,16 @@ class MatchingConfig(StageConfig):
     )
     build_trial: float = parameter(
         0.5,
-        'Time over which other builds are compared with the one that is searched.',
+        'Time over which the builds are compared, and before which the best one so far is '
+        'searched.',
         unit='s',
         minimum=0.05,
         maximum=10.0,
     )
     build_lead: float = parameter(
         0.02,
-        'By how much another build must fit better, in similarity on average over that time, '
-        'before it is searched instead.',
+        'By how much another build must later fit better, in similarity on average over that '
+        'time, before it is searched instead.',
         minimum=0.0,
         maximum=1.0,
     )

@@ -69,7 +69,7 @@ class SequenceMatcher:
         self._begin()
 
     def _begin(self) -> None:
-        self._origin_ns = 0
+        self._origin_ns = self._height = 0
         self._path.reset()
         self._motion.reset()
         self._builds.reset()
@@ -150,13 +150,17 @@ class SequenceMatcher:
     ) -> None:
         """Match a frame and take it into the path."""
         grid = self._placements
-        sampled = grid.sample(likelihood, known, box.scaled(scale), self.config.blur, angle)
         seconds = (self._stamp_ns - self._origin_ns) / 1e9
-        active = self._builds.active
-        similarity = self._similarities.update(sampled, active)
         jump = self._motion.update(box, seconds, grid.shift, grid.log_step)
-        self._path.step(similarity, seconds, jump, active[self._builds.of_sequence])
-        self._builds.update(sampled, self._path.leader(), seconds)
+        heights = self._heights(jump[0])
+        blur = self.config.blur
+        sampled = grid.sample(likelihood, known, box.scaled(scale), blur, angle, heights)
+        active = self._builds.active
+        similarity = self._similarities.update(sampled, active, heights)
+        self._path.step(similarity, seconds, jump, active[self._builds.of_sequence], heights)
+        leader = self._path.leader()
+        self._height = leader[2]
+        self._builds.update(sampled, leader, seconds)
         self._find_phase(likelihood, known, box.scaled(scale), angle, seconds)
         self._waiting.append(
             WaitingFrame(
@@ -170,6 +174,19 @@ class SequenceMatcher:
                 sampled,
             )
         )
+
+    def _heights(self, jump: int) -> slice:
+        """
+        Return the body heights to search: those next to where the path leads, first all.
+
+        :param jump: by how many body heights the box jumped against the body.
+        """
+        count, reach = self._placements.shape[0], self.config.scale_reach
+        width = 2 * reach + 1
+        if self._path.frames == 0 or count <= width:
+            return slice(0, count)
+        first = min(max(self._height - jump - reach, 0), count - width)
+        return slice(first, first + width)
 
     def _find_phase(
         self,

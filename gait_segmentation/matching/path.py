@@ -73,7 +73,8 @@ class PathSearch:
         slots = max(config.lag + 2, min(64, _MOST_BYTES // size))
         self._was_active = np.ones(bank.sequences, np.bool_)
         self._ring = np.empty((slots, *states), np.int16)
-        self._at_floor = np.zeros((slots, bank.sequences), np.bool_)
+        self._left_out = np.zeros((bank.sequences, shape[0]), np.bool_)
+        self._at_floor = [self._left_out] * slots
         self._costs = np.zeros((slots, bank.phases), np.int16)
         self._counts = np.zeros(slots, np.int64)
         self._shifts = np.zeros((slots, 3), np.int64)
@@ -108,6 +109,7 @@ class PathSearch:
         seconds: float,
         jump: tuple[int, int, int],
         active: NDArray[np.bool_] | None = None,
+        searched: slice | None = None,
     ) -> None:
         """
         Take in a frame.
@@ -117,10 +119,14 @@ class PathSearch:
         :param jump: by how many body heights, vertical and horizontal shifts the box moved
             against the body since the last frame.
         :param active: (V,) bool, sequences that are searched; all if None.
+        :param searched: the body heights that are searched, from ``start`` up to ``stop``; all if
+            None.
         """
         config = self._config
         if active is None:
             active = np.ones(len(self.leading), np.bool_)
+        if searched is None:
+            searched = slice(0, self._shape[0])
         started = bool(self._slots)
         passed = seconds - self._seconds[-1] if started else 0.0
         while self._slots and (
@@ -142,7 +148,7 @@ class PathSearch:
             config.rate_cost,
         )
         slot = next(k for k in range(len(self._ring)) if k not in self._slots)
-        self._put_to_floor(slot, active)
+        self._put_to_floor(slot, active, searched)
         fading = min(int(32768 * math.exp(-passed / config.memory)), np.iinfo(np.int16).max)
         advance(
             before,
@@ -157,6 +163,8 @@ class PathSearch:
             self._shape,
             similarity,
             self._row,
+            searched.start,
+            searched.stop - 1,
             self._ring[slot],
             self.leading,
         )
@@ -168,12 +176,20 @@ class PathSearch:
         self._best = int(self.leading.max())
         self._leader = None
 
-    def _put_to_floor(self, slot: int, active: NDArray[np.bool_]) -> None:
-        """Put the sequences that are not searched to the floor, unless they are there already."""
-        rest = ~active & ~self._at_floor[slot]
-        if rest.any():
-            self._ring[slot, rest] = FLOOR
-        self._at_floor[slot] = ~active
+    def _put_to_floor(self, slot: int, active: NDArray[np.bool_], searched: slice) -> None:
+        """Put to the floor what is not searched, unless it is there already."""
+        left_out = np.ones(self._left_out.shape, np.bool_)
+        left_out[:, searched] = ~active[:, None]
+        if not np.array_equal(left_out, self._left_out):
+            self._left_out = left_out
+        there = self._at_floor[slot]
+        if there is self._left_out:
+            return
+        rest = left_out & ~there
+        scores = self._ring[slot].reshape(*self.leading.shape, self._shape[0], -1)
+        for height in np.flatnonzero(rest.any(axis=0)):
+            scores[rest[:, height], :, height] = FLOOR
+        self._at_floor[slot] = self._left_out
 
     def leader(self) -> tuple[int, int, int, int, int]:
         """

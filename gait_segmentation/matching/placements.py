@@ -26,6 +26,7 @@ from gait_segmentation.matching.tanimoto import WindowGrid
 __all__ = ['PlacementGrid', 'Sampled', 'inside', 'region']
 
 _ALL = 255
+_EVERY = slice(None)
 
 
 @dataclass(frozen=True)
@@ -104,6 +105,7 @@ class PlacementGrid:
         box: Box,
         blur: int,
         angle: float = 0.0,
+        searched: slice = _EVERY,
     ) -> Sampled:
         """
         Resample a likelihood for all placements about a box.
@@ -114,6 +116,7 @@ class PlacementGrid:
         :param blur: side of the box filter before resampling; larger where resampling shrinks,
             so that nothing aliases.
         :param angle: tilt of the body's axis in radians.
+        :param searched: the body heights that are wanted; the images of others are black.
         """
         rows, columns = self.windows.image_shape
         pitch = box.height * float(self.scales[-1]) / self._body
@@ -142,7 +145,8 @@ class PlacementGrid:
         origin = np.array([window[1].start, window[0].start], np.float64)
         to_grid[:, 2] += to_grid[:, :2] @ origin
         middle = np.array([columns / 2, rows / 2])
-        for scale, factor in enumerate(self.scales):
+        for scale in range(len(self.scales))[searched]:
+            factor = self.scales[scale]
             # All body heights share the centre of the box, which is the middle of each image.
             scaled = to_grid / factor
             scaled[:, 2] += middle - middle / factor
@@ -156,7 +160,7 @@ class PlacementGrid:
             )
             cv2.warpAffine(seen, matrix, size, masks[scale], cv2.INTER_NEAREST)
             cv2.bitwise_and(images[scale], masks[scale], images[scale])
-        if masks is not None and bool(masks.all()):
+        if masks is not None and bool(masks[searched].all()):
             masks = None
         return Sampled(images, masks)
 

@@ -16,6 +16,7 @@ from gait_segmentation.matching.visibility import KnownLines, LineSums
 
 __all__ = ['SimilarityMaps']
 
+_EVERY = slice(None)
 _HUGE = 2**29
 """Area of a template that is out of sight: no likelihood can be like it."""
 
@@ -49,29 +50,33 @@ class SimilarityMaps:
         self._common, self._seen = kernels.new_rows(), kernels.new_rows()
         self._maps = np.zeros((kernels.rows, len(cost) * kernels.pitch), np.int16)
 
-    def update(self, sampled: Sampled, active: NDArray[np.bool_]) -> NDArray[np.int16]:
+    def update(
+        self, sampled: Sampled, active: NDArray[np.bool_], searched: slice = _EVERY
+    ) -> NDArray[np.int16]:
         """
         Compare a frame.
 
         :param sampled: the likelihood about the box.
         :param active: (builds,) bool, which are searched; the rows of others are undefined.
+        :param searched: the body heights that are; the placements of others are undefined.
         :returns: (R, N) int16, similarities in path units less the cost of the body height, of
             the template of a row (see :class:`BuildKernels`) at N = S * pitch placements, the
             windows of each body height filled up.  The next call overwrites it.
         """
         grid = self._windows
-        areas = np.zeros((len(sampled.images), self._kernels.pitch), np.int32)
-        areas[:, : grid.rows * grid.columns] = grid.areas(sampled.images).reshape(len(areas), -1)
-        planes = polyphase(sampled.images, grid)
-        known = sampled.known
+        images, known = sampled.images[searched], sampled.known
+        heights = range(len(sampled.images))[searched]
+        areas = np.zeros((len(images), self._kernels.pitch), np.int32)
+        areas[:, : grid.rows * grid.columns] = grid.areas(images).reshape(len(areas), -1)
+        planes = polyphase(images, grid)
         lines = None if known is None else KnownLines.of(known)
         masks = None if known is None or lines is not None else polyphase(known, grid)
         for build in np.flatnonzero(active).tolist():
             part = self._kernels.part(build)
             whole, least, maps = self._whole[part], self._least[part], self._maps[part]
-            for scale, plane in enumerate(planes):
-                common = self._kernels.common_rows(plane, build, self._common)
-                frame = common, areas[scale], self._cost[scale], scale, maps
+            for index, scale in enumerate(heights):
+                common = self._kernels.common_rows(planes[index], build, self._common)
+                frame = common, areas[index], self._cost[scale], scale, maps
                 if lines is not None:
                     sums, span = self._sums.over(lines.axis)[part], lines.spans[scale]
                     shape = grid.rows, grid.columns, grid.step

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.matching.views import Views
+from gait_segmentation.matching.viterbi import FLOOR
 
 __all__ = ['State', 'SubgridPeak']
 
@@ -53,6 +54,9 @@ class SubgridPeak:
         low, high = (
             self._score(scores, (*state[:axis], side, *state[axis + 1 :])) for side in sides
         )
+        if min(low, high) <= FLOOR:
+            # What is beside has not been searched.
+            return 0.0
         middle = self._score(scores, state)
         bend = 2 * middle - low - high
         vertex = 0.5 * (high - low) / bend if bend > 0 else 0.0

@@ -37,6 +37,8 @@ def advance(  # type: ignore[no-untyped-def]
     shape,
     similarity,
     row,
+    lowest,
+    highest,
     after,
     leading,
 ):
@@ -58,14 +60,18 @@ def advance(  # type: ignore[no-untyped-def]
     :param shape: (S, rows, columns) of the placements.
     :param similarity: (R, N) int16, what is added.
     :param row: (V * P,) int32, where in it a template is.
-    :param after: (V, P, N) int16, result; sequences that are not searched are left as they are.
+    :param lowest: the first body height that is searched, and ``highest`` the last one.
+    :param after: (V, P, N) int16, result; what is not searched is left as it is.
     :param leading: (V, P) int16, largest score of each template, result.
     """
-    views, phases, size = after.shape
+    views, phases, everywhere = after.shape
     columns = shape[2]
-    lanes = size // shape[0]
+    lanes = everywhere // shape[0]
+    start, stop = lowest * lanes, (highest + 1) * lanes
+    size = stop - start
+    part = highest + 1 - lowest, shape[1], columns
     started = before.shape[0] > 0
-    walls = _walls(shape, lanes, move_cost)
+    walls = _walls(part, lanes, move_cost)
     reached = np.full((views, size), FLOOR, np.int16)
     # Neighbouring placements of the first and last are read from a margin.
     turned = np.full(size + 2 * lanes, FLOOR, np.int16)
@@ -78,15 +84,16 @@ def advance(  # type: ignore[no-untyped-def]
         if started:
             for view in range(views):
                 if was_active[view]:
-                    _earlier_phases(before[view], phase, phase_cost, reached[view])
+                    _earlier_phases(before[view], start, phase, phase_cost, reached[view])
         for view in range(views):
             if not active[view]:
                 leading[view, phase] = FLOOR
                 continue
-            result, gain = after[view, phase], similarity[row[view * phases + phase]]
+            result = after[view, phase, start:stop]
+            gain = similarity[row[view * phases + phase], start:stop]
             if not started:
                 _copy(gain, result)
-                leading[view, phase] = _largest_used(result, shape, lanes)
+                leading[view, phase] = _largest_used(result, part, lanes)
                 continue
             found = 0
             for m in range(near.shape[1]):
@@ -108,7 +115,7 @@ def advance(  # type: ignore[no-untyped-def]
             _either_side(turned, lanes, 1, walls[0], walls[1], across)
             _either_side(across, lanes, columns, walls[2], walls[3], along)
             _fade(along, lanes, move_cost, best, fading, gain, result)
-            leading[view, phase] = _largest_used(result, shape, lanes)
+            leading[view, phase] = _largest_used(result, part, lanes)
 
 
 @njit(cache=True, nogil=True)
@@ -134,16 +141,16 @@ def _copy(source, result):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _earlier_phases(before, phase, phase_cost, reached):  # type: ignore[no-untyped-def]
-    """Let states come from this phase and those before it."""
-    phases = before.shape[0]
-    same, stay = before[phase], phase_cost[0]
+def _earlier_phases(before, start, phase, phase_cost, reached):  # type: ignore[no-untyped-def]
+    """Let states from ``start`` on come from this phase and those before it."""
+    phases, stop = before.shape[0], start + len(reached)
+    same, stay = before[phase, start:stop], phase_cost[0]
     one = min(1, len(phase_cost) - 1)
-    last, step = before[(phase - one) % phases], phase_cost[one]
+    last, step = before[(phase - one) % phases, start:stop], phase_cost[one]
     for j in range(len(reached)):
         reached[j] = max(np.int16(same[j] - stay), np.int16(last[j] - step))
     for back in range(2, len(phase_cost)):
-        older, cost = before[(phase - back) % phases], phase_cost[back]
+        older, cost = before[(phase - back) % phases, start:stop], phase_cost[back]
         for j in range(len(reached)):
             reached[j] = max(reached[j], np.int16(older[j] - cost))
 

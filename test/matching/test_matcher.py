@@ -67,6 +67,17 @@ def test_finds_phase_view_and_place(bank, degrees):
     assert (prior & image).sum() / (prior | image).sum() > 0.85
 
 
+@pytest.mark.parametrize('size', [0.82, 1.0, 1.22])
+def test_the_body_height_is_followed_where_the_box_is_wrong(bank, size):
+    matcher = SequenceMatcher(bank, config(scales=3, scale_reach=1))
+    for number, (stamp, _, image, box) in enumerate(walk(0.3, 25)):
+        # The box is right at first and then grows or shrinks.
+        wrong = 1 + (size - 1) * min(number / 10, 1)
+        box = Box.from_center(box.center_x, box.center_y, box.width * wrong, box.height * wrong)
+        (result,) = matcher.update(image, box, stamp, track_id=1, source_size=SIZE)
+    assert result.body.height == pytest.approx(HEIGHT, rel=0.04)
+
+
 def test_a_lag_gives_each_frame_once_and_flush_the_rest(bank):
     frames = list(walk(0.0, 12))
     matcher = SequenceMatcher(bank, config(lag=4))

@@ -63,6 +63,24 @@ def test_leaves_a_twin_that_is_clearly_worse():
     assert abs((state - 0.4 * 199 + 6) % 12 - 6) <= 1
 
 
+def test_what_is_not_searched_is_at_the_floor_in_whichever_slot():
+    bank = TemplateBank(
+        np.zeros((2, PHASES, 4, 4), np.uint8), np.zeros(2, np.float32), ('a', 'b'), 0.9
+    )
+    row = np.arange(2 * PHASES, dtype=np.int32)
+    path = PathSearch(bank, row, (3, 1, 1), 1, MatchingConfig(window=0.2))
+    rng = np.random.default_rng(3)
+    for k in range(200):
+        similarity = rng.integers(0, UNIT, (2 * PHASES, 3)).astype(np.int16)
+        active = np.array([True, False]) if k // 20 % 2 else np.array([k % 40 < 30, True])
+        first = k // 7 % 2
+        path.step(similarity, k / 30, (0, 0, 0), active, slice(first, first + 2))
+        scores = path.scores(0)
+        assert (scores[~active] == FLOOR).all()
+        assert (scores[:, :, 2 - 2 * first] == FLOOR).all()
+        assert (scores[active][:, :, first : first + 2] > FLOOR).all()
+
+
 def test_is_bounded_over_many_frames():
     path = search(window=0.3)
     rng = np.random.default_rng(2)

@@ -63,3 +63,16 @@ def test_unknown_pixels_do_not_leak_into_known_ones(grid):
     assert sampled.known is not None
     seen = sampled.images[sampled.known == 255]
     assert seen.min() >= 199
+
+
+def test_only_body_heights_that_are_searched_are_sampled(grid):
+    image = np.full((100, 60), 255, np.uint8)
+    for box in (Box(20, 25, 20, 50), Box(30, 20, 30, 70)):
+        every, some = (
+            grid.sample(image, None, box, 3),
+            grid.sample(image, None, box, 3, searched=slice(1, 3)),
+        )
+        np.testing.assert_array_equal(some.images[1:], every.images[1:])
+        assert not some.images[0].any()
+        if every.known is not None and some.known is not None:
+            np.testing.assert_array_equal(some.known[1:], every.known[1:])

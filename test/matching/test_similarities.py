@@ -104,3 +104,19 @@ def test_templates_out_of_sight_are_like_nothing():
     low = found[:, :, 1].reshape(3, 2, GRID.rows, GRID.columns)
     assert (low[:, :, -1] == 0).all()
     assert (low[:, :, 0] > 0).all()
+
+
+@pytest.mark.parametrize('name', ['no mask', 'top cut', 'corner'])
+@pytest.mark.parametrize('height', [0, 1])
+def test_only_body_heights_that_are_searched_are_compared(name, height):
+    bank, known = templates(), MASKS[name]
+    kernels, similarities = maps(bank)
+    both = np.array([True, True])
+    every = similarities.update(Sampled(likelihoods(), known), both).copy()
+    kernels, similarities = maps(bank)
+    searched = slice(height, height + 1)
+    found = similarities.update(Sampled(likelihoods(), known), both, searched)
+    used = height * kernels.pitch + np.arange(GRID.rows * GRID.columns)
+    np.testing.assert_array_equal(found[:, used], every[:, used])
+    other = (1 - height) * kernels.pitch
+    assert not found[:, other : other + kernels.pitch].any()

@@ -8,6 +8,7 @@ import pytest
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.matching.subgrid import SubgridPeak
 from gait_segmentation.matching.views import Views
+from gait_segmentation.matching.viterbi import FLOOR
 
 VIEWS, PHASES, SHAPE, LANES = 8, 6, (3, 5, 4), 24
 
@@ -40,3 +41,10 @@ def test_the_border_and_flat_scores_have_no_vertex():
     values = scores(np.array([0.25, 0.25, 0.25, 0.25, 0.25]))
     assert peak().offsets(values, (0, 0, 0, 0, 0))[2:] == [0.0, 0.0, 0.0]
     assert peak().offsets(np.zeros_like(values), (0, 0, 1, 1, 1)) == [0.0] * 5
+
+
+def test_there_is_no_vertex_beside_what_was_not_searched():
+    values = scores(np.array([0.0, 0.0, 1.25, 2.5, 1.75]))
+    values[..., 2 * LANES :] = FLOOR
+    found = peak().offsets(values, (0, 0, 1, 2, 2))
+    assert found == pytest.approx([0.0, 0.0, 0.0, 0.5, -0.25], abs=0.01)

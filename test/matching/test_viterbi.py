@@ -24,12 +24,24 @@ def lane(place):
     return place[0] * LANES + place[1] * SHAPE[2] + place[2]
 
 
-def run(before, best, gain, costs, near, near_cost, row, active=(True,) * 3, was_active=None):
+def run(
+    before,
+    best,
+    gain,
+    costs,
+    near,
+    near_cost,
+    row,
+    active=(True,) * 3,
+    was_active=None,
+    heights=(0, SHAPE[0] - 1),
+):
     after = np.full((3, 3, 2 * LANES), FLOOR, np.int16)
     leading = np.zeros((3, 3), np.int16)
     searched = (np.array(each) for each in (active, active if was_active is None else was_active))
     reach = np.int16(32768 * 0.9), costs, near, near_cost, *searched
-    advance(before, np.int16(best), *reach, np.int16(20), SHAPE, gain, row, after, leading)
+    put = *heights, after, leading
+    advance(before, np.int16(best), *reach, np.int16(20), SHAPE, gain, row, *put)
     return after, leading
 
 
@@ -107,6 +119,23 @@ def test_views_that_are_not_searched_are_left_alone_and_lead_nowhere():
     scores[0] = FLOOR
     lead, _ = run(scores, 99, gain, np.zeros(1, np.int16), *rest, active)
     np.testing.assert_array_equal(after[1], lead[1])
+
+
+@pytest.mark.parametrize('height', range(SHAPE[0]))
+def test_body_heights_that_are_not_searched_are_left_alone_and_lead_nowhere(height):
+    rng = np.random.default_rng(2)
+    gain, row = similarities(rng, 9), np.arange(9, dtype=np.int32)
+    rest = np.array([30, 0], np.int16), NEAR['two'], np.full((3, 2), 60, np.int16), row
+    scores = rng.integers(0, 100, (3, 3, 2 * LANES)).astype(np.int16)
+    found, leading = run(scores, 99, gain, *rest, heights=(height, height))
+    inside = slice(height * LANES, (height + 1) * LANES)
+    outside = slice((1 - height) * LANES, (2 - height) * LANES)
+    assert (found[..., outside] == FLOOR).all()
+    np.testing.assert_array_equal(leading, found.max(axis=2))
+    # As if the others had been at the floor before.
+    scores[..., outside] = FLOOR
+    every, _ = run(scores, 99, gain, *rest)
+    np.testing.assert_array_equal(found[..., inside], every[..., inside])
 
 
 def test_a_jump_moves_scores_and_opens_the_border():
