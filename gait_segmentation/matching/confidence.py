@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+import math
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,12 +28,20 @@ def phase_near(belief: NDArray[np.float64], phase: float) -> tuple[float, float]
     :returns: the phase in [0, 1), and the probability that it is right to 5 % of a stride, apart
         from half strides, in 0..1.
     """
-    at = np.arange(len(belief)) / len(belief)
-    mean = float(np.angle((belief * np.exp(4j * np.pi * at)).sum()) / (4 * np.pi))
+    at, circle = _circle(len(belief))
+    across, along = (belief @ circle).tolist()
+    mean = math.atan2(along, across) / (4 * math.pi)
     mean += round(2 * (phase - mean)) / 2
     if belief[np.abs((at - mean + 0.5) % 1.0 - 0.5) > 0.25].sum() > _CLEARLY:
         mean += 0.5
     away = np.abs((at - mean + 0.25) % 0.5 - 0.25)
     # A bin that reaches over the tolerance counts by the share of it within.
-    share = np.clip((_TOLERANCE - away) * len(belief) + 0.5, 0, 1)
-    return mean % 1.0, float((belief * share).sum())
+    share = np.minimum(np.maximum((_TOLERANCE - away) * len(belief) + 0.5, 0.0), 1.0)
+    return mean % 1.0, float(belief @ share)
+
+
+@lru_cache(maxsize=4)
+def _circle(phases: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return phases in strides, (P,), and their places on a circle of half a stride, (P, 2)."""
+    at = np.arange(phases) / phases
+    return at, np.column_stack([np.cos(4 * np.pi * at), np.sin(4 * np.pi * at)])

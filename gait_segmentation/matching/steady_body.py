@@ -8,8 +8,6 @@ import dataclasses
 import math
 from collections import deque
 
-import numpy as np
-
 from gait_segmentation.geometry import BodyFrame
 
 __all__ = ['SteadyBody']
@@ -17,7 +15,7 @@ __all__ = ['SteadyBody']
 _FRAMES = 20
 _LONGEST = 0.8
 _JUMP = 0.25
-_STILL = np.array([0.04, 0.12, 0.12])
+_STILL = (0.04, 0.12, 0.12)
 """
 Time in which a motion must show to be believed, across, down and in height: seconds that stand
 still are added.  Walkers cross the image faster than they sink or grow in it.
@@ -57,9 +55,16 @@ class SteadyBody:
         self._last.append((seconds, body.center_x, body.center_y, size))
         while seconds - self._last[0][0] > _LONGEST:
             self._last.popleft()
-        found = np.array(self._last)
-        time, places = found[:, 0] - found[:, 0].mean(), found[:, 1:]
-        mean = places.mean(axis=0)
-        spread = time @ time + len(found) * _STILL**2
-        x, y, tall = (mean + (time @ (places - mean)) * (time[-1] / spread)).tolist()
+        # A few numbers: lists are faster than arrays.
+        count = len(self._last)
+        seconds_of, *places = zip(*self._last, strict=True)
+        middle = sum(seconds_of) / count
+        time = [each - middle for each in seconds_of]
+        square = sum(each * each for each in time)
+        smooth = []
+        for place, still in zip(places, _STILL, strict=True):
+            mean = sum(place) / count
+            slope = sum(t * (p - mean) for t, p in zip(time, place, strict=True))
+            smooth.append(mean + slope * time[-1] / (square + count * still**2))
+        x, y, tall = smooth
         return dataclasses.replace(body, center_x=x, center_y=y, height=math.exp(tall))

@@ -40,8 +40,9 @@ def phase_costs(
     :returns: (D,) int16 in path units, D at most ``phases``.
     """
     most = min(max(math.ceil(phases * maximum_rate * seconds - 1e-9), 1), phases - 1)
-    off = np.abs(np.arange(most + 1) / phases - min(rate * seconds, most / phases))
-    return np.minimum(np.round(UNIT * cost * off), UNIT).astype(np.int16)
+    expected = min(rate * seconds, most / phases)
+    off = (abs(steps / phases - expected) for steps in range(most + 1))
+    return np.array([min(round(UNIT * cost * each), UNIT) for each in off], np.int16)
 
 
 @lru_cache(maxsize=4)

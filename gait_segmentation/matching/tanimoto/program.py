@@ -99,7 +99,8 @@ def make_program(templates: NDArray[np.uint8]) -> EventProgram:
 def _make_program(key: _ByContent) -> EventProgram:
     templates = key.templates
     pixels = np.ascontiguousarray(templates.reshape(len(templates), -1))
-    order, parents = minimum_arborescence(pixels)
+    # Pixels that are in no template part none, and are more than half.
+    order, parents = minimum_arborescence(np.ascontiguousarray(pixels[:, pixels.any(axis=0)]))
     events, spans = _count(pixels, order, parents)
     # Narrow groups are filled up by at most one event, and one wide one in each step and sign.
     places = 2 * events + 2 * PAIR * (len(pixels) + 1)
