@@ -150,7 +150,8 @@ class Pipeline:
         For who has to hand on the results first: :meth:`learn` is to be called after that, and
         is before the next frame otherwise.
         """
-        self.learn()
+        if self._unlearnt:
+            self.learn()
         started = self._clock()
         if likelihood is not None:
             check_image(image)
