@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -19,6 +20,7 @@ from gait_segmentation.starting.motion_candidates import Candidate, follow
 from gait_segmentation.starting.motion_memory import Memory
 from gait_segmentation.starting.motion_recollection import Recollection
 from gait_segmentation.starting.motion_scene import MotionScene, SceneFrame
+from gait_segmentation.starting.motion_seat import seat
 from gait_segmentation.starting.motion_watch import Watch, light_bank
 
 __all__ = ['WalkerFinder']
@@ -44,6 +46,12 @@ _BLIND_S = 0.15
 _LEAST_SIGHTINGS = 3
 _SAME = 0.4
 """Share of the smaller of two boxes that is common to boxes of the same person."""
+
+_ANEW_S = 0.3
+"""Time after which somebody who is matched in a wrong place is sought anew."""
+
+_TALL = 0.5
+"""Height of another candidate, as a share, from which it is somebody else and no piece."""
 
 _FIRST_WAY = 0.3
 """Share of the way asked for that somebody must have come to be matched at all."""
@@ -78,13 +86,19 @@ class WalkerFinder:
         self._size: tuple[int, int] | None = None
         self._stamp_ns = 0
         self._candidates: list[Candidate] = []
-        self._watched: dict[int, Watch] = {}
+        self._watched: dict[int, list[Watch]] = {}
         self._origin = (0.0, 0.0)
         self._next = 1
         self._rest: dict[int, float] = {}
+        self._known: list[float] = []
 
     def update(
-        self, image: NDArray[np.uint8], stamp_ns: int, occupied: Sequence[Box] = ()
+        self,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        occupied: Sequence[Box] = (),
+        *,
+        wanted: bool = True,
     ) -> list[Box]:
         """
         Take in a frame.
@@ -94,6 +108,7 @@ class WalkerFinder:
         :param image: (H, W, 3) uint8 BGR.
         :param stamp_ns: its stamp in nanoseconds.
         :param occupied: boxes of people known already, in source pixels.
+        :param wanted: whether anybody is to be found; if not, what moves is followed only.
         :returns: tight boxes of the people newly found, in source pixels.
         :raises InputError: if the image is no BGR image or the stamp is not positive.
         """
@@ -116,9 +131,13 @@ class WalkerFinder:
         # Not Lab, which takes ten times as long.
         colours = cv2.cvtColor(shrink(image, shape), cv2.COLOR_BGR2YCrCb)
         taken = [box.scaled(scale) for box in occupied]
+        self._known = [box.height for box in taken]
         frame = self._frame = self._scene.update(colours, seconds, taken)
         self._remember(image, frame, seconds)
         self._follow(frame, seconds)
+        if not wanted:
+            self._watched = {}
+            return []
         found = self._verify(frame, seconds, stamp_ns, taken)
         return [box.scaled(1 / scale) for box in found]
 
@@ -145,6 +164,34 @@ class WalkerFinder:
         apart = warp_window(hidden, self._frame.to_image, every, cv2.BORDER_CONSTANT)
         return self._memory.recall(now, window, apart)
 
+    def strangers(self, stamp_ns: int) -> NDArray[np.uint8] | None:
+        """
+        Return where people may be who are not known yet.
+
+        :param stamp_ns: the stamp of the newest frame.
+        :returns: (h, w) uint8 of the small image, 255 on what moves for some time, is tall, and
+            lies outside of the boxes of people known; None if there is nothing.
+        """
+        frame = self._frame
+        if frame is None or stamp_ns != self._stamp_ns:
+            return None
+        tall = _TALL * max(self._known, default=0.0)
+        blobs = [
+            each.blob
+            for each in self._candidates
+            if each.seen == stamp_ns / 1e9
+            and each.sightings >= _LEAST_SIGHTINGS
+            and each.box.height >= tall
+        ]
+        if not blobs:
+            return None
+        table = np.zeros(256, np.uint8)
+        table[blobs] = 255
+        found = cv2.LUT(frame.owners, table)
+        found[frame.likelihood < 128] = 0
+        every = (slice(0, found.shape[0]), slice(0, found.shape[1]))
+        return warp_window(found, frame.to_image, every, cv2.BORDER_CONSTANT)
+
     def _remember(self, image: NDArray[np.uint8], frame: SceneFrame, seconds: float) -> None:
         if frame.fresh:
             self._memory.forget()
@@ -157,7 +204,7 @@ class WalkerFinder:
         self._origin = self._origin[0] - dx, self._origin[1] - dy
         for each in self._candidates:
             each.box = each.box.shifted(dx, dy)
-        for watch in self._watched.values():
+        for watch in itertools.chain(*self._watched.values()):
             watch.shift(dx, dy)
         if frame.fresh:
             self._candidates = []
@@ -173,14 +220,14 @@ class WalkerFinder:
         self._next = max(numbers | {self._next - 1}) + 1
         self._rest = {number: at for number, at in self._rest.items() if at > seconds}
         self._watched = {
-            number: watch for number, watch in self._watched.items() if number in numbers
+            number: watches for number, watches in self._watched.items() if number in numbers
         }
 
     def _verify(
         self, frame: SceneFrame, seconds: float, stamp_ns: int, taken: Sequence[Box]
     ) -> list[Box]:
         """Match the candidates that have waited longest: one a frame, in a crowd a few."""
-        waiting: list[tuple[float, int, Candidate]] = []
+        waiting: list[tuple[float, int, Candidate, Watch | None]] = []
         most = min(max(2 * self._people, _LEAST_WATCHED), _MOST_WATCHED)
         for each in self._candidates:
             if each.number in self._rest or any(_overlap(each.box, box) > _SAME for box in taken):
@@ -188,31 +235,56 @@ class WalkerFinder:
                 continue
             if each.seen != seconds or each.sightings < _LEAST_SIGHTINGS:
                 continue
-            watch = self._watched.get(each.number)
-            if watch is not None and watch.due(seconds):
-                waiting.append((watch.last, each.number, each))
-            elif watch is None and len(self._watched) < most:
-                waiting.append((each.born, each.number, each))
+            for watch in self._watched.get(each.number, ()):
+                if watch.due(seconds):
+                    waiting.append((watch.last, each.number, each, watch))
+            if each.number not in self._watched and len(self._watched) < most:
+                waiting.append((each.born, each.number, each, None))
         found: list[Box] = []
         matches = math.ceil(max(len(self._watched), 1) / _SHARED)
-        for _, _, each in sorted(waiting, key=lambda entry: entry[:2]):
-            if each.distance() >= _FIRST_WAY * self.config.least_way:
-                found += self._match(frame, each, seconds, stamp_ns)
+        for _, number, each, begun in sorted(waiting, key=lambda entry: entry[:2]):
+            if number not in self._rest and each.distance() >= _FIRST_WAY * self.config.least_way:
+                found += self._match(frame, each, begun, stamp_ns)
                 matches -= 1
             if matches == 0:
                 break
         return found
 
+    def _apart(self, frame: SceneFrame, one: Candidate) -> NDArray[np.uint8]:
+        """Return the likelihood without what is of other candidates."""
+        others = [
+            each.blob
+            for each in self._candidates
+            if each.blob != one.blob
+            and each.seen == one.seen
+            and each.box.height > _TALL * one.box.height
+        ]
+        if not others:
+            return frame.likelihood
+        table = np.full(256, 255, np.uint8)
+        table[others] = 0
+        return np.asarray(cv2.bitwise_and(frame.likelihood, cv2.LUT(frame.owners, table)))
+
     def _match(
-        self, frame: SceneFrame, each: Candidate, seconds: float, stamp_ns: int
+        self, frame: SceneFrame, each: Candidate, watch: Watch | None, stamp_ns: int
     ) -> list[Box]:
-        watch = self._watched.get(each.number)
+        watches = self._watched.setdefault(each.number, [])
         if watch is None:
-            watch = self._watched[each.number] = Watch(self._bank, self.config, each)
-        box = watch.update(frame.likelihood, each, stamp_ns)
+            watch = Watch(self._bank, self.config, each)
+            watches.append(watch)
+        likelihood = self._apart(frame, each)
+        box = watch.update(likelihood, each, stamp_ns)
         if box is None:
+            if (
+                watch.astray
+                and watch is watches[-1]
+                and each.seen - watch.begun >= _ANEW_S
+                and each.distance() >= self.config.least_way
+            ):
+                anew = Watch(self._bank, self.config, each, seat(likelihood, each.box))
+                watches[1:] = [anew]
             return []
-        self._rest[each.number] = seconds + _REST_S
+        self._rest[each.number] = each.seen + _REST_S
         self._watched.pop(each.number)
         center = frame.to_image[:, :2] @ (box.center_x, box.center_y) + frame.to_image[:, 2]
         return [Box.from_center(float(center[0]), float(center[1]), box.width, box.height)]

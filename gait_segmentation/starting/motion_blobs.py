@@ -12,6 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
+from gait_segmentation.starting.motion_heads import columns_of_people
 
 __all__ = ['Blob', 'find_blobs']
 
@@ -40,24 +41,26 @@ class Blob:
     Moving pixels that hang together.
 
     ``box`` is the box of those that move now, ``area`` the number of all pixels and ``moving``
-    that of those that move now.
+    that of those that move now.  ``number`` is that of its pixels in the owners of the frame.
     """
 
     box: Box
     area: int
     moving: int
+    number: int = 0
 
 
 def find_blobs(
     evidence: NDArray[np.uint8], moving: NDArray[np.uint8]
-) -> tuple[list[Blob], NDArray[np.uint8]]:
+) -> tuple[list[Blob], NDArray[np.uint8], NDArray[np.uint8]]:
     """
-    Find the blobs of a frame.
+    Find the blobs of a frame.  People who touch are a blob each if their heads are apart.
 
     :param evidence: (h, w) uint8, non-zero where something is that is no background.
     :param moving: (h, w) uint8, non-zero where something moves now.
-    :returns: the blobs, largest first, and (h, w) uint8, 255 where a blob moves, filled row by
-        row between its outermost moving pixels.
+    :returns: the blobs, largest first; (h, w) uint8, 255 where a blob moves, filled row by row
+        between its outermost moving pixels; and (h, w) uint8, the number of the blob of each
+        pixel of the evidence, 0 for none.
     """
     closed = cv2.morphologyEx(evidence, cv2.MORPH_CLOSE, np.ones((5, 3), np.uint8))
     # Labels of 16 bits are three times as fast; 480 x 480 pixels cannot hold more.
@@ -68,12 +71,13 @@ def find_blobs(
     parts.sort(key=lambda k: -stats[k, cv2.CC_STAT_AREA])
     parts = parts[:_MOST_PARTS]
     boxes = [Box(*(float(v) for v in stats[k, :4])) for k in parts]
+    count = _split(labels, parts, boxes, count)
     groups = _merged(boxes)
     table = np.zeros(count, np.int32)
     for number, members in enumerate(groups):
         for member in members:
             table[parts[member]] = number + 1
-    filled = np.zeros_like(evidence)
+    filled, owners = np.zeros_like(evidence), np.zeros_like(evidence)
     rows = np.zeros((len(groups) + 1, evidence.shape[0]), np.int32)
     columns = np.zeros((len(groups) + 1, evidence.shape[1]), np.int32)
     measures = np.zeros((len(groups) + 1, 2), np.int32)
@@ -83,7 +87,10 @@ def find_blobs(
             around = around.union(boxes[member])
         window = around.slices(evidence.shape[1], evidence.shape[0])
         bounds = (window[0].start, window[0].stop, window[1].start, window[1].stop)
-        _fill(labels, table, evidence, moving, number + 1, bounds, filled, rows, columns, measures)
+        _fill(
+            labels, table, evidence, moving, number + 1, bounds,
+            filled, owners, rows, columns, measures,
+        )  # fmt: skip
     blobs = []
     for group in range(1, len(groups) + 1):
         area, moved = (int(v) for v in measures[group])
@@ -91,8 +98,38 @@ def find_blobs(
             continue
         top, bottom = _range(rows[group], _TRIM_ROWS)
         left, right = _range(columns[group], _TRIM_COLUMNS)
-        blobs.append(Blob(Box(left, top, right - left, bottom - top), area, moved))
-    return sorted(blobs, key=lambda blob: -blob.area), filled
+        blobs.append(Blob(Box(left, top, right - left, bottom - top), area, moved, group))
+    return sorted(blobs, key=lambda blob: -blob.area), filled, owners
+
+
+def _split(labels: NDArray[np.uint16], parts: list[int], boxes: list[Box], count: int) -> int:
+    """
+    Give each of several people in one part a label and a box of their own.
+
+    :param labels, parts, boxes: of the parts; changed.
+    :param count: number of labels so far.
+    :returns: number of labels now.
+    """
+    for index in range(len(parts)):
+        window = boxes[index].slices(labels.shape[1], labels.shape[0])
+        people = columns_of_people(labels[window] == parts[index])
+        for first, last in people[1:]:
+            place = window[0], slice(window[1].start + first, window[1].start + last)
+            mine = labels[place] == parts[index]
+            labels[place][mine] = count
+            parts.append(count)
+            boxes.append(_box_of(mine).shifted(place[1].start, place[0].start))
+            count += 1
+        if len(people) > 1:
+            box = _box_of(labels[window] == parts[index])
+            boxes[index] = box.shifted(window[1].start, window[0].start)
+    return count
+
+
+def _box_of(part: NDArray[np.bool_]) -> Box:
+    rows, columns = np.flatnonzero(part.any(axis=1)), np.flatnonzero(part.any(axis=0))
+    height, width = rows[-1] + 1 - rows[0], columns[-1] + 1 - columns[0]
+    return Box(float(columns[0]), float(rows[0]), float(width), float(height))
 
 
 def _range(counts: NDArray[np.int32], trim: float) -> tuple[int, int]:
@@ -148,6 +185,7 @@ def _fill(
     group: int,
     bounds: tuple[int, int, int, int],
     filled: NDArray[np.uint8],
+    owners: NDArray[np.uint8],
     rows: NDArray[np.int32],
     columns: NDArray[np.int32],
     measures: NDArray[np.int32],
@@ -159,6 +197,7 @@ def _fill(
             if evidence[row, col] == 0 or table[labels[row, col]] != group:
                 continue
             measures[group, 0] += 1
+            owners[row, col] = group
             if moving[row, col]:
                 measures[group, 1] += 1
                 first = min(first, col)

@@ -39,7 +39,8 @@ class Candidate:
     A blob that is followed on the canvas.
 
     ``box`` is its smoothed box, ``speed`` that of its centre against the world in pixels a
-    second.  ``way`` holds (seconds, x, y, height) in world coordinates, of the last two seconds.
+    second.  ``blob`` is the number of the blob last seen of it.  ``way`` holds (seconds, x, y,
+    height) in world coordinates, of the last two seconds.
     """
 
     number: int
@@ -48,6 +49,7 @@ class Candidate:
     seen: float
     speed: tuple[float, float] = (0.0, 0.0)
     sightings: int = 1
+    blob: int = 0
     way: deque[tuple[float, float, float, float]] = field(default_factory=deque)
 
     def predicted(self, seconds: float) -> Box:
@@ -133,6 +135,7 @@ def follow(
         served.add(index)
         taken.add(number)
         candidates[index].see(blobs[number].box, seconds, origin)
+        candidates[index].blob = blobs[number].number
     kept = [each for each in candidates if seconds - each.seen < _LOST_S]
     for number, blob in enumerate(blobs):
         if number in taken or len(kept) >= _MOST:
@@ -142,7 +145,7 @@ def follow(
             continue
         if blob.moving < _LEAST_MOVING * blob.area:
             continue
-        fresh = Candidate(first_number, box, seconds, seconds)
+        fresh = Candidate(first_number, box, seconds, seconds, blob=blob.number)
         fresh.note(seconds, origin)
         first_number += 1
         kept.append(fresh)

@@ -50,15 +50,17 @@ class SceneFrame:
     What moves in one frame, on the canvas.
 
     ``likelihood`` is (h, w) uint8, 255 = surely no background.  ``blobs`` are what hangs
-    together.  ``shift`` is by how many whole pixels the canvas moved since the last frame: a
-    point of the still world at (x, y) is now at (x + dx, y + dy).  ``to_image`` is the 2 x 3
-    transform of positions from the canvas to the small image, ``step`` that from the last small
-    image to this one, None for the identity.  ``hidden`` is (h, w) uint8, non-zero where the
-    background cannot be seen.  ``fresh`` says that what was known before no longer holds.
+    together, ``owners`` (h, w) uint8 the number of the blob of each pixel, 0 for none.
+    ``shift`` is by how many whole pixels the canvas moved since the last frame: a point of the
+    still world at (x, y) is now at (x + dx, y + dy).  ``to_image`` is the 2 x 3 transform of
+    positions from the canvas to the small image, ``step`` that from the last small image to this
+    one, None for the identity.  ``hidden`` is (h, w) uint8, non-zero where the background cannot
+    be seen.  ``fresh`` says that what was known before no longer holds.
     """
 
     likelihood: NDArray[np.uint8]
     blobs: list[Blob]
+    owners: NDArray[np.uint8]
     shift: tuple[int, int]
     to_image: NDArray[np.float64]
     step: NDArray[np.float64] | None
@@ -119,13 +121,15 @@ class MotionScene:
             self._forget()
             evidence[:] = 0
             likelihood[:] = 0
-        blobs, filled = find_blobs(evidence, moving)
+        blobs, filled, owners = find_blobs(evidence, moving)
         for window in windows:
             filled[window] = 255
         self._background.learn(canvas, evidence, filled, period)
         self._keep = filled
         hidden = cv2.bitwise_or(filled, evidence)
-        return SceneFrame(likelihood, blobs, shift, self._to_image, self._last_step, hidden, fresh)
+        return SceneFrame(
+            likelihood, blobs, owners, shift, self._to_image, self._last_step, hidden, fresh
+        )
 
     def _register(
         self, gray: NDArray[np.uint8], camera: NDArray[np.float64] | None

@@ -17,6 +17,7 @@ from gait_segmentation.results import MatchResult
 from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.motion_candidates import Candidate
 from gait_segmentation.starting.motion_gait import Gait, Shape, gait_of, person_box
+from gait_segmentation.starting.motion_seat import seat
 
 __all__ = ['Watch', 'light_bank']
 
@@ -32,6 +33,15 @@ _GAIN_BODY, _GAIN_BLOB = 0.3, 0.15
 """Shares by which the matched body and the blob move the box that is matched about."""
 
 _ASPECT = 0.4
+_POOR = 1.0
+"""Share of the least similarity below which a match is poor."""
+
+_OFF = 0.6
+"""Overlap with where the blob shows a body below which a poor match is not of that body."""
+
+_MISSES = 3
+"""Such matches in a row after which what is matched is taken to be wrong."""
+
 _MATCHING = MatchingConfig(
     shifts_x=3, shifts_y=5, scales=3, shift_step=0.045, scale_step=0.1, levels=4, scale_cost=0.1
 )
@@ -55,24 +65,40 @@ _SLACK = 0.05
 class Watch:
     """Follows one candidate with a matcher of its own and judges what it sees."""
 
-    def __init__(self, bank: TemplateBank, config: StartingConfig, candidate: Candidate) -> None:
+    def __init__(
+        self,
+        bank: TemplateBank,
+        config: StartingConfig,
+        candidate: Candidate,
+        box: Box | None = None,
+    ) -> None:
         """
         Begin to watch.
 
         :param bank: from :func:`light_bank`.
+        :param box: where to look for the body first; that of the candidate if None.
         """
         self._config = config
         self._matcher = SequenceMatcher(bank, _MATCHING)
-        self._box = self._blob = candidate.box
+        self._blob = candidate.box
+        self._box = candidate.box if box is None else box
         self._seen: deque[tuple[float, MatchResult, Shape]] = deque()
         self._agreed = 0
+        self._missed = 0
+        self.begun = candidate.seen
         self.last = 0.0
         self.gait: Gait | None = None
         self.similarity = 0.0
 
+    @property
+    def astray(self) -> bool:
+        """Return whether what is matched is not the body that the blob shows."""
+        return self._missed >= _MISSES
+
     def due(self, seconds: float) -> bool:
         """Tell whether it is time to match again."""
         likely = self.gait is None or self.similarity >= _HOPELESS * self._config.least_similarity
+        likely = likely and not (self.astray and seconds - self.begun > self._config.watch)
         return seconds - self.last >= (_PERIOD_S if likely else _LONG_PERIOD_S)
 
     def shift(self, dx: float, dy: float) -> None:
@@ -101,6 +127,7 @@ class Watch:
         )
         body = result.body
         assert body is not None
+        self._missed = self._missed + 1 if self._misses(likelihood, candidate, result) else 0
         self._box = _between(self._box, body, candidate.box)
         self._seen.append((seconds, result, Shape.of(likelihood, body)))
         while seconds - self._seen[0][0] > self._config.watch + _PERIOD_S:
@@ -110,6 +137,16 @@ class Watch:
         found = self._judge(likelihood, candidate, result)
         self._agreed = self._agreed + 1 if found is not None else 0
         return found if self._agreed >= _AGREE else None
+
+    def _misses(
+        self, likelihood: NDArray[np.uint8], candidate: Candidate, result: MatchResult
+    ) -> bool:
+        """Tell whether a match is poor, and not of the body that the blob shows."""
+        body = result.body
+        if body is None or result.similarity >= _POOR * self._config.least_similarity:
+            return False
+        matched = Box.from_center(body.center_x, body.center_y, _ASPECT * body.height, body.height)
+        return matched.iou(seat(likelihood, candidate.box)) < _OFF
 
     def _judge(
         self, likelihood: NDArray[np.uint8], candidate: Candidate, result: MatchResult

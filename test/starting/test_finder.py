@@ -12,7 +12,7 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting import StartingConfig, WalkerFinder
+from gait_segmentation.starting import StartingConfig, WalkerFinder, motion_watch
 from test.walkers import clip, small_bank
 
 PERIOD_NS = 40_000_000
@@ -193,3 +193,42 @@ def test_the_place_is_remembered_where_somebody_is_found() -> None:
     assert (past.count >= 2).mean() > 0.7
     assert np.median(evidence[(truth == 255) & (past.count >= 2)]) > 0.5
     assert np.median(evidence[truth == 0]) < -0.5
+
+
+def test_a_walker_whose_body_was_sought_in_a_wrong_place_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def found_after_a_bad_begin() -> list[tuple[int, Box]]:
+        finder, found = WalkerFinder(small_bank()), []
+        for number, frame in enumerate(clip(pan=0.0, frames=40)):
+            found += [(number, box) for box in finder.update(frame.image, frame.stamp_ns)]
+            if not finder._rest and number < 10:
+                for watches in finder._watched.values():
+                    first = watches[0]
+                    first._box = Box.from_center(
+                        first._blob.right + 20, first._blob.center_y - 15, 12, 30
+                    )
+        return found
+
+    assert len(found_after_a_bad_begin()) == 1
+    # What makes the difference is that it is sought anew.
+    monkeypatch.setattr(motion_watch, '_MISSES', 1000)
+    assert found_after_a_bad_begin() == []
+
+
+def test_who_moves_and_is_not_known_is_a_stranger() -> None:
+    frames = clip(pan=0.0, frames=12)
+    finder, told = WalkerFinder(small_bank()), WalkerFinder(small_bank())
+    for frame in frames:
+        truth = frame.boxes[0]
+        assert truth is not None
+        assert finder.update(frame.image, frame.stamp_ns, wanted=False) == []
+        told.update(frame.image, frame.stamp_ns, [truth.padded(4, 4)], wanted=False)
+    last = frames[-1]
+    strangers = finder.strangers(last.stamp_ns)
+    assert strangers is not None
+    mask = cv2.resize((last.labels == 1).astype(np.uint8), strangers.shape[::-1])
+    assert strangers[mask > 0].mean() > 0.6 * 255
+    assert strangers[cv2.dilate(mask, np.ones((15, 15), np.uint8)) == 0].mean() < 0.05 * 255
+    assert told.strangers(last.stamp_ns) is None
+    assert finder.strangers(last.stamp_ns + 1) is None
