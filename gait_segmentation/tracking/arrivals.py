@@ -24,6 +24,10 @@ __all__ = ['Arrivals', 'first_mask', 'slot_for_found']
 _ABOUT = 0.3
 """How far about somebody found the place is remembered, in body heights."""
 
+_WIDEST = 0.6
+"""Width of the place of somebody known in which nobody is looked for, in body heights: what is
+wider is more than one body."""
+
 _ANOTHER_BOX = 0.07
 """Distance of head and feet of the first mask from those of the box, in heights of the box, from
 which somebody found is looked at once more, in the box of the mask."""
@@ -67,15 +71,33 @@ class Arrivals:
             self._finder.reset()
 
     def find(
-        self, image: NDArray[np.uint8], stamp_ns: int, occupied: Sequence[Box]
+        self,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        occupied: Sequence[Box],
+        *,
+        wanted: bool = True,
     ) -> Sequence[Box]:
         """
         Take in a frame and return the boxes of people newly found, in source pixels.
 
         :param image: (H, W, 3) uint8 BGR.
         :param occupied: boxes of people known already, in source pixels.
+        :param wanted: whether there is a slot for anybody; if not, what moves is followed only.
         """
-        return [] if self._finder is None else self._finder.update(image, stamp_ns, occupied)
+        if self._finder is None:
+            return []
+        taken = [
+            Box.from_center(
+                box.center_x, box.center_y, min(box.width, _WIDEST * box.height), box.height
+            )
+            for box in occupied
+        ]
+        return self._finder.update(image, stamp_ns, taken, wanted=wanted)
+
+    def strangers(self, stamp_ns: int) -> NDArray[np.uint8] | None:
+        """Return where people without a slot may be, (h, w) uint8 of any size, None if nowhere."""
+        return None if self._finder is None else self._finder.strangers(stamp_ns)
 
     def look_at(self, world: World, box: Box, config: TrackingConfig) -> Start:
         """

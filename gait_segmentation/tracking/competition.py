@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, bounding_box
 
-__all__ = ['Claim', 'compete', 'overlap']
+__all__ = ['Claim', 'compete', 'leave_to', 'overlap']
 
 _REACH = 0.12
 """Distance from the expected mask at which somebody ceases to compete, in body heights."""
@@ -38,6 +38,12 @@ _REFUSED = np.float32(-0.5)
 
 _NOTHING = np.float32(-7)
 """Log ratio from which somebody counts for nothing beside the surroundings: one in a thousand."""
+
+_BESIDE = np.float32(-3)
+"""What falls off with the distance from the body where pixels are left to who is not known."""
+
+_LEFT = np.float32(-3)
+"""Log ratio of a pixel left to those who are not known."""
 
 _NEARER = 1.5
 """Advantage, as a log ratio, of somebody who stands nearer."""
@@ -100,6 +106,27 @@ def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
         first, second = _within(shared, claims[one].window), _within(shared, claims[two].window)
         _settle(logits[one][first], logits[two][second], near[one][first], near[two][second])
     return logits
+
+
+def leave_to(
+    strangers: NDArray[np.uint8],
+    claim: Claim,
+    logit: NDArray[np.float32],
+    template: NDArray[np.uint8] | None,
+) -> NDArray[np.float32]:
+    """
+    Return a log ratio without what is of people who are not known, away from the body.
+
+    :param strangers: (H, W) uint8, non-zero where others move.
+    :param logit: (h, w) float32 of the window of the claim.
+    :param template: (H, W) uint8, the body as it is expected; the expected mask if None.
+    """
+    others = strangers[claim.window] > 0
+    if not others.any():
+        return logit
+    body = claim if template is None else replace(claim, mask=template)
+    theirs = others & (_nearby(body) < _BESIDE)
+    return np.where(theirs, np.minimum(logit, _LEFT), logit)
 
 
 @njit(cache=True, nogil=True)

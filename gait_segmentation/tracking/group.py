@@ -10,8 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.images import shift_whole
 from gait_segmentation.results import LOST, TRACKED, Feedback
-from gait_segmentation.tracking.competition import Claim, compete
+from gait_segmentation.tracking.competition import Claim, compete, leave_to
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood import likelihood_image
 from gait_segmentation.tracking.target import Target
@@ -52,11 +53,14 @@ def follow(
         target.move(motion, body, cover)
 
 
-def judge(world: World, targets: Sequence[Target]) -> Likelihoods:
+def judge(
+    world: World, targets: Sequence[Target], strangers: NDArray[np.uint8] | None = None
+) -> Likelihoods:
     """
     Let people compete for pixels, assess each by what it got, and look for the lost.
 
     :param targets: all people of the world.
+    :param strangers: (h, w) uint8 of any size, non-zero where others move.
     :returns: the likelihoods, (h, w) uint8, by track id.
     """
     likelihoods: Likelihoods = {}
@@ -64,6 +68,12 @@ def judge(world: World, targets: Sequence[Target]) -> Likelihoods:
     present = [(target, claim) for target, claim in judged if claim is not None]
     masks = [(target, claim.mask) for target, claim in present]
     logits = compete([claim for _, claim in present])
+    if strangers is not None and present:
+        strange = cv2.resize(strangers, world.shape[::-1], interpolation=cv2.INTER_NEAREST)
+        logits = [
+            leave_to(strange, claim, logit, _template(target))
+            for (target, claim), logit in zip(present, logits, strict=True)
+        ]
     for target, nothing in judged:
         if nothing is None and target.state == TRACKED:
             target.lose()
@@ -112,6 +122,15 @@ def learn(
             around.append(learnt[1])
     if config.use_background and around:
         world.learn(record, people, around, gate=config.use_motion_gate)
+
+
+def _template(target: Target) -> NDArray[np.uint8] | None:
+    """Return the last matched body of a person, carried along, None if there is none."""
+    template = target.person.template
+    if template is None:
+        return None
+    dx, dy = target.world.since_mask(target.track_id)
+    return shift_whole(template, round(dx), round(dy))
 
 
 def _cover(

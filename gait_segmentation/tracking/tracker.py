@@ -212,10 +212,11 @@ class PeopleTracker:
         """Give slots to people who are found by their walk."""
         if not self._arrivals.wanted or self._given:
             return
-        if not any(target is None or target.state == LOST for target in self._slots):
+        wanted = any(target is None or target.state == LOST for target in self._slots)
+        if not wanted and len(self._slots) == 1:
             return
         occupied = [target.body for target in self._targets() if target.state == TRACKED]
-        for box in self._arrivals.find(image, self._stamp_ns, occupied):
+        for box in self._arrivals.find(image, self._stamp_ns, occupied, wanted=wanted):
             world = self._world_for(image, box)
             inside = box.scaled(world.scale)
             self._welcome(world, self._arrivals.look_at(world, inside, self._config))
@@ -263,8 +264,9 @@ class PeopleTracker:
     def _judge(self) -> list[TrackResult]:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""
         likelihoods: dict[int, NDArray[np.uint8]] = {}
+        strangers = self._arrivals.strangers(self._stamp_ns)
         for world in self._worlds:
-            likelihoods |= group.judge(world, self._targets(world))
+            likelihoods |= group.judge(world, self._targets(world), strangers)
         results = []
         for slot, target in enumerate(self._slots):
             if target is None:

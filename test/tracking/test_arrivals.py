@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 import pytest
 
@@ -27,11 +28,19 @@ class Finder:
     def __init__(self) -> None:
         self.boxes: list[Box] = []
         self.asked: list[list[Box]] = []
+        self.wanted = True
+        self.others: np.ndarray | None = None
 
-    def update(self, image: np.ndarray, stamp_ns: int, occupied: Sequence[Box]) -> list[Box]:
+    def update(
+        self, image: np.ndarray, stamp_ns: int, occupied: Sequence[Box], *, wanted: bool
+    ) -> list[Box]:
         self.asked.append(list(occupied))
+        self.wanted = wanted
         found, self.boxes = self.boxes, []
         return found
+
+    def strangers(self, stamp_ns: int) -> np.ndarray | None:
+        return self.others
 
     def recall(self, stamp_ns: int, now: np.ndarray, window: Window) -> None:
         """Remember nothing of the place."""
@@ -75,6 +84,41 @@ def test_nobody_is_looked_for_without_a_free_slot(finder: Finder) -> None:
     count = len(finder.asked)
     told.show(Figure(60))
     assert len(finder.asked) == count
+
+
+def test_of_several_people_others_are_followed_without_a_free_slot(finder: Finder) -> None:
+    told = finding(finder, 2)
+    figures = [Figure(60), Figure(200, GREEN)]
+    for figure in figures:
+        finder.find(figure)
+    told.show(*figures)
+    assert finder.wanted
+    told.show(*figures)
+    assert not finder.wanted
+    assert len(finder.asked[-1]) == 2
+
+
+def test_the_place_of_somebody_known_is_no_wider_than_a_body(finder: Finder) -> None:
+    told = finding(finder)
+    told.tracker._arrivals.find(np.zeros((240, 320, 3), np.uint8), 1, [Box(10, 20, 150, 100)])
+    assert finder.asked[-1] == [Box(55, 20, 60, 100)]
+
+
+def test_nobody_takes_what_is_of_strangers(finder: Finder) -> None:
+    def likely(others: bool) -> float:
+        finder.others = None
+        told = finding(finder, 2)
+        finder.find(Figure(60))
+        for _ in range(3):
+            told.show(Figure(60))
+        twin = Figure(95)
+        if others:
+            finder.others = twin.mask()
+        result, _ = told.show(Figure(60), twin)
+        mask = cv2.resize(twin.mask(), result.likelihood.shape[::-1])
+        return float((result.likelihood[mask > 127] > 127).mean())
+
+    assert likely(others=True) < 0.2 * likely(others=False)
 
 
 def test_nobody_is_looked_for_once_boxes_are_given_until_a_reset(finder: Finder) -> None:

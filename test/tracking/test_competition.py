@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.tracking.competition import Claim, compete, overlap
+from gait_segmentation.tracking.competition import Claim, compete, leave_to, overlap
 
 SHAPE = (60, 100)
 
@@ -76,3 +76,26 @@ def test_somebody_hidden_keeps_pixels_from_those_they_do_not_suit() -> None:
     assert alone[30, 20] > 2.5
     taken, _ = compete([claim(0, 3.0), claim(0, 6.0, 55.0, hidden=True)])
     assert taken[30, 20] < 0
+
+
+def test_what_is_of_strangers_is_left_to_them_away_from_the_body() -> None:
+    one = claim(0, 3.0)
+    strangers = np.zeros(SHAPE, np.uint8)
+    strangers[:, :20] = 255
+    left = leave_to(strangers, one, one.logit, None)
+    # Columns 12 to 28 are expected to be the person.
+    assert left[30, 14] == left[30, 30] == 3
+    assert left[30, 2] < -1
+    nobody = np.zeros(SHAPE, np.uint8)
+    assert leave_to(nobody, one, one.logit, None) is one.logit
+
+
+def test_a_mask_that_has_taken_in_somebody_does_not_keep_them() -> None:
+    one = claim(0, 3.0)
+    strangers, template = np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8)
+    strangers[:, :20] = 255
+    template[5:55, 24:28] = 255
+    left = leave_to(strangers, one, one.logit, template)
+    assert left[30, 14] < -1
+    assert left[30, 26] == 3
+    assert (one.logit == 3).all()
