@@ -145,7 +145,7 @@ def refine(
     body = start
     best = grid_similarity(images, template, body, bank)
     moves = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
-    for step in (0.02, 0.01, 0.005):
+    for step in (0.02, 0.01, 0.005, 0.0025):
         improved = True
         while improved:
             improved = False
