@@ -21,7 +21,13 @@ from gait_segmentation.tracking.likelihood import likelihood_image
 from gait_segmentation.tracking.lost_and_found import LostAndFound
 from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.person import Person, new_colours
-from gait_segmentation.tracking.visibility import LOST_BELOW, Sight, Visibility, visible_box
+from gait_segmentation.tracking.visibility import (
+    LOST_BELOW,
+    Sight,
+    Visibility,
+    likely_rows,
+    visible_box,
+)
 from gait_segmentation.tracking.world import Record, World
 
 __all__ = ['Target']
@@ -194,6 +200,11 @@ class Target:
         if self._visibility.well:
             self._mean_shift(values, sight.uncovered, window)
         self._box = self._box_of(values, sight, window)
+        person = self.person
+        center = (person.center_x - window[1].start, person.center_y - window[0].start)
+        rows = likely_rows(values, sight.uncovered, center, person.height, person.angle)
+        if rows is not None:
+            self.world.now.rows[self.track_id] = rows
 
     def lose(self) -> None:
         """Give the person up for lost."""
@@ -341,7 +352,7 @@ class Target:
         bounds = bounding_box(mask)
         margin = grown(mask, person.height, bounds)
         body = None if feedback.body is None else feedback.body.scaled(self.world.scale)
-        person.learn_place(mask, body, bounds)
+        person.learn_place(mask, body, bounds, record.rows.get(self.track_id))
         if config.use_tilt:
             person.learn_angle(mask, bounds)
         person.mask, person.template = mask, prior

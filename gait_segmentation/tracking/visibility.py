@@ -15,7 +15,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.extent import extent_of
 
-__all__ = ['LOST_BELOW', 'Sight', 'Visibility', 'visible_box']
+__all__ = ['LOST_BELOW', 'Sight', 'Visibility', 'likely_rows', 'visible_box']
 
 LOST_BELOW = 0.25
 """Share of a person that can be seen below which the person is lost."""
@@ -31,6 +31,9 @@ _USUAL_SHARE, _USUAL_RATE = 0.8, 0.05
 
 _BOX_MARGIN = 0.04
 """How far from the last mask, carried along, pixels still make the box, in body heights."""
+
+_ROWS_MARGIN = 0.1
+"""How far from it feet and head are still looked for, in body heights."""
 
 
 @dataclass(frozen=True)
@@ -169,3 +172,32 @@ def visible_box(
         extent.right - extent.left,
         extent.bottom - extent.top,
     )
+
+
+def likely_rows(
+    values: NDArray[np.uint8],
+    mask: NDArray[np.uint8],
+    center: tuple[float, float],
+    height: float,
+    angle: float,
+) -> tuple[float, float] | None:
+    """
+    Return how far up and down the body likely pixels about a mask reach, None if there are none.
+
+    :param values: (h, w) uint8 likelihood.
+    :param mask: (h, w) uint8 0/255 of the same pixels, where the person is expected.
+    :param center: (x, y) of the body's middle in these pixels.
+    :param height: of the body in pixels.
+    :param angle: tilt of the body in radians.
+    :returns: the first and the last row along the body's axis, relative to its middle.
+    """
+    reach = max(1, round(_ROWS_MARGIN * height))
+    x, y, columns, rows = cv2.boundingRect(mask)
+    left, top = max(x - reach, 0), max(y - reach, 0)
+    part = slice(top, y + rows + reach), slice(left, x + columns + reach)
+    near = cv2.dilate(mask[part], np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
+    likely = np.asarray(cv2.bitwise_and(cv2.inRange(values[part], 128, 255), near))
+    if not likely.any():
+        return None
+    extent = extent_of(likely, (center[0] - left, center[1] - top), angle)
+    return extent.top, extent.bottom

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.tracking.visibility import Sight, Visibility, visible_box
+from gait_segmentation.tracking.visibility import Sight, Visibility, likely_rows, visible_box
 
 SHAPE = (40, 30)
 
@@ -77,3 +77,13 @@ def test_the_means_are_those_of_opencv() -> None:
     sight = Sight.of(values, mask, None)
     assert sight.inside == pytest.approx(cv2.mean(values, mask)[0] / 255)
     assert sight.outside == pytest.approx(cv2.mean(values, cv2.bitwise_not(mask))[0] / 255)
+
+
+def test_rows_reach_as_far_as_likely_pixels_about_the_mask() -> None:
+    mask = block(10, 10, 20, 26)
+    values = block(10, 8, 20, 28) | block(0, 38, 30, 40)
+    rows = likely_rows(values, mask, (15, 20), 30, 0.0)
+    assert rows == pytest.approx((-12, 8))
+    turned = likely_rows(values.T.copy(), mask.T.copy(), (20, 15), 30, -np.pi / 2)
+    assert turned == pytest.approx((-12, 8), abs=0.6)
+    assert likely_rows(block(0, 38, 30, 40), mask, (15, 20), 30, 0.0) is None
