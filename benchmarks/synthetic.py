@@ -31,7 +31,7 @@ from gait_segmentation.evaluation.output import tile, write_image
 from gait_segmentation.evaluation.report import aligned
 from gait_segmentation.evaluation.runner import Outcome, run
 from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
-from gait_segmentation.gait_model import BUILDS
+from gait_segmentation.gait_model import FIGURES
 from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import Pipeline
 from gait_segmentation.sheets import contact_sheet
@@ -47,7 +47,7 @@ def config_of(seed: int, frames: int) -> SyntheticConfig:
         seed=seed,
         frames=frames,
         azimuth=DIRECTIONS[seed % len(DIRECTIONS)],
-        build=list(BUILDS)[seed % len(BUILDS)],
+        build=FIGURES[seed % len(FIGURES)],
         person_height=float(rng.uniform(60, 150)),
         pan=float(rng.choice([0.0, 0.0, 1.5, -1.5])),
         clutter=float(rng.uniform(0.2, 1.0)),

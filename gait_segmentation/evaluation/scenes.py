@@ -25,13 +25,13 @@ from gait_segmentation.evaluation.staging import Staging
 from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.evaluation.synthetic_camera import FOCAL_LENGTH
 from gait_segmentation.evaluation.walkers import Walker
-from gait_segmentation.gait_model import BUILDS
+from gait_segmentation.gait_model import FIGURES
 
 __all__ = ['SCENES', 'scene']
 
 _WIDTH, _HEIGHT, _FPS = 640, 480, 25.0
 
-_FIGURES = tuple(name for name in BUILDS if name != 'rucksack')
+_FIGURES = tuple(name for name in FIGURES if name != 'rucksack')
 """Builds of the people; a rucksack would be drawn in one of few colours."""
 
 _BOARDS = 18.0

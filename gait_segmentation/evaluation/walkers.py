@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.evaluation.clothing import Outfit, make_outfit, paint
 from gait_segmentation.evaluation.courses import Motion, Straight, Whereabouts
-from gait_segmentation.gait_model import BUILDS, render_parts
+from gait_segmentation.gait_model import FIGURES, render_parts
 from gait_segmentation.geometry import BodyFrame, Box
 
 __all__ = ['Walker', 'cast_shadow', 'draw_walker', 'draw_walkers_by_lot']
@@ -54,7 +54,7 @@ def draw_walkers_by_lot(
     walkers = []
     for _ in range(count):
         nearer = rng.uniform(0.8, 1.3)
-        build = str(rng.choice(list(BUILDS)))
+        build = str(rng.choice(FIGURES))
         walkers.append(
             Walker(
                 Straight(

@@ -20,7 +20,7 @@ Single pictures of a walker
 from __future__ import annotations
 
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.gait_model.build import BUILDS, Build
+from gait_segmentation.gait_model.build import BUILDS, FIGURES, Build
 from gait_segmentation.gait_model.builder import BankSpec, build_bank
 from gait_segmentation.gait_model.cache import cached_bank, default_bank
 from gait_segmentation.gait_model.render import render_parts, render_silhouette
@@ -28,6 +28,7 @@ from gait_segmentation.gait_model.solid import PARTS
 
 __all__ = [
     'BUILDS',
+    'FIGURES',
     'PARTS',
     'BankSpec',
     'Build',

@@ -82,12 +82,12 @@ def _trunk(maker: BodyMaker, pose: Skeleton, build: Build) -> list[int]:
     head = upright(pose.pelvis_frame)
     neck = [
         maker.ellipsoid(
-            pose.pelvis + height * axis + shift * head.front,
+            pose.pelvis + height * axis + (shift + forward) * head.front,
             head,
             (build.girth + 1) / 2 * breadth,
             (build.girth + 1) / 2 * depth,
         )
-        for height, breadth, depth, shift in _NECK
+        for (height, breadth, depth, shift), forward in zip(_NECK, (0.0, build.head), strict=True)
     ]
     maker.hull('torso', stations[-1], neck[0])
     # The shoulders slope from the neck to the arms.
@@ -101,7 +101,7 @@ def _trunk(maker: BodyMaker, pose: Skeleton, build: Build) -> list[int]:
     maker.hull('torso', neck[0], nape, stations[-2], *slopes)
     maker.chain('head', neck)
     # The head hangs on the top of the neck, upright whatever the trunk's lean.
-    top = pose.pelvis + _NECK[-1][0] * axis
+    top = pose.pelvis + _NECK[-1][0] * axis + build.head * head.front
 
     def lump(size: tuple[float, ...], hair: float = 0.0) -> int:
         up, front, breadth, depth, length = size
@@ -149,12 +149,12 @@ def _joint(
     return maker.ellipsoid(at + shift * frame.front, frame, breadth, depth, depth)
 
 
-def _foot(maker: BodyMaker, pose: Skeleton, side: str, ankle: int) -> None:
+def _foot(maker: BodyMaker, pose: Skeleton, side: str, ankle: int, factor: float) -> None:
     """Add a shoe; ``front`` of a foot's frame is the sole."""
     joints, frame = pose.joints, pose.frames[f'{side}_foot']
 
     def lump(name: str, size: tuple[float, ...]) -> int:
-        up, forward, *sizes = size
+        up, forward, *sizes = (factor * value for value in size)
         center = joints[f'{side}_{name}'] - up * frame.front + forward * frame.along
         return maker.ellipsoid(center, frame, *sizes)
 
@@ -179,7 +179,7 @@ def _leg(maker: BodyMaker, pose: Skeleton, side: str, build: Build) -> None:
     maker.hull('legs', middle, shank[0])
     bone = _joint(maker, ankle, shank_frame, _ANKLE, 1.0, 0.0)
     maker.hull('feet', shank[-1], bone)
-    _foot(maker, pose, side, bone)
+    _foot(maker, pose, side, bone, build.shoe)
 
 
 def _arm(maker: BodyMaker, pose: Skeleton, side: str, build: Build) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.errors import BankError
 
-__all__ = ['BUILDS', 'Build', 'named_build']
+__all__ = ['BUILDS', 'FIGURES', 'Build', 'named_build']
 
 
 @dataclass(frozen=True)
@@ -82,10 +82,40 @@ class Build(StageConfig):
     lean: float = parameter(
         0.0, 'Lean of the trunk beyond the usual, forward.', unit='rad', minimum=-0.3, maximum=0.5
     )
+    twist: float = parameter(
+        1.0,
+        'Factor on the turning of the hips, and of the shoulders against them.',
+        minimum=0.0,
+        maximum=2.0,
+    )
+    head: float = parameter(
+        0.0,
+        'How much farther forward than usual the head is carried.',
+        unit='stature',
+        minimum=-0.03,
+        maximum=0.05,
+    )
+    shoe: float = parameter(
+        1.0, 'Factor on the size of the feet and shoes.', minimum=0.7, maximum=1.5
+    )
 
 
 BUILDS: dict[str, Build] = {
     'average': Build(),
+    # One arm swings more than the other in nearly everybody; here the left one is held still, in
+    # the two below the right one.
+    'uneven': Build(
+        trunk_cloth=0.010,
+        sleeve_cloth=0.004,
+        leg_cloth=0.010,
+        hair=0.013,
+        arm_swing=1.05,
+        arm_balance=-0.35,
+        speed=-0.45,
+        twist=0.0,
+        head=0.004,
+        shoe=1.08,
+    ),
     'rucksack': Build(
         rucksack=0.12,
         trunk_cloth=0.024,
@@ -110,6 +140,9 @@ BUILDS: dict[str, Build] = {
     'stout': Build(girth=1.15),
     'slim': Build(girth=0.9, trunk_cloth=0.004, sleeve_cloth=0.004, leg_cloth=0.004),
 }
+
+FIGURES = ('average', 'rucksack', 'dress', 'coat', 'stout', 'slim')
+"""Builds that made-up walkers have; another one here would change every clip drawn so far."""
 
 
 def named_build(build: str | Build) -> Build:

@@ -22,7 +22,7 @@ from gait_segmentation.gait_model.render import render_cycle
 
 __all__ = ['MODEL_VERSION', 'BankSpec', 'build_bank', 'model_digest', 'model_name', 'quantize']
 
-MODEL_VERSION = 2
+MODEL_VERSION = 3
 _MODEL_SOURCES = (
     'kinematics.py',
     'skeleton.py',

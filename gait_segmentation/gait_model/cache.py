@@ -19,8 +19,9 @@ from gait_segmentation.gait_model.storage import FORMAT_VERSION
 
 __all__ = ['cache_folder', 'cached_bank', 'default_bank']
 
-# Plain clothes, something on the back, and cloth over the legs: the shapes that differ most.
-DEFAULT_SPEC = BankSpec(builds='average,rucksack,dress')
+# Plain clothes with even and with uneven arms, something on the back, and cloth over the legs: the
+# shapes that differ most.
+DEFAULT_SPEC = BankSpec(builds='average,uneven,rucksack,dress')
 
 
 def cache_folder() -> Path:

@@ -55,6 +55,8 @@ def body_at(phases: ArrayLike, build: Build) -> Body:
         arm_swing=build.arm_swing,
         arm_balance=build.arm_balance,
         lean=build.lean,
+        twist=build.twist,
+        shoe=build.shoe,
     )
     return make_body(pose, build)
 

@@ -81,7 +81,7 @@ def _frame(along: Points, left: Points) -> Frame:
     return Frame(along, front, np.cross(along, front))
 
 
-def _leg(phase: Points, side: str, hip: Points, speed: float) -> tuple[dict, dict]:
+def _leg(phase: Points, side: str, hip: Points, speed: float, shoe: float) -> tuple[dict, dict]:
     """Joints and frames of one leg; ``phase`` is the leg's own."""
     sign = 1.0 if side == 'left' else -1.0
     thigh = joint_angle('hip', phase, speed) - joint_angle('pelvis_tilt', phase)
@@ -100,15 +100,16 @@ def _leg(phase: Points, side: str, hip: Points, speed: float) -> tuple[dict, dic
             forward * cos + down * sin, lateral * forward, forward * sin - down * cos
         )
 
-    ball = on_foot(BALL_FRONT, SOLE)
-    toe = ball + _vector(TOE * np.cos(toe_angle), lateral * TOE, TOE * np.sin(toe_angle))
+    ball = on_foot(shoe * BALL_FRONT, SOLE)
+    length = shoe * TOE
+    toe = ball + _vector(length * np.cos(toe_angle), lateral * length, length * np.sin(toe_angle))
     # Bones of limbs point down: with the rough left negated their front is the body's front.
     right = _vector(np.zeros_like(thigh), -1.0, 0.0)
     joints = {
         'hip': hip,
         'knee': knee,
         'ankle': ankle,
-        'heel': on_foot(-HEEL_BACK, SOLE),
+        'heel': on_foot(-shoe * HEEL_BACK, SOLE),
         'ball': ball,
         'toe': toe,
     }
@@ -148,6 +149,8 @@ def walk(
     arm_swing: float = 1.0,
     arm_balance: float = 0.0,
     lean: float = 0.0,
+    twist: float = 1.0,
+    shoe: float = 1.0,
 ) -> Skeleton:
     """
     Pose the skeleton.
@@ -157,11 +160,15 @@ def walk(
     :param arm_swing: factor on the arms' swing about their mean.
     :param arm_balance: share of the swing that goes from the right arm to the left one, -1..1.
     :param lean: lean of the trunk beyond the usual, radians, positive forward.
+    :param twist: factor on the turning of the hips, and of the shoulders against them.
+    :param shoe: factor on the length of the feet.
     :returns: joints and frames at the P phases.
     """
     right = np.atleast_1d(np.asarray(phase, dtype=np.float64))
     phases = {'right': right, 'left': right + 0.5}
-    rotation = joint_angle('pelvis_rotation', right)  # right hip forward: a turn to the left
+    rotation = twist * joint_angle(
+        'pelvis_rotation', right
+    )  # right hip forward: a turn to the left
     obliquity = joint_angle('pelvis_obliquity', right)  # right hip up
     left = _vector(-np.sin(rotation), np.cos(rotation), -np.sin(obliquity))
     tilt = joint_angle('thorax_tilt', right) + lean
@@ -178,7 +185,7 @@ def walk(
         hip = sign * _HIP_HALF * left
         shoulder = neck + sign * _SHOULDER_HALF * thorax_left - _SHOULDER_DOWN * trunk
         for found, posed in (
-            _leg(phases[side], side, hip, speed),
+            _leg(phases[side], side, hip, speed, shoe),
             _arm(phases[side], side, shoulder, swing),
         ):
             joints.update({f'{side}_{name}': value for name, value in found.items()})

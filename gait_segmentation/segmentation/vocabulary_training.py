@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.config import StageConfig, parameter
-from gait_segmentation.gait_model import BUILDS, BankSpec, TemplateBank, build_bank
+from gait_segmentation.gait_model import FIGURES, BankSpec, TemplateBank, build_bank
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.segmentation.oriented_edges import silhouette_edges
 from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
@@ -74,7 +74,7 @@ class VocabularySpec(StageConfig):
 
 def model_bank() -> TemplateBank:
     """Draw the silhouettes the shipped vocabulary is learnt from: 6 builds, 16 views, 6 phases."""
-    return build_bank(BankSpec(azimuths=16, phases=6, builds=','.join(BUILDS), levels=256))
+    return build_bank(BankSpec(azimuths=16, phases=6, builds=','.join(FIGURES), levels=256))
 
 
 def bank_silhouettes(bank: TemplateBank) -> Iterator[Silhouette]:

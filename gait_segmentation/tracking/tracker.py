@@ -16,6 +16,7 @@ from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.images import check_image, check_map, check_stamp
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import Start, StartingConfig
+from gait_segmentation.starting.templates import starting_bank
 from gait_segmentation.tracking import group
 from gait_segmentation.tracking.arrivals import Arrivals, first_mask, slot_for_found
 from gait_segmentation.tracking.config import TrackingConfig
@@ -51,13 +52,14 @@ class PeopleTracker:
         """
         Make a tracker that tracks nobody.
 
-        :param bank: the templates that the first mask of a person is estimated with.
+        :param bank: the templates; people are found and first masks estimated with those of
+            ``tracking.start_builds``.
         :param max_people: number of slots.
         :param starting: how people are found without a box.
         """
         self._config = tracking or TrackingConfig()
-        self._bank = bank
-        self._arrivals = Arrivals(bank, starting or StartingConfig(), max_people)
+        self._bank = starting_bank(bank, self._config.start_builds)
+        self._arrivals = Arrivals(self._bank, starting or StartingConfig(), max_people)
         self._ids = count(1)
         self._slots: list[Target | None] = [None] * max_people
         self._boxes: list[Box] = []

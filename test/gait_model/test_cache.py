@@ -95,7 +95,7 @@ def test_errors_of_the_specification_are_not_hidden(folder):
 
 def test_standard_bank(folder):
     bank = cache.default_bank()
-    assert bank.sequences * bank.phases <= 1440
+    assert bank.sequences * bank.phases == 16 * 4 * 30
     assert bank.phases == 30
     assert bank.grid == (96, 64)
     assert len({float(a) for a in bank.azimuth}) >= 16

@@ -84,3 +84,27 @@ def test_frames_are_orthonormal_and_face_ahead():
         )
     assert (pose.thorax_frame.front[:, 0] > 0.9).all()
     assert (pose.frames['right_thigh'].front[:, 0] > 0.7).all()
+
+
+def test_twist_turns_hips_and_shoulders_and_nothing_else():
+    still, usual = walk(PHASES, twist=0.0), walk(PHASES)
+    for name in ('hip', 'shoulder'):
+        apart = still.joints[f'left_{name}'] - still.joints[f'right_{name}']
+        assert np.abs(apart[:, 0]).max() < 0.01
+        moved = still.joints[f'left_{name}'] - usual.joints[f'left_{name}']
+        assert np.abs(moved[:, 0]).max() > 0.003
+    assert still.frames['left_thigh'].along == pytest.approx(usual.frames['left_thigh'].along)
+
+
+@given(st.floats(0.7, 1.5))
+@settings(max_examples=10, deadline=None)
+def test_larger_feet_are_longer_and_stay_on_the_ground(shoe):
+    usual, pose = walk(PHASES), walk(PHASES, shoe=shoe)
+    for side in SIDES:
+        length = [
+            lengths(joints[f'{side}_heel'], joints[f'{side}_ball'])
+            for joints in (usual.joints, pose.joints)
+        ]
+        assert length[1] == pytest.approx(shoe * length[0], rel=1e-6)
+    lowest = np.min([pose.joints[f'{s}_{f}'][:, 2] for s in SIDES for f in FEET], axis=0)
+    assert np.abs(lowest).max() < 1e-12
