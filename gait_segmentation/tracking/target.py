@@ -7,13 +7,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.ego_motion.estimator import Motion
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, bounding_box, shift_whole
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.ego_motion import Motion
 from gait_segmentation.tracking.features import FeatureSelector
 from gait_segmentation.tracking.judgement import judge, view_of
 from gait_segmentation.tracking.learning import WholeArea, grown, without_world, working_masks

@@ -12,13 +12,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.ego_motion.estimator import Motion, MotionEstimator
 from gait_segmentation.geometry import Box, compose, invert, scaling
 from gait_segmentation.images import Window, warp_window
-from gait_segmentation.starting.motion_recollection import Recollection
+from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import moving_pixels
-from gait_segmentation.tracking.ego_motion import Motion, MotionEstimator
 from gait_segmentation.tracking.exposure import Exposure
 from gait_segmentation.tracking.registration import remaining_shift
 from gait_segmentation.tracking.tone import tone_curve

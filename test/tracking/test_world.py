@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.motion_recollection import Recollection
+from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking import TrackingConfig
 from gait_segmentation.tracking.world import World
 from test.tracking.figures import wall

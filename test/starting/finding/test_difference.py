@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.starting.motion_difference import RecentFrames
+from gait_segmentation.starting.finding.difference import RecentFrames
 
 SHAPE = (40, 60)
 

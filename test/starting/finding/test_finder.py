@@ -12,7 +12,8 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting import StartingConfig, WalkerFinder, motion_watch
+from gait_segmentation.starting import StartingConfig, WalkerFinder
+from gait_segmentation.starting.finding import watch
 from test.walkers import clip, small_bank
 
 PERIOD_NS = 40_000_000
@@ -212,7 +213,7 @@ def test_a_walker_whose_body_was_sought_in_a_wrong_place_is_found(
 
     assert len(found_after_a_bad_begin()) == 1
     # What makes the difference is that it is sought anew.
-    monkeypatch.setattr(motion_watch, '_MISSES', 1000)
+    monkeypatch.setattr(watch, '_MISSES', 1000)
     assert found_after_a_bad_begin() == []
 
 

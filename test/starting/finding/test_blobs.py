@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.motion_blobs import find_blobs
+from gait_segmentation.starting.finding.blobs import find_blobs
 
 
 def image(*boxes: tuple[int, int, int, int]) -> np.ndarray:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.motion_seat import seat
+from gait_segmentation.starting.finding.seat import seat
 
 BODY = Box(60, 20, 24, 80)
 

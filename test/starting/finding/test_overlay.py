@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.images import Window
-from gait_segmentation.starting.motion_overlay import exposed_alike, laid, misplaced, warped
+from gait_segmentation.starting.finding.overlay import exposed_alike, laid, misplaced, warped
 
 EVERY: Window = (slice(0, 60), slice(0, 80))
 NOBODY = np.zeros((60, 80), np.uint8)

@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.motion_heads import columns_of_people
+from gait_segmentation.starting.finding.heads import columns_of_people
 
 __all__ = ['Blob', 'find_blobs']
 

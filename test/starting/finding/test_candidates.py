@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.motion_blobs import Blob
-from gait_segmentation.starting.motion_candidates import Candidate, follow
+from gait_segmentation.starting.finding.blobs import Blob
+from gait_segmentation.starting.finding.candidates import Candidate, follow
 
 PERIOD = 0.04
 

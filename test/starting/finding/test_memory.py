@@ -8,8 +8,8 @@ import pytest
 
 from gait_segmentation.geometry import scaling
 from gait_segmentation.images import Window
-from gait_segmentation.starting.motion_memory import Memory
-from gait_segmentation.starting.motion_recollection import Recollection
+from gait_segmentation.starting.finding.memory import Memory
+from gait_segmentation.starting.finding.recollection import Recollection
 
 SHAPE, SMALL = (120, 160), (60, 80)
 EVERY: Window = (slice(0, 120), slice(0, 160))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.tracking.similarity import camera_motion
+from gait_segmentation.ego_motion.similarity import camera_motion
 
 TRUE = np.array([[1.02, -0.03, 4.0], [0.03, 1.02, -7.0]])
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.starting.motion_recollection import Recollection, agreed, spread
+from gait_segmentation.starting.finding.recollection import Recollection, agreed, spread
 
 SHAPE = (20, 30)
 WALL = (190, 124, 135)

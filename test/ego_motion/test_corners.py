@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.tracking.corners import followed, strongest
+from gait_segmentation.ego_motion.corners import followed, strongest
 
 
 def test_each_cell_has_one_corner_the_strongest_first() -> None:

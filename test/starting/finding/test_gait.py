@@ -8,7 +8,7 @@ import pytest
 from gait_segmentation.gait_model import render_silhouette
 from gait_segmentation.geometry import BodyFrame, Box, Placement
 from gait_segmentation.results import MatchResult
-from gait_segmentation.starting.motion_gait import Shape, gait_of, person_box
+from gait_segmentation.starting.finding.gait import Shape, gait_of, person_box
 
 BODY = BodyFrame(80.0, 60.0, 90.0)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.motion_blobs import Blob
+from gait_segmentation.starting.finding.blobs import Blob
 
 __all__ = ['Candidate', 'follow']
 

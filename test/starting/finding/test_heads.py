@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.starting.motion_heads import columns_of_people
+from gait_segmentation.starting.finding.heads import columns_of_people
 
 
 def people(*middles: int, size: tuple[int, int] = (100, 120)) -> np.ndarray:

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import compose, invert, scaling
 from gait_segmentation.images import Window, shrink
-from gait_segmentation.starting.motion_overlay import exposed_alike, laid, misplaced, warped
-from gait_segmentation.starting.motion_recollection import (
+from gait_segmentation.starting.finding.overlay import exposed_alike, laid, misplaced, warped
+from gait_segmentation.starting.finding.recollection import (
     SURE_COUNT,
     Recollection,
     agreed,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.starting.motion_background import MotionBackground
+from gait_segmentation.starting.finding.background import MotionBackground
 
 SHAPE = (40, 60)
 NOWHERE = np.zeros(SHAPE, np.uint8)

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.ego_motion.estimator import Motion, MotionEstimator
 from gait_segmentation.geometry import pixel_affine
-from gait_segmentation.tracking.ego_motion import Motion, MotionEstimator
 
 
 def scene(seed: int = 1) -> np.ndarray:

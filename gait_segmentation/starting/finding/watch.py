@@ -15,9 +15,9 @@ from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
 from gait_segmentation.results import MatchResult
 from gait_segmentation.starting.config import StartingConfig
-from gait_segmentation.starting.motion_candidates import Candidate
-from gait_segmentation.starting.motion_gait import Gait, Shape, gait_of, person_box
-from gait_segmentation.starting.motion_seat import seat
+from gait_segmentation.starting.finding.candidates import Candidate
+from gait_segmentation.starting.finding.gait import Gait, Shape, gait_of, person_box
+from gait_segmentation.starting.finding.seat import seat
 
 __all__ = ['Watch', 'light_bank']
 

@@ -18,12 +18,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.ego_motion.estimator import MotionEstimator
 from gait_segmentation.geometry import Box, compose, invert, pixel_affine, scaling
 from gait_segmentation.images import Window
-from gait_segmentation.starting.motion_background import MotionBackground
-from gait_segmentation.starting.motion_blobs import Blob, find_blobs
-from gait_segmentation.starting.motion_difference import RecentFrames
-from gait_segmentation.tracking.ego_motion import MotionEstimator
+from gait_segmentation.starting.finding.background import MotionBackground
+from gait_segmentation.starting.finding.blobs import Blob, find_blobs
+from gait_segmentation.starting.finding.difference import RecentFrames
 
 __all__ = ['MotionScene', 'SceneFrame']
 

@@ -15,10 +15,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.ego_motion.corners import followed, strongest
+from gait_segmentation.ego_motion.similarity import camera_motion
 from gait_segmentation.geometry import compose
 from gait_segmentation.images import bounding_box
-from gait_segmentation.tracking.corners import followed, strongest
-from gait_segmentation.tracking.similarity import camera_motion
 
 __all__ = ['Motion', 'MotionEstimator']
 

@@ -16,12 +16,12 @@ from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, check_image, check_stamp, shrink, warp_window
 from gait_segmentation.starting.config import StartingConfig
-from gait_segmentation.starting.motion_candidates import Candidate, follow
-from gait_segmentation.starting.motion_memory import Memory
-from gait_segmentation.starting.motion_recollection import Recollection
-from gait_segmentation.starting.motion_scene import MotionScene, SceneFrame
-from gait_segmentation.starting.motion_seat import seat
-from gait_segmentation.starting.motion_watch import Watch, light_bank
+from gait_segmentation.starting.finding.candidates import Candidate, follow
+from gait_segmentation.starting.finding.memory import Memory
+from gait_segmentation.starting.finding.recollection import Recollection
+from gait_segmentation.starting.finding.scene import MotionScene, SceneFrame
+from gait_segmentation.starting.finding.seat import seat
+from gait_segmentation.starting.finding.watch import Watch, light_bank
 
 __all__ = ['WalkerFinder']
 

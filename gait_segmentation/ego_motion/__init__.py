@@ -1,0 +1,7 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Motion of the camera, and of bodies against it, from sparse optical flow."""
+
+from gait_segmentation.ego_motion.estimator import Motion, MotionEstimator
+
+__all__ = ['Motion', 'MotionEstimator']
