@@ -6,10 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from gait_segmentation import colour, images
+from gait_segmentation import colour, warping
 from gait_segmentation.errors import BankError
 from gait_segmentation.gait_model import extents
-from gait_segmentation.matching import MatchingConfig, backtrack, similarities, viterbi
+from gait_segmentation.matching import (
+    MatchingConfig,
+    backtrack,
+    evidence_kernels,
+    similarities,
+    viterbi,
+)
 from gait_segmentation.matching.tanimoto import simd
 from gait_segmentation.pipeline import PipelineConfig
 from gait_segmentation.segmentation import (
@@ -20,14 +26,23 @@ from gait_segmentation.segmentation import (
     thin_parts,
 )
 from gait_segmentation.starting import barrier, hypothesis
-from gait_segmentation.tracking import background, cues, likelihood, resampling
+from gait_segmentation.tracking import background_kernels, cues, likelihood, resampling
 from gait_segmentation.warm_up import open_bank, warm_up, warm_up_matcher
 from test.walkers import small_bank
 
 
 def test_afterwards_every_kernel_of_the_stages_is_compiled() -> None:
     warm_up(PipelineConfig(), small_bank())
-    stages = (colour, simd, barrier, hypothesis, background, cues, likelihood, extents)
+    stages = (
+        colour,
+        simd,
+        barrier,
+        hypothesis,
+        background_kernels,
+        cues,
+        likelihood,
+        extents,
+    )
     cuts = (energy, graph_cut, refinement, shape_prior, thin_parts)
     for module in stages + cuts:
         for name, kernel in vars(module).items():
@@ -36,7 +51,7 @@ def test_afterwards_every_kernel_of_the_stages_is_compiled() -> None:
             if kernel.__module__ == module.__name__:
                 assert kernel.signatures, f'{module.__name__}.{name}'
     # Also what only a camera that turns fast calls.
-    for kernel in (resampling._resample_runs, resampling._scale, images._warp_runs):
+    for kernel in (resampling._resample_runs, resampling._scale, warping._warp_runs):
         assert kernel.signatures
 
 
@@ -46,6 +61,7 @@ def test_the_matcher_has_then_been_hidden_cut_off_and_moved() -> None:
         (similarities, ('_compare', '_compare_seen', '_compare_between_lines')),
         (viterbi, ('advance', 'shifted')),
         (backtrack, ('trace',)),
+        (evidence_kernels, ('compare', 'pair')),
     ):
         for name in names:
             assert getattr(module, name).signatures, name

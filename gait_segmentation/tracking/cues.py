@@ -13,7 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, bounding_box, warp_window
+from gait_segmentation.images import Window, bounding_box
+from gait_segmentation.warping import warp_window
 
 __all__ = ['add_motion', 'add_propagation', 'moving_pixels']
 

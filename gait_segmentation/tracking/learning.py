@@ -16,10 +16,10 @@ from gait_segmentation.images import (
     bounding_box,
     count_likely,
     shrink,
-    warp_window,
 )
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking.person import Person
+from gait_segmentation.warping import warp_window
 
 __all__ = ['WholeArea', 'grown', 'without_world', 'working_masks']
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.estimator import Motion, MotionEstimator
 from gait_segmentation.geometry import Box, compose, invert, scaling
-from gait_segmentation.images import Window, warp_window
+from gait_segmentation.images import Window
 from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
@@ -23,6 +23,7 @@ from gait_segmentation.tracking.exposure import Exposure
 from gait_segmentation.tracking.registration import remaining_shift
 from gait_segmentation.tracking.tone import tone_curve
 from gait_segmentation.tracking.working import WorkingImage, working_scale, working_shape
+from gait_segmentation.warping import warp_window
 
 __all__ = ['Record', 'World']
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import scaling
-from gait_segmentation.images import warp_window
 from gait_segmentation.tracking.cues import add_motion, add_propagation, moving_pixels
+from gait_segmentation.warping import warp_window
 
 WINDOW = (slice(10, 70), slice(10, 90))
 STILL = scaling(1.0)

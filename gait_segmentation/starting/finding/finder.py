@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window, check_image, check_stamp, shrink, warp_window
+from gait_segmentation.images import Window, check_image, check_stamp, shrink
 from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.finding.candidates import Candidate, follow
 from gait_segmentation.starting.finding.memory import Memory
@@ -22,6 +22,7 @@ from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.starting.finding.scene import MotionScene, SceneFrame
 from gait_segmentation.starting.finding.seat import seat
 from gait_segmentation.starting.finding.watch import Watch, light_bank
+from gait_segmentation.warping import warp_window
 
 __all__ = ['WalkerFinder']
 

@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, warp_window
+from gait_segmentation.images import Window
+from gait_segmentation.warping import warp_window
 
 __all__ = ['exposed_alike', 'laid', 'misplaced', 'warped']
 
