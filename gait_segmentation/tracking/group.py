@@ -10,7 +10,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import shift_whole
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.tracking.competition import Claim, compete, leave_to
 from gait_segmentation.tracking.config import TrackingConfig
@@ -127,10 +126,7 @@ def learn(
 def _template(target: Target) -> NDArray[np.uint8] | None:
     """Return the last matched body of a person, carried along, None if there is none."""
     template = target.person.template
-    if template is None:
-        return None
-    dx, dy = target.world.since_mask(target.track_id)
-    return shift_whole(template, round(dx), round(dy))
+    return None if template is None else target.world.carried(template, target.track_id)
 
 
 def _cover(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import colour_bins
-from gait_segmentation.images import Window, shift_whole
+from gait_segmentation.images import Window
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import add_motion, add_propagation
 from gait_segmentation.tracking.features import STEP, FeatureSelector, View
@@ -137,8 +137,7 @@ def _add_spread(
     moving = record.moving.get(person.track_id)
     if moving is None:
         return
-    dx, dy = world.since_mask(person.track_id)
-    template = np.ascontiguousarray(shift_whole(person.template, round(dx), round(dy))[window])
+    template = np.ascontiguousarray(world.carried(person.template, person.track_id)[window])
     evidence = spread_evidence(
         lab,
         record.background.sums,

@@ -116,7 +116,7 @@ class Target:
         """Return the last mask, carried along with the body."""
         if self.state == LOST:
             return self._memory.silhouette.placed(self.person, self.world.shape)
-        return _shifted(self.person.mask, *self.world.since_mask(self.track_id))
+        return self.world.carried(self.person.mask, self.track_id)
 
     # Each frame: move, judge, assess, and if lost, recover.
 

@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window
+from gait_segmentation.images import Window, bounding_box
 from gait_segmentation.tracking.extent import extent_of
 
 __all__ = ['LOST_BELOW', 'Sight', 'Visibility', 'likely_rows', 'visible_box']
@@ -192,7 +192,7 @@ def likely_rows(
     :returns: the first and the last row along the body's axis, relative to its middle.
     """
     reach = max(1, round(_ROWS_MARGIN * height))
-    x, y, columns, rows = cv2.boundingRect(mask)
+    x, y, columns, rows = bounding_box(mask)
     left, top = max(x - reach, 0), max(y - reach, 0)
     part = slice(top, y + rows + reach), slice(left, x + columns + reach)
     near = cv2.dilate(mask[part], np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))

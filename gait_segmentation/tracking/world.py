@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.estimator import Motion, MotionEstimator
 from gait_segmentation.geometry import Box, compose, invert, scaling
-from gait_segmentation.images import Window
+from gait_segmentation.images import Window, shift_whole
 from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
@@ -252,6 +252,11 @@ class World:
     def since_mask(self, track_id: int) -> Shift:
         """Return how far a body went since the last frame that was learnt."""
         return total_shift(self.pending, track_id)
+
+    def carried(self, image: NDArray[np.uint8], track_id: int) -> NDArray[np.uint8]:
+        """Return an image of the last frame that was learnt, carried along with a body."""
+        dx, dy = self.since_mask(track_id)
+        return shift_whole(image, round(dx), round(dy))
 
     def drop_old(self) -> list[Record]:
         """Let go of frames that feedback has not come for in time; return them."""
