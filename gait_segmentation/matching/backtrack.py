@@ -7,12 +7,15 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from gait_segmentation.matching.scores import FLOOR
+
 __all__ = ['trace']
 
 
 @njit(cache=True, nogil=True)
 def trace(  # type: ignore[no-untyped-def]
-    ring,
+    rows,
+    where,
     slots,
     phase_costs,
     counts,
@@ -27,8 +30,9 @@ def trace(  # type: ignore[no-untyped-def]
     """
     Follow the best predecessors back from the last state of a path.
 
-    :param ring: (slots, V, P, N) int16 scores, N = S * L.
-    :param slots: (F,) int64, where in the ring the frames are, oldest first.
+    :param rows: (R, P, N) int16, scores of sequences, N = S * L.
+    :param where: (slots, V) int32, the rows of a frame, -1 for what is at the floor.
+    :param slots: (F,) int64, where the frames are, oldest first.
     :param phase_costs: (slots, D) int16 and ``counts`` (slots,) int64: costs of the step to the
         frame of a slot, and how many there are.
     :param shifts: (slots, 3) int64, see :func:`shifted`.
@@ -43,7 +47,8 @@ def trace(  # type: ignore[no-untyped-def]
         slot = slots[frame]
         costs, shift = phase_costs[slot, : counts[slot]], shifts[slot]
         _step_back(
-            ring[slots[frame - 1]],
+            rows,
+            where[slots[frame - 1]],
             costs,
             shift,
             near,
@@ -57,7 +62,7 @@ def trace(  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _step_back(  # type: ignore[no-untyped-def]
-    scores, phase_cost, shift, near, near_cost, move_cost, shape, state, result
+    scores, where, phase_cost, shift, near, near_cost, move_cost, shape, state, result
 ):
     """Find the best predecessor of a state."""
     scales, rows, columns = shape
@@ -71,6 +76,7 @@ def _step_back(  # type: ignore[no-untyped-def]
         if from_view < 0:
             continue
         turn = np.int64(0) if option == 0 else np.int64(near_cost[view, option - 1])
+        row_of = where[from_view]
         for step in range(len(phase_cost)):
             from_phase = (phase - step) % phases
             known = turn + phase_cost[step]
@@ -83,7 +89,8 @@ def _step_back(  # type: ignore[no-untyped-def]
                     continue
                 lane = scale * lanes + row * columns + column
                 moved = move_cost * (abs(ds) + abs(dy) + abs(dx))
-                value = np.int64(scores[from_view, from_phase, lane]) - known - moved
+                score = np.int64(scores[row_of, from_phase, lane] if row_of >= 0 else FLOOR)
+                value = score - known - moved
                 if value > largest:
                     largest = value
                     result[0], result[1] = from_view, from_phase

@@ -12,13 +12,16 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.matching.backtrack import trace
+from gait_segmentation.matching.builds import builds_of
 from gait_segmentation.matching.config import MatchingConfig
+from gait_segmentation.matching.scores import Scores, ScoreStore
 from gait_segmentation.matching.transitions import UNIT, phase_costs, view_changes
-from gait_segmentation.matching.viterbi import FLOOR, advance, shifted
+from gait_segmentation.matching.viterbi import advance, shifted
 
 __all__ = ['Path', 'PathSearch']
 
-_MOST_BYTES = 48 * 2**20
+_MOST_BYTES = 12 * 2**20
+"""Memory for the scores of one build; those of all are kept of the first frame only."""
 _STEPS_PER_STRIDE = 2
 _RATE_SPAN = 0.5
 """Seconds of path from which on its own rate is believed."""
@@ -68,25 +71,27 @@ class PathSearch:
         self._shape = shape
         self._near, self._near_cost = view_changes(bank, config)
         self._move_cost = round(UNIT * config.move_cost)
-        states = (bank.sequences, bank.phases, shape[0] * lanes)
-        size = 2 * math.prod(states)
+        together = int(np.bincount(builds_of(bank)).max())
+        size = 2 * together * bank.phases * shape[0] * lanes
         slots = max(config.lag + 2, min(64, _MOST_BYTES // size))
-        self._was_active = np.ones(bank.sequences, np.bool_)
-        self._ring = np.empty((slots, *states), np.int16)
-        self._left_out = np.zeros((bank.sequences, shape[0]), np.bool_)
-        self._at_floor = [self._left_out] * slots
+        # A jump of the box needs as much again as the frame before it.
+        rows = bank.sequences + slots * together
+        self._store = ScoreStore(rows, bank.phases, shape[0], lanes)
+        self._lanes = lanes
+        self._where = np.full((slots, bank.sequences), -1, np.int32)
         self._costs = np.zeros((slots, bank.phases), np.int16)
         self._counts = np.zeros(slots, np.int64)
         self._shifts = np.zeros((slots, 3), np.int64)
-        self._nothing = np.empty((0, *states[1:]), np.int16)
-        self._scratch = np.empty(states, np.int16)
-        self.leading: NDArray[np.int16] = np.zeros(states[:2], np.int16)
+        self._nothing = np.full(bank.sequences, -1, np.int32)
+        self.leading: NDArray[np.int16] = np.zeros((bank.sequences, bank.phases), np.int16)
         self._nominal = (config.minimum_cadence + config.maximum_cadence) / 240
+        self._slots: list[int] = []
         self.reset()
 
     def reset(self) -> None:
         """Forget all frames."""
-        self._slots: list[int] = []
+        while self._slots:
+            self._store.give_back(self._where[self._slots.pop()])
         self._seconds: list[float] = []
         self._best = 0
         self._rate = self._nominal
@@ -99,9 +104,9 @@ class PathSearch:
         """Return the number of frames in the window."""
         return len(self._slots)
 
-    def scores(self, back: int) -> NDArray[np.int16]:
-        """Return the scores of a frame, (V, P, N) int16; 0 = the newest, 1 the one before."""
-        return np.asarray(self._ring[self._slots[-1 - back]])
+    def scores(self, back: int) -> Scores:
+        """Return the scores of a frame until the next step; 0 = the newest, 1 the one before."""
+        return Scores(self._store.rows, self._where[self._slots[-1 - back]])
 
     def step(
         self,
@@ -130,16 +135,18 @@ class PathSearch:
         started = bool(self._slots)
         passed = seconds - self._seconds[-1] if started else 0.0
         while self._slots and (
-            len(self._slots) == len(self._ring)
+            len(self._slots) == len(self._where)
             or (len(self._slots) > config.lag + 1 and seconds - self._seconds[1] > config.window)
         ):
+            self._store.give_back(self._where[self._slots[0]])
             del self._slots[0], self._seconds[0]
             self._traced = self._traced[1:]
-        before = self._ring[self._slots[-1]] if started else self._nothing
+        before, jumped = self._where[self._slots[-1]] if started else self._nothing, self._nothing
         if any(jump) and started:
+            jumped = self._store.take(before >= 0, slice(0, self._shape[0]))
             shift = np.array(jump, np.int64)
-            shifted(before, self._was_active, self._shape, shift, self._scratch)
-            before = self._scratch
+            shifted(self._store.rows, before, jumped, self._shape, shift)
+            before = jumped
         cost = phase_costs(
             len(self._costs[0]),
             passed,
@@ -147,49 +154,33 @@ class PathSearch:
             config.maximum_cadence / 60 / _STEPS_PER_STRIDE,
             config.rate_cost,
         )
-        slot = next(k for k in range(len(self._ring)) if k not in self._slots)
-        self._put_to_floor(slot, active, searched)
+        slot = next(k for k in range(len(self._where)) if k not in self._slots)
+        self._where[slot] = self._store.take(active, searched)
         fading = min(int(32768 * math.exp(-passed / config.memory)), np.iinfo(np.int16).max)
         advance(
+            self._store.rows,
             before,
+            self._where[slot],
             np.int16(self._best),
             np.int16(fading),
             cost,
             self._near,
             self._near_cost,
-            active,
-            self._was_active,
             np.int16(self._move_cost),
             self._shape,
             similarity,
             self._row,
             searched.start,
             searched.stop - 1,
-            self._ring[slot],
             self.leading,
         )
-        self._was_active = active
+        self._store.give_back(jumped)
         self._slots.append(slot)
         self._seconds.append(seconds)
         self._costs[slot, : len(cost)], self._counts[slot] = cost, len(cost)
         self._shifts[slot] = jump
         self._best = int(self.leading.max())
         self._leader = None
-
-    def _put_to_floor(self, slot: int, active: NDArray[np.bool_], searched: slice) -> None:
-        """Put to the floor what is not searched, unless it is there already."""
-        left_out = np.ones(self._left_out.shape, np.bool_)
-        left_out[:, searched] = ~active[:, None]
-        if not np.array_equal(left_out, self._left_out):
-            self._left_out = left_out
-        there = self._at_floor[slot]
-        if there is self._left_out:
-            return
-        rest = left_out & ~there
-        scores = self._ring[slot].reshape(*self.leading.shape, self._shape[0], -1)
-        for height in np.flatnonzero(rest.any(axis=0)):
-            scores[rest[:, height], :, height] = FLOOR
-        self._at_floor[slot] = self._left_out
 
     def leader(self) -> tuple[int, int, int, int, int]:
         """
@@ -200,8 +191,8 @@ class PathSearch:
         """
         if self._leader is None:
             sequence, phase = self._leading_template()
-            lanes = self._ring.shape[-1] // self._shape[0]
-            scale, lane = divmod(int(self.scores(0)[sequence, phase].argmax()), lanes)
+            best = int(self.scores(0).of(sequence, phase).argmax())
+            scale, lane = divmod(best, self._lanes)
             self._leader = sequence, phase, scale, *divmod(lane, self._shape[2])
         return self._leader
 
@@ -211,7 +202,8 @@ class PathSearch:
         states = np.empty((len(self._slots), 5), np.int64)
         states[-1] = leader
         trace(
-            self._ring,
+            self._store.rows,
+            self._where,
             np.array(self._slots, np.int64),
             self._costs,
             self._counts,

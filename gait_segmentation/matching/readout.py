@@ -14,6 +14,7 @@ from gait_segmentation.geometry import Box, Placement
 from gait_segmentation.matching.confidence import phase_near
 from gait_segmentation.matching.near_leg import NearLeg
 from gait_segmentation.matching.placements import PlacementGrid, Sampled
+from gait_segmentation.matching.scores import Scores
 from gait_segmentation.matching.shape_prior import warp_template
 from gait_segmentation.matching.subgrid import State, SubgridPeak
 from gait_segmentation.matching.views import Views
@@ -69,7 +70,7 @@ class Readout:
         self,
         frame: WaitingFrame,
         state: State,
-        scores: NDArray[np.int16],
+        scores: Scores,
         belief: NDArray[np.float64],
         rate: float,
     ) -> MatchResult:
@@ -77,7 +78,7 @@ class Readout:
         Make the result of a frame, later than the last one's.
 
         :param state: the path's state in it.
-        :param scores: (V, P, N) int16, the search's scores of the frame.
+        :param scores: the search's scores of the frame.
         :param belief: (P,) probabilities of the phases.
         :param rate: strides per second that are believed in.
         """

@@ -4,11 +4,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from gait_segmentation.matching.scores import FLOOR, Scores
 from gait_segmentation.matching.views import Views
-from gait_segmentation.matching.viterbi import FLOOR
 
 __all__ = ['State', 'SubgridPeak']
 
@@ -35,16 +32,16 @@ class SubgridPeak:
         self._shape = shape
         self._lanes = lanes
 
-    def offsets(self, scores: NDArray[np.int16], state: State) -> list[float]:
+    def offsets(self, scores: Scores, state: State) -> list[float]:
         """
         Return how far the best place lies beside a state, in steps of -0.5 to 0.5.
 
-        :param scores: (V, P, S * L) int16, those of the state's frame.
+        :param scores: those of the state's frame.
         :returns: for view, phase, scale, row and column.
         """
         return [self.offset(scores, state, axis) for axis in range(len(state))]
 
-    def offset(self, scores: NDArray[np.int16], state: State, axis: int) -> float:
+    def offset(self, scores: Scores, state: State, axis: int) -> float:
         """Return the same for one axis, 0 = the view, and so on."""
         sides = state[axis] - 1, state[axis] + 1
         if axis == 0:
@@ -62,6 +59,6 @@ class SubgridPeak:
         vertex = 0.5 * (high - low) / bend if bend > 0 else 0.0
         return min(max(vertex, -0.5), 0.5)
 
-    def _score(self, scores: NDArray[np.int16], state: tuple[int, ...]) -> int:
+    def _score(self, scores: Scores, state: tuple[int, ...]) -> int:
         lane = state[2] * self._lanes + state[3] * self._shape[2] + state[4]
-        return int(scores[state[0], state[1] % scores.shape[1], lane])
+        return scores.at(state[0], state[1] % scores.rows.shape[1], lane)

@@ -12,34 +12,29 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-__all__ = ['FLOOR', 'advance', 'shifted']
+from gait_segmentation.matching.scores import FLOOR
 
-FLOOR = -12000
-"""
-Worst score relative to the best: nearly six times a similarity of 1.  Twice of it and what any
-transition costs below it, also a wall, still fit 16 bits.
-"""
+__all__ = ['advance', 'shifted']
 
 _WALL = 18000
 
 
 @njit(cache=True, nogil=True)
 def advance(  # type: ignore[no-untyped-def]
+    rows,
     before,
+    after,
     best,
     fading,
     phase_cost,
     near,
     near_cost,
-    active,
-    was_active,
     move_cost,
     shape,
     similarity,
     row,
     lowest,
     highest,
-    after,
     leading,
 ):
     """
@@ -49,28 +44,30 @@ def advance(  # type: ignore[no-untyped-def]
     with the maximum taken axis by axis, which is exact because the costs add up.  N = S * L
     counts the placements with filling, L >= rows * columns for each of S body heights.
 
-    :param before: (V, P, N) int16 scores of the frame before; (0, P, N) = no frame before.
+    :param rows: (R, P, N) int16, scores of sequences.
+    :param before: (V,) int32, the rows of the frame before, -1 for sequences that were not
+        searched, which are at the floor; all of them: there was no frame before.
+    :param after: (V,) int32, the rows to put the result into, -1 for sequences that are not
+        searched; other ones than those of ``before``.
     :param best: int16, the largest of them.
     :param fading: int16, factor on old scores, in 1/32768.
     :param phase_cost: (D,) int16, cost of advancing by 0, 1, ... phases.
     :param near: (V, M) int32 and ``near_cost`` (V, M) int16, see :func:`view_changes`.
-    :param active: (V,) bool, sequences that are searched.
-    :param was_active: (V,) bool, the same in the frame before: the others are at the floor.
     :param move_cost: int16, cost of moving the placement by one step.
     :param shape: (S, rows, columns) of the placements.
     :param similarity: (R, N) int16, what is added.
     :param row: (V * P,) int32, where in it a template is.
-    :param lowest: the first body height that is searched, and ``highest`` the last one.
-    :param after: (V, P, N) int16, result; what is not searched is left as it is.
+    :param lowest: the first body height that is searched, and ``highest`` the last one; the
+        scores of others are left as they are.
     :param leading: (V, P) int16, largest score of each template, result.
     """
-    views, phases, everywhere = after.shape
+    views, phases, everywhere = len(after), rows.shape[1], rows.shape[2]
     columns = shape[2]
     lanes = everywhere // shape[0]
     start, stop = lowest * lanes, (highest + 1) * lanes
     size = stop - start
     part = highest + 1 - lowest, shape[1], columns
-    started = before.shape[0] > 0
+    started = before.max() >= 0
     walls = _walls(part, lanes, move_cost)
     reached = np.full((views, size), FLOOR, np.int16)
     # Neighbouring placements of the first and last are read from a margin.
@@ -83,13 +80,13 @@ def advance(  # type: ignore[no-untyped-def]
     for phase in range(phases):
         if started:
             for view in range(views):
-                if was_active[view]:
-                    _earlier_phases(before[view], start, phase, phase_cost, reached[view])
+                if before[view] >= 0:
+                    _earlier_phases(rows[before[view]], start, phase, phase_cost, reached[view])
         for view in range(views):
-            if not active[view]:
+            if after[view] < 0:
                 leading[view, phase] = FLOOR
                 continue
-            result = after[view, phase, start:stop]
+            result = rows[after[view], phase, start:stop]
             gain = similarity[row[view * phases + phase], start:stop]
             if not started:
                 _copy(gain, result)
@@ -97,7 +94,7 @@ def advance(  # type: ignore[no-untyped-def]
                 continue
             found = 0
             for m in range(near.shape[1]):
-                if near[view, m] >= 0 and was_active[near[view, m]]:
+                if near[view, m] >= 0 and before[near[view, m]] >= 0:
                     others[found], turns[found] = near[view, m], near_cost[view, m]
                     found += 1
             if found == 0 or found % 2 == 1:
@@ -208,26 +205,26 @@ def _largest_used(result, shape, lanes):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def shifted(scores, active, shape, shift, result):  # type: ignore[no-untyped-def]
+def shifted(rows, before, after, shape, shift):  # type: ignore[no-untyped-def]
     """
     Move all scores by whole placements, for a box that jumped.
 
-    :param scores: (V, P, N) int16, N = S * L.
-    :param active: (V,) bool, sequences that are not at the floor.
+    :param rows: (R, P, N) int16, scores of sequences, N = S * L.
+    :param before: (V,) int32, the rows to move, -1 for sequences that are at the floor.
+    :param after: (V,) int32, the rows to put the result into; what comes from beyond the search
+        range is at the floor.
     :param shape: (S, rows, columns).
     :param shift: (3,) int64; the score of a placement is taken from placement + shift.
-    :param result: like ``scores``; what comes from beyond the search range is at the floor,
-        sequences that are not active are left as they are.
     """
-    scales, rows, columns = shape
-    lanes = scores.shape[2] // scales
-    for view in np.flatnonzero(active):
-        for phase in range(scores.shape[1]):
-            source, target = scores[view, phase], result[view, phase]
+    scales, lines, columns = shape
+    lanes = rows.shape[2] // scales
+    for view in np.flatnonzero(before >= 0):
+        for phase in range(rows.shape[1]):
+            source, target = rows[before[view], phase], rows[after[view], phase]
             target[:] = FLOOR
             for scale in range(max(-shift[0], 0), min(scales - shift[0], scales)):
-                for row in range(max(-shift[1], 0), min(rows - shift[1], rows)):
-                    to = scale * lanes + row * columns
+                for line in range(max(-shift[1], 0), min(lines - shift[1], lines)):
+                    to = scale * lanes + line * columns
                     move = shift[0] * lanes + shift[1] * columns + shift[2]
                     first = max(-shift[2], 0)
                     for x in range(first, min(columns - shift[2], columns)):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.matching.backtrack import trace
+from gait_segmentation.matching.scores import FLOOR
 
 SHAPE, LANES, MOVE = (2, 2, 3), 8, 20
 NEAR, TURN = np.array([[1], [0]], np.int32), np.array([[70], [90]], np.int16)
@@ -25,11 +26,15 @@ def clip(seed, frames=5, slots=7):
 
 
 def traced(data, last, known=NOTHING):
-    ring, slots, costs, counts, shifts = data
+    scores, slots, costs, counts, shifts = data
+    rows = scores.reshape(-1, *scores.shape[2:])
+    # In reverse order, without views that are at the floor throughout.
+    where = np.arange(len(rows), dtype=np.int32)[::-1].reshape(scores.shape[:2]).copy()
+    where[(scores == FLOOR).all(axis=(2, 3))] = -1
     path = np.full((len(slots), 5), -1, np.int64)
     path[-1] = last
     moving = NEAR, TURN, np.int64(MOVE), SHAPE
-    trace(ring, slots, costs, counts, shifts, *moving, known, path)
+    trace(rows[::-1], where, slots, costs, counts, shifts, *moving, known, path)
     return path
 
 
@@ -50,6 +55,7 @@ def score(data, path, frame):
 def test_every_step_back_is_the_best_of_all(seed):
     data = clip(seed)
     data[4][data[1][3]] = 0, 1, -1
+    data[0][data[1][2], seed % 2] = FLOOR
     path = traced(data, (1, 2, 0, 0, 2))
     for frame in range(4):
         states = itertools.product(range(2), range(3), range(2), range(2), range(3))

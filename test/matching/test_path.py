@@ -6,8 +6,8 @@ import pytest
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.matching.path import PathSearch
+from gait_segmentation.matching.scores import FLOOR
 from gait_segmentation.matching.transitions import UNIT
-from gait_segmentation.matching.viterbi import FLOOR
 
 PHASES = 12
 
@@ -75,10 +75,30 @@ def test_what_is_not_searched_is_at_the_floor_in_whichever_slot():
         active = np.array([True, False]) if k // 20 % 2 else np.array([k % 40 < 30, True])
         first = k // 7 % 2
         path.step(similarity, k / 30, (0, 0, 0), active, slice(first, first + 2))
-        scores = path.scores(0)
-        assert (scores[~active] == FLOOR).all()
+        found = path.scores(0)
+        np.testing.assert_array_equal(found.where >= 0, active)
+        scores = found.rows[found.where[active]]
         assert (scores[:, :, 2 - 2 * first] == FLOOR).all()
-        assert (scores[active][:, :, first : first + 2] > FLOOR).all()
+        assert (scores[:, :, first : first + 2] > FLOOR).all()
+
+
+def test_keeps_of_each_frame_what_was_searched_in_it():
+    bank = TemplateBank(
+        np.zeros((2, PHASES, 4, 4), np.uint8), np.zeros(2, np.float32), ('a', 'b'), 0.9
+    )
+    row = np.arange(2 * PHASES, dtype=np.int32)
+    path = PathSearch(bank, row, (1, 1, 1), 1, MatchingConfig(lag=5, window=0.2))
+    size = len(path._store.rows)
+    assert size < 2 * len(path._where)
+    noise = np.zeros((2 * PHASES, 1), np.int16)
+    for round in range(3):
+        path.reset()
+        for k in range(40):
+            jump = (0, 0, k % 2)
+            active = np.array([k == 0 or round != 1, k == 0 or round == 1])
+            path.step(noise, k / 30, jump, active)
+            assert path._store.used == path.frames + (path.frames == k + 1)
+    assert len(path._store.rows) == size
 
 
 def test_is_bounded_over_many_frames():
@@ -88,6 +108,6 @@ def test_is_bounded_over_many_frames():
     for k in range(100_000):
         path.step(noise[k % 50], k / 30, (0, 0, 0))
     assert path.frames <= 12
-    assert path.scores(0).min() >= FLOOR
+    assert path.scores(0).of(0, 0).min() >= FLOOR
     assert abs(int(path.leading.max())) < 2 * 2048
     assert path.follow().states.shape == (path.frames, 5)

@@ -7,6 +7,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.matching.placements import PlacementGrid, Sampled
 from gait_segmentation.matching.readout import Readout, WaitingFrame
+from gait_segmentation.matching.scores import Scores
 from gait_segmentation.matching.subgrid import SubgridPeak
 from gait_segmentation.matching.views import views_of
 from test.walkers import small_bank
@@ -30,9 +31,10 @@ def frame(images, known=None):
 
 def result(readout, waiting, state, bank, grid):
     scores = np.zeros((bank.sequences, bank.phases, grid.shape[0] * LANES), np.int16)
+    kept = Scores(scores, np.arange(bank.sequences, dtype=np.int32))
     belief = np.zeros(bank.phases)
     belief[state[1]] = 1.0
-    return readout.result(waiting, state, scores, belief, 0.9)
+    return readout.result(waiting, state, kept, belief, 0.9)
 
 
 def test_the_template_of_the_state_is_laid_where_it_stands():

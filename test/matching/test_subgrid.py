@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from gait_segmentation.gait_model import TemplateBank
+from gait_segmentation.matching.scores import FLOOR, Scores
 from gait_segmentation.matching.subgrid import SubgridPeak
 from gait_segmentation.matching.views import Views
-from gait_segmentation.matching.viterbi import FLOOR
 
 VIEWS, PHASES, SHAPE, LANES = 8, 6, (3, 5, 4), 24
 
@@ -31,20 +31,29 @@ def scores(best):
     return result
 
 
+def kept(values):
+    return Scores(values, np.arange(VIEWS, dtype=np.int32))
+
+
 def test_finds_the_vertex_along_each_axis():
     best = np.array([0.25, -0.375, 1.25, 2.5, 1.75])
-    found = peak().offsets(scores(best), (0, 0, 1, 2, 2))
+    found = peak().offsets(kept(scores(best)), (0, 0, 1, 2, 2))
     assert found == pytest.approx([0.25, -0.375, 0.25, 0.5, -0.25], abs=0.01)
 
 
 def test_the_border_and_flat_scores_have_no_vertex():
     values = scores(np.array([0.25, 0.25, 0.25, 0.25, 0.25]))
-    assert peak().offsets(values, (0, 0, 0, 0, 0))[2:] == [0.0, 0.0, 0.0]
-    assert peak().offsets(np.zeros_like(values), (0, 0, 1, 1, 1)) == [0.0] * 5
+    assert peak().offsets(kept(values), (0, 0, 0, 0, 0))[2:] == [0.0, 0.0, 0.0]
+    assert peak().offsets(kept(np.zeros_like(values)), (0, 0, 1, 1, 1)) == [0.0] * 5
 
 
 def test_there_is_no_vertex_beside_what_was_not_searched():
     values = scores(np.array([0.0, 0.0, 1.25, 2.5, 1.75]))
     values[..., 2 * LANES :] = FLOOR
-    found = peak().offsets(values, (0, 0, 1, 2, 2))
+    found = peak().offsets(kept(values), (0, 0, 1, 2, 2))
     assert found == pytest.approx([0.0, 0.0, 0.0, 0.5, -0.25], abs=0.01)
+    where = np.arange(VIEWS, dtype=np.int32)
+    where[1] = -1
+    values = scores(np.array([0.25, 0.0, 1.25, 2.5, 1.75]))
+    assert peak().offset(kept(values), (0, 0, 1, 2, 2), 0) == pytest.approx(0.25, abs=0.01)
+    assert peak().offset(Scores(values, where), (0, 0, 1, 2, 2), 0) == 0.0

@@ -5,8 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
+from gait_segmentation.matching.scores import FLOOR
 from gait_segmentation.matching.transitions import UNIT
-from gait_segmentation.matching.viterbi import FLOOR, advance, shifted
+from gait_segmentation.matching.viterbi import advance, shifted
 
 SHAPE = (2, 2, 3)
 LANES = 8
@@ -36,13 +37,17 @@ def run(
     was_active=None,
     heights=(0, SHAPE[0] - 1),
 ):
-    after = np.full((3, 3, 2 * LANES), FLOOR, np.int16)
+    """Take in a frame; ``before`` is (V, P, N), or (0, P, N) if there was none."""
+    rows = np.full((6, 3, 2 * LANES), FLOOR, np.int16)
+    rows[: len(before)] = before
     leading = np.zeros((3, 3), np.int16)
-    searched = (np.array(each) for each in (active, active if was_active is None else was_active))
-    reach = np.int16(32768 * 0.9), costs, near, near_cost, *searched
-    put = *heights, after, leading
-    advance(before, np.int16(best), *reach, np.int16(20), SHAPE, gain, row, *put)
-    return after, leading
+    was_active = np.array(active if was_active is None else was_active) & (len(before) > 0)
+    place = np.arange(3, dtype=np.int32)
+    sources = np.where(was_active, place, -1), np.where(active, place + 3, -1)
+    reach = np.int16(32768 * 0.9), costs, near, near_cost
+    put = *heights, leading
+    advance(rows, *sources, np.int16(best), *reach, np.int16(20), SHAPE, gain, row, *put)
+    return rows[3:], leading
 
 
 def reached(scores, view, phase, place, costs, near, near_cost):
@@ -139,9 +144,11 @@ def test_body_heights_that_are_not_searched_are_left_alone_and_lead_nowhere(heig
 
 
 def test_a_jump_moves_scores_and_opens_the_border():
-    scores = np.arange(2 * LANES, dtype=np.int16).reshape(1, 1, -1)
-    result = np.empty_like(scores)
-    shifted(scores, np.array([True]), SHAPE, np.array([0, 1, -1]), result)
-    assert result[0, 0, lane((1, 0, 1))] == scores[0, 0, lane((1, 1, 0))]
-    assert result[0, 0, lane((1, 1, 1))] == FLOOR
-    assert result[0, 0, lane((0, 0, 0))] == FLOOR
+    rows = np.zeros((4, 1, 2 * LANES), np.int16)
+    rows[2] = np.arange(2 * LANES)
+    before, after = np.array([-1, 2]), np.array([-1, 3])
+    shifted(rows, before, after, SHAPE, np.array([0, 1, -1]))
+    assert rows[3, 0, lane((1, 0, 1))] == rows[2, 0, lane((1, 1, 0))]
+    assert rows[3, 0, lane((1, 1, 1))] == FLOOR
+    assert rows[3, 0, lane((0, 0, 0))] == FLOOR
+    assert not rows[:2].any()
