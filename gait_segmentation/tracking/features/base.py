@@ -10,6 +10,7 @@ from typing import Protocol, runtime_checkable
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 __all__ = ['NEUTRAL', 'ChannelFeature', 'DirectFeature', 'Feature', 'View']
@@ -42,18 +43,51 @@ class View:
     @cached_property
     def thin_bgr(self) -> NDArray[np.uint8]:
         """Return the colours of the pixels that are needed."""
-        return self.thin(self.bgr)
+        if self.step == 1:
+            return np.ascontiguousarray(self.bgr)
+        height, width = self.bgr.shape[:2]
+        out = np.empty((-(-height // self.step), -(-width // self.step), 3), np.uint8)
+        _thin_colours(self.bgr, self.step, out)
+        return out
+
+    def plane(self, index: int) -> NDArray[np.uint8]:
+        """Return one of the three colours of the pixels that are needed."""
+        return np.asarray(cv2.extractChannel(self.thin_bgr, index))
+
+    def share(self, index: int) -> NDArray[np.uint8]:
+        """Return the share of that colour in the sum of the three, times 255, rounded."""
+        out = np.empty(self.thin_bgr.shape[:2], np.uint8)
+        _share(self.thin_bgr, index, out)
+        return out
 
     @cached_property
     def thin_hsv(self) -> NDArray[np.uint8]:
         """Return their hue, saturation and value, all of 0..255."""
         return np.asarray(cv2.cvtColor(self.thin_bgr, cv2.COLOR_BGR2HSV_FULL))
 
-    @cached_property
-    def thin_sum(self) -> NDArray[np.float32]:
-        """Return R + G + B of the pixels that are needed, at least 1."""
-        sums = cv2.transform(self.thin_bgr.astype(np.float32), np.ones((1, 3), np.float32))
-        return np.maximum(sums, np.float32(1))
+
+@njit(cache=True, nogil=True)
+def _thin_colours(bgr: NDArray[np.uint8], step: int, out: NDArray[np.uint8]) -> None:
+    for row in range(out.shape[0]):
+        line, result = bgr[row * step], out[row]
+        for col in range(out.shape[1]):
+            for channel in range(3):
+                result[col, channel] = line[col * step, channel]
+
+
+@njit(cache=True, nogil=True)
+def _share(bgr: NDArray[np.uint8], index: int, out: NDArray[np.uint8]) -> None:
+    most, half = np.float32(255), np.float32(0.5)
+    for row in range(out.shape[0]):
+        pixels, result = bgr[row].reshape(-1), out[row]
+        for col in range(result.size):
+            total = (
+                np.int32(pixels[3 * col])
+                + np.int32(pixels[3 * col + 1])
+                + np.int32(pixels[3 * col + 2])
+            )
+            share = np.float32(pixels[3 * col + index]) / np.float32(max(total, 1))
+            result[col] = np.uint8(np.int32(most * share + half))
 
 
 class Feature(Protocol):

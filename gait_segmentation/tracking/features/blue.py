@@ -20,7 +20,7 @@ class Blue:
 
     def channel(self, view: View) -> NDArray[np.uint8]:
         """Return the values of the pixels that are needed."""
-        return np.ascontiguousarray(view.thin_bgr[..., 0])
+        return view.plane(0)
 
 
 FEATURE = Blue()

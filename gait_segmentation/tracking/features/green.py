@@ -20,7 +20,7 @@ class Green:
 
     def channel(self, view: View) -> NDArray[np.uint8]:
         """Return the values of the pixels that are needed."""
-        return np.ascontiguousarray(view.thin_bgr[..., 1])
+        return view.plane(1)
 
 
 FEATURE = Green()

@@ -20,8 +20,7 @@ class GreenShare:
 
     def channel(self, view: View) -> NDArray[np.uint8]:
         """Return the values of the pixels that are needed."""
-        share = view.thin_bgr[..., 1] / view.thin_sum
-        return np.asarray(255 * share + 0.5, np.uint8)
+        return view.share(1)
 
 
 FEATURE = GreenShare()

@@ -37,17 +37,18 @@ def _count(
     has_neutral: bool,
     out: NDArray[np.float64],
 ) -> None:
+    # What is left out is counted, too: that is faster than to ask.
+    counts = np.zeros((3, _BINS), np.int32)
     for row in range(channel.shape[0]):
-        for col in range(channel.shape[1]):
-            label = labels[row, col]
-            if label <= 1:
-                out[label, channel[row, col] >> _SHIFT] += 1
+        values, classes = channel[row], labels[row]
+        for col in range(values.size):
+            counts[min(classes[col], np.uint8(2)), values[col] >> _SHIFT] += 1
     for label in range(2):
-        total = max(out[label].sum(), 1.0)
+        total = max(counts[label].sum(), 1)
+        for place in range(_BINS):
+            out[label, place] = counts[label, place] / total
         if has_neutral:
             out[label, 0] = 0
-        for place in range(out.shape[1]):
-            out[label, place] /= total
 
 
 def class_histograms(
@@ -66,41 +67,63 @@ def class_histograms(
     return out
 
 
-@njit(cache=True, nogil=True, fastmath=True)
-def _sums(logit: NDArray[np.float32], labels: NDArray[np.uint8], out: NDArray[np.float64]) -> None:
-    for row in range(logit.shape[0]):
-        for col in range(logit.shape[1]):
-            label = labels[row, col]
-            if label <= 1:
-                value = logit[row, col]
-                out[label, 0] += 1
-                out[label, 1] += value
-                out[label, 2] += value * value
-
-
-def moments_ratio(logit: NDArray[np.float32], labels: NDArray[np.uint8]) -> float:
-    """
-    Return the variance ratio of log-likelihood ratios given pixel by pixel.
-
-    It is 0 where they are no higher on the person.
-    """
-    sums = np.zeros((2, 3))
-    _sums(logit, labels, sums)
-    if sums[:, 0].min() < 1:
-        return 0.0
-    return _variance_ratio(sums[:, 1] / sums[:, 0], sums[:, 2] / sums[:, 0])
-
-
-def _variance_ratio(mean: NDArray[np.float64], square: NDArray[np.float64]) -> float:
+@njit(nogil=True, inline='always')
+def _variance_ratio(low: float, low_square: float, high: float, high_square: float) -> float:
     """Return the variance ratio from the means and mean squares of surroundings and person."""
-    # In plain numbers, because this is done for all features in many frames.
-    low, high = mean.tolist()
-    low_square, high_square = square.tolist()
     if high <= low:
         return 0.0
     between = (low_square + high_square) / 2 - ((low + high) / 2) ** 2
     within = (low_square - low * low) + (high_square - high * high) + _LEAST_SPREAD
-    return float(between / within)
+    return between / within
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _ratio_of_pixels(logit: NDArray[np.float32], labels: NDArray[np.uint8], step: int) -> float:
+    """Return the variance ratio of every ``step``-th pixel."""
+    zero, width = np.float32(0), labels.shape[1]
+    line = np.empty(width, np.float32)
+    # Number, sum and sum of squares of each class.
+    count_low, sum_low, square_low = 0, 0.0, 0.0
+    count_high, sum_high, square_high = 0, 0.0, 0.0
+    for row in range(labels.shape[0]):
+        values, classes = logit[row * step], labels[row]
+        for col in range(width):
+            line[col] = values[col * step]
+        n_low, s_low, q_low = np.int32(0), zero, zero
+        n_high, s_high, q_high = np.int32(0), zero, zero
+        for col in range(width):
+            label, value = classes[col], line[col]
+            low = value if label == SURROUNDINGS else zero
+            high = value if label == PERSON else zero
+            n_low += np.int32(label == SURROUNDINGS)
+            n_high += np.int32(label == PERSON)
+            s_low += low
+            s_high += high
+            q_low += low * low
+            q_high += high * high
+        count_low, sum_low, square_low = count_low + n_low, sum_low + s_low, square_low + q_low
+        count_high, sum_high = count_high + n_high, sum_high + s_high
+        square_high += q_high
+    if min(count_low, count_high) < 1:
+        return 0.0
+    return _variance_ratio(
+        sum_low / count_low,
+        square_low / count_low,
+        sum_high / count_high,
+        square_high / count_high,
+    )
+
+
+def moments_ratio(logit: NDArray[np.float32], labels: NDArray[np.uint8], step: int = 1) -> float:
+    """
+    Return the variance ratio of log-likelihood ratios given pixel by pixel.
+
+    It is 0 where they are no higher on the person.
+
+    :param logit: (h, w) float32, of which every ``step``-th pixel is looked at.
+    :param labels: uint8 of these pixels, as for :func:`class_histograms`.
+    """
+    return float(_ratio_of_pixels(logit, labels, step))
 
 
 @njit(cache=True, nogil=True)
@@ -132,16 +155,20 @@ def _follow(
 
 
 @njit(cache=True, nogil=True)
-def _moments(
-    newest: NDArray[np.float64], table: NDArray[np.float32], out: NDArray[np.float64]
-) -> None:
-    """Fill in the share of each class, and the mean and mean square of its ratios."""
+def _ratio_of_histograms(newest: NDArray[np.float64], table: NDArray[np.float32]) -> float:
+    """Return the variance ratio of what a table says of the pixels in histograms."""
+    shares, means, squares = np.zeros(2), np.zeros(2), np.zeros(2)
     for label in range(2):
         for place in range(table.size):
             value, share = np.float64(table[place]), newest[label, place]
-            out[0, label] += share
-            out[1, label] += share * value
-            out[2, label] += share * value * value
+            shares[label] += share
+            means[label] += share * value
+            squares[label] += share * value * value
+    if min(shares[0], shares[1]) <= 0:
+        return 0.0
+    return _variance_ratio(
+        means[SURROUNDINGS], squares[SURROUNDINGS], means[PERSON], squares[PERSON]
+    )
 
 
 class ChannelModel:
@@ -181,11 +208,7 @@ class ChannelModel:
 
     def variance_ratio(self, newest: NDArray[np.float64]) -> float:
         """Return how well the model tells the classes apart in a frame's histograms."""
-        moments = np.zeros((3, 2))
-        _moments(newest, self.table, moments)
-        if moments[0].min() <= 0:
-            return 0.0
-        return _variance_ratio(moments[1], moments[2])
+        return float(_ratio_of_histograms(newest, self.table))
 
     def log_ratio(self, channel: NDArray[np.uint8]) -> NDArray[np.float32]:
         """Return the log-likelihood ratios of a channel, (h, w) float32."""

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.tracking.features.base import NEUTRAL, View
@@ -13,6 +14,9 @@ __all__ = ['FEATURE']
 
 _LEAST_SATURATION = 20
 """Below it (of 255) the hue is noise."""
+
+_FIRST = 8
+"""Hues below it are taken for it, so that none is neutral."""
 
 
 class Hue:
@@ -23,10 +27,20 @@ class Hue:
 
     def channel(self, view: View) -> NDArray[np.uint8]:
         """Return the values of the pixels that are needed."""
-        hue, saturation = view.thin_hsv[..., 0], view.thin_hsv[..., 1]
-        return np.where(saturation < _LEAST_SATURATION, NEUTRAL, np.maximum(hue, 8)).astype(
-            np.uint8
-        )
+        hsv = view.thin_hsv
+        out = np.empty(hsv.shape[:2], np.uint8)
+        _hue(hsv, out)
+        return out
+
+
+@njit(cache=True, nogil=True)
+def _hue(hsv: NDArray[np.uint8], out: NDArray[np.uint8]) -> None:
+    """Fill in the hue, which never is NEUTRAL, and NEUTRAL where it is noise."""
+    for row in range(out.shape[0]):
+        pixels, result = hsv[row].reshape(-1), out[row]
+        for col in range(result.size):
+            hue = max(pixels[3 * col], np.uint8(_FIRST))
+            result[col] = hue if pixels[3 * col + 1] >= _LEAST_SATURATION else NEUTRAL
 
 
 FEATURE = Hue()

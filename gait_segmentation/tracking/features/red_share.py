@@ -20,8 +20,7 @@ class RedShare:
 
     def channel(self, view: View) -> NDArray[np.uint8]:
         """Return the values of the pixels that are needed."""
-        share = view.thin_bgr[..., 2] / view.thin_sum
-        return np.asarray(255 * share + 0.5, np.uint8)
+        return view.share(2)
 
 
 FEATURE = RedShare()

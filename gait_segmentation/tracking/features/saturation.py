@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,7 +21,7 @@ class Saturation:
 
     def channel(self, view: View) -> NDArray[np.uint8]:
         """Return the values of the pixels that are needed."""
-        return np.ascontiguousarray(view.thin_hsv[..., 1])
+        return np.asarray(cv2.extractChannel(view.thin_hsv, 1))
 
 
 FEATURE = Saturation()

@@ -140,7 +140,7 @@ class FeatureSelector:
         """
         if mask is not None:
             labels = labels_of(mask)
-            base = moments_ratio(logit[::STEP, ::STEP], labels)
+            base = moments_ratio(logit, labels, STEP)
             self._looked += 1
             if base < _POOR or self._chosen or self._looked % _EVERY == 1:
                 self._rank(replace(view, step=STEP, evidence=evidence()), labels, base)

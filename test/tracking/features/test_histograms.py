@@ -56,6 +56,18 @@ def test_the_variance_ratio_is_the_formula() -> None:
     assert moments_ratio(-logit, labels) == 0
 
 
+def test_of_every_second_pixel_the_others_do_not_count() -> None:
+    rng = np.random.default_rng(0)
+    logit = rng.normal(0, 1, (21, 30)).astype(np.float32)
+    labels = rng.integers(0, 3, (11, 15), np.uint8)
+    logit[::2, ::2] += labels == 1
+    thin = moments_ratio(logit[::2, ::2].copy(), labels)
+    assert thin > 0
+    logit[1::2] = 50
+    logit[:, 1::2] = -50
+    assert moments_ratio(logit, labels, 2) == pytest.approx(thin)
+
+
 def test_without_one_class_nothing_is_told_apart() -> None:
     assert moments_ratio(np.ones((2, 2), np.float32), np.ones((2, 2), np.uint8)) == 0
     model = ChannelModel(has_neutral=False)

@@ -78,6 +78,21 @@ def test_orientation_is_that_of_stripes_whichever_side_is_lighter() -> None:
     assert int(inverted[20, 20]) == pytest.approx(upright, abs=2)
 
 
+@pytest.mark.parametrize('shape', [(40, 53), (3, 3), (7, 2)])
+@pytest.mark.parametrize('step', [1, 2])
+def test_orientation_is_that_of_the_structure_tensor(shape: tuple[int, int], step: int) -> None:
+    rng = np.random.default_rng(2)
+    gray = cv2.GaussianBlur(rng.integers(0, 256, shape, np.uint8), (0, 0), 0.7)
+    dx = cv2.Sobel(gray, cv2.CV_64F, 1, 0, ksize=3, scale=1 / 8)
+    dy = cv2.Sobel(gray, cv2.CV_64F, 0, 1, ksize=3, scale=1 / 8)
+    real, imaginary = (cv2.blur(part, (5, 5)) for part in (dx * dx - dy * dy, 2 * dx * dy))
+    expected = 8 + 247 * (np.arctan2(imaginary, real) / (2 * np.pi) % 1)
+    expected[np.hypot(real, imaginary) < 150] = NEUTRAL
+    seen = View(cv2.cvtColor(gray, cv2.COLOR_GRAY2BGR), gray, step=step)
+    off = np.abs(channel('orientation', seen) - expected[::step, ::step])
+    assert np.all(np.minimum(off, 247 - off) <= 1.1)
+
+
 def test_a_plain_surface_has_no_orientation() -> None:
     plain = np.full((40, 40, 3), 90, np.uint8)
     assert np.all(channel('orientation', view(plain)) == NEUTRAL)
