@@ -177,16 +177,15 @@ class SequenceMatcher:
 
     def _heights(self, jump: int) -> slice:
         """
-        Return the body heights to search: those next to where the path leads, first all.
+        Return the body heights to search: next to where the path leads, first to the box's own.
 
         :param jump: by how many body heights the box jumped against the body.
         """
-        count, reach = self._placements.shape[0], self.config.scale_reach
-        width = 2 * reach + 1
-        if self._path.frames == 0 or count <= width:
-            return slice(0, count)
-        first = min(max(self._height - jump - reach, 0), count - width)
-        return slice(first, first + width)
+        grid, reach = self._placements, self.config.scale_reach
+        middle = self._height - jump if self._path.frames else grid.center[0]
+        # At the ends as many are searched as elsewhere.
+        first = max(min(middle - reach, grid.shape[0] - 2 * reach - 1), 0)
+        return slice(first, min(first + 2 * reach + 1, grid.shape[0]))
 
     def _find_phase(
         self,

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 __all__ = ['minimum_arborescence']
 
+_RUN = 512
+"""Pixels that are compared before it is looked whether they are enough."""
+
 
 def minimum_arborescence(
     pixels: NDArray[np.uint8],
@@ -48,10 +51,24 @@ def _prim(pixels):  # type: ignore[no-untyped-def]
         order[place] = nearest
         for k in range(count):
             if not done[k]:
-                differ = 0
-                for x in range(size):
-                    differ += pixels[k, x] != pixels[nearest, x]
+                differ = _differ(pixels[k], pixels[nearest], distance[k])
                 if differ < distance[k]:
                     distance[k] = differ
                     parent[k] = nearest
     return order, parent
+
+
+@njit(cache=True, nogil=True)
+def _differ(one, other, limit):  # type: ignore[no-untyped-def]
+    """Return in how many pixels two templates differ, or any number from a limit on if so many."""
+    differ = np.int64(0)
+    for first in range(0, len(one), _RUN):
+        part, rest = one[first : first + _RUN], other[first : first + _RUN]
+        # In numbers as small as this, many are counted at a time.
+        found = np.int16(0)
+        for x in range(len(part)):
+            found = np.int16(found + np.int16(part[x] != rest[x]))
+        differ += found
+        if differ >= limit:
+            break
+    return differ

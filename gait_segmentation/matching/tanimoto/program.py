@@ -111,10 +111,12 @@ def _make_program(key: _ByContent) -> EventProgram:
     rows = np.empty((steps, 2), np.int32)
     bounds = np.empty((steps, len(_KINDS) + 1), np.int32)
     places, steps = _code(pixels, order, parents, where, lo, span, rows, bounds)
-    used, source = np.unique(where[:places], return_inverse=True)
+    used = np.flatnonzero(np.bincount(where[:places], minlength=pixels.shape[1]))
+    place = np.zeros(pixels.shape[1], np.uint16 if len(used) <= 2**16 else np.uint32)
+    place[used] = np.arange(len(used))
     return EventProgram(
         pixels=used,
-        source=source.astype(np.uint16 if len(used) <= 2**16 else np.uint32),
+        source=place[where[:places]],
         lo=lo[:places].copy(),
         span=span[:places].copy(),
         target=rows[:steps, 0].copy(),

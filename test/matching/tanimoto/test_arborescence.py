@@ -36,3 +36,26 @@ def test_is_the_lightest_of_all_trees():
         assert weight(pixels, parents) == best
         place = {int(k): n for n, k in enumerate(order)}
         assert all(p < 0 or place[int(p)] < place[k] for k, p in enumerate(parents))
+
+
+def test_templates_of_many_pixels_become_the_lightest_tree_too():
+    rng = np.random.default_rng(4)
+    pixels = np.zeros((12, 2000), np.uint8)
+    for k in range(1, 12):
+        pixels[k] = pixels[k - 1]
+        changed = rng.integers(0, 2000, 150 * (1 + k % 4))
+        pixels[k, changed] = rng.integers(0, 4, len(changed))
+    shuffled = pixels[rng.permutation(12)]
+    # Kruskal's way: the lightest edges that close no ring.
+    nodes = np.vstack([np.zeros(2000, np.uint8), shuffled])
+    edges = sorted(
+        (int((nodes[a] != nodes[b]).sum()), a, b) for a, b in itertools.combinations(range(13), 2)
+    )
+    tree, lightest = list(range(13)), 0
+    for length, a, b in edges:
+        if tree[a] != tree[b]:
+            lightest += length
+            tree = [tree[a] if each == tree[b] else each for each in tree]
+    _, parents = minimum_arborescence(shuffled)
+    assert reaches_root(parents)
+    assert weight(shuffled, parents) == lightest
