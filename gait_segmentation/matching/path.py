@@ -86,6 +86,7 @@ class PathSearch:
         self.leading: NDArray[np.int16] = np.zeros((bank.sequences, bank.phases), np.int16)
         self._nominal = (config.minimum_cadence + config.maximum_cadence) / 240
         self._slots: list[int] = []
+        self._searched = slice(0, shape[0])
         self.reset()
 
     def reset(self) -> None:
@@ -143,9 +144,13 @@ class PathSearch:
             self._traced = self._traced[1:]
         before, jumped = self._where[self._slots[-1]] if started else self._nothing, self._nothing
         if any(jump) and started:
-            jumped = self._store.take(before >= 0, slice(0, self._shape[0]))
+            first, stop = (
+                min(max(height - jump[0], 0), self._shape[0])
+                for height in (self._searched.start, self._searched.stop)
+            )
+            jumped = self._store.take(before >= 0, slice(first, stop))
             shift = np.array(jump, np.int64)
-            shifted(self._store.rows, before, jumped, self._shape, shift)
+            shifted(self._store.rows, before, jumped, self._shape, shift, first, stop - 1)
             before = jumped
         cost = phase_costs(
             len(self._costs[0]),
@@ -175,6 +180,7 @@ class PathSearch:
             self.leading,
         )
         self._store.give_back(jumped)
+        self._searched = searched
         self._slots.append(slot)
         self._seconds.append(seconds)
         self._costs[slot, : len(cost)], self._counts[slot] = cost, len(cost)

@@ -205,7 +205,7 @@ def _largest_used(result, shape, lanes):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def shifted(rows, before, after, shape, shift):  # type: ignore[no-untyped-def]
+def shifted(rows, before, after, shape, shift, lowest, highest):  # type: ignore[no-untyped-def]
     """
     Move all scores by whole placements, for a box that jumped.
 
@@ -215,17 +215,26 @@ def shifted(rows, before, after, shape, shift):  # type: ignore[no-untyped-def]
         range is at the floor.
     :param shape: (S, rows, columns).
     :param shift: (3,) int64; the score of a placement is taken from placement + shift.
+    :param lowest: the first body height to fill, and ``highest`` the last one; the heights that
+        their scores come from must be there.
     """
     scales, lines, columns = shape
-    lanes = rows.shape[2] // scales
+    lanes, used = rows.shape[2] // scales, lines * columns
+    offset = shift[1] * columns + shift[2]
+    first, last = max(-offset, 0), max(min(used - offset, used), 0)
+    # Columns beyond which there is nothing: what has been moved there comes from the next line.
+    start, stop = min(max(-shift[2], 0), columns), max(min(columns - shift[2], columns), 0)
     for view in np.flatnonzero(before >= 0):
         for phase in range(rows.shape[1]):
-            source, target = rows[before[view], phase], rows[after[view], phase]
-            target[:] = FLOOR
-            for scale in range(max(-shift[0], 0), min(scales - shift[0], scales)):
-                for line in range(max(-shift[1], 0), min(lines - shift[1], lines)):
-                    to = scale * lanes + line * columns
-                    move = shift[0] * lanes + shift[1] * columns + shift[2]
-                    first = max(-shift[2], 0)
-                    for x in range(first, min(columns - shift[2], columns)):
-                        target[to + x] = source[to + x + move]
+            for scale in range(lowest, highest + 1):
+                come = scale + shift[0]
+                source = rows[before[view], phase, come * lanes : (come + 1) * lanes]
+                target = rows[after[view], phase, scale * lanes : (scale + 1) * lanes]
+                target[:] = FLOOR
+                if first < last:
+                    _copy(source[first + offset : last + offset], target[first:last])
+                for line in range(lines):
+                    for column in range(start):
+                        target[line * columns + column] = FLOOR
+                    for column in range(stop, columns):
+                        target[line * columns + column] = FLOOR

@@ -143,12 +143,22 @@ def test_body_heights_that_are_not_searched_are_left_alone_and_lead_nowhere(heig
     np.testing.assert_array_equal(found[..., inside], every[..., inside])
 
 
-def test_a_jump_moves_scores_and_opens_the_border():
-    rows = np.zeros((4, 1, 2 * LANES), np.int16)
-    rows[2] = np.arange(2 * LANES)
+@pytest.mark.parametrize(
+    'shift', list(itertools.product((-1, 0, 1), (-2, -1, 0, 1), (-3, -1, 0, 2)))
+)
+def test_a_jump_moves_scores_and_opens_the_border(shift):
+    rows = np.zeros((4, 2, 2 * LANES), np.int16)
+    rows[2] = np.arange(4 * LANES).reshape(2, -1)
     before, after = np.array([-1, 2]), np.array([-1, 3])
-    shifted(rows, before, after, SHAPE, np.array([0, 1, -1]))
-    assert rows[3, 0, lane((1, 0, 1))] == rows[2, 0, lane((1, 1, 0))]
-    assert rows[3, 0, lane((1, 1, 1))] == FLOOR
-    assert rows[3, 0, lane((0, 0, 0))] == FLOOR
+    lowest, highest = max(-shift[0], 0), min(1 - shift[0], 1)
+    shifted(rows, before, after, SHAPE, np.array(shift), lowest, highest)
+    for phase, place in itertools.product(range(2), places()):
+        come = tuple(np.add(place, shift))
+        if not lowest <= place[0] <= highest:
+            expected = 0
+        elif come in places():
+            expected = rows[2, phase, lane(come)]
+        else:
+            expected = FLOOR
+        assert rows[3, phase, lane(place)] == expected
     assert not rows[:2].any()
