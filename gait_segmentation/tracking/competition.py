@@ -17,27 +17,28 @@ two still both find likely goes to the one whose L + g is greater.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, bounding_box
+from gait_segmentation.images import Window
+from gait_segmentation.tracking.likelihood_kernels import against_rivals, strengths
+from gait_segmentation.tracking.nearness import REACH, Nearness, nearness
 
 __all__ = ['Claim', 'compete', 'leave_to', 'overlap']
 
-_REACH = 0.12
-"""Distance from the expected mask at which somebody ceases to compete, in body heights."""
-
 _FARTHEST = -6.0
+"""Log ratio that falls off up to :data:`REACH`, where somebody ceases to compete."""
+
 _REFUSED = np.float32(-0.5)
 """Log ratio of a pixel for those who do not get it though they find it likely."""
 
-_NOTHING = np.float32(-7)
-"""Log ratio from which somebody counts for nothing beside the surroundings: one in a thousand."""
+_NOTHING = 1e-3
+"""Ratio up to which somebody counts for nothing beside the surroundings."""
 
 _BESIDE = np.float32(-3)
 """What falls off with the distance from the body where pixels are left to who is not known."""
@@ -55,13 +56,15 @@ class Claim:
     What one person makes of the pixels in a window.
 
     ``logit`` is (h, w) float32 and ``mask`` (H, W) uint8, where the person is expected in the
-    image.  ``feet`` is the row of the soles and ``height`` that of the body, in pixels.
-    Somebody ``hidden`` competes, too, so that nobody takes what is about to be seen of them.
+    image; ``near`` tells how near to that the pixels of the window are, None if it is elsewhere.
+    ``feet`` is the row of the soles and ``height`` that of the body, in pixels.  Somebody
+    ``hidden`` competes, too, so that nobody takes what is about to be seen of them.
     """
 
     window: Window
     logit: NDArray[np.float32]
     mask: NDArray[np.uint8]
+    near: Nearness | None
     feet: float
     height: float
     hidden: bool = False
@@ -88,18 +91,22 @@ def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
         for one, two in itertools.combinations(range(len(claims)), 2)
         if (shared := overlap(claims[one].window, claims[two].window)) is not None
     ]
-    near = {index: _nearby(claims[index]) for index in {k for pair in pairs for k in pair[:2]}}
-    others = {index: np.zeros_like(claims[index].logit) for index in near}
+    met = {k for pair in pairs for k in pair[:2]}
+    near = {index: _falloff(claims[index]) for index in met}
+    strong = {index: _strength(claims[index].logit, near[index]) for index in met}
+    rivals = {index: np.zeros_like(claims[index].logit) for index in met}
     for one, two, shared in pairs:
         for index, rival in ((one, two), (two, one)):
             claim = claims[index]
-            part = _within(shared, claim.window)
             nearer = claim.feet > claims[rival].feet and not claim.hidden
-            depth = np.float32(_NEARER if nearer else -_NEARER)
-            rest = others[rival][_within(shared, claims[rival].window)]
-            _add_strength(claim.logit[part], near[index][part], depth, rest)
+            _add(
+                strong[index][_within(shared, claim.window)],
+                math.exp(_NEARER if nearer else -_NEARER),
+                _NOTHING,
+                rivals[rival][_within(shared, claims[rival].window)],
+            )
     logits = [
-        _against(claim.logit, others[index]) if index in others else claim.logit
+        _against(claim.logit, rivals[index]) if index in met else claim.logit
         for index, claim in enumerate(claims)
     ]
     for one, two, shared in pairs:
@@ -124,35 +131,38 @@ def leave_to(
     others = strangers[claim.window] > 0
     if not others.any():
         return logit
-    body = claim if template is None else replace(claim, mask=template)
-    theirs = others & (_nearby(body) < _BESIDE)
+    near = claim.near
+    if template is not None:
+        near = nearness(template[claim.window], claim.height)
+    theirs = others & (_falloff(claim, near) < _BESIDE)
     return np.where(theirs, np.minimum(logit, _LEFT), logit)
 
 
-@njit(cache=True, nogil=True)
-def _add_strength(
-    logit: NDArray[np.float32],
-    near: NDArray[np.float32],
-    depth: np.float32,
-    rest: NDArray[np.float32],
-) -> None:
-    for row in range(logit.shape[0]):
-        for col in range(logit.shape[1]):
-            strength = logit[row, col] + near[row, col] + depth
-            if strength > _NOTHING:
-                rest[row, col] += np.exp(strength)
-
-
-@njit(cache=True, nogil=True)
-def _against(logit: NDArray[np.float32], rest: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the log ratio against the surroundings and others, who are nowhere mostly."""
+def _strength(logit: NDArray[np.float32], near: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return what somebody has against the surroundings, zero where it is nothing at any depth."""
     out = np.empty_like(logit)
-    for row in range(logit.shape[0]):
-        for col in range(logit.shape[1]):
-            out[row, col] = logit[row, col]
-            if rest[row, col] > 0:
-                out[row, col] -= np.log1p(rest[row, col])
+    strengths(logit, near, math.log(_NOTHING) - _NEARER, out)
     return out
+
+
+def _against(logit: NDArray[np.float32], rivals: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the log ratio against the surroundings and others."""
+    out = np.empty_like(logit)
+    against_rivals(logit, rivals, out)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _add(
+    strength: NDArray[np.float32], depth: float, nothing: float, rivals: NDArray[np.float32]
+) -> None:
+    """Add the strength of one person at some depth to that of the rivals of another."""
+    factor, least, zero = np.float32(depth), np.float32(nothing), np.float32(0)
+    for row in range(rivals.shape[0]):
+        here, result = strength[row], rivals[row]
+        for col in range(result.size):
+            value = factor * here[col]
+            result[col] += value if value > least else zero
 
 
 @njit(cache=True, nogil=True)
@@ -173,23 +183,14 @@ def _settle(
                     one[row, col] = _REFUSED
 
 
-def _nearby(claim: Claim) -> NDArray[np.float32]:
+def _falloff(claim: Claim, near: Nearness | None = None) -> NDArray[np.float32]:
     """Return g: 0 where the person is expected, falling off with the distance from there."""
-    part = claim.mask[claim.window]
-    near = np.full(part.shape, _FARTHEST, np.float32)
-    left, top, width, height = bounding_box(part)
-    if width == 0:
-        return near
-    # Farther than this everything is the same.
-    margin = int(np.ceil(_REACH * claim.height)) + 1
-    around = (
-        slice(max(top - margin, 0), top + height + margin),
-        slice(max(left - margin, 0), left + width + margin),
-    )
-    distance = cv2.distanceTransform(cv2.inRange(part[around], 0, 127), cv2.DIST_L2, 3)
-    slope = np.float32(_FARTHEST / (_REACH * claim.height))
-    near[around] = np.maximum(slope * distance, np.float32(_FARTHEST))
-    return near
+    near = claim.near if near is None else near
+    out = np.full(claim.logit.shape, _FARTHEST, np.float32)
+    if near is not None:
+        slope = np.float32(-_FARTHEST / (REACH * claim.height))
+        np.clip(slope * near.distance, np.float32(_FARTHEST), np.float32(0), out[near.part])
+    return out
 
 
 def _within(part: Window, window: Window) -> Window:

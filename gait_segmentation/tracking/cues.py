@@ -13,7 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, bounding_box
+from gait_segmentation.images import Window
+from gait_segmentation.tracking.nearness import Nearness
 from gait_segmentation.warping import warp_window
 
 __all__ = ['add_motion', 'add_propagation', 'moving_pixels']
@@ -120,54 +121,47 @@ def add_motion(
 
 
 def add_propagation(
-    logit: NDArray[np.float32],
-    mask: NDArray[np.uint8],
-    window: Window,
-    height: float,
-    weight: float,
+    logit: NDArray[np.float32], near: Nearness | None, height: float, weight: float
 ) -> None:
     """
     Add the weak prior from the last mask; limited to +-3 times the weight.
 
-    :param logit: (h, w) float32 of the window, changed.
-    :param mask: (H, W) uint8, the last mask carried to this frame.
-    :param window: the window's rows and columns.
+    :param logit: (h, w) float32 of a window, changed.
+    :param near: how near its pixels are to the last mask carried to this frame, None if nothing
+        of that is in the window.
     :param height: height of the body in pixels.
     """
-    part = mask[window]
     limit = np.float32(weight * _PROPAGATION_LIMIT)
-    logit -= limit
-    # Beyond this from the mask the prior is at its limit.
-    margin = int(np.ceil(_PROPAGATION_LIMIT * _PROPAGATION_SLOPE * height)) + 1
-    left, top, across, down = bounding_box(part)
-    if across == 0:
+    if near is None:
+        logit -= limit
         return
-    near = (
-        slice(max(top - margin, 0), top + down + margin),
-        slice(max(left - margin, 0), left + across + margin),
-    )
-    inside = cv2.inRange(part[near], 128, 255)
-    within = cv2.distanceTransform(inside, cv2.DIST_L2, 3)
-    without = cv2.distanceTransform(cv2.bitwise_not(inside), cv2.DIST_L2, 3)
+    rows, columns = near.part
     slope = weight / (_PROPAGATION_SLOPE * height)
-    _add_distance(logit[near], within, without, slope, limit)
+    _add_distance(logit, rows.start, columns.start, near.distance, slope, limit)
 
 
 @njit(cache=True, nogil=True, fastmath=True)
 def _add_distance(
     logit: NDArray[np.float32],
-    within: NDArray[np.float32],
-    without: NDArray[np.float32],
+    top: int,
+    left: int,
+    distance: NDArray[np.float32],
     slope: float,
     limit: float,
 ) -> None:
-    """Add a limited distance where minus the limit was added before."""
+    """Add a limited distance, known from a row and a column on; elsewhere minus the limit."""
     rise, most = np.float32(slope), np.float32(limit)
+    height, width = distance.shape
     for row in range(logit.shape[0]):
-        for col in range(logit.shape[1]):
-            logit[row, col] += most + min(
-                max(rise * (within[row, col] - without[row, col]), -most), most
-            )
+        line = logit[row]
+        if row < top or row >= top + height:
+            line -= most
+            continue
+        line[:left] -= most
+        line[left + width :] -= most
+        part, here = line[left : left + width], distance[row - top]
+        for col in range(width):
+            part[col] += min(max(rise * here[col], -most), most)
 
 
 def moving_pixels(

@@ -15,6 +15,7 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import add_motion, add_propagation
 from gait_segmentation.tracking.features import STEP, FeatureSelector, View
 from gait_segmentation.tracking.likelihood import colour_log_ratio, log_ratio
+from gait_segmentation.tracking.nearness import Nearness, nearness
 from gait_segmentation.tracking.person import Person
 from gait_segmentation.tracking.spreading import spread_evidence
 from gait_segmentation.tracking.world import Record, World
@@ -42,7 +43,7 @@ def judge(
     *,
     seen: bool,
     propagate: bool,
-) -> tuple[Window, NDArray[np.float32]] | None:
+) -> tuple[Window, NDArray[np.float32], Nearness | None] | None:
     """
     Judge the pixels of the newest frame in a window about a person.
 
@@ -50,8 +51,8 @@ def judge(
     :param seen: whether the person was seen until now: else nothing is known of the motion,
         and the features are not chosen anew.
     :param propagate: whether being expected somewhere is evidence.
-    :returns: the window and its log-likelihood ratios, (h, w) float32; None if all of the window
-        is outside of the image.
+    :returns: the window, its log-likelihood ratios, (h, w) float32, and how near its pixels are
+        to where the person is expected; None if all of the window is outside of the image.
     """
     record = world.now
     window = person.window(world.shape)
@@ -88,9 +89,10 @@ def judge(
         features.add(logit, view_of(record, window), expected[window] if seen else None, evidence)
     if seen:
         _add_spread(logit, person, world, lab, window, config)
+    near = nearness(expected[window], person.height)
     if propagate:
-        add_propagation(logit, expected, window, person.height, config.propagation_weight)
-    return window, logit
+        add_propagation(logit, near, person.height, config.propagation_weight)
+    return window, logit, near
 
 
 def view_of(record: Record, window: Window) -> View:

@@ -17,165 +17,22 @@ Where the background is steep, sigma grows by what a misplaced background would 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel
+from gait_segmentation.colour import ColourModel
 from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.likelihood_kernels import (
+    SIGMOID,
+    colour_ratios,
+    probabilities,
+    ratios,
+)
 
 __all__ = ['colour_log_ratio', 'likelihood_image', 'log_ratio']
 
-_SHADOW_FROM, _SHADOW_TO = 0.60, 0.85
-"""Where down the body cast shadows begin and are full."""
-
 _LEAST_MISPLACED = 0.05
 """Misplacement of the background from which it counts, in pixels."""
-
-_LEAST_COUNT = 0.25
-"""Background pixels seen less often than this, at the rim of what is known, are unknown."""
-
-_FARTHEST = 18.0
-"""Exponents from which a density counts as nothing."""
-
-
-@njit(nogil=True, fastmath=True, inline='always')
-def _exp_minus(value: np.float32) -> np.float32:
-    """Return exp(-value) of 0..80, to 2e-7 of it: a power of two and a polynomial."""
-    power = value * np.float32(-1.44269504)
-    whole = np.float32(np.int32(power - np.float32(0.5)))
-    rest = power - whole
-    part = np.float32(1.3333558e-3)
-    part = part * rest + np.float32(9.618129e-3)
-    part = part * rest + np.float32(5.5504109e-2)
-    part = part * rest + np.float32(0.24022651)
-    part = part * rest + np.float32(0.69314718)
-    part = part * rest + np.float32(1)
-    bits = np.int32((np.int32(whole) + np.int32(127)) << np.int32(23))
-    return part * bits.view(np.float32)
-
-
-@njit(nogil=True, fastmath=True, inline='always')
-def _log(value: np.float32) -> np.float32:
-    """Return the natural logarithm, to 2e-7: the exponent and a polynomial of the mantissa."""
-    bits = np.float32(value).view(np.int32)
-    # The mantissa from half the square root of two to all of it.
-    exponent = np.int32((bits - np.int32(0x3F3504F3)) >> np.int32(23))
-    rest = np.int32(bits - (exponent << np.int32(23))).view(np.float32) - np.float32(1)
-    part = np.float32(7.0376836e-2)
-    part = part * rest - np.float32(0.11514610)
-    part = part * rest + np.float32(0.11676999)
-    part = part * rest - np.float32(0.12420141)
-    part = part * rest + np.float32(0.14249323)
-    part = part * rest - np.float32(0.16668058)
-    part = part * rest + np.float32(0.20000715)
-    part = part * rest - np.float32(0.24999994)
-    part = part * rest + np.float32(0.33333331)
-    square = rest * rest
-    first = rest - np.float32(0.5) * square + square * rest * part
-    return first + np.float32(exponent) * np.float32(0.69314718)
-
-
-@njit(nogil=True, fastmath=True, inline='always')
-def _look_up(
-    bins: NDArray[np.uint16],
-    rows: NDArray[np.float32],
-    person: NDArray[np.float32],
-    surroundings: NDArray[np.float32],
-    of_person: NDArray[np.float32],
-    of_surroundings: NDArray[np.float32],
-) -> None:
-    """Fill in how likely the colours of a row of pixels are for each class."""
-    bands = np.float32(BANDS)
-    for col in range(bins.size):
-        band = min(max(int(rows[col] * bands), 0), BANDS - 1)
-        of_person[col] = person[bins[col], band]
-        of_surroundings[col] = surroundings[bins[col], band]
-
-
-@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
-def _ratio(
-    lab: NDArray[np.uint8],
-    bins: NDArray[np.uint16],
-    rows: NDArray[np.float32],
-    sums: NDArray[np.float32],
-    top: int,
-    left: int,
-    slopes: NDArray[np.float32],
-    misplacement: float,
-    person: NDArray[np.float32],
-    surroundings: NDArray[np.float32],
-    sigma: float,
-    trust: float,
-    shadow_share: float,
-    shadow_floor: float,
-    shade_share: float,
-    shade_floor: float,
-    limit: float,
-    limit_known: float,
-    out: NDArray[np.float32],
-) -> None:
-    """
-    Fill in the log-likelihood ratios of a window.
-
-    Row by row and without branches, so that many pixels are done at once: first what is looked
-    up, then all that is calculated.
-
-    :param sums: of the whole image, in which the window begins at ``top`` and ``left``.
-    :param slopes: what :meth:`BackgroundModel.slopes` says of the window; not read if nothing
-        is misplaced.
-    """
-    zero, one, half = np.float32(0), np.float32(1), np.float32(0.5)
-    scale = np.float32(1 / (2 * sigma * sigma))
-    peak = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma) ** 1.5)
-    flat = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma))
-    flat_cast = np.float32(flat / (1 - shadow_floor))
-    flat_shade = np.float32(flat / (1 - shade_floor))
-    cast_share, cast_floor = np.float32(shadow_share), np.float32(shadow_floor)
-    soft_share, soft_floor = np.float32(shade_share), np.float32(shade_floor)
-    most, least = np.float32(trust), np.float32(_LEAST_COUNT)
-    ramp_from, ramp_slope = np.float32(_SHADOW_FROM), np.float32(1 / (_SHADOW_TO - _SHADOW_FROM))
-    low = np.float32(limit)
-    high = np.float32(limit_known) if most > zero else low
-    far = np.float32(_FARTHEST)
-    misplaced = np.float32(misplacement * misplacement / (sigma * sigma))
-    width = out.shape[1]
-    of_person, of_surroundings = np.empty(width, np.float32), np.empty(width, np.float32)
-    wider, wider_chroma = np.ones(width, np.float32), np.ones(width, np.float32)
-    for row in range(out.shape[0]):
-        _look_up(bins[row], rows[row], person, surroundings, of_person, of_surroundings)
-        if misplaced > zero:
-            steep, steep_chroma = slopes[0, row], slopes[1, row]
-            for col in range(width):
-                wider[col] = one + misplaced * steep[col]
-                wider_chroma[col] = one + misplaced * steep_chroma[col]
-        pixels = lab[row].reshape(-1)
-        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + width)]
-        down, result = rows[row], out[row]
-        for col in range(width):
-            count = line[4 * col + 3]
-            share = one / max(count, least)
-            base, light = line[4 * col] * share, np.float32(pixels[3 * col])
-            d_light = light - base
-            d_a = np.float32(pixels[3 * col + 1]) - line[4 * col + 1] * share
-            d_b = np.float32(pixels[3 * col + 2]) - line[4 * col + 2] * share
-            chroma = min((d_a * d_a + d_b * d_b) * scale / wider_chroma[col], far)
-            square = min(d_light * d_light * scale / wider[col], far)
-            ramp = min(max((down[col] - ramp_from) * ramp_slope, zero), one)
-            dark = one if base > one else zero
-            cast, soft = dark * cast_share * ramp, dark * soft_share * (one - ramp)
-            shadow = cast * flat_cast if light > cast_floor * base else zero
-            shadow += soft * flat_shade if light > soft_floor * base else zero
-            shadow = shadow / max(base, one) if light < base else zero
-            plain = (one - cast - soft) * peak * _exp_minus(square)
-            plain = plain if square < far else zero
-            seen = (shadow + plain) * _exp_minus(chroma) if chroma < far else zero
-            # Both times (count + 1/2), which saves a division.
-            known = most * count if count > least else zero
-            p_background = known * seen + (count + half - known) * of_surroundings[col]
-            value = _log((count + half) * of_person[col] / p_background)
-            bound = high if count >= one else low
-            result[col] = min(max(value, -bound), bound)
 
 
 def log_ratio(
@@ -200,7 +57,7 @@ def log_ratio(
     misplacement = background.misplacement if background.misplacement > _LEAST_MISPLACED else 0.0
     slopes = background.slopes(window) if misplacement else np.empty((2, 0, 0), np.float32)
     sums, top, left = background.part(window)
-    _ratio(
+    ratios(
         lab,
         bins,
         rows,
@@ -224,25 +81,6 @@ def log_ratio(
     return out
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
-def _colour_ratio(
-    bins: NDArray[np.uint16],
-    rows: NDArray[np.float32],
-    person: NDArray[np.float32],
-    surroundings: NDArray[np.float32],
-    limit: float,
-    out: NDArray[np.float32],
-) -> None:
-    bound, width = np.float32(limit), out.shape[1]
-    of_person, of_surroundings = np.empty(width, np.float32), np.empty(width, np.float32)
-    for row in range(out.shape[0]):
-        _look_up(bins[row], rows[row], person, surroundings, of_person, of_surroundings)
-        result = out[row]
-        for col in range(width):
-            value = _log(of_person[col] / of_surroundings[col])
-            result[col] = min(max(value, -bound), bound)
-
-
 def colour_log_ratio(
     bins: NDArray[np.uint16],
     rows: NDArray[np.float32],
@@ -257,25 +95,8 @@ def colour_log_ratio(
     :param rows: (h, w) position down the body.
     """
     out = np.empty(bins.shape, np.float32)
-    _colour_ratio(bins, rows, person.table, surroundings.table, limit, out)
+    colour_ratios(bins, rows, person.table, surroundings.table, limit, out)
     return out
-
-
-_SIGMOID_LIMIT, _SIGMOID_STEPS = 8.0, 64
-_SIGMOID = np.rint(255 / (1 + np.exp(-np.linspace(-8, 8, 2 * 8 * _SIGMOID_STEPS + 1)))).astype(
-    np.uint8
-)
-"""255 times the logistic function, by steps."""
-
-
-@njit(cache=True, nogil=True, fastmath=True)
-def _sigmoid(logit: NDArray[np.float32], table: NDArray[np.uint8], out: NDArray[np.uint8]) -> None:
-    limit, steps = np.float32(_SIGMOID_LIMIT), np.float32(_SIGMOID_STEPS)
-    half = np.float32(0.5)
-    for row in range(logit.shape[0]):
-        for col in range(logit.shape[1]):
-            value = min(max(logit[row, col], -limit), limit)
-            out[row, col] = table[int((value + limit) * steps + half)]
 
 
 def likelihood_image(
@@ -289,5 +110,5 @@ def likelihood_image(
     :param shape: (h, w) of the working image.
     """
     image = np.zeros(shape, np.uint8)
-    _sigmoid(logit, _SIGMOID, image[window])
+    probabilities(logit, SIGMOID, image[window])
     return image

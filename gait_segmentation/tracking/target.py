@@ -174,7 +174,8 @@ class Target:
         if judged is None:
             return None
         self._first = False
-        return Claim(*judged, expected, self.feet, person.height, not seen)
+        window, logit, near = judged
+        return Claim(window, logit, expected, near, self.feet, person.height, not seen)
 
     def assess(
         self,

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.tracking.competition import Claim, compete, leave_to, overlap
+from gait_segmentation.tracking.nearness import nearness
 
 SHAPE = (60, 100)
 
@@ -15,7 +16,8 @@ def claim(left: int, value: float, feet: float = 50.0, hidden: bool = False) -> 
     window = (slice(0, 60), slice(left, left + 40))
     mask = np.zeros(SHAPE, np.uint8)
     mask[5:55, left + 12 : left + 28] = 255
-    return Claim(window, np.full((60, 40), value, np.float32), mask, feet, 50.0, hidden)
+    logit = np.full((60, 40), value, np.float32)
+    return Claim(window, logit, mask, nearness(mask[window], 50.0), feet, 50.0, hidden)
 
 
 def test_windows_overlap_in_what_they_share() -> None:

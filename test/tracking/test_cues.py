@@ -8,6 +8,7 @@ import pytest
 
 from gait_segmentation.geometry import scaling
 from gait_segmentation.tracking.cues import add_motion, add_propagation, moving_pixels
+from gait_segmentation.tracking.nearness import nearness
 from gait_segmentation.warping import warp_window
 
 WINDOW = (slice(10, 70), slice(10, 90))
@@ -37,7 +38,7 @@ def test_the_last_mask_is_a_weak_prior() -> None:
     mask = np.zeros((80, 100), np.uint8)
     mask[20:60, 40:60] = 255
     logit = np.ones((60, 80), np.float32)
-    add_propagation(logit, mask, WINDOW, 50.0, 0.5)
+    add_propagation(logit, nearness(mask[WINDOW], 50.0), 50.0, 0.5)
     assert logit[25, 38] == pytest.approx(1 + 0.5 * 3)
     assert logit[25, 29] == pytest.approx(1 - 0.5, abs=0.05)
     assert logit[25, 70] == pytest.approx(1 - 0.5 * 3)
@@ -46,7 +47,7 @@ def test_the_last_mask_is_a_weak_prior() -> None:
 
 def test_without_a_mask_all_is_surroundings() -> None:
     logit = np.zeros((60, 80), np.float32)
-    add_propagation(logit, np.zeros((80, 100), np.uint8), WINDOW, 50.0, 1.0)
+    add_propagation(logit, None, 50.0, 1.0)
     assert np.all(logit == -3)
 
 
