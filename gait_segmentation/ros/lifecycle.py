@@ -24,6 +24,7 @@ from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.ros.backlog import Backlog, Worker
 from gait_segmentation.ros.config import NodeConfig
 from gait_segmentation.ros.diagnostics import diagnostic_message
+from gait_segmentation.ros.memory import take_ahead
 from gait_segmentation.ros.parameters import NodeParameters
 from gait_segmentation.ros.qos import BETWEEN_NODES
 from gait_segmentation.ros.statistics import Statistics
@@ -251,6 +252,7 @@ class GaitNode(LifecycleNode):
         cv2.setNumThreads(config.num_threads or -1)
         self.statistics = Statistics()
         self.build()
+        take_ahead()
         self._worker = Worker(Backlog(config.backlog), self._work, self._worker_failed)
 
     def _disconnect(self, drain: bool) -> None:

@@ -35,10 +35,29 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
 """
 
 
-def _faults(how: str) -> str:
+AHEAD = """
+import resource, sys, threading
+import numpy as np
+from gait_segmentation.ros.memory import keep_freed_memory, take_ahead
+if not keep_freed_memory():
+    print('cannot')
+    sys.exit()
+if sys.argv[1] == 'ahead':
+    take_ahead()
+def work():
+    before = resource.getrusage(resource.RUSAGE_THREAD).ru_minflt
+    images = [np.ones((720, 1280, 3), np.uint8) for _ in range(4)]
+    print(resource.getrusage(resource.RUSAGE_THREAD).ru_minflt - before)
+worker = threading.Thread(target=work)
+worker.start()
+worker.join()
+"""
+
+
+def _faults(how: str, script: str = SCRIPT) -> str:
     root = Path(__file__).resolve().parents[2]
     done = subprocess.run(
-        [sys.executable, '-c', SCRIPT, how], cwd=root, capture_output=True, text=True, check=True
+        [sys.executable, '-c', script, how], cwd=root, capture_output=True, text=True, check=True
     )
     return done.stdout.strip()
 
@@ -48,3 +67,10 @@ def test_images_are_written_to_the_memory_of_those_before() -> None:
     if kept == 'cannot':
         pytest.skip('the C library is not glibc')
     assert int(kept) < 100 < int(_faults('return'))
+
+
+def test_a_thread_finds_the_pages_of_its_first_images_made() -> None:
+    made = _faults('ahead', AHEAD)
+    if made == 'cannot':
+        pytest.skip('the C library is not glibc')
+    assert int(made) < 500 < 2000 < int(_faults('not', AHEAD))
