@@ -281,14 +281,15 @@ def main() -> int:
         arguments.json.write_text(json.dumps(report, indent=1) + '\n')
     if arguments.plots:
         draw(matcher, bins, arguments.seed)
-    side = report['side']['path']
-    reached = (
-        side['rms_percent'] <= GOALS['rms_percent']
-        and side['backward_percent'] <= GOALS['backward_percent']
-        and side['view_percent'] >= GOALS['view_percent']
-    )
-    print('goals reached' if reached else f'goals missed: {GOALS}')
-    return 0 if reached else 1
+    missed = [
+        f'{name} {key} {found[key]:g}, goal {GOALS[key]:g}'
+        for name in ('side', 'front')
+        for found in [report[name]['path']]
+        for key in GOALS
+        if (found[key] < GOALS[key] if key == 'view_percent' else found[key] > GOALS[key])
+    ]
+    print('goals missed: ' + '; '.join(missed) if missed else 'goals reached')
+    return 1 if missed else 0
 
 
 if __name__ == '__main__':

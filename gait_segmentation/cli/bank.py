@@ -20,6 +20,7 @@ from gait_segmentation.cli import vocabulary
 from gait_segmentation.config import parameters_of
 from gait_segmentation.errors import BankError, GaitSegmentationError
 from gait_segmentation.gait_model import BUILDS, BankSpec, TemplateBank, build_bank, default_bank
+from gait_segmentation.gait_model.finer import DIRECTIONS, finer_bank
 from gait_segmentation.gait_model.from_silhouettes import (
     SilhouetteSequence,
     bank_from_silhouettes,
@@ -165,6 +166,14 @@ def _build(options: argparse.Namespace) -> None:
                 sequences, spec, mirror=options.mirror, progress=bar.update
             )
     bank.save(output)
+    if options.folders is None:
+        # What matchers draw of it when they first use it, which a node would keep people waiting
+        # for.
+        count = len(spec.build_names) * DIRECTIONS
+        with tqdm(
+            total=count, unit='finer view', disable=options.quiet or None, leave=False
+        ) as bar:
+            finer_bank(bank, bar.update)
     if not options.quiet:
         print(f'{output}: {_size(bank)}')
 

@@ -8,6 +8,7 @@ import contextlib
 import hashlib
 import json
 import os
+from collections.abc import Callable
 from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
@@ -37,20 +38,21 @@ def _key(spec: BankSpec) -> str:
     return hashlib.sha256(what.encode()).hexdigest()[:20]
 
 
-def cached_bank(spec: BankSpec) -> TemplateBank:
+def cached_bank(spec: BankSpec, progress: Callable[[], None] | None = None) -> TemplateBank:
     """
     Return the bank of a specification from the cache, drawing it if it is not there.
 
     A cache that cannot be read or written, or holds a damaged file, only costs the drawing.  The
     last banks read are kept and shared: nobody may write to them.
 
+    :param progress: called after each sequence that is drawn.
     :raises BankError: if a build is unknown.
     """
     path = cache_folder() / f'bank-{_key(spec)}.npz'
     with contextlib.suppress(BankError, OSError):
         found = path.stat()
         return _loaded(path, found.st_mtime_ns, found.st_size)
-    bank = build_bank(spec)
+    bank = build_bank(spec, progress)
     with contextlib.suppress(BankError, OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         bank.save(path)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from gait_segmentation.cli import bank as command
-from gait_segmentation.gait_model import TemplateBank, render_silhouette
+from gait_segmentation.gait_model import TemplateBank, cache, render_silhouette
+from gait_segmentation.gait_model.finer import DIRECTIONS, finer_bank
 
 SMALL = ['--height', '48', '--width', '32', '--phases', '4', '--azimuths', '2']
 
@@ -31,6 +32,14 @@ def test_build_and_info(built, capsys):
     assert about['provenance']['source'] == 'gait model'
     assert command.main(['info', str(built)]) == 0
     assert 'azimuths_deg         0.0, 180.0' in capsys.readouterr().out
+
+
+def test_build_draws_what_matchers_need_of_the_bank(tmp_path, monkeypatch):
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
+    path = tmp_path / 'bank.npz'
+    assert command.main(['build', str(path), *SMALL, '--quiet']) == 0
+    monkeypatch.setattr(cache, 'build_bank', None)
+    assert finer_bank(TemplateBank.load(path)).sequences == DIRECTIONS
 
 
 def test_build_says_what_it_made(tmp_path, capsys):

@@ -24,9 +24,9 @@ def folder(tmp_path, monkeypatch):
 def drawn(monkeypatch):
     calls = []
 
-    def counted(spec):
+    def counted(spec, progress=None):
         calls.append(spec)
-        return build_bank(spec)
+        return build_bank(spec, progress)
 
     monkeypatch.setattr(cache, 'build_bank', counted)
     return calls
