@@ -13,9 +13,12 @@ from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.corners import followed, strongest
+from gait_segmentation.ego_motion.corners import strength_of, strongest
+from gait_segmentation.ego_motion.flow import followed
+from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.ego_motion.similarity import camera_motion
 from gait_segmentation.geometry import compose
 from gait_segmentation.images import bounding_box
@@ -40,17 +43,15 @@ _FOLLOWED = 4
 _LEAST_FOLLOWED = 40
 """Fewer corners of the world than this are replaced at once."""
 
-_WINDOW_WORLD, _WINDOW_BODY = 11, 11
-_LEVELS_WORLD, _LEVELS_BODY = 3, 2
-_AWAY = np.ones((9, 9), np.uint8)
+_LEVELS_WORLD, _LEVELS_BODY = range(1, 5), range(3)
+_AWAY = 4
+"""Pixels of half the size that corners of the world are away from people."""
+
 _INNER = np.ones((5, 5), np.uint8)
 """Corners at the outline belong to the surroundings as much as to the body."""
 
 _ABOUT_CORNER = 3
 """Pixels about a corner that its strength depends on."""
-
-_BODY_MARGIN = 16
-"""Pixels about the body that its corners may be looked for in, beside the expected shift."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +86,8 @@ class MotionEstimator:
     """
     Follows corners from one frame to the next.
 
-    The world is followed at half the size, where far is near and a tenth of a pixel is still
-    seen; the body at full size, in a cut-out about it that is already shifted as expected.
+    The world is followed from half the size on, where far is near and a tenth of a pixel is still
+    seen; the body from full size on, about where the camera's motion takes it.
     """
 
     def __init__(self) -> None:
@@ -95,15 +96,14 @@ class MotionEstimator:
 
     def reset(self) -> None:
         """Forget the last frame."""
-        self._last: NDArray[np.uint8] | None = None
-        self._gray: NDArray[np.uint8] | None = None
-        self._half: NDArray[np.uint8] | None = None
+        self._last: Pyramid | None = None
+        self._now: Pyramid | None = None
         self._around = np.empty((0, 2), np.float32)
         self._age = 0
 
     def update(
         self,
-        gray: NDArray[np.uint8],
+        frame: Pyramid,
         people: NDArray[np.uint8] | None,
         body: NDArray[np.uint8] | None,
         *,
@@ -112,19 +112,18 @@ class MotionEstimator:
         """
         Measure the motion since the last frame.
 
-        :param gray: (h, w) uint8, this frame.
+        :param frame: the brightness of this frame, (h, w) at full size.
         :param people: (h, w) uint8 of the last frame, non-zero where people may be; corners of
             the still world are taken elsewhere.
         :param body: (h, w) uint8 of the last frame, non-zero on the tracked person.
         :param camera: whether to estimate the motion of the camera.
         """
-        last_half = self._half
-        self._last, self._gray, self._half = self._gray, gray, _halved(gray)
-        if self._last is None or last_half is None or self._last.shape != gray.shape:
+        self._last, self._now = self._now, frame
+        if self._last is None or self._last.shape != frame.shape:
             self._last = None
             self._around = self._around[:0]
             return Motion(None, None)
-        transform = self._follow_world(last_half, self._half, people) if camera else None
+        transform = self._follow_world(self._last, frame, people) if camera else None
         return Motion(transform, None if body is None else self.body_shift(body, transform))
 
     def body_shift(
@@ -136,44 +135,57 @@ class MotionEstimator:
         :param body: (h, w) uint8 of the frame before the last, non-zero on the person.
         :param camera: the camera's motion between the two, as :meth:`update` returned it.
         """
-        if self._last is None or self._gray is None:
+        if self._last is None or self._now is None:
             return None
-        return _body_shift(self._last, self._gray, body, camera)
+        return _body_shift(self._last, self._now, body, camera)
 
     def _follow_world(
-        self, last: NDArray[np.uint8], now: NDArray[np.uint8], people: NDArray[np.uint8] | None
+        self, last: Pyramid, now: Pyramid, people: NDArray[np.uint8] | None
     ) -> NDArray[np.float64] | None:
-        """
-        Return the camera's motion at full size.
-
-        :param last, now: the frames at half size.
-        """
+        """Return the camera's motion."""
         points = self._around
-        allowed = np.full(last.shape, 255, np.uint8)
         if people is not None:
-            # The neighbourhood that is compared must be free of people, too.
-            allowed = cv2.erode(cv2.bitwise_not(_thinned(people, last.shape)), _AWAY)
-            columns, rows = points.astype(np.intp).T
-            points = points[allowed[rows, columns] != 0]
+            points = points[_clear_of(people, points)]
         if self._age >= _FOLLOWED or len(points) < _LEAST_FOLLOWED:
-            strength = cv2.cornerMinEigenVal(last, 3)
-            points = strongest(strength, allowed, _CELL_AROUND, _LEAST_STRENGTH)[:_CORNERS_AROUND]
+            half = last.image(_LEVELS_WORLD.start)
+            where = _away_from(people, half.shape)
+            points = strongest(
+                strength_of(half), where, _CELL_AROUND, _LEAST_STRENGTH, _CORNERS_AROUND
+            )
+            points *= 2
             self._age = 0
         self._age += 1
-        before, after = followed(last, now, points, _WINDOW_WORLD, _LEVELS_WORLD)
-        height, width = now.shape
-        limit = np.array([width, height], np.float32)
+        before, after = followed(last, now, points, _LEVELS_WORLD)
+        # Only inside of what is left of the image at half the size.
+        limit = np.array([2 * (size // 2) for size in now.shape[::-1]], np.float32)
         self._around = after[((after >= 0) & (after < limit)).all(axis=1)]
-        return camera_motion(2 * before, 2 * after)
+        return camera_motion(before, after)
 
 
-def _halved(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    size = (max(gray.shape[1] // 2, 1), max(gray.shape[0] // 2, 1))
-    part = gray[: 2 * size[1], : 2 * size[0]]
-    return np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA))
+@njit(cache=True, nogil=True)
+def _clear_of(people: NDArray[np.uint8], points: NDArray[np.float32]) -> NDArray[np.bool_]:
+    """Tell which points are away from people, with all of their neighbourhood."""
+    rows, columns = max(people.shape[0] // 2, 1), max(people.shape[1] // 2, 1)
+    clear = np.empty(points.shape[0], np.bool_)
+    for k in range(points.shape[0]):
+        x, y = int(points[k, 0] / 2), int(points[k, 1] / 2)
+        found = 0
+        for row in range(max(y - _AWAY, 0), min(y + _AWAY + 1, rows)):
+            for col in range(max(x - _AWAY, 0), min(x + _AWAY + 1, columns)):
+                found |= people[2 * row, 2 * col]
+        clear[k] = found == 0
+    return clear
 
 
-def _thinned(people: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
+def _away_from(people: NDArray[np.uint8] | None, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    """Return, at half the size, what is not 0 away from people."""
+    if people is None:
+        return np.ones(shape, np.uint8)
+    side = 2 * _AWAY + 1
+    return cv2.erode(cv2.bitwise_not(_thinned(people, shape)), np.ones((side, side), np.uint8))
+
+
+def _thinned(people: NDArray[np.uint8], shape: tuple[int, ...]) -> NDArray[np.uint8]:
     """Return 0 or 255 of every second pixel."""
     part = np.ascontiguousarray(people[: 2 * shape[0] : 2, : 2 * shape[1] : 2])
     if part.shape != shape:
@@ -183,8 +195,8 @@ def _thinned(people: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.ui
 
 
 def _body_shift(
-    last: NDArray[np.uint8],
-    gray: NDArray[np.uint8],
+    last: Pyramid,
+    now: Pyramid,
     body: NDArray[np.uint8],
     camera: NDArray[np.float64] | None,
 ) -> tuple[float, float] | None:
@@ -192,37 +204,22 @@ def _body_shift(
     left, top, width, height = bounding_box(body)
     if width == 0:
         return None
-    dx = dy = 0
+    expected = (0.0, 0.0)
     if camera is not None:
-        center = np.array([left + width / 2, top + height / 2])
-        dx, dy = np.rint(camera[:, :2] @ center + camera[:, 2] - center).astype(int).tolist()
-    # Both cut-outs must lie in the image.
-    x_low, x_high = _common(left, left + width, dx, gray.shape[1])
-    y_low, y_high = _common(top, top + height, dy, gray.shape[0])
-    if x_high - x_low < 3 or y_high - y_low < 3:
-        return None
-    then = np.ascontiguousarray(last[y_low:y_high, x_low:x_high])
-    now = np.ascontiguousarray(gray[y_low + dy : y_high + dy, x_low + dx : x_high + dx])
-    # Corners are sought on the body only, in cells that begin where the cut-out does.
-    columns = _cells(left - x_low, width, then.shape[1])
-    rows = _cells(top - y_low, height, then.shape[0])
-    strength = cv2.cornerMinEigenVal(then[rows, columns], 3)
-    where = cv2.erode(body[y_low:y_high, x_low:x_high][rows, columns], _INNER)
-    points = strongest(strength, where, _CELL_ON_BODY, 0.0)[:_CORNERS_ON_BODY]
+        (a, b, dx), (c, d, dy) = camera.tolist()
+        x, y = left + width / 2, top + height / 2
+        expected = (a * x + b * y + dx - x, c * x + d * y + dy - y)
+    # With what the strength at the body's outline depends on.
+    rows = slice(max(top - _ABOUT_CORNER, 0), top + height + _ABOUT_CORNER)
+    columns = slice(max(left - _ABOUT_CORNER, 0), left + width + _ABOUT_CORNER)
+    strength = strength_of(last.image(0)[rows, columns])
+    where = cv2.erode(body[rows, columns], _INNER)
+    points = strongest(strength, where, _CELL_ON_BODY, 0.0, _CORNERS_ON_BODY)
     points += np.array([columns.start, rows.start], np.float32)
-    before, after = followed(then, now, points, _WINDOW_BODY, _LEVELS_BODY)
+    before, after = followed(last, now, points, _LEVELS_BODY, expected)
     if len(before) < _LEAST_ON_BODY:
         return None
-    x, y = _median(after - before)
-    return dx + x, dy + y
-
-
-def _cells(start: int, length: int, size: int) -> slice:
-    """Return whole cells of a line that hold a part of it and what its corners depend on."""
-    cell = _CELL_ON_BODY
-    low = max(start - _ABOUT_CORNER, 0) // cell * cell
-    high = -(-(start + length + _ABOUT_CORNER) // cell) * cell
-    return slice(low, min(high, size))
+    return _median(after - before)
 
 
 def _median(shifts: NDArray[np.float32]) -> tuple[float, float]:
@@ -231,9 +228,3 @@ def _median(shifts: NDArray[np.float32]) -> tuple[float, float]:
     low, high = ordered[(len(ordered) - 1) // 2], ordered[len(ordered) // 2]
     x, y = ((low + high) / np.float32(2)).tolist()
     return x, y
-
-
-def _common(low: int, high: int, shift: int, size: int) -> tuple[int, int]:
-    """Return a range with margin that lies in 0..size also when shifted."""
-    low, high = low - _BODY_MARGIN, high + _BODY_MARGIN
-    return max(low, 0, -shift), min(high, size, size - shift)

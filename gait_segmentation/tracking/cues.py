@@ -1,14 +1,9 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""
-Weaker evidence beside colour: what moves with the body, and where the last mask was.
-
-Also what moves at all: it is no background.
-"""
+"""Weaker evidence beside colour: what moves with the body, and where the last mask was."""
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -17,19 +12,13 @@ from gait_segmentation.images import Window
 from gait_segmentation.tracking.nearness import Nearness
 from gait_segmentation.warping import warp_window
 
-__all__ = ['add_motion', 'add_propagation', 'moving_pixels']
+__all__ = ['add_motion', 'add_propagation']
 
 _RESIDUAL_CUT = 30
 _RESIDUAL_SIGMA = 12.0
 _RESIDUAL_LIMIT = 2.0
 _PROPAGATION_SLOPE = 0.02
 _PROPAGATION_LIMIT = 3.0
-
-_MOVING_LEVEL, _MOVING_SPREADS = 6.0, 2.0
-"""Change that is motion: grey levels, and spreads of a still pixel on top."""
-
-_MOVING_SIDE = 5
-"""Side in pixels of the squares that changes are averaged over and that motion is widened by."""
 
 
 @njit(nogil=True, inline='always')
@@ -162,27 +151,3 @@ def _add_distance(
         part, here = line[left : left + width], distance[row - top]
         for col in range(width):
             part[col] += min(max(rise * here[col], -most), most)
-
-
-def moving_pixels(
-    gray: NDArray[np.uint8],
-    earlier: NDArray[np.uint8],
-    camera: NDArray[np.float64],
-    window: Window,
-    spread: float,
-) -> NDArray[np.uint8]:
-    """
-    Return where something moves against the still world, (h, w) uint8, 1 where it does.
-
-    :param gray: (H, W) uint8 brightness of this frame.
-    :param earlier: (H, W) uint8, that of a frame some frames back.
-    :param camera: 2 x 3 transform of positions of the still world from then to now.
-    :param window: rows and columns to look at.
-    :param spread: of a still pixel about its mean, in grey levels.
-    """
-    change = cv2.absdiff(gray[window], warp_window(earlier, camera, window))
-    change = cv2.blur(change, (_MOVING_SIDE, _MOVING_SIDE))
-    level = _MOVING_LEVEL + _MOVING_SPREADS * spread
-    moving = cv2.threshold(change, level, 1, cv2.THRESH_BINARY)[1]
-    kernel = np.ones((_MOVING_SIDE, _MOVING_SIDE), np.uint8)
-    return np.asarray(cv2.dilate(moving, kernel), np.uint8)

@@ -16,11 +16,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.images import shrink
+from gait_segmentation.ego_motion.pyramid import Pyramid
 
 __all__ = ['Exposure']
 
-_CELL = 8
+_LEVEL = 3
+"""Halvings that make a cell a pixel."""
+
 _DARKEST, _BRIGHTEST = 12, 243
 """Brightness outside of which a cell may be clipped."""
 
@@ -44,18 +46,15 @@ class Exposure:
         self.gain = 1.0
         self._last: NDArray[np.float32] | None = None
 
-    def update(self, gray: NDArray[np.uint8]) -> float:
+    def update(self, frame: Pyramid) -> float:
         """
         Take in a frame.
 
-        :param gray: (h, w) uint8, its brightness as it came.
+        :param frame: its brightness as it came.
         :returns: the gain for it.
         """
         # Means of cells, so that neither texture nor a shift of the picture counts.
-        shape = (gray.shape[0] // _CELL, gray.shape[1] // _CELL)
-        if min(shape) == 0:
-            return self.gain
-        now = shrink(gray[: _CELL * shape[0], : _CELL * shape[1]], shape)
+        now = frame.image(_LEVEL)
         last = self._last
         if last is not None and last.shape == now.shape:
             step = math.exp(_JUMP)

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.images import Window, shrink
 from gait_segmentation.tracking.exposure import Exposure
 
@@ -21,13 +22,15 @@ class WorkingImage:
     """
     One frame at working size.
 
-    ``bgr`` is (h, w, 3) uint8, ``gray`` its brightness.  The conversion to Lab takes longer than
-    anything else that is done to whole images, so it is made only where it is asked for.
+    ``bgr`` is (h, w, 3) uint8, ``gray`` its brightness, with which ``pyramid`` begins.  The
+    conversion to Lab takes longer than anything else that is done to whole images, so it is made
+    only where it is asked for.
     """
 
     stamp_ns: int
     bgr: NDArray[np.uint8]
     gray: NDArray[np.uint8]
+    pyramid: Pyramid
     _lab: NDArray[np.uint8]
     _converted: list[Window] = field(default_factory=list)
 
@@ -51,11 +54,13 @@ class WorkingImage:
             # Conversions may come later, when the caller has already filled its buffer anew.
             small = image.copy()
         gray = np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
-        gain = 1.0 if exposure is None else exposure.update(gray)
+        pyramid = Pyramid(gray)
+        gain = 1.0 if exposure is None else exposure.update(pyramid)
         if gain != 1.0:
             small = cv2.convertScaleAbs(small, alpha=gain)
             gray = cv2.convertScaleAbs(gray, alpha=gain)
-        return cls(stamp_ns, small, gray, np.zeros(small.shape, np.uint8))
+            pyramid = Pyramid(gray)
+        return cls(stamp_ns, small, gray, pyramid, np.zeros(small.shape, np.uint8))
 
     def toned(self, curve: NDArray[np.uint8]) -> WorkingImage:
         """
@@ -64,7 +69,7 @@ class WorkingImage:
         :param curve: (256,) uint8, the new level of each.
         """
         bgr, gray = np.asarray(cv2.LUT(self.bgr, curve)), np.asarray(cv2.LUT(self.gray, curve))
-        made = WorkingImage(self.stamp_ns, bgr, gray, np.zeros(bgr.shape, np.uint8))
+        made = WorkingImage(self.stamp_ns, bgr, gray, Pyramid(gray), np.zeros(bgr.shape, np.uint8))
         for window in self._converted:
             made.lab_about(window)
         return made

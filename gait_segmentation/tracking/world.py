@@ -18,8 +18,8 @@ from gait_segmentation.images import Window, shift_whole
 from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.cues import moving_pixels
 from gait_segmentation.tracking.exposure import Exposure
+from gait_segmentation.tracking.moving import moving_pixels
 from gait_segmentation.tracking.registration import remaining_shift
 from gait_segmentation.tracking.tone import tone_curve
 from gait_segmentation.tracking.working import WorkingImage, working_scale, working_shape
@@ -167,7 +167,7 @@ class World:
         areas = list(areas)
         for area in areas:
             people[area.slices(self.shape[1], self.shape[0])] = 1
-        motion = self._estimator.update(frame.gray, people, None, camera=camera)
+        motion = self._estimator.update(frame.pyramid, people, None, camera=camera)
         about = self._windows(areas, motion)
         windows = self._windows([], motion) if everywhere else about
         # Tone and the last tenths of a pixel are measured about people only, which is cheaper.
@@ -370,11 +370,11 @@ def _lab_of(image: WorkingImage, windows: Sequence[Window]) -> NDArray[np.uint8]
 
 def _chain(records: Iterable[Record]) -> NDArray[np.float64]:
     """Return the camera's motion over several frames."""
-    total = _IDENTITY
+    total = None
     for each in records:
         if each.camera is not None:
-            total = compose(each.camera, total)
-    return total
+            total = each.camera if total is None else compose(each.camera, total)
+    return _IDENTITY if total is None else total
 
 
 def total_shift(records: Iterable[Record], track_id: int) -> Shift:

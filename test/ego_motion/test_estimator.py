@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.ego_motion.estimator import Motion, MotionEstimator
+from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.geometry import pixel_affine
 
 
@@ -23,22 +24,22 @@ def moved(image: np.ndarray, motion: np.ndarray) -> np.ndarray:
 
 
 def test_the_first_frame_has_no_motion() -> None:
-    motion = MotionEstimator().update(scene(), None, None)
+    motion = MotionEstimator().update(Pyramid(scene()), None, None)
     assert motion.camera is None
     assert motion.body is None
 
 
 def test_a_still_camera_has_no_motion() -> None:
     estimator = MotionEstimator()
-    estimator.update(scene(), None, None)
-    assert estimator.update(scene(), None, None).camera is None
+    estimator.update(Pyramid(scene()), None, None)
+    assert estimator.update(Pyramid(scene()), None, None).camera is None
 
 
 def test_pan_and_zoom_are_found() -> None:
     estimator = MotionEstimator()
     true = np.array([[1.01, 0.0, 4.0], [0.0, 1.01, -2.5]])
-    estimator.update(scene(), None, None)
-    camera = estimator.update(moved(scene(), true), None, None).camera
+    estimator.update(Pyramid(scene()), None, None)
+    camera = estimator.update(Pyramid(moved(scene(), true)), None, None).camera
     assert camera is not None
     for point in ([50, 50, 1], [250, 180, 1]):
         assert camera @ point == pytest.approx(true @ point, abs=0.15)
@@ -52,25 +53,35 @@ def test_the_body_moves_apart_from_the_world() -> None:
     shifted = np.roll(person, 6, axis=1)
     second = np.where(shifted > 0, np.roll(scene(2), 6, axis=1), world)
     estimator = MotionEstimator()
-    estimator.update(first, person, person)
-    motion = estimator.update(second, person, person)
+    estimator.update(Pyramid(first), person, person)
+    motion = estimator.update(Pyramid(second), person, person)
     assert motion.camera is None
     assert motion.body == pytest.approx((6, 0), abs=0.3)
+
+
+def test_bodies_at_the_border_are_followed_as_well() -> None:
+    frames = [Pyramid(np.ascontiguousarray(scene()[:, step : step + 300])) for step in (0, 3)]
+    body = np.zeros((240, 300), np.uint8)
+    body[150:, 260:] = 255
+    estimator = MotionEstimator()
+    for frame in frames:
+        motion = estimator.update(frame, None, body)
+    assert motion.body == pytest.approx((-3, 0), abs=0.2)
 
 
 def test_an_image_without_texture_has_no_motion() -> None:
     estimator = MotionEstimator()
     flat = np.full((240, 320), 90, np.uint8)
-    estimator.update(flat, None, flat)
-    motion = estimator.update(flat, None, flat)
+    estimator.update(Pyramid(flat), None, flat)
+    motion = estimator.update(Pyramid(flat), None, flat)
     assert motion.camera is None
     assert motion.body is None
 
 
 def test_another_size_starts_anew() -> None:
     estimator = MotionEstimator()
-    estimator.update(scene(), None, None)
-    assert estimator.update(scene()[:100], None, None).camera is None
+    estimator.update(Pyramid(scene()), None, None)
+    assert estimator.update(Pyramid(scene()[:100]), None, None).camera is None
 
 
 def test_stripes_and_noise_are_nothing_to_follow() -> None:
@@ -82,7 +93,7 @@ def test_stripes_and_noise_are_nothing_to_follow() -> None:
     body[60:180, 120:180] = 255
     for shift in (0, 2, 4):
         noisy = np.roll(stripes, shift, 1) + rng.normal(0, 2.5, stripes.shape)
-        motion = estimator.update(np.clip(noisy, 0, 255).astype(np.uint8), body, body)
+        motion = estimator.update(Pyramid(np.clip(noisy, 0, 255).astype(np.uint8)), body, body)
         assert motion.camera is None
 
 
@@ -92,8 +103,8 @@ def test_a_jolt_of_40_pixels_is_followed() -> None:
     wide = cv2.resize(scene(), (640, 480), interpolation=cv2.INTER_CUBIC)
     body = np.zeros((480, 640), np.uint8)
     body[180:300, 300:350] = 255
-    estimator.update(wide, body, body)
-    motion = estimator.update(moved(wide, true), body, body)
+    estimator.update(Pyramid(wide), body, body)
+    motion = estimator.update(Pyramid(moved(wide, true)), body, body)
     assert motion.camera is not None
     assert motion.camera @ [320, 240, 1] == pytest.approx([360, 228], abs=0.3)
     # The body is looked for where the camera's motion takes it.
@@ -109,16 +120,16 @@ def test_corners_that_see_the_person_are_not_of_the_world() -> None:
     for step in (0, 5):
         frame = flat.copy()
         frame[60:180, 120 + step : 180 + step] = scene()[60:180, 120:180]
-        camera = estimator.update(frame, people, None).camera
+        camera = estimator.update(Pyramid(frame), people, None).camera
         assert camera is None
 
 
 def test_points_that_do_not_agree_say_nothing() -> None:
     rng = np.random.default_rng(0)
     estimator = MotionEstimator()
-    estimator.update(scene(1), None, None)
+    estimator.update(Pyramid(scene(1)), None, None)
     other = np.uint8(rng.integers(0, 255, (240, 320)))
-    assert estimator.update(other, None, None).camera is None
+    assert estimator.update(Pyramid(other), None, None).camera is None
 
 
 def test_a_further_shift_of_the_world_is_added() -> None:

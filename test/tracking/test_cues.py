@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import scaling
-from gait_segmentation.tracking.cues import add_motion, add_propagation, moving_pixels
+from gait_segmentation.tracking.cues import add_motion, add_propagation
 from gait_segmentation.tracking.nearness import nearness
 from gait_segmentation.warping import warp_window
 
@@ -49,25 +49,6 @@ def test_without_a_mask_all_is_surroundings() -> None:
     logit = np.zeros((60, 80), np.float32)
     add_propagation(logit, None, 50.0, 1.0)
     assert np.all(logit == -3)
-
-
-def test_what_moves_against_the_world_is_found_and_the_panned_world_is_not() -> None:
-    rng = np.random.default_rng(0)
-    world = rng.integers(0, 255, (80, 120)).astype(np.uint8)
-    earlier, now = world[:, :100].copy(), world[:, 4:104].copy()
-    earlier[30:40, 30:40], now[30:40, 46:56] = 0, 0
-    moving = moving_pixels(now, earlier, shift(-4), WINDOW, spread=2.0)
-    assert moving.shape == (60, 80)
-    assert moving[25, 40]
-    assert not moving[:, :10].any()
-    assert not moving[40:, 10:].any()
-
-
-def test_noise_is_no_motion() -> None:
-    rng = np.random.default_rng(0)
-    earlier, now = (rng.normal(120, 5, (80, 100)).astype(np.uint8) for _ in range(2))
-    assert not moving_pixels(now, earlier, STILL, WINDOW, spread=5.0).any()
-    assert moving_pixels(now, earlier, STILL, WINDOW, spread=0.0).any()
 
 
 @pytest.mark.parametrize(

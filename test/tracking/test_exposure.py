@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.tracking.exposure import Exposure
 
 
@@ -17,35 +18,35 @@ def scene(seed: int = 1) -> np.ndarray:
 @pytest.mark.parametrize('factor', [0.5, 0.8, 1.3])
 def test_a_jump_is_measured_and_the_way_back_too(factor: float) -> None:
     exposure = Exposure()
-    assert exposure.update(scene()) == 1
+    assert exposure.update(Pyramid(scene())) == 1
     changed = cv2.convertScaleAbs(scene(), alpha=factor)
-    assert exposure.update(changed) == pytest.approx(1 / factor, rel=0.03)
-    assert exposure.update(changed) == pytest.approx(1 / factor, rel=0.03)
-    assert exposure.update(scene()) == pytest.approx(1, rel=0.05)
+    assert exposure.update(Pyramid(changed)) == pytest.approx(1 / factor, rel=0.03)
+    assert exposure.update(Pyramid(changed)) == pytest.approx(1 / factor, rel=0.03)
+    assert exposure.update(Pyramid(scene())) == pytest.approx(1, rel=0.05)
 
 
 def test_slow_changes_are_left_alone() -> None:
     exposure = Exposure()
     for number in range(20):
-        assert exposure.update(cv2.convertScaleAbs(scene(), alpha=1 + 0.01 * number)) == 1
+        assert exposure.update(Pyramid(cv2.convertScaleAbs(scene(), alpha=1 + 0.01 * number))) == 1
 
 
 def test_other_pictures_and_moved_ones_are_no_jumps() -> None:
     exposure = Exposure()
-    exposure.update(scene())
-    assert exposure.update(np.roll(scene(), 40, axis=1)) == 1
-    assert exposure.update(scene(2)) == 1
+    exposure.update(Pyramid(scene()))
+    assert exposure.update(Pyramid(np.roll(scene(), 40, axis=1))) == 1
+    assert exposure.update(Pyramid(scene(2))) == 1
     stripes = np.where(np.arange(320) // 4 % 2, 150, 90).astype(np.uint8)[None].repeat(240, 0)
-    exposure.update(stripes)
+    exposure.update(Pyramid(stripes))
     for step in range(1, 9):
-        assert exposure.update(np.roll(stripes, step, axis=1)) == 1
+        assert exposure.update(Pyramid(np.roll(stripes, step, axis=1))) == 1
 
 
 @pytest.mark.parametrize('value', [0, 255])
 def test_black_and_white_images_say_nothing(value: int) -> None:
     exposure = Exposure()
-    exposure.update(scene())
-    assert exposure.update(np.full((240, 320), value, np.uint8)) == 1
+    exposure.update(Pyramid(scene()))
+    assert exposure.update(Pyramid(np.full((240, 320), value, np.uint8))) == 1
 
 
 def test_a_part_that_darkens_is_no_jump() -> None:
@@ -53,11 +54,11 @@ def test_a_part_that_darkens_is_no_jump() -> None:
     darker = image.copy()
     darker[:, :60] //= 2
     exposure = Exposure()
-    exposure.update(image)
-    assert exposure.update(darker) == 1.0
+    exposure.update(Pyramid(image))
+    assert exposure.update(Pyramid(darker)) == 1.0
 
 
 def test_an_image_smaller_than_a_cell_says_nothing() -> None:
     exposure = Exposure()
     for value in (200, 50):
-        assert exposure.update(np.full((5, 40), value, np.uint8)) == 1.0
+        assert exposure.update(Pyramid(np.full((5, 40), value, np.uint8))) == 1.0

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.estimator import MotionEstimator
+from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.geometry import Box, compose, invert, pixel_affine, scaling
 from gait_segmentation.images import Window
 from gait_segmentation.starting.finding.background import MotionBackground
@@ -101,7 +102,7 @@ class MotionScene:
             is there.
         """
         gray = np.ascontiguousarray(colours[:, :, 0])
-        camera = self._estimator.update(gray, self._keep, None).camera
+        camera = self._estimator.update(Pyramid(gray), self._keep, None).camera
         total = self._register(gray, camera)
         moved = total is not self._to_image
         self._last_step = compose(total, invert(self._to_image)) if moved else None

@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A frame at several sizes, made once for all who follow something in it."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ['BORDER', 'Pyramid']
+
+BORDER = 16
+"""Pixels about a padded image."""
+
+
+class Pyramid:
+    """
+    A grey image and smaller ones, each half the size of the one before.
+
+    They are made when they are asked for.  A position in the image times ``0.5**level`` is that
+    in the image of a level.
+    """
+
+    def __init__(self, gray: NDArray[np.uint8]) -> None:
+        """Begin with the image at full size, (h, w) uint8."""
+        self._images = [gray]
+        self._padded: dict[int, NDArray[np.uint8]] = {}
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Return (h, w) of the image at full size."""
+        return self._images[0].shape
+
+    def image(self, level: int) -> NDArray[np.uint8]:
+        """Return the image halved as often as ``level`` says."""
+        while len(self._images) <= level:
+            self._images.append(_halved(self._images[-1]))
+        return self._images[level]
+
+    def padded(self, level: int) -> NDArray[np.uint8]:
+        """Return the image of a level with its border continued by :data:`BORDER` pixels."""
+        if level not in self._padded:
+            image, size = self.image(level), BORDER
+            self._padded[level] = np.asarray(
+                cv2.copyMakeBorder(image, size, size, size, size, cv2.BORDER_REPLICATE)
+            )
+        return self._padded[level]
+
+
+def _halved(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return means of 2 x 2 pixels, without the last row or column of an odd number."""
+    size = (max(gray.shape[1] // 2, 1), max(gray.shape[0] // 2, 1))
+    part = gray[: 2 * size[1], : 2 * size[0]]
+    return np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA))

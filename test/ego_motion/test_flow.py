@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.ego_motion.flow import followed
+from gait_segmentation.ego_motion.pyramid import Pyramid
+
+
+def waves(dx: float, dy: float, shape: tuple[int, int] = (60, 80)) -> Pyramid:
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    return Pyramid((128 + 60 * np.sin((x - dx) / 5) * np.sin((y - dy) / 4)).astype(np.uint8))
+
+
+@pytest.mark.parametrize('levels', [range(1), range(3), range(1, 3)])
+def test_points_are_followed_to_a_part_of_a_pixel(levels: range) -> None:
+    # Also in the corner of the image, where the window reaches out of it.
+    points = np.float32([(30.5, 30.5), (50.5, 24.5), (75.5, 57.5)])
+    before, after = followed(waves(0, 0), waves(1.5, -0.75), points, levels)
+    np.testing.assert_array_equal(before, points)
+    np.testing.assert_allclose((after - before)[:2], [(1.5, -0.75)] * 2, atol=0.05)
+    assert after[2] - before[2] == pytest.approx((1.5, -0.75), abs=0.4)
+
+
+def test_far_points_are_found_about_where_they_are_expected() -> None:
+    small = np.random.default_rng(0).integers(0, 255, (12, 16)).astype(np.uint8)
+    image = cv2.resize(small, (160, 120), interpolation=cv2.INTER_CUBIC)
+    last, now = Pyramid(image[:, 40:].copy()), Pyramid(image[:, :120].copy())
+    points = np.float32([(30.5, 30.5), (50.5, 84.5)])
+    before, after = followed(last, now, points, range(1), (38.0, 1.0))
+    np.testing.assert_allclose(after - before, [(40, 0)] * 2, atol=0.1)
+
+
+def test_what_is_not_there_is_not_found() -> None:
+    none, _ = followed(waves(0, 0), waves(1, 0), np.empty((0, 2), np.float32), range(3))
+    assert len(none) == 0
+    flat = Pyramid(np.full((60, 80), 90, np.uint8))
+    assert len(followed(flat, flat, np.float32([(30.5, 30.5)]), range(3))[0]) == 0
+    away = np.float32([(-40, 30), (30, 500), (1e9, 1e9), (np.nan, 5)])
+    assert len(followed(waves(0, 0), waves(1, 0), away, range(3))[0]) == 0
+    inside = np.float32([(30.5, 30.5)])
+    assert len(followed(waves(0, 0), waves(1, 0), inside, range(3), (500.0, 0.0))[0]) == 0
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (5, 2), (17, 40)])
+def test_images_may_be_smaller_than_the_window(shape: tuple[int, int]) -> None:
+    points = np.float32([(0.5, 0.5)])
+    before, after = followed(waves(0, 0, shape), waves(0, 0, shape), points, range(5))
+    np.testing.assert_allclose(before, after, atol=0.1)

@@ -1,0 +1,59 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.geometry import scaling
+from gait_segmentation.tracking.moving import moving_pixels
+from gait_segmentation.warping import warp_window
+
+WINDOW = (slice(10, 70), slice(10, 90))
+STILL = scaling(1.0)
+
+
+def shift(dx: float, dy: float = 0.0) -> np.ndarray:
+    return np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
+
+
+def test_what_moves_against_the_world_is_found_and_the_panned_world_is_not() -> None:
+    rng = np.random.default_rng(0)
+    world = rng.integers(0, 255, (80, 120)).astype(np.uint8)
+    earlier, now = world[:, :100].copy(), world[:, 4:104].copy()
+    earlier[30:40, 30:40], now[30:40, 46:56] = 0, 0
+    moving = moving_pixels(now, earlier, shift(-4), WINDOW, spread=2.0)
+    assert moving.shape == (60, 80)
+    assert moving[25, 40]
+    assert not moving[:, :10].any()
+    assert not moving[40:, 10:].any()
+
+
+def test_noise_is_no_motion() -> None:
+    rng = np.random.default_rng(0)
+    earlier, now = (rng.normal(120, 5, (80, 100)).astype(np.uint8) for _ in range(2))
+    assert not moving_pixels(now, earlier, STILL, WINDOW, spread=5.0).any()
+    assert moving_pixels(now, earlier, STILL, WINDOW, spread=0.0).any()
+
+
+@pytest.mark.parametrize('shape', [(60, 80), (41, 33), (5, 6), (2, 9), (7, 1), (1, 1), (0, 4)])
+@pytest.mark.parametrize('spread', [0.5, 3.3])
+def test_squares_are_marked_about_squares_that_changed(
+    shape: tuple[int, int], spread: float
+) -> None:
+    rng = np.random.default_rng(0)
+    then = cv2.GaussianBlur(rng.integers(0, 256, (80, 100), np.uint8), (0, 0), 2)
+    change = cv2.GaussianBlur(rng.normal(0, 90, (80, 100)), (0, 0), 3)
+    now = np.clip(then + change, 0, 255).astype(np.uint8)
+    window = (slice(3, 3 + shape[0]), slice(4, 4 + shape[1]))
+    camera = shift(0.4, -0.3)
+    found = moving_pixels(now, then, camera, window, spread)
+    assert found.shape == shape
+    if not found.size:
+        return
+    mean = cv2.blur(cv2.absdiff(now[window], warp_window(then, camera, window)), (5, 5))
+    expected = cv2.dilate(np.uint8(mean > 6 + 2 * spread), np.ones((5, 5), np.uint8))
+    np.testing.assert_array_equal(found, expected)
+    if shape == (60, 80):
+        assert 0.02 < found.mean() < 0.98
