@@ -139,23 +139,28 @@ def check_stamp(stamp_ns: int) -> None:
         raise InputError(f'stamp must be positive nanoseconds, got {stamp_ns}')
 
 
-def shift_whole(image: NDArray[np.uint8], dx: int, dy: int) -> NDArray[np.uint8]:
+def shift_whole(
+    image: NDArray[np.uint8], dx: int, dy: int, window: Window | None = None
+) -> NDArray[np.uint8]:
     """
     Shift an image by whole pixels, zero where nothing is known.
 
     :param image: (H, W) or (H, W, C) uint8.
+    :param window: rows and columns of the result that are asked for: elsewhere it is zero, too.
     :returns: an image of the same shape; ``image`` itself if nothing moves.
     """
     if dx == 0 and dy == 0:
         return image
     moved = np.zeros_like(image)
-    to_rows, from_rows = _overlap(dy, image.shape[0])
-    to_columns, from_columns = _overlap(dx, image.shape[1])
+    rows, columns = window or (slice(0, image.shape[0]), slice(0, image.shape[1]))
+    to_rows, from_rows = _overlap(dy, rows, image.shape[0])
+    to_columns, from_columns = _overlap(dx, columns, image.shape[1])
     moved[to_rows, to_columns] = image[from_rows, from_columns]
     return moved
 
 
-def _overlap(step: int, size: int) -> tuple[slice, slice]:
-    """Return where a shifted range of a size lies in the unshifted one, and which part of it."""
-    low, high = min(max(step, 0), size), min(max(size + step, 0), size)
+def _overlap(step: int, wanted: slice, size: int) -> tuple[slice, slice]:
+    """Return where a part of a shifted range of a size is known, and which part of it that is."""
+    low = max(wanted.start, min(max(step, 0), size))
+    high = max(low, min(wanted.stop, max(size + step, 0)))
     return slice(low, high), slice(low - step, high - step)

@@ -66,6 +66,12 @@ def test_what_a_shift_brings_in_is_zero(shape: tuple[int, ...], dx: int, dy: int
             inside = 0 <= row - dy < shape[0] and 0 <= col - dx < shape[1]
             expected = image[row - dy, col - dx] if inside else np.zeros(shape[2:])
             assert np.array_equal(moved[row, col], expected)
+    window = (slice(1, 4), slice(2, 7))
+    part = shift_whole(image, dx, dy, window)
+    if dx or dy:
+        assert np.array_equal(part[window], moved[window])
+        part[window] = 0
+        assert not part.any()
 
 
 @pytest.mark.parametrize(

@@ -12,8 +12,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Bounds, bounding_box
+from gait_segmentation.tracking.nearness import Nearness
 
-__all__ = ['Extent', 'extent_of']
+__all__ = ['Extent', 'axis_tilt', 'extent_of', 'likely_extent']
+
+_OUTERMOST = 0.005
+"""Share of the pixels at each end that does not count."""
 
 
 @dataclass(frozen=True)
@@ -48,17 +52,17 @@ def extent_of(
 
     :param bounds: of the mask, if they are known.
     """
-    at_bottom = bool(mask[-2:].any())
+    first, upper, width, height = bounding_box(mask) if bounds is None else bounds
+    at_bottom = height > 0 and upper + height >= mask.shape[0] - 1
     if angle:
         rows, columns = np.nonzero(mask)
         x, y = columns + 0.5 - center[0], rows + 0.5 - center[1]
         cos, sin = math.cos(angle), math.sin(angle)
-        top, bottom = np.quantile(cos * y - sin * x, (0.005, 0.995))
-        left, axis, right = np.quantile(cos * x + sin * y, (0.005, 0.5, 0.995))
+        top, bottom = np.quantile(cos * y - sin * x, (_OUTERMOST, 1 - _OUTERMOST))
+        left, axis, right = np.quantile(cos * x + sin * y, (_OUTERMOST, 0.5, 1 - _OUTERMOST))
         return Extent(top - 0.5, bottom + 0.5, left - 0.5, right + 0.5, axis, at_bottom)
-    first, upper, width, height = bounding_box(mask) if bounds is None else bounds
     part = mask[upper : upper + height, first : first + width]
-    top, bottom, left, axis, right = _upright(part, 0.005)
+    _, top, bottom, left, axis, right = _upright(part, _OUTERMOST)
     center = (center[0] - first, center[1] - upper)
     return Extent(
         top - center[1],
@@ -70,18 +74,103 @@ def extent_of(
     )
 
 
+def likely_extent(
+    values: NDArray[np.uint8], near: Nearness, reach: float, center: tuple[float, float]
+) -> tuple[int, Extent]:
+    """
+    Measure how far likely pixels near a mask reach from a point, upright.
+
+    :param values: (h, w) uint8 likelihood of a window.
+    :param near: how near its pixels are to the mask.
+    :param reach: how far from the mask pixels count, in pixels.
+    :param center: (x, y) in the window.
+    :returns: how many pixels there are, and the extent, which says nothing if there are none.
+    """
+    part = values[near.part]
+    count, top, bottom, left, axis, right = _likely(part, near.distance, -reach, _OUTERMOST)
+    x, y = center[0] - near.part[1].start, center[1] - near.part[0].start
+    at_bottom = near.part[0].start + bottom >= values.shape[0] - 2
+    return count, Extent(
+        top - y, bottom + 1 - y, left - x, right + 1 - x, axis + 0.5 - x, at_bottom
+    )
+
+
+def axis_tilt(mask: NDArray[np.uint8]) -> float:
+    """Return by how much the main axis of a mask leans to the right, in radians."""
+    return float(_tilt(mask))
+
+
 @njit(cache=True, nogil=True)
-def _upright(mask: NDArray[np.uint8], share: float) -> tuple[float, float, float, float, float]:
-    """Return the first and last row, and the first, middle and last column, but for a share."""
-    by_row = np.zeros(mask.shape[0], np.int64)
-    by_column = np.zeros(mask.shape[1], np.int64)
+def _tilt(mask: NDArray[np.uint8]) -> float:
+    # Exact sums of ones, of places, and of their products.
+    ones, across, down = 0, 0, 0
+    squared_across, squared_down, product = 0, 0, 0
     for row in range(mask.shape[0]):
-        for col in range(mask.shape[1]):
-            inside = np.int64(mask[row, col] != 0)
-            by_row[row] += inside
+        line, count, sums, squares = mask[row], 0, 0, 0
+        for col in range(line.size):
+            inside = np.int64(line[col] != 0)
+            place = col * inside
+            count += inside
+            sums += place
+            squares += place * place
+        ones += count
+        across += sums
+        down += row * count
+        squared_across += squares
+        squared_down += row * row * count
+        product += row * sums
+    if ones == 0:
+        return 0.0
+    spread = (squared_down - down * down / ones) - (squared_across - across * across / ones)
+    return 0.5 * math.atan2(-2 * (product - across * down / ones), spread)
+
+
+@njit(cache=True, nogil=True)
+def _upright(
+    mask: NDArray[np.uint8], share: float
+) -> tuple[int, float, float, float, float, float]:
+    """
+    Return the number of pixels and how far they reach, but for a share.
+
+    That is the first and the last row, and the first, the middle and the last column.
+    """
+    by_row = np.zeros(mask.shape[0], np.int32)
+    by_column = np.zeros(mask.shape[1], np.int32)
+    for row in range(mask.shape[0]):
+        line, count = mask[row], np.int32(0)
+        for col in range(line.size):
+            inside = np.int32(line[col] != 0)
+            count += inside
             by_column[col] += inside
-    total = by_row.sum()
+        by_row[row] = count
+    return _places(by_row, by_column, share)
+
+
+@njit(cache=True, nogil=True)
+def _likely(
+    values: NDArray[np.uint8], distance: NDArray[np.float32], least: float, share: float
+) -> tuple[int, float, float, float, float, float]:
+    """Do the same for the likely pixels that are near: their distance is at least so much."""
+    low = np.float32(least)
+    by_row = np.zeros(values.shape[0], np.int32)
+    by_column = np.zeros(values.shape[1], np.int32)
+    for row in range(values.shape[0]):
+        line, far, count = values[row], distance[row], np.int32(0)
+        for col in range(line.size):
+            inside = np.int32(line[col] > 127) & np.int32(far[col] >= low)
+            count += inside
+            by_column[col] += inside
+        by_row[row] = count
+    return _places(by_row, by_column, share)
+
+
+@njit(nogil=True)
+def _places(
+    by_row: NDArray[np.int32], by_column: NDArray[np.int32], share: float
+) -> tuple[int, float, float, float, float, float]:
+    total = int(by_row.sum())
     return (
+        total,
         _place(by_row, share * total),
         _place(by_row, (1 - share) * total),
         _place(by_column, share * total),
@@ -91,7 +180,7 @@ def _upright(mask: NDArray[np.uint8], share: float) -> tuple[float, float, float
 
 
 @njit(nogil=True)
-def _place(counts: NDArray[np.int64], least: float) -> float:
+def _place(counts: NDArray[np.int32], least: float) -> float:
     """Return the first place up to which counts add up to at least that many."""
     total = 0
     for place in range(counts.size):

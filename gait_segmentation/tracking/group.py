@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.images import Window
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.tracking.competition import Claim, compete, leave_to
 from gait_segmentation.tracking.config import TrackingConfig
@@ -38,7 +39,8 @@ def follow(
     :param heat: P(person) from elsewhere, uint8 of any size.
     """
     bodies = [target.carried_mask() for target in targets]
-    covers = [_cover(target, list(zip(targets, bodies, strict=True))) for target in targets]
+    masks = list(zip(targets, bodies, strict=True))
+    visible = [_uncovered(target, body, masks) for target, body in masks]
     motion = world.advance(
         image,
         stamp_ns,
@@ -48,8 +50,8 @@ def follow(
         everywhere=any(target.state == LOST for target in targets),
         heat=heat,
     )
-    for target, body, cover in zip(targets, bodies, covers, strict=True):
-        target.move(motion, body, cover)
+    for target, body in zip(targets, visible, strict=True):
+        target.move(motion, body)
 
 
 def judge(
@@ -80,7 +82,7 @@ def judge(
         likelihood = likelihood_image(logit, claim.window, world.shape)
         likelihoods[target.track_id] = likelihood
         if target.state == TRACKED:
-            target.assess(likelihood, claim.window, claim.mask, _cover(target, masks))
+            target.assess(likelihood, claim, _cover(target, masks, claim.window))
     if any(target.state == LOST and target.lost_s > 0 for target in targets):
         _recover(world, targets, {t.track_id: claim for t, claim in present}, likelihoods)
     return likelihoods
@@ -130,11 +132,11 @@ def _template(target: Target) -> NDArray[np.uint8] | None:
 
 
 def _cover(
-    target: Target, masks: Sequence[tuple[Target, NDArray[np.uint8]]]
+    target: Target, masks: Sequence[tuple[Target, NDArray[np.uint8]]], window: Window
 ) -> NDArray[np.uint8] | None:
-    """Return where a person is hidden by those who stand nearer, None if nowhere."""
+    """Return where in a window a person is hidden by those who stand nearer, None if nowhere."""
     nearer = [
-        mask
+        mask[window]
         for other, mask in masks
         if other.state == TRACKED and other.feet > target.feet and other.meets(target)
     ]
@@ -144,6 +146,19 @@ def _cover(
     for mask in nearer[1:]:
         cover = cv2.bitwise_or(cover, mask)
     return cover
+
+
+def _uncovered(
+    target: Target, mask: NDArray[np.uint8], masks: Sequence[tuple[Target, NDArray[np.uint8]]]
+) -> NDArray[np.uint8]:
+    """Return the mask of a person without what others hide of it about the person."""
+    window = target.person.window(target.world.shape)
+    cover = _cover(target, masks, window)
+    if cover is None or not cover.any():
+        return mask
+    visible = mask.copy()
+    visible[window] &= ~cover
+    return visible
 
 
 def _recover(

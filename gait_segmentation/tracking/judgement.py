@@ -70,9 +70,9 @@ def judge(
         person.surroundings,
         config,
     )
-    still = np.ascontiguousarray(logit[_THIN]) if config.use_feature_selection else logit
+    moving = None
     if config.use_motion_cue and seen:
-        _add_motion(logit, person, world, window, config.motion_weight)
+        moving = _add_motion(logit, person, world, window, config.motion_weight)
     if config.use_feature_selection:
 
         def evidence() -> dict[str, NDArray[np.float32]]:
@@ -83,8 +83,11 @@ def judge(
                 person.surroundings,
                 config.logit_limit,
             )
-            motion = logit[_THIN] - still
-            return {'colour': colour, 'background': still - colour, 'motion': motion}
+            both = logit[_THIN]
+            motion = np.zeros_like(both)
+            if moving is not None:
+                motion = np.float32(config.motion_weight) * moving[_THIN]
+            return {'colour': colour, 'background': both - motion - colour, 'motion': motion}
 
         features.add(logit, view_of(record, window), expected[window] if seen else None, evidence)
     if seen:
@@ -103,20 +106,23 @@ def view_of(record: Record, window: Window) -> View:
 
 def _add_motion(
     logit: NDArray[np.float32], person: Person, world: World, window: Window, weight: float
-) -> None:
-    """Add the evidence from motion, and note it in the newest frame."""
+) -> NDArray[np.float32] | None:
+    """Add the evidence from motion, and note it in the newest frame; None if there is none."""
     record = world.now
     motions = world.motions_of(person.track_id)
     if motions is None:
-        return
-    earlier, camera, shift = motions
-    body = np.array([[1.0, 0.0, shift[0]], [0.0, 1.0, shift[1]]])
-    center = np.array([person.center_x, person.center_y])
-    stays = camera[:, :2] @ (center - shift) + camera[:, 2]
-    if np.hypot(*(center - stays)) < _LEAST_MOTION * person.height:
-        return
+        return None
+    earlier, camera, (dx, dy) = motions
+    (a, b, x), (c, d, y) = camera.tolist()
+    then_x, then_y = person.center_x - dx, person.center_y - dy
+    stays_x, stays_y = a * then_x + b * then_y + x, c * then_x + d * then_y + y
+    off = math.hypot(person.center_x - stays_x, person.center_y - stays_y)
+    if off < _LEAST_MOTION * person.height:
+        return None
+    body = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
     moving = add_motion(logit, record.image.gray, earlier.image.gray, camera, body, window, weight)
     record.moving[person.track_id] = (window, moving)
+    return moving
 
 
 def _add_spread(

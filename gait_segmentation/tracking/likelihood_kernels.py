@@ -201,7 +201,7 @@ def probabilities(
             out[row, col] = table[int((value + limit) * steps + half)]
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
 def strengths(
     logit: NDArray[np.float32],
     near: NDArray[np.float32],

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import body_rows, colour_bins
 from gait_segmentation.geometry import body_window
+from gait_segmentation.images import Bounds
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.appearance import Appearance, colour_signature
 from gait_segmentation.tracking.config import TrackingConfig
@@ -97,13 +98,13 @@ class LostAndFound:
             self.pace[1] + _PACE_RATE * (new[1] - self.pace[1]),
         )
 
-    def learn_look(self, person: Person, record: Record) -> None:
-        """Take in the person's mask, which must be of that frame."""
+    def learn_look(self, person: Person, record: Record, bounds: Bounds | None = None) -> None:
+        """Take in the person's mask, which must be of that frame, and its bounds if known."""
         self._learnt += 1
         if self._learnt % _LOOK_EVERY == 1:
             self._appearance.learn(_signature(person, person.mask, record))
         if person.share_inside(person.mask.shape) > _WHOLLY:
-            self.silhouette = Silhouette.of(person.mask, person)
+            self.silhouette = Silhouette.of(person.mask, person, bounds)
 
     def likeness(self, start: Start, record: Record) -> float:
         """Return how alike (0..1) the colours of a first mask in some frame are."""

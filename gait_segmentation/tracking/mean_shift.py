@@ -49,43 +49,46 @@ def mean_shift(
     :param window: (x, y, width, height) of the window in pixels, where the reference's person is.
     :returns: the shift; zero if weights or reference are empty in the window.
     """
-    x, y, width, height = window
+    return Shift(*_shift(weights, reference, *window))
+
+
+@njit(cache=True, nogil=True)
+def _shift(
+    weights: NDArray[np.uint8],
+    reference: NDArray[np.uint8],
+    x: int,
+    y: int,
+    width: int,
+    height: int,
+) -> tuple[float, float, float]:
+    """Return how far the window goes, and the ratio of sizes."""
     mass, center_x, center_y = _moments(reference, x, y, width, height)
     if mass <= 0:
-        return Shift(0.0, 0.0, 1.0)
+        return 0.0, 0.0, 1.0
     off_x, off_y = center_x - x, center_y - y
     at_x, at_y = float(x), float(y)
     found = 0.0
     for _ in range(_ITERATIONS):
-        found, center_x, center_y = _moments(weights, round(at_x), round(at_y), width, height)
+        left, top = int(np.rint(at_x)), int(np.rint(at_y))
+        found, center_x, center_y = _moments(weights, left, top, width, height)
         if found <= 0:
-            return Shift(0.0, 0.0, 1.0)
+            return 0.0, 0.0, 1.0
         step_x = center_x - off_x - at_x
         step_y = center_y - off_y - at_y
         at_x += step_x
         at_y += step_y
         if abs(step_x) < _DONE_PX and abs(step_y) < _DONE_PX:
             break
-    return Shift(at_x - x, at_y - y, math.sqrt(found / mass))
+    return at_x - x, at_y - y, math.sqrt(found / mass)
 
 
+@njit(nogil=True)
 def _moments(
     weights: NDArray[np.uint8], x: int, y: int, width: int, height: int
 ) -> tuple[float, float, float]:
     """Return mass and centroid of the weights in a window clipped to the image."""
     left, top = max(x, 0), max(y, 0)
     right, bottom = min(x + width, weights.shape[1]), min(y + height, weights.shape[0])
-    mass, across, down = _sums(weights, top, bottom, left, right)
-    if mass <= 0:
-        return 0.0, 0.0, 0.0
-    return float(mass), across / mass + 0.5, down / mass + 0.5
-
-
-@njit(cache=True, nogil=True)
-def _sums(
-    weights: NDArray[np.uint8], top: int, bottom: int, left: int, right: int
-) -> tuple[int, int, int]:
-    """Return the sums of the weights, of those times the column, and times the row."""
     mass, across, down = 0, 0, 0
     for row in range(top, bottom):
         line = weights[row]
@@ -97,4 +100,6 @@ def _sums(
         mass += of_row
         across += by_column + left * of_row
         down += row * of_row
-    return mass, across, down
+    if mass <= 0:
+        return 0.0, 0.0, 0.0
+    return float(mass), across / mass + 0.5, down / mass + 0.5

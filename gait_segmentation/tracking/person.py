@@ -15,7 +15,8 @@ from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.images import Bounds, Window, bounding_box, count_likely
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.extent import extent_of
+from gait_segmentation.tracking.extent import axis_tilt, extent_of
+from gait_segmentation.tracking.samples import samples
 
 __all__ = ['Person', 'new_colours']
 
@@ -129,6 +130,7 @@ class Person:
     def learn_colours(
         self,
         lab: NDArray[np.uint8],
+        window: Window,
         mask: NDArray[np.uint8],
         prior: NDArray[np.uint8] | None,
         rate: float,
@@ -140,42 +142,20 @@ class Person:
         What a mask misses of the person, as shoes, would become a colour of the surroundings and
         be missed for ever; where the surroundings are known to look otherwise it does not.
 
-        :param lab: (h, w, 3) uint8, the working image.
-        :param mask: (h, w) uint8 0/255.
-        :param prior: (h, w) uint8, the template; what of the mask lies far outside is not learnt.
-        :param strange: uint8 of the person's window, non-zero where the surroundings are known
+        :param lab: (h, w, 3) uint8, the person's window of the working image.
+        :param window: its rows and columns.
+        :param mask: (H, W) uint8 0/255.
+        :param prior: (H, W) uint8, the template; what of the mask lies far outside is not learnt.
+        :param strange: (h, w) uint8, non-zero where the surroundings are known
             to look otherwise.
         """
-        window = self.window(mask.shape)
         part = mask[window]
-        bins = colour_bins(np.ascontiguousarray(lab[window]))
-        rows = self.rows(window)
-        inside = part > 127
-        if prior is not None:
-            self._keep_near(inside, part, prior[window])
-        outside = cv2.dilate(part, np.ones((3, 3), np.uint8)) <= 127
-        if strange is not None:
-            outside &= strange == 0
+        bins, rows = colour_bins(np.ascontiguousarray(lab)), self.rows(window)
+        template = None if prior is None else prior[window]
+        inside, outside = samples(part, template, strange, _GUARD * self.height)
         self.person.learn(bins, rows, inside, rate)
         self.surroundings.learn(bins, rows, outside, rate)
         self.learnt += 1
-
-    def _keep_near(
-        self, inside: NDArray[np.bool_], mask: NDArray[np.uint8], prior: NDArray[np.uint8]
-    ) -> None:
-        """Take out what lies far outside of the template, unless there is none."""
-        guard = _GUARD * self.height
-        x, y, width, height = bounding_box(mask)
-        reach = math.ceil(guard) + 1
-        top, left = max(y - reach, 0), max(x - reach, 0)
-        outside = cv2.inRange(prior[top : y + height + reach, left : x + width + reach], 0, 127)
-        if outside.size == cv2.countNonZero(outside):
-            if (prior > 127).any():
-                inside[:] = False
-        else:
-            away = cv2.distanceTransform(outside, cv2.DIST_L2, 3)
-            away = away[y - top : y - top + height, x - left : x - left + width]
-            inside[y : y + height, x : x + width] &= away < guard
 
     def learn_first_colours(self, lab: NDArray[np.uint8], votes: NDArray[np.float32]) -> None:
         """
@@ -266,8 +246,7 @@ class Person:
         x, y, width, height = bounding_box(mask) if bounds is None else bounds
         if height > 0 and (y < 2 or y + height > mask.shape[0] - 2):
             return
-        moments = cv2.moments(mask[y : y + height, x : x + width], binaryImage=True)
-        tilt = 0.5 * math.atan2(-2 * moments['mu11'], moments['mu02'] - moments['mu20'])
+        tilt = axis_tilt(mask[y : y + height, x : x + width])
         self.masks += 1
         rate = max(_TILT_RATE, 1 / self.masks)
         self.tilt += rate * (min(max(tilt, -_MOST_TILT), _MOST_TILT) - self.tilt)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import bounding_box
+from gait_segmentation.images import Bounds, bounding_box
 from gait_segmentation.tracking.person import Person
 
 __all__ = ['Silhouette']
@@ -29,9 +29,11 @@ class Silhouette:
     top: int
 
     @classmethod
-    def of(cls, mask: NDArray[np.uint8], person: Person) -> Silhouette:
-        """Cut out the mask of a person."""
-        x, y, width, height = bounding_box(mask)
+    def of(
+        cls, mask: NDArray[np.uint8], person: Person, bounds: Bounds | None = None
+    ) -> Silhouette:
+        """Cut out the mask of a person; its bounds may be known."""
+        x, y, width, height = bounding_box(mask) if bounds is None else bounds
         part = mask[y : y + height, x : x + width].copy()
         return cls(part, x - round(person.center_x), y - round(person.center_y))
 

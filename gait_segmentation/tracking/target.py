@@ -113,22 +113,21 @@ class Target:
         return self._memory.likeness(start, world.now)
 
     def carried_mask(self) -> NDArray[np.uint8]:
-        """Return the last mask, carried along with the body."""
+        """Return the last mask, carried along with the body, as far as it is about the person."""
         if self.state == LOST:
             return self._memory.silhouette.placed(self.person, self.world.shape)
-        return self.world.carried(self.person.mask, self.track_id)
+        dx, dy = self.world.since_mask(self.track_id)
+        window = self.person.window(self.world.shape)
+        return shift_whole(self.person.mask, round(dx), round(dy), window)
 
     # Each frame: move, judge, assess, and if lost, recover.
 
-    def move(
-        self, motion: Motion, body: NDArray[np.uint8], cover: NDArray[np.uint8] | None
-    ) -> None:
+    def move(self, motion: Motion, body: NDArray[np.uint8]) -> None:
         """
         Follow the body into the world's newest frame.
 
         :param motion: of the camera.
-        :param body: the mask carried to the frame before.
-        :param cover: non-zero where others hid it there.
+        :param body: the mask carried to the frame before, without what others hid there.
         """
         person = self.person
         x, y = motion.carry(person.center_x, person.center_y)
@@ -137,7 +136,7 @@ class Target:
         if self.state == LOST:
             shift = self._memory.coast(person, world, seconds, self.world.shape)
         else:
-            shift = self._follow(world, seconds, body, cover)
+            shift = self._follow(world, seconds, body)
         self.world.now.bodies[self.track_id] = shift
 
     def _follow(
@@ -145,11 +144,9 @@ class Target:
         world: tuple[float, float],
         seconds: float,
         body: NDArray[np.uint8],
-        cover: NDArray[np.uint8] | None,
     ) -> tuple[float, float]:
         person, pace = self.person, self._memory.pace
-        visible = body if cover is None else body & ~cover
-        measured = self.world.body_shift(visible) if self._visibility.well else None
+        measured = self.world.body_shift(body) if self._visibility.well else None
         if measured is None:
             # Also because the edge of what hides the person moves otherwise.
             person.velocity = (pace[0] * seconds, pace[1] * seconds)
@@ -178,21 +175,18 @@ class Target:
         return Claim(window, logit, expected, near, self.feet, person.height, not seen)
 
     def assess(
-        self,
-        likelihood: Likelihood,
-        window: Window,
-        mask: NDArray[np.uint8],
-        cover: NDArray[np.uint8] | None,
+        self, likelihood: Likelihood, claim: Claim, cover: NDArray[np.uint8] | None
     ) -> None:
         """
         See how well the person stands out, and refine the place by mean shift.
 
         :param likelihood: (h, w) uint8 of the working image.
-        :param mask: where the person is expected.
-        :param cover: non-zero where others hide the person.
+        :param claim: what was made of the pixels where the person is expected.
+        :param cover: (h, w) uint8 of its window, non-zero where others hide the person.
         """
+        window = claim.window
         values = likelihood[window]
-        sight = Sight.of(values, mask[window], None if cover is None else cover[window])
+        sight = Sight.of(values, claim.mask[window], cover)
         self.confidence = sight.confidence
         if not self._visibility.update(sight.seen, self.person.share_inside(self.world.shape)):
             if self._visibility.is_lost:
@@ -200,10 +194,10 @@ class Target:
             return
         if self._visibility.well:
             self._mean_shift(values, sight.uncovered, window)
-        self._box = self._box_of(values, sight, window)
+        self._box = self._box_of(values, sight, claim)
         person = self.person
         center = (person.center_x - window[1].start, person.center_y - window[0].start)
-        rows = likely_rows(values, sight.uncovered, center, person.height, person.angle)
+        rows = likely_rows(values, claim.near, center, person.height, person.angle)
         if rows is not None:
             self.world.now.rows[self.track_id] = rows
 
@@ -240,9 +234,10 @@ class Target:
         body = self.world.now.bodies[self.track_id]
         self.world.now.bodies[self.track_id] = (body[0] + dx, body[1] + dy)
 
-    def _box_of(self, values: NDArray[np.uint8], sight: Sight, window: Window) -> Box | None:
+    def _box_of(self, values: NDArray[np.uint8], sight: Sight, claim: Claim) -> Box | None:
         """Return the tight box of the likely pixels near the mask, in source pixels."""
-        box = visible_box(values, sight.uncovered, window, self.person.height)
+        height = self.person.height
+        box = visible_box(values, sight.uncovered, claim.near, claim.window, height)
         return None if box is None else box.scaled(1 / self.world.scale)
 
     def recover(
@@ -291,7 +286,7 @@ class Target:
         self.person.mask = _shifted(claim.mask, -dx, -dy)
         self.state = TRACKED
         self._visibility.seen = sight.seen
-        self._box = self._box_of(values, sight, window)
+        self._box = self._box_of(values, sight, claim)
         return True
 
     def result(self, likelihood: Likelihood) -> TrackResult:
@@ -343,13 +338,11 @@ class Target:
         dx, dy = self.world.since_mask(self.track_id)
         person.shift(-dx, -dy)
         window = person.window(self.world.shape)
-        lab = record.image.lab_about(window)
+        lab = np.ascontiguousarray(record.image.lab_about(window)[window])
         if config.use_feature_selection:
             self.features.learn(view_of(record, window), mask[window], config.colour_rate)
-        strange = record.background.contradicted(
-            np.ascontiguousarray(lab[window]), window, config.shadow_floor
-        )
-        person.learn_colours(lab, mask, prior, config.colour_rate, strange)
+        strange = record.background.contradicted(lab, window, config.shadow_floor)
+        person.learn_colours(lab, window, mask, prior, config.colour_rate, strange)
         bounds = bounding_box(mask)
         margin = grown(mask, person.height, bounds)
         body = None if feedback.body is None else feedback.body.scaled(self.world.scale)
@@ -357,7 +350,7 @@ class Target:
         if config.use_tilt:
             person.learn_angle(mask, bounds)
         person.mask, person.template = mask, prior
-        self._memory.learn_look(person, record)
+        self._memory.learn_look(person, record, bounds)
         person.shift(dx, dy)
         return margin, window
 

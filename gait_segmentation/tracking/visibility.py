@@ -12,8 +12,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window, bounding_box
-from gait_segmentation.tracking.extent import extent_of
+from gait_segmentation.images import Window
+from gait_segmentation.tracking.extent import extent_of, likely_extent
+from gait_segmentation.tracking.nearness import Nearness
 
 __all__ = ['LOST_BELOW', 'Sight', 'Visibility', 'likely_rows', 'visible_box']
 
@@ -150,22 +151,27 @@ def _means(
 
 
 def visible_box(
-    values: NDArray[np.uint8], mask: NDArray[np.uint8], window: Window, height: float
+    values: NDArray[np.uint8],
+    mask: NDArray[np.uint8],
+    near: Nearness | None,
+    window: Window,
+    height: float,
 ) -> Box | None:
     """
     Return the tight box of the likely pixels near a mask, None if they are few.
 
     :param values: (h, w) uint8 likelihood of the window.
-    :param mask: (h, w) uint8 0/255 of the same pixels.
+    :param mask: (h, w) uint8 0/255 of the same pixels, what of the person is not hidden.
+    :param near: how near they are to where the person is expected, None if that is elsewhere.
     :param window: the window's rows and columns in the image.
     :param height: of the body in pixels.
     """
-    size = 2 * max(1, round(_BOX_MARGIN * height)) + 1
-    near = cv2.dilate(mask, np.ones((size, size), np.uint8))
-    likely = np.asarray(cv2.bitwise_and(cv2.inRange(values, 128, 255), near))
-    if cv2.countNonZero(likely) < LOST_BELOW * cv2.countNonZero(mask):
+    if near is None:
         return None
-    extent = extent_of(likely, (0.0, 0.0), 0.0)
+    reach = max(1.0, _BOX_MARGIN * height)
+    count, extent = likely_extent(values, near, reach, (0.0, 0.0))
+    if count == 0 or count < LOST_BELOW * cv2.countNonZero(mask):
+        return None
     return Box(
         window[1].start + extent.left,
         window[0].start + extent.top,
@@ -176,7 +182,7 @@ def visible_box(
 
 def likely_rows(
     values: NDArray[np.uint8],
-    mask: NDArray[np.uint8],
+    near: Nearness | None,
     center: tuple[float, float],
     height: float,
     angle: float,
@@ -185,19 +191,24 @@ def likely_rows(
     Return how far up and down the body likely pixels about a mask reach, None if there are none.
 
     :param values: (h, w) uint8 likelihood.
-    :param mask: (h, w) uint8 0/255 of the same pixels, where the person is expected.
+    :param near: how near these pixels are to where the person is expected, None if that is
+        elsewhere.
     :param center: (x, y) of the body's middle in these pixels.
     :param height: of the body in pixels.
     :param angle: tilt of the body in radians.
     :returns: the first and the last row along the body's axis, relative to its middle.
     """
-    reach = max(1, round(_ROWS_MARGIN * height))
-    x, y, columns, rows = bounding_box(mask)
-    left, top = max(x - reach, 0), max(y - reach, 0)
-    part = slice(top, y + rows + reach), slice(left, x + columns + reach)
-    near = cv2.dilate(mask[part], np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
-    likely = np.asarray(cv2.bitwise_and(cv2.inRange(values[part], 128, 255), near))
-    if not likely.any():
+    if near is None:
         return None
-    extent = extent_of(likely, (center[0] - left, center[1] - top), angle)
+    reach = max(1.0, _ROWS_MARGIN * height)
+    if angle:
+        likely = (values[near.part] > 127) & (near.distance >= -reach)
+        if not likely.any():
+            return None
+        x, y = center[0] - near.part[1].start, center[1] - near.part[0].start
+        extent = extent_of(likely.view(np.uint8), (x, y), angle)
+    else:
+        count, extent = likely_extent(values, near, reach, center)
+        if count == 0:
+            return None
     return extent.top, extent.bottom

@@ -45,7 +45,12 @@ def test_who_stands_nearer_hides_who_stands_behind() -> None:
     told.show(*people)
     far, near = told.tracker._targets()
     masks = [(each, each.carried_mask()) for each in (far, near)]
-    cover = group._cover(far, masks)
+    window = far.person.window(far.world.shape)
+    cover = group._cover(far, masks, window)
     assert cover is not None
-    np.testing.assert_array_equal(cover, masks[1][1])
-    assert group._cover(near, masks) is None
+    np.testing.assert_array_equal(cover, masks[1][1][window])
+    assert group._cover(near, masks, window) is None
+    visible = group._uncovered(far, masks[0][1], masks)
+    np.testing.assert_array_equal(visible, masks[0][1] & ~masks[1][1])
+    assert visible.any()
+    assert group._uncovered(near, masks[1][1], masks) is masks[1][1]

@@ -112,9 +112,10 @@ def test_colours_far_outside_of_the_template_are_not_learnt() -> None:
     lab[:, 150:] = (200, 60, 60)
     mask = ellipse(100, 120, 100)
     mask[100:140, 150:165] = 255
-    state.learn_colours(lab, mask, ellipse(100, 120, 100), 1.0)
+    window = state.window(SHAPE)
+    state.learn_colours(lab[window], window, mask, ellipse(100, 120, 100), 1.0)
     assert np.count_nonzero(state.person.whole()) == 1
-    state.learn_colours(lab, mask, None, 1.0)
+    state.learn_colours(lab[window], window, mask, None, 1.0)
     assert np.count_nonzero(state.person.whole()) == 2
 
 
@@ -149,7 +150,7 @@ def test_what_a_mask_misses_is_no_colour_of_known_surroundings() -> None:
         window = state.window(SHAPE)
         strange = np.zeros(SHAPE, np.uint8)
         strange[165:170, 90:110] = known
-        state.learn_colours(lab, mask, None, 1.0, strange[window])
+        state.learn_colours(lab[window], window, mask, None, 1.0, strange[window])
         index = colour_bins(lab[165:166, 100:101])[0, 0]
         both.append(state.surroundings.table[index].max())
     assert both[0] > 10 * both[1]

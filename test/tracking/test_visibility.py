@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
+from gait_segmentation.tracking.nearness import nearness
 from gait_segmentation.tracking.visibility import Sight, Visibility, likely_rows, visible_box
 
 SHAPE = (40, 30)
@@ -66,8 +67,10 @@ def test_the_box_is_about_the_likely_pixels_near_the_mask() -> None:
     mask = block(10, 5, 20, 35)
     likely = block(10, 5, 20, 30) | block(26, 5, 28, 35)
     window = (slice(100, 140), slice(50, 80))
-    assert visible_box(likely, mask, window, 30) == Box(60, 105, 10, 25)
-    assert visible_box(block(10, 5, 20, 9), mask, window, 30) is None
+    near = nearness(mask, 30)
+    assert visible_box(likely, mask, near, window, 30) == Box(60, 105, 10, 25)
+    assert visible_box(block(10, 5, 20, 9), mask, near, window, 30) is None
+    assert visible_box(likely, mask, None, window, 30) is None
 
 
 def test_the_means_are_those_of_opencv() -> None:
@@ -82,8 +85,9 @@ def test_the_means_are_those_of_opencv() -> None:
 def test_rows_reach_as_far_as_likely_pixels_about_the_mask() -> None:
     mask = block(10, 10, 20, 26)
     values = block(10, 8, 20, 28) | block(0, 38, 30, 40)
-    rows = likely_rows(values, mask, (15, 20), 30, 0.0)
+    near = nearness(mask, 30)
+    rows = likely_rows(values, near, (15, 20), 30, 0.0)
     assert rows == pytest.approx((-12, 8))
-    turned = likely_rows(values.T.copy(), mask.T.copy(), (20, 15), 30, -np.pi / 2)
+    turned = likely_rows(values.T.copy(), nearness(mask.T.copy(), 30), (20, 15), 30, -np.pi / 2)
     assert turned == pytest.approx((-12, 8), abs=0.6)
-    assert likely_rows(block(0, 38, 30, 40), mask, (15, 20), 30, 0.0) is None
+    assert likely_rows(block(0, 38, 30, 40), near, (15, 20), 30, 0.0) is None
