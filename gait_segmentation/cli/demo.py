@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import signal
 import sys
@@ -32,6 +33,8 @@ __all__ = ['main', 'parser']
 
 NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')
 _START_TIMEOUT_S = 300.0
+_PRELOADED = 1 << 30
+"""Bytes of frames that are decoded beforehand; longer films are while they are played."""
 _FLOW_OUT_S = 5.0
 _POLL_S = 0.05
 
@@ -79,7 +82,7 @@ def parser() -> argparse.ArgumentParser:
     add(
         '--box',
         nargs='+',
-        metavar='X Y W H|auto',
+        metavar=('auto|X', 'Y W H'),
         help='tight box of the person in the first frame played, in pixels of the film; auto = '
         'people are found by their walk',
     )
@@ -130,6 +133,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from rclpy.signals import SignalHandlerOptions
 
     from gait_segmentation.cli.demo_output import (
+        FilmImages,
         make_report,
         write_film,
         write_masks,
@@ -154,7 +158,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         rclpy.try_shutdown()
     published = read_stamps(stamps)
     frames = frames_shown(published, recorder)
-    images = {each.number: each.image for each in film.frames() if each.image is not None}
+    images = FilmImages(film)
     write_masks(options.out / 'masks', frames)
     write_film(options.out / 'overlay.mp4', frames, images, options.rate or film.fps)
     write_sheet(options.out / 'contact_sheet.png', frames, images)
@@ -263,7 +267,7 @@ def play(
     :raises ProcessError: if a process fails or the nodes do not connect.
     """
     stamps.unlink(missing_ok=True)
-    print('gait_demo: starting the nodes', file=sys.stderr)
+    print('gait_demo: starting the nodes (the first time, a minute or two)', file=sys.stderr)
     deadline = time.monotonic() + _START_TIMEOUT_S
     while not recorder.connected(*nodes):
         processes.check_running(*nodes)
@@ -271,7 +275,9 @@ def play(
             raise ProcessError(f'the nodes did not connect within {_START_TIMEOUT_S:g} s')
         time.sleep(_POLL_S)
     source = [str(film.path), '--width', str(film.size[0]), '--start', str(film.start)]
-    source += ['--wait-for', str(min(len(nodes), 2)), '--preload', '--stamps', str(stamps)]
+    source += ['--wait-for', str(min(len(nodes), 2)), '--stamps', str(stamps)]
+    if film.total is not None and 3 * math.prod(film.size) * film.total <= _PRELOADED:
+        source.append('--preload')
     # For the processes to be done with finding the camera before it starts.
     source += ['--delay', '1']
     source += ['--rate', str(rate)] if rate else []
@@ -286,7 +292,6 @@ def play(
             if seen > bar.n or not processes.ended('gait_source'):
                 quiet_since = time.monotonic()
             bar.update(seen - bar.n)
-            bar.n = seen
             if processes.ended('gait_source'):
                 done = seen >= len(read_stamps(stamps))
                 if done or time.monotonic() - quiet_since > _FLOW_OUT_S:

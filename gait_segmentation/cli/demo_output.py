@@ -8,7 +8,7 @@ import json
 import math
 import platform
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -27,9 +27,18 @@ from gait_segmentation.drawing import (
 )
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
+from gait_segmentation.inputs import Frame, ImageSource
 from gait_segmentation.sheets import contact_sheet, crop
 
-__all__ = ['Shown', 'make_report', 'write_film', 'write_masks', 'write_phase', 'write_sheet']
+__all__ = [
+    'FilmImages',
+    'Shown',
+    'make_report',
+    'write_film',
+    'write_masks',
+    'write_phase',
+    'write_sheet',
+]
 
 _SHEET_FRAMES = 30
 _SHEET_COLUMNS = 10
@@ -64,9 +73,28 @@ def write_masks(folder: Path, frames: Sequence[Shown]) -> None:
         _write_image(folder / f'{shown.number:04d}.png', shown.record.mask)
 
 
-def write_film(
-    path: Path, frames: Sequence[Shown], images: dict[int, NDArray[np.uint8]], fps: float
-) -> None:
+class FilmImages:
+    """The images of a film by number, read again as they are asked for: all take much memory."""
+
+    def __init__(self, film: ImageSource) -> None:
+        """Take the film."""
+        self._film = film
+        self._frames: Iterator[Frame] = iter(())
+        self._last: Frame | None = None
+
+    def __getitem__(self, number: int) -> NDArray[np.uint8]:
+        """Return an image; it is quick if they are asked for in their order."""
+        if self._last is None or number < self._last.number:
+            self._frames = self._film.frames()
+            self._last = next(self._frames)
+        while self._last.number < number:
+            self._last = next(self._frames)
+        if self._last.image is None:
+            raise SequenceError(f'frame {number} cannot be read any more')
+        return self._last.image
+
+
+def write_film(path: Path, frames: Sequence[Shown], images: FilmImages, fps: float) -> None:
     """
     Write a film with outline, box, view and phase, and read it again to be sure.
 
@@ -112,7 +140,7 @@ def longest(frames: Sequence[Shown]) -> int:
     return min(counts, key=lambda slot: (-counts[slot], slot), default=0)
 
 
-def write_sheet(path: Path, frames: Sequence[Shown], images: dict[int, NDArray[np.uint8]]) -> None:
+def write_sheet(path: Path, frames: Sequence[Shown], images: FilmImages) -> None:
     """
     Write a contact sheet of the person seen longest: about 30 frames with outline.
 

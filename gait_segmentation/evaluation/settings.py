@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 from collections.abc import Iterable
 from typing import Any, TypeVar
 
@@ -61,6 +62,7 @@ def overridden(config: Config, settings: Iterable[str]) -> Config:
             raise ConfigError(f'the stage of {setting!r} must be one of {", ".join(stages)}')
         known = {about.name: about for about in parameters_of(stages[stage])}
         if name not in known:
-            raise ConfigError(f'{stage} has no parameter {name!r}; it has {", ".join(known)}')
+            alike = difflib.get_close_matches(name, known, n=3) or known
+            raise ConfigError(f'{stage} has no parameter {name!r}, but {", ".join(alike)}')
         config = replaced(config, stage, name, parse_value(known[name], text.strip()))
     return config

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import BankError
+from gait_segmentation.file_order import by_number
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
 
 __all__ = [
@@ -66,7 +67,7 @@ class Cycle:
 
 def read_silhouettes(folder: str | os.PathLike[str]) -> NDArray[np.uint8]:
     """
-    Read the silhouettes of a folder in the order of their names.
+    Read the silhouettes of a folder in the order of the numbers in their names.
 
     :param folder: folder of equally large images; grey values of 128 and more are the person.
     :returns: (N, height, width) uint8 0/255.
@@ -75,7 +76,8 @@ def read_silhouettes(folder: str | os.PathLike[str]) -> NDArray[np.uint8]:
     folder = Path(folder)
     if not folder.is_dir():
         raise BankError(f'{folder} is not a folder of silhouettes')
-    files = sorted(file for file in folder.iterdir() if file.suffix.lower() in _SUFFIXES)
+    found = (file for file in folder.iterdir() if file.suffix.lower() in _SUFFIXES)
+    files = sorted(found, key=by_number)
     if not files:
         raise BankError(f'no images in {folder}: expected files ending in {", ".join(_SUFFIXES)}')
     images: list[NDArray[np.uint8]] = []

@@ -75,6 +75,9 @@ def _read_arrays(path: Path) -> dict[str, Any]:
     try:
         # Opened here, because numpy leaves the file open if the archive is damaged.
         with path.open('rb') as file:
+            if not zipfile.is_zipfile(file):
+                raise BankError(f'{path} is not a bank: expected an .npz archive')
+            file.seek(0)
             archive = np.load(file, allow_pickle=False)
             if not isinstance(archive, np.lib.npyio.NpzFile):
                 raise BankError(f'{path} is not a bank: expected an .npz archive')

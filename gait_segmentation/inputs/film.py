@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.file_order import by_number
 from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource
 
 __all__ = ['FilmSource', 'FolderSource']
@@ -99,11 +100,12 @@ class FilmSource(ImageSource):
 
 
 class FolderSource(ImageSource):
-    """A folder of images in the order of their names, at 30 frames per second."""
+    """A folder of images in the order of the numbers in their names, at 30 frames per second."""
 
     def open(self) -> int:
         """List the images."""
-        self._files = sorted(p for p in self.path.iterdir() if p.suffix.lower() in _IMAGES)
+        files = (path for path in self.path.iterdir() if path.suffix.lower() in _IMAGES)
+        self._files = sorted(files, key=by_number)
         if not self._files:
             raise SequenceError(f'{self.path} holds no images ({", ".join(_IMAGES)}) and no bag')
         return len(self._files)

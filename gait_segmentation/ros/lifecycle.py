@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
@@ -33,6 +34,7 @@ __all__ = ['GaitNode']
 
 _WARN_EVERY_S = 5.0
 _DRAIN_S = 5.0
+_PATIENCE_S = 5.0
 
 
 class GaitNode(LifecycleNode):
@@ -221,7 +223,9 @@ class GaitNode(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Subscribe."""
         result = self._transition('activating', self.connect)
-        if result != TransitionCallbackReturn.SUCCESS:
+        if result == TransitionCallbackReturn.SUCCESS:
+            self.get_logger().info('active')
+        else:
             self._disconnect(drain=False)
         return result
 
@@ -251,9 +255,21 @@ class GaitNode(LifecycleNode):
         # OpenCV takes 0 as "no threads at all" and a negative number as its default.
         cv2.setNumThreads(config.num_threads or -1)
         self.statistics = Statistics()
-        self.build()
+        slow = threading.Timer(_PATIENCE_S, self._say_why_slow)
+        slow.daemon = True
+        slow.start()
+        try:
+            self.build()
+        finally:
+            slow.cancel()
         take_ahead()
         self._worker = Worker(Backlog(config.backlog), self._work, self._worker_failed)
+
+    def _say_why_slow(self) -> None:
+        if self.context.ok():
+            self.get_logger().info(
+                'compiling, as the first time after each installation: a minute or two'
+            )
 
     def _disconnect(self, drain: bool) -> None:
         for subscription in self._inputs:

@@ -82,11 +82,11 @@ def test_missing_folder_and_other_files(tmp_path):
         read_bank(tmp_path)
     text = tmp_path / 'text.npz'
     text.write_text('hello')
-    with pytest.raises(BankError, match='is not a bank or is damaged'):
+    with pytest.raises(BankError, match=r'is not a bank: expected an \.npz'):
         read_bank(text)
     empty = tmp_path / 'empty.npz'
     empty.write_bytes(b'')
-    with pytest.raises(BankError, match='is not a bank or is damaged'):
+    with pytest.raises(BankError, match=r'is not a bank: expected an \.npz'):
         read_bank(empty)
     plain = tmp_path / 'plain.npz'
     with plain.open('wb') as file:

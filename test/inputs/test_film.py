@@ -32,6 +32,14 @@ def test_a_folder_is_read_in_the_order_of_names(folder: Path) -> None:
     assert greys(film) == [0, 1, 2, 3, 4]
 
 
+def test_images_numbered_without_zeros_are_read_in_the_order_of_numbers(tmp_path: Path) -> None:
+    for number in range(12):
+        picture = np.full((20, 30, 3), number, np.uint8)
+        assert cv2.imwrite(str(tmp_path / f'frame{number}.png'), picture)
+    found = [int(image[0, 0, 0]) for image in open_input(tmp_path).images()]
+    assert found == list(range(12))
+
+
 def test_start_and_count_choose_frames(folder: Path) -> None:
     assert greys(open_input(folder, start=1, count=2)) == [1, 2]
     assert greys(open_input(folder, start=3, count=9)) == [3, 4]

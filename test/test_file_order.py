@@ -1,0 +1,24 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import random
+from pathlib import Path
+
+import pytest
+
+from gait_segmentation.file_order import by_number
+
+
+@pytest.mark.parametrize(
+    'names',
+    [
+        ['frame1.png', 'frame2.png', 'frame10.png', 'frame100.png'],
+        ['0001.png', '0002.png', '0010.png'],
+        ['1_9.png', '2_1.png', '2_10.png', '10_1.png'],
+        ['7.png', '10.png', 'a1.png', 'a9.png', 'b0.png'],
+        ['01.png', '1.png', '2.png'],
+    ],
+)
+def test_names_are_in_the_order_of_their_numbers(names):
+    paths = [Path('somewhere9') / name for name in names]
+    random.Random(0).shuffle(paths)
+    assert [path.name for path in sorted(paths, key=by_number)] == names
