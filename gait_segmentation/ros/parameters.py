@@ -5,8 +5,9 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rcl_interfaces.msg import (
@@ -25,7 +26,14 @@ if TYPE_CHECKING:
     import rclpy.parameter
     from rclpy.node import Node
 
-__all__ = ['INITIAL_BOX', 'NodeParameters', 'descriptor', 'qualified', 'read_initial_box']
+__all__ = [
+    'INITIAL_BOX',
+    'NodeParameters',
+    'descriptor',
+    'misnamed',
+    'qualified',
+    'read_initial_box',
+]
 
 INITIAL_BOX = Parameter(
     'initial_box',
@@ -42,6 +50,9 @@ INITIAL_BOX = Parameter(
 """The one parameter that is a list; it stands beside :class:`StartConfig`."""
 
 Config = TypeVar('Config', bound=StageConfig)
+
+_ALIKE = 0.75
+"""How alike names must be, from 0 to 1, for one to be taken for the other."""
 
 _TYPES = {
     bool: ParameterType.PARAMETER_BOOL,
@@ -87,6 +98,30 @@ def _constraints(about: Parameter) -> str:
     if about.type is list:
         return 'Must be 4 finite numbers.'
     return f'Must be {about.allowed()}.'
+
+
+def misnamed(given: Iterable[str], known: Collection[str]) -> dict[str, str]:
+    """
+    Return which parameters given to a node are probably meant to be others that it has.
+
+    Those of other nodes are no mistake, as one file may serve all: only what claims to be of a
+    stage of the node, or what nearly has the name of a parameter.
+
+    :param given: names.
+    :param known: names of the parameters the node has.
+    :returns: from each such name to the most similar one, empty if none is.
+    """
+    stages: dict[str, list[str]] = {}
+    for name in known:
+        stage, dot, own = name.rpartition('.')
+        stages.setdefault(stage, []).append(own)
+    found = {}
+    for name in given:
+        stage, dot, own = name.rpartition('.')
+        alike = difflib.get_close_matches(own, stages.get(stage, ()), n=1, cutoff=_ALIKE)
+        if name not in known and (alike or (dot and stage in stages)):
+            found[name] = stage + dot + alike[0] if alike else ''
+    return found
 
 
 def read_initial_box(values: Sequence[float]) -> Box | None:
@@ -144,6 +179,11 @@ class NodeParameters:
             self.initial_box = read_initial_box(
                 node.declare_parameter(box.name, box.default, descriptor(box)).value
             )
+            values[box.name] = box.default
+        # rclpy leaves out without a word what is not declared.
+        for name, meant in misnamed(getattr(node, '_parameter_overrides', ()), values).items():
+            hint = f': did you mean {meant}?' if meant else ''
+            node.get_logger().warning(f'there is no parameter {name}{hint}')
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._swap)
 
