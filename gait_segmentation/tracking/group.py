@@ -119,8 +119,9 @@ def learn(
             target.skip(record)
             people[target.person.area.slices(world.shape[1], world.shape[0])] = 255
         else:
-            people |= learnt[0]
-            around.append(learnt[1])
+            margin, window = learnt
+            people[window] |= margin[window]
+            around.append(window)
     if config.use_background and around:
         world.learn(record, people, around, gate=config.use_motion_gate)
 

@@ -68,9 +68,15 @@ def _padded(line: NDArray[np.uint8], out: NDArray[np.uint8]) -> None:
 
 @njit(cache=True, nogil=True)
 def _begin(mask: NDArray[np.uint8], out: NDArray[np.int32]) -> None:
-    """Fill in the lengths of single steps to pixels of the other kind, far where there is none."""
+    """
+    Fill in the lengths of single steps to pixels of the other kind, far where there is none.
+
+    :param out: with a column more at both sides, which is far.
+    """
     height, width = mask.shape
     straight, diagonal, far = np.int32(_STRAIGHT), np.int32(_DIAGONAL), np.int32(_FAR)
+    out[:, 0] = far
+    out[:, width + 1] = far
     rows = np.empty((3, width + 2), np.uint8)
     _padded(mask[0], rows[0])
     rows[2] = rows[0]
@@ -84,7 +90,31 @@ def _begin(mask: NDArray[np.uint8], out: NDArray[np.int32]) -> None:
             beside |= (own ^ above[col + 1]) | (own ^ below[col + 1])
             aslant = (own ^ above[col]) | (own ^ above[col + 2])
             aslant |= (own ^ below[col]) | (own ^ below[col + 2])
-            result[col] = straight if beside > 127 else diagonal if aslant > 127 else far
+            result[col + 1] = straight if beside > 127 else diagonal if aslant > 127 else far
+
+
+@njit(nogil=True)
+def _sweep(lengths: NDArray[np.int32], turn: bool) -> None:
+    """Hand lengths on to the next pixels and rows, there or back."""
+    straight, diagonal = np.int32(_STRAIGHT), np.int32(_DIAGONAL)
+    height, columns = lengths.shape[0], lengths.shape[1] - 1
+    for step in range(height):
+        row = height - 1 - step if turn else step
+        here = lengths[row]
+        if step > 0:
+            last = lengths[row + 1 if turn else row - 1]
+            for col in range(1, columns):
+                length = min(min(last[col - 1], last[col + 1]) + diagonal, last[col] + straight)
+                here[col] = min(here[col], length)
+        length = np.int32(_FAR)
+        if turn:
+            for col in range(columns - 1, 0, -1):
+                length = min(length + straight, here[col])
+                here[col] = length
+        else:
+            for col in range(1, columns):
+                length = min(length + straight, here[col])
+                here[col] = length
 
 
 @njit(cache=True, nogil=True)
@@ -95,30 +125,13 @@ def _measure(mask: NDArray[np.uint8], out: NDArray[np.float32]) -> None:
     Both kinds at once: what would come to a pixel through the other kind is farther than that.
     """
     height, width = mask.shape
-    straight, diagonal = np.int32(_STRAIGHT), np.int32(_DIAGONAL)
-    far, scale = np.int32(_FAR), np.float32(1 / _UNIT)
-    lengths = np.empty((height, width), np.int32)
+    lengths = np.empty((height, width + 2), np.int32)
     _begin(mask, lengths)
-    last = np.full(width + 2, far, np.int32)
-    for turn in range(2):
-        last[:] = far
-        for step in range(height):
-            here = lengths[height - 1 - step if turn else step]
-            for col in range(width):
-                length = min(min(last[col], last[col + 2]) + diagonal, last[col + 1] + straight)
-                here[col] = min(here[col], length)
-            length = far
-            if turn:
-                for col in range(width - 1, -1, -1):
-                    length = min(length + straight, here[col])
-                    here[col] = length
-            else:
-                for col in range(width):
-                    length = min(length + straight, here[col])
-                    here[col] = length
-            last[1:-1] = here
+    _sweep(lengths, False)
+    _sweep(lengths, True)
+    scale = np.float32(1 / _UNIT)
     for row in range(height):
         line, here, result = mask[row], lengths[row], out[row]
         for col in range(width):
-            length = scale * np.float32(here[col])
+            length = scale * np.float32(here[col + 1])
             result[col] = length if line[col] > 127 else -length

@@ -254,9 +254,10 @@ class Person:
         self.angle = self.tilt if abs(self.tilt) > threshold else 0.0
 
     def teaches(self, mask: NDArray[np.uint8], prior: NDArray[np.uint8]) -> bool:
-        """Return whether a mask is large enough beside the template to learn from."""
-        area = cv2.countNonZero(mask)
-        return bool(area > max(_LEAST_AREA * count_likely(prior), 9))
+        """Return whether a mask is large enough, beside the template, about the person."""
+        window = self.window(mask.shape)
+        area = cv2.countNonZero(mask[window])
+        return bool(area > max(_LEAST_AREA * count_likely(prior[window]), 9))
 
 
 def new_colours(config: TrackingConfig) -> tuple[ColourModel, ColourModel]:
