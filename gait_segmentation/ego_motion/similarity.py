@@ -12,8 +12,10 @@ __all__ = ['camera_motion']
 
 _LEAST_AROUND = 8
 _STILL_PX = 0.2
-_RANSAC_PX = 1.5
-_SAMPLES = 100
+_REACH_PX = 1.5
+"""How far off a point may be that still counts, though next to nothing."""
+
+_SAMPLES, _ROUNDS = 100, 5
 
 _LEAST_APART = 16
 """Pixels between two corners that a motion may be estimated from."""
@@ -46,7 +48,7 @@ def _similarity(
     before: NDArray[np.float32], after: NDArray[np.float32]
 ) -> NDArray[np.float64] | None:
     """
-    Return the 2 x 3 similarity that most pairs of points agree on (RANSAC), least squares.
+    Return the 2 x 3 similarity that points agree on best, by samples of two (RANSAC).
 
     :param before, after: (n, 2) float32, n >= 2.
     """
@@ -60,47 +62,49 @@ def _agreed(
     then: NDArray[np.float64], now: NDArray[np.float64], transform: NDArray[np.float64]
 ) -> bool:
     """Fill in the similarity; return whether any two points agree on one."""
-    tolerance = _RANSAC_PX * _RANSAC_PX
-    agree, most = _consensus(then, now, _SAMPLES, tolerance)
-    for _ in range(2):
-        if most < max(2, _LEAST_AGREEING * agree.size):
+    weights = _consensus(then, now, _SAMPLES)
+    for _ in range(_ROUNDS):
+        if np.count_nonzero(weights) < max(2, _LEAST_AGREEING * weights.size):
             return False
-        a, b, x, y = _fitted(then, now, agree)
-        most = _agreement(then, now, a, b, x, y, tolerance, agree)
+        a, b, x, y = _fitted(then, now, weights)
+        _weigh(then, now, a, b, x, y, weights)
     transform[0, 0], transform[0, 1], transform[0, 2] = a, -b, x
     transform[1, 0], transform[1, 1], transform[1, 2] = b, a, y
     return True
 
 
 @njit(cache=True, nogil=True)
-def _agreement(
+def _weigh(
     then: NDArray[np.float64],
     now: NDArray[np.float64],
     a: float,
     b: float,
     x: float,
     y: float,
-    tolerance: float,
-    agree: NDArray[np.bool_],
-) -> int:
-    """Mark the points that a similarity takes to where they are now; return how many."""
-    count = 0
-    for k in range(agree.size):
+    weights: NDArray[np.float64],
+) -> float:
+    """
+    Fill in how well a similarity takes each point to where it is now, 1 to 0; return the sum.
+
+    Were all within reach worth the same, points on slow walkers would pull the world along.
+    """
+    total = 0.0
+    for k in range(weights.size):
         off_x = a * then[k, 0] - b * then[k, 1] + x - now[k, 0]
         off_y = b * then[k, 0] + a * then[k, 1] + y - now[k, 1]
-        agree[k] = off_x * off_x + off_y * off_y < tolerance
-        count += agree[k]
-    return count
+        weights[k] = max(1 - (off_x * off_x + off_y * off_y) / (_REACH_PX * _REACH_PX), 0.0)
+        total += weights[k]
+    return total
 
 
 @njit(cache=True, nogil=True)
 def _consensus(
-    then: NDArray[np.float64], now: NDArray[np.float64], samples: int, tolerance: float
-) -> tuple[NDArray[np.bool_], int]:
-    """Return which points agree with the best of some similarities through two of them."""
+    then: NDArray[np.float64], now: NDArray[np.float64], samples: int
+) -> NDArray[np.float64]:
+    """Return the weights of the points by the best of some similarities through two of them."""
     count = then.shape[0]
-    best, agree = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
-    most = 0
+    best, weights = np.zeros(count), np.zeros(count)
+    most = 0.0
     state = np.uint32(1)
     for _ in range(samples):
         # A linear congruential generator (Numerical Recipes): the same samples in every run.
@@ -119,35 +123,32 @@ def _consensus(
             continue
         x = now[first, 0] - a * then[first, 0] + b * then[first, 1]
         y = now[first, 1] - b * then[first, 0] - a * then[first, 1]
-        agreeing = _agreement(then, now, a, b, x, y, tolerance, agree)
-        if agreeing > most:
-            most = agreeing
-            best[:] = agree
-    return best, most
+        total = _weigh(then, now, a, b, x, y, weights)
+        if total > most:
+            most = total
+            best[:] = weights
+    return best
 
 
 @njit(cache=True, nogil=True)
 def _fitted(
-    then: NDArray[np.float64], now: NDArray[np.float64], use: NDArray[np.bool_]
+    then: NDArray[np.float64], now: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> tuple[float, float, float, float]:
-    """Return a, b, x, y of the least-squares similarity ((a, -b, x), (b, a, y))."""
-    count = 0
-    from_x = from_y = to_x = to_y = 0.0
-    for k in range(use.size):
-        if use[k]:
-            count += 1
-            from_x += then[k, 0]
-            from_y += then[k, 1]
-            to_x += now[k, 0]
-            to_y += now[k, 1]
-    from_x, from_y, to_x, to_y = from_x / count, from_y / count, to_x / count, to_y / count
+    """Return a, b, x, y of the weighted least-squares similarity ((a, -b, x), (b, a, y))."""
+    total = from_x = from_y = to_x = to_y = 0.0
+    for k in range(weights.size):
+        total += weights[k]
+        from_x += weights[k] * then[k, 0]
+        from_y += weights[k] * then[k, 1]
+        to_x += weights[k] * now[k, 0]
+        to_y += weights[k] * now[k, 1]
+    from_x, from_y, to_x, to_y = from_x / total, from_y / total, to_x / total, to_y / total
     square = dot = cross = 0.0
-    for k in range(use.size):
-        if use[k]:
-            dx, dy = then[k, 0] - from_x, then[k, 1] - from_y
-            ex, ey = now[k, 0] - to_x, now[k, 1] - to_y
-            square += dx * dx + dy * dy
-            dot += dx * ex + dy * ey
-            cross += dx * ey - dy * ex
+    for k in range(weights.size):
+        dx, dy = then[k, 0] - from_x, then[k, 1] - from_y
+        ex, ey = now[k, 0] - to_x, now[k, 1] - to_y
+        square += weights[k] * (dx * dx + dy * dy)
+        dot += weights[k] * (dx * ex + dy * ey)
+        cross += weights[k] * (dx * ey - dy * ex)
     a, b = (dot / square, cross / square) if square > 0 else (1.0, 0.0)
     return a, b, to_x - a * from_x + b * from_y, to_y - b * from_x - a * from_y

@@ -24,6 +24,18 @@ def test_points_on_things_that_move_by_themselves_do_not_count() -> None:
     np.testing.assert_allclose(camera_motion(before, after), TRUE, atol=1e-3)
 
 
+@pytest.mark.parametrize('seed', range(4))
+def test_slow_walkers_do_not_pull_the_world_along(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    before = rng.uniform((0, 0), (580, 430), (60, 2)).astype(np.float32)
+    after = before + rng.normal((0.5, 0.3), 0.1, before.shape).astype(np.float32)
+    # With a zoom of 1/400 they would nearly agree with the rest.
+    after[np.argsort(before[:, 0])[-15:], 0] -= 2
+    motion = camera_motion(before, after)
+    assert motion is not None
+    assert motion @ [290, 215, 1] == pytest.approx((290.5, 215.3), abs=0.15)
+
+
 @pytest.mark.parametrize('after', [points(), points() + np.float32(0.1), carried(points()[::-1])])
 def test_points_that_stand_still_or_do_not_agree_have_no_motion(after: np.ndarray) -> None:
     assert camera_motion(points(), after) is None
