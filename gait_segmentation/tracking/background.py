@@ -170,8 +170,10 @@ class BackgroundModel:
             # Not zeros_like, which fills what calloc would leave to be filled when touched.
             other.sums = np.zeros(self.sums.shape, np.float32)
         elif wanted is not None and other._known != wanted:
+            # What is filled in below need not be emptied.
             for window in self._all if other._known is None else other._known:
-                other.sums[window] = 0
+                for part in _outside(window, wanted):
+                    other.sums[part] = 0
         other._known = wanted
         other.sigma, other.misplacement = self.sigma, self.misplacement
         for window in self._all if windows is None else windows:
@@ -242,6 +244,28 @@ class BackgroundModel:
         spread = 1.4826 * median
         measured = min(max(spread**2 - _NOISE_PLACE**2, 0.0) ** 0.5, _PLACE_MOST)
         self.misplacement += _PLACE_RATE * (measured - self.misplacement)
+
+
+def _outside(window: Window, others: Sequence[Window]) -> list[Window]:
+    """Return parts of a window that hold at least what is in none of some others."""
+    top, bottom, left, right = _bounds(window)
+    for other in others:
+        first, last, start, stop = _bounds(other)
+        first, last, start, stop = (
+            max(first, top),
+            min(last, bottom),
+            max(start, left),
+            min(stop, right),
+        )
+        if first < last and start < stop:
+            rows, columns = slice(first, last), slice(left, right)
+            return [
+                (slice(top, first), columns),
+                (slice(last, bottom), columns),
+                (rows, slice(left, start)),
+                (rows, slice(stop, right)),
+            ]
+    return [window]
 
 
 def _bounds(window: Window) -> tuple[int, int, int, int]:
