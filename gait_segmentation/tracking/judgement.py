@@ -17,8 +17,9 @@ from gait_segmentation.tracking.features import STEP, FeatureSelector, View
 from gait_segmentation.tracking.likelihood import colour_log_ratio, log_ratio
 from gait_segmentation.tracking.nearness import Nearness, nearness
 from gait_segmentation.tracking.person import Person
+from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.spreading import spread_evidence
-from gait_segmentation.tracking.world import Record, World
+from gait_segmentation.tracking.world import World
 
 __all__ = ['judge', 'view_of']
 

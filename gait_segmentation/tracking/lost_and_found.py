@@ -23,10 +23,11 @@ from gait_segmentation.tracking.appearance import Appearance, colour_signature
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood import likelihood_image, log_ratio
 from gait_segmentation.tracking.person import Person
+from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.search import find_silhouette, searched
 from gait_segmentation.tracking.silhouette import Silhouette
 from gait_segmentation.tracking.visibility import Sight
-from gait_segmentation.tracking.world import Record, World
+from gait_segmentation.tracking.world import World
 
 __all__ = ['SAME_COLOURS', 'LostAndFound']
 

@@ -21,6 +21,7 @@ from gait_segmentation.tracking.likelihood import likelihood_image
 from gait_segmentation.tracking.lost_and_found import LostAndFound
 from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.person import Person, new_colours
+from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.visibility import (
     LOST_BELOW,
     Sight,
@@ -28,7 +29,7 @@ from gait_segmentation.tracking.visibility import (
     likely_rows,
     visible_box,
 )
-from gait_segmentation.tracking.world import Record, World
+from gait_segmentation.tracking.world import World
 
 __all__ = ['Target']
 

@@ -6,28 +6,27 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.estimator import Motion, MotionEstimator
-from gait_segmentation.geometry import Box, compose, invert, scaling
+from gait_segmentation.geometry import Box, invert
 from gait_segmentation.images import Window, shift_whole
 from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.exposure import Exposure
 from gait_segmentation.tracking.moving import moving_pixels
+from gait_segmentation.tracking.records import Record, Shift, body_over, camera_over
 from gait_segmentation.tracking.registration import remaining_shift
 from gait_segmentation.tracking.tone import tone_curve
 from gait_segmentation.tracking.working import WorkingImage, working_scale, working_shape
 from gait_segmentation.warping import warp_window
 
-__all__ = ['Record', 'World']
+__all__ = ['World']
 
-_IDENTITY = scaling(1.0)
 _MOST_PENDING = 15
 """Frames kept that no feedback has come for."""
 
@@ -45,35 +44,6 @@ more than where pixels are judged, so that it is known before the person comes t
 
 _SMALLEST, _LARGEST = 0.7, 2.0
 """Heights, over the working height, of the people who share a world."""
-
-Shift = tuple[float, float]
-
-
-@dataclass
-class Record:
-    """
-    One frame, kept until its feedback came and as long as the cue from motion needs it.
-
-    ``windows`` are the parts in which the background is known and learnt, disjoint.
-    ``bodies`` has the shift of each body since the frame before, by track id; a track that is not
-    in it did not exist.  ``moving`` has a window for some tracks and (h, w) float32, the evidence
-    (-2..2) that its pixels move with the body rather than stay.  ``heat`` is (h, w) uint8,
-    P(person) as others see it, if they do.  ``rows`` are how far up and down from the middle of
-    some tracks' bodies they are likely.  ``people`` is (h, w) uint8, non-zero where people
-    were when the frame was learnt; None before.  ``version`` counts what the background had
-    learnt.
-    """
-
-    image: WorkingImage
-    camera: NDArray[np.float64] | None
-    background: BackgroundModel
-    version: int
-    windows: list[Window]
-    heat: NDArray[np.uint8] | None = None
-    people: NDArray[np.uint8] | None = None
-    bodies: dict[int, Shift] = field(default_factory=dict)
-    rows: dict[int, tuple[float, float]] = field(default_factory=dict)
-    moving: dict[int, tuple[Window, NDArray[np.float32]]] = field(default_factory=dict)
 
 
 class World:
@@ -231,7 +201,7 @@ class World:
         if self._background is not model:
             ahead = BackgroundModel(self.shape)
             ahead.recall(past.mean, past.count, past.window)
-            back = invert(_chain(self.pending))
+            back = invert(camera_over(self.pending))
             ahead.move(back)
             count = np.floor(ahead.count + 0.5).astype(np.uint8)
             every = (slice(0, self.shape[0]), slice(0, self.shape[1]))
@@ -247,11 +217,11 @@ class World:
         frames = [each for each in self.history if track_id in each.bodies]
         if len(frames) < 2:
             return None
-        return frames[0], _chain(frames[1:]), total_shift(frames[1:], track_id)
+        return frames[0], camera_over(frames[1:]), body_over(frames[1:], track_id)
 
     def since_mask(self, track_id: int) -> Shift:
         """Return how far a body went since the last frame that was learnt."""
-        return total_shift(self.pending, track_id)
+        return body_over(self.pending, track_id)
 
     def carried(self, image: NDArray[np.uint8], track_id: int) -> NDArray[np.uint8]:
         """Return an image of the last frame that was learnt, carried along with a body."""
@@ -316,7 +286,7 @@ class World:
             return
         first = max(0, index - _MOVING_GAP)
         earlier = frames[first]
-        camera = _chain(frames[first + 1 : index + 1])
+        camera = camera_over(frames[first + 1 : index + 1])
         for window in record.windows:
             moving = moving_pixels(
                 record.image.gray, earlier.image.gray, camera, window, self._background.sigma
@@ -366,18 +336,3 @@ def _lab_of(image: WorkingImage, windows: Sequence[Window]) -> NDArray[np.uint8]
     for window in windows:
         lab = image.lab_about(window)
     return lab
-
-
-def _chain(records: Iterable[Record]) -> NDArray[np.float64]:
-    """Return the camera's motion over several frames."""
-    total = None
-    for each in records:
-        if each.camera is not None:
-            total = each.camera if total is None else compose(each.camera, total)
-    return _IDENTITY if total is None else total
-
-
-def total_shift(records: Iterable[Record], track_id: int) -> Shift:
-    """Return how far a body went over several frames."""
-    shifts = [each.bodies[track_id] for each in records if track_id in each.bodies]
-    return sum(dx for dx, _ in shifts), sum(dy for _, dy in shifts)

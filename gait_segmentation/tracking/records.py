@@ -1,0 +1,64 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is kept of the last frames, and how camera and bodies moved over some of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import compose, scaling
+from gait_segmentation.images import Window
+from gait_segmentation.tracking.background import BackgroundModel
+from gait_segmentation.tracking.working import WorkingImage
+
+__all__ = ['Record', 'Shift', 'body_over', 'camera_over']
+
+_STILL = scaling(1.0)
+
+Shift = tuple[float, float]
+
+
+@dataclass
+class Record:
+    """
+    One frame, kept until its feedback came and as long as the cue from motion needs it.
+
+    ``windows`` are the parts in which the background is known and learnt, disjoint.
+    ``bodies`` has the shift of each body since the frame before, by track id; a track that is not
+    in it did not exist.  ``moving`` has a window for some tracks and (h, w) float32, the evidence
+    (-2..2) that its pixels move with the body rather than stay.  ``heat`` is (h, w) uint8,
+    P(person) as others see it, if they do.  ``rows`` are how far up and down from the middle of
+    some tracks' bodies they are likely.  ``people`` is (h, w) uint8, non-zero where people
+    were when the frame was learnt; None before.  ``version`` counts what the background had
+    learnt.
+    """
+
+    image: WorkingImage
+    camera: NDArray[np.float64] | None
+    background: BackgroundModel
+    version: int
+    windows: list[Window]
+    heat: NDArray[np.uint8] | None = None
+    people: NDArray[np.uint8] | None = None
+    bodies: dict[int, Shift] = field(default_factory=dict)
+    rows: dict[int, tuple[float, float]] = field(default_factory=dict)
+    moving: dict[int, tuple[Window, NDArray[np.float32]]] = field(default_factory=dict)
+
+
+def camera_over(records: Iterable[Record]) -> NDArray[np.float64]:
+    """Return the camera's motion over several frames, 2 x 3."""
+    total = None
+    for each in records:
+        if each.camera is not None:
+            total = each.camera if total is None else compose(each.camera, total)
+    return _STILL if total is None else total
+
+
+def body_over(records: Iterable[Record], track_id: int) -> Shift:
+    """Return how far a body went over several frames."""
+    shifts = [each.bodies[track_id] for each in records if track_id in each.bodies]
+    return sum(dx for dx, _ in shifts), sum(dy for _, dy in shifts)
