@@ -50,7 +50,8 @@ bit.
 
 EPILOG = """\
 a sequence is a folder with
-  frames/NNNN.png     the images (png, jpg, bmp, ...), named by number
+  frames/NNNN.png     the images (png, jpg, bmp, ...), named by number, which a
+                      name may precede (frame_0007.png)
   masks/NNNN.png      the truth: 255 person, 0 background, any other value
                       ambiguous (left out of every score); frames without a
                       mask are run but not scored

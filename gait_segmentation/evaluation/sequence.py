@@ -16,6 +16,7 @@ have ``initial_boxes``: a list of boxes of ``initial_frame``, or of ``{frame: ..
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -39,6 +40,8 @@ FRAME_SUFFIXES = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tif
 
 FIRST_STAMP_NS = 1_000_000_000
 """Stamp of frame 0: a stamp of zero means "no stamp" to the stages."""
+
+_NUMBER = re.compile(r'[0-9]+$')
 
 
 def read_image(path: Path) -> NDArray[np.uint8]:
@@ -247,9 +250,13 @@ def _numbered(folder: Path, suffixes: tuple[str, ...]) -> dict[int, Path]:
     for path in sorted(folder.iterdir()):
         if path.suffix.lower() not in suffixes:
             continue
-        if not (path.stem.isascii() and path.stem.isdigit()):
-            raise SequenceError(f'{path} must be named by its number, like 0000{path.suffix}')
-        number = int(path.stem)
+        ending = _NUMBER.search(path.stem)
+        if ending is None:
+            raise SequenceError(
+                f'{path} must be named by its number, like 0000{path.suffix} or '
+                f'frame_0000{path.suffix}'
+            )
+        number = int(ending[0])
         if number in found:
             raise SequenceError(f'{path} and {found[number].name} have the same number')
         found[number] = path

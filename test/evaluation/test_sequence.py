@@ -138,6 +138,19 @@ def test_masks_must_be_grey(tmp_path):
         read_mask(path, (6, 4))
 
 
+def test_a_name_may_precede_the_number(folder):
+    before = Sequence.load(folder)
+    truths = [before.truth(number) for number in before.numbers]
+    for kind in ('frames', 'masks'):
+        for path in list((folder / kind).iterdir()):
+            path.rename(path.with_name(f'clip2_{kind}-{path.name}'))
+    after = Sequence.load(folder)
+    assert after.numbers == before.numbers
+    for number, truth in zip(before.numbers, truths, strict=True):
+        assert after.frames[number].name == f'clip2_frames-{before.frames[number].name}'
+        np.testing.assert_array_equal(after.truth(number), truth)
+
+
 def test_odd_file_names_are_refused(folder):
     (folder / 'frames' / '0001.png').rename(folder / 'frames' / 'one.png')
     with pytest.raises(SequenceError, match='named by its number'):
