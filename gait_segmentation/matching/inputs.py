@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.images import check_stamp, same_proportions
+from gait_segmentation.images import check_stamp
+from gait_segmentation.sizes import same_proportions
 
 __all__ = ['check_frame']
 

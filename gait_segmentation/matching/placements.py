@@ -23,10 +23,11 @@ from gait_segmentation.geometry import (
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.tanimoto import WindowGrid
 
-__all__ = ['PlacementGrid', 'Sampled', 'inside', 'region']
+__all__ = ['EVERY_HEIGHT', 'PlacementGrid', 'Sampled', 'inside', 'region']
 
 _ALL = 255
-_EVERY = slice(None)
+EVERY_HEIGHT = slice(None)
+"""All the body heights there are."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +106,7 @@ class PlacementGrid:
         box: Box,
         blur: int,
         angle: float = 0.0,
-        searched: slice = _EVERY,
+        searched: slice = EVERY_HEIGHT,
     ) -> Sampled:
         """
         Resample a likelihood for all placements about a box.

@@ -9,14 +9,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.matching.builds import BuildKernels
-from gait_segmentation.matching.placements import Sampled
+from gait_segmentation.matching.placements import EVERY_HEIGHT, Sampled
 from gait_segmentation.matching.tanimoto import WindowGrid, polyphase
 from gait_segmentation.matching.transitions import UNIT
 from gait_segmentation.matching.visibility import KnownLines, LineSums
 
 __all__ = ['SimilarityMaps']
 
-_EVERY = slice(None)
 _HUGE = 2**29
 """Area of a template that is out of sight: no likelihood can be like it."""
 
@@ -51,7 +50,7 @@ class SimilarityMaps:
         self._maps = np.zeros((kernels.rows, len(cost) * kernels.pitch), np.int16)
 
     def update(
-        self, sampled: Sampled, active: NDArray[np.bool_], searched: slice = _EVERY
+        self, sampled: Sampled, active: NDArray[np.bool_], searched: slice = EVERY_HEIGHT
     ) -> NDArray[np.int16]:
         """
         Compare a frame.
