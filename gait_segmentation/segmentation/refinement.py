@@ -26,6 +26,9 @@ __all__ = ['finest', 'refine', 'upsample']
 _BAND = 1.0
 """Half width of the band, in pixels of the first cut."""
 
+_SEEN = 0.5
+"""What local colours count where the image is no finer: its data term has seen them already."""
+
 _FINEST = 2.5
 """Most that the second cut is finer than the first: 320 px for a person at the standard size."""
 
@@ -74,7 +77,7 @@ def refine(
     """
     shape = image.shape[:2]
     scale = labels.shape[0] / shape[0]
-    refined = upsample(labels, shape)
+    refined = labels.copy() if labels.shape == shape else upsample(labels, shape)
     reach = max(1, round(_BAND / scale))
     found = Box.around(refined)
     if found is None:
@@ -99,7 +102,8 @@ def refine(
         wanted.reshape(-1)[nearest] = True
         colours = cut.reshape(-1, 1, 3)[graph.pixels]
         colours = cv2.cvtColor(colours, cv2.COLOR_BGR2Lab).reshape(-1, 3)
-        add_odds(colours, discriminant(lab, labels, wanted), nearest, scale, data)
+        weight = _SEEN if labels.shape == shape else scale
+        add_odds(colours, discriminant(lab, labels, wanted), nearest, weight, data)
     contrast_links(graph, cut, contrast)
     refined[part] = minimum_cut(graph, data)
     return refined

@@ -104,8 +104,11 @@ class Segmenter:
         if not labels.any():
             return self._empty(image, match, 'the cut found no person')
         self._learn(labels, likely, match, body, window)
-        if self.config.use_refinement and labels.shape != source.shape[:2]:
-            colours = lab if self.config.use_local_colours else None
+        colours = lab if self.config.use_local_colours else None
+        # Where the source is no finer, the colours still part pixels that are mixtures.
+        if self.config.use_refinement and (
+            colours is not None or labels.shape != source.shape[:2]
+        ):
             labels = refine(source, labels, logit, self._contrast(body), colours)
         mask = np.zeros((height, width), np.uint8)
         fine = upsample(labels, size)
