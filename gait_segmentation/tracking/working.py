@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.images import Window, shrink
+from gait_segmentation.tracking.contrast import Contrast
 from gait_segmentation.tracking.exposure import Exposure
 
 __all__ = ['WorkingImage', 'working_scale', 'working_shape']
@@ -41,6 +42,7 @@ class WorkingImage:
         stamp_ns: int,
         shape: tuple[int, int],
         exposure: Exposure | None = None,
+        contrast: Contrast | None = None,
     ) -> WorkingImage:
         """
         Scale a frame.
@@ -48,11 +50,14 @@ class WorkingImage:
         :param image: (H, W, 3) uint8 BGR.
         :param shape: (h, w) of the working image.
         :param exposure: whose jumps are undone, if any.
+        :param contrast: which spreads the levels, if any.
         """
         small = shrink(image, shape)
         if small is image:
             # Conversions may come later, when the caller has already filled its buffer anew.
             small = image.copy()
+        if contrast is not None:
+            small = contrast.spread(small)
         gray = np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
         pyramid = Pyramid(gray)
         gain = 1.0 if exposure is None else exposure.update(pyramid)

@@ -17,6 +17,7 @@ from gait_segmentation.images import Window, shift_whole
 from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.contrast import Contrast
 from gait_segmentation.tracking.exposure import Exposure
 from gait_segmentation.tracking.moving import moving_pixels
 from gait_segmentation.tracking.records import Record, Shift, body_over, camera_over
@@ -71,6 +72,7 @@ class World:
         self._working_height = working_height
         self._estimator = MotionEstimator()
         self._exposure = Exposure()
+        self._contrast = Contrast()
         self._background = BackgroundModel(self.shape)
         # A model no longer needed, whose memory is used again: much of it need not be touched.
         self._spare: BackgroundModel | None = None
@@ -132,7 +134,7 @@ class World:
         :param heat: P(person) from elsewhere, uint8 of any size.
         :returns: what moved; :meth:`body_shift` then measures the people.
         """
-        frame = WorkingImage.of(image, stamp_ns, self.shape, self._exposure)
+        frame = WorkingImage.of(image, stamp_ns, self.shape, self._exposure, self._contrast)
         people = np.zeros(self.shape, np.uint8)
         areas = list(areas)
         for area in areas:

@@ -102,11 +102,17 @@ def test_the_background_is_learnt_about_people_or_everywhere() -> None:
     assert known(advanced(1, True, area)).all()
 
 
+def test_a_flat_picture_is_spread() -> None:
+    made = world()
+    for number in range(2):
+        made.advance(wall() // 4, (number + 1) * 10**7, (), camera=True)
+    assert np.ptp(made.now.image.bgr) > 2 * np.ptp(wall() // 4)
+
+
 def test_what_is_learnt_everywhere_is_what_is_there() -> None:
     made = advanced(1, True, (Box(20, 40, 30, 100),))
     assert known(made).all()
-    true = cv2.cvtColor(wall(), cv2.COLOR_BGR2Lab)
-    assert np.abs(made.now.background.mean - true).max() < 1
+    assert np.abs(made.now.background.mean - made.now.image.lab).max() < 1
 
 
 def test_where_somebody_turns_out_to_stand_is_forgotten() -> None:

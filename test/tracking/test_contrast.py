@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.tracking.contrast import Contrast, contrast_curve
+
+
+def picture(low: int, high: int, seed: int = 1) -> np.ndarray:
+    return np.random.default_rng(seed).integers(low, high + 1, (60, 80, 3)).astype(np.uint8)
+
+
+@pytest.mark.parametrize(('low', 'high'), [(0, 255), (20, 230), (60, 255)])
+def test_pictures_that_use_most_levels_stay_as_they_are(low: int, high: int) -> None:
+    image = picture(low, high)
+    assert contrast_curve(image) is None
+    assert Contrast().spread(image) is image
+
+
+@pytest.mark.parametrize(('low', 'high'), [(0, 70), (80, 160), (190, 255)])
+def test_the_levels_of_flat_pictures_are_spread(low: int, high: int) -> None:
+    spread = Contrast().spread(picture(low, high))
+    assert int(spread.max()) - int(spread.min()) >= 180
+
+
+def test_black_stays_black_and_white_stays_white() -> None:
+    assert Contrast().spread(picture(0, 70)).min() == 0
+    assert Contrast().spread(picture(190, 255)).max() == 255
+
+
+@pytest.mark.parametrize('level', [0, 128, 255])
+def test_a_picture_of_one_level_decides_nothing(level: int) -> None:
+    assert contrast_curve(np.full((8, 8, 3), level, np.uint8)) is None
+
+
+def test_no_order_of_levels_changes_and_none_is_lost_at_the_ends() -> None:
+    curve = contrast_curve(picture(100, 140))
+    assert curve is not None
+    assert curve[0] == 0
+    assert curve[255] == 255
+    assert (np.diff(curve.astype(int)) >= 0).all()
+    # What is brighter than all that was seen at first can still be told apart.
+    assert curve[255] > curve[200] > curve[150]
+
+
+def test_the_first_picture_decides_for_all_that_follow() -> None:
+    contrast = Contrast()
+    contrast.spread(picture(40, 100))
+    later = picture(0, 255, 2)
+    assert np.array_equal(contrast.spread(later), contrast_curve(picture(40, 100))[later])
+    contrast = Contrast()
+    contrast.spread(later)
+    assert contrast.spread(dark := picture(40, 100)) is dark
