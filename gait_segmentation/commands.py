@@ -12,7 +12,7 @@ from __future__ import annotations
 import os
 import signal
 from importlib import import_module
-from types import ModuleType
+from types import FrameType, ModuleType
 
 __all__ = [
     'bank',
@@ -28,6 +28,9 @@ __all__ = [
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _INTERRUPTED = 130
+_LOST_IN = ('_raw_object_cache', '__del__')
+"""Beginnings of names of functions that the compiler (llvmlite) and the interpreter call back."""
+_AGAIN_S = 0.02
 
 
 def bank() -> int:
@@ -82,13 +85,30 @@ def _run_tool(name: str) -> int:
         f'gait_segmentation.cli.{name}', f'gait_{name}: interrupted\n', _INTERRUPTED
     )
     for number, handler in before.items():
-        signal.signal(number, handler)
+        default = handler is signal.default_int_handler
+        signal.signal(number, _interrupt if default else handler)
     try:
         return int(module.main())
     finally:
         # What is left is the interpreter's own clean-up, of which nobody wants a traceback.
         for number in _SIGNALS:
             signal.signal(number, signal.SIG_IGN)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    """Raise KeyboardInterrupt, later if it comes where it would be lost but for a traceback."""
+    inside = frame
+    while inside is not None:
+        if inside.f_code.co_name.startswith(_LOST_IN):
+            # Only now: to import it takes time.
+            from threading import Timer, get_ident
+
+            again = Timer(_AGAIN_S, signal.pthread_kill, (get_ident(), number))
+            again.daemon = True
+            again.start()
+            return
+        inside = inside.f_back
+    raise KeyboardInterrupt
 
 
 def _run_node(name: str) -> int:
