@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import cv2
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import body_rows, colour_bins
 from gait_segmentation.geometry import Box
+from gait_segmentation.images import Window
 from gait_segmentation.segmentation.energy import contrast_links, mean_contrast
 from gait_segmentation.segmentation.graph_cut import decided, minimum_cut, open_graph
 from gait_segmentation.starting.barrier import barrier_logit
@@ -26,6 +28,18 @@ _CONTRAST = 2.0
 _ROOM = 0.06
 """How far beyond the box there may be something of the person that stands out, in heights."""
 
+_CHROMA_GAIN = 2.0
+"""Steepness of a and b over that of L as an edge."""
+
+_EDGE_LEVEL, _EDGE_SHARE = 8.0, 0.5
+"""Steepness that is half an edge: Sobel's response, and a share of its median in the box."""
+
+_SHORT, _OVERLAP = 0.05, 0.04
+"""
+By how much a mask may miss a side of the box, and how far what is missing is taken to reach into
+it, in heights.
+"""
+
 
 @dataclass(frozen=True)
 class FirstScene:
@@ -35,6 +49,8 @@ class FirstScene:
     ``lab`` is (h, w, 3) uint8, ``inside`` (h, w) bool, where the person may be, ``colours`` are
     learnt anew for each hypothesis, ``evidence`` (h, w) float32 are log-odds of the person that
     do not change, ``gradient`` (h, w) float32 is how steep the image is and ``height`` the box's.
+    ``edges`` (2, h, w) float32 is the direction across edges, x and y, as long as they are sure
+    (0..1).  ``box`` is the box's rows and columns if it is known to be tight, else None.
     """
 
     lab: NDArray[np.uint8]
@@ -42,8 +58,10 @@ class FirstScene:
     colours: SoftColours
     evidence: NDArray[np.float32]
     gradient: NDArray[np.float32]
+    edges: NDArray[np.float32]
     contrast: float
     height: float
+    box: Window | None
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -54,6 +72,33 @@ class FirstScene:
         """Return the same scene with the height bands of a leaning body."""
         rows = body_rows(self.shape, (0, 0), (box.center_x, box.center_y), box.height, angle)
         return replace(self, colours=self.colours.with_rows(rows))
+
+    def unreached(self, labels: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
+        """
+        Return where the person misses a side of the tight box, (h, w) bool; None if nowhere.
+
+        (A tight box is touched by what is in it at all sides: Lempitsky, Kohli, Rother and Sharp,
+        ICCV 2009.)
+
+        :param labels: (h, w) bool, a mask.
+        """
+        found = Box.around(labels)
+        if self.box is None or found is None:
+            return None
+        missing = np.zeros(self.shape, np.bool_)
+        part = missing[self.box]
+        short, overlap = _SHORT * self.height, math.ceil(_OVERLAP * self.height)
+        top, left = (int(each.start) for each in self.box)
+        ends = (
+            (part, int(found.y) - top),
+            (part[::-1], int(self.box[0].stop) - int(found.bottom)),
+            (part.T, int(found.x) - left),
+            (part.T[::-1], int(self.box[1].stop) - int(found.right)),
+        )
+        for lines, gap in ends:
+            if gap > short:
+                lines[: gap + overlap] = True
+        return missing if missing.any() else None
 
     def cut(self, logit: NDArray[np.float32]) -> NDArray[np.bool_]:
         """Return the cut of least energy with a data term, (h, w) float32."""
@@ -82,12 +127,11 @@ def first_scene(
         room = box.padded(_ROOM * box.height, _ROOM * box.height).slices(shape[1], shape[0])
         inside[room] |= known[room] > 0
     smooth = cv2.GaussianBlur(lab, (3, 3), 0).astype(np.float32)
-    gradient = np.sqrt(
-        sum(
-            cv2.Sobel(smooth, cv2.CV_32F, *order, ksize=3).astype(np.float32) ** 2
-            for order in ((1, 0), (0, 1))
-        )
-    ).sum(axis=2)
+    across, down = (
+        np.asarray(cv2.Sobel(smooth, cv2.CV_32F, *order, ksize=3), np.float32)
+        for order in ((1, 0), (0, 1))
+    )
+    gradient = np.sqrt(across**2 + down**2).sum(axis=2)
     evidence = np.float32(_BARRIER_WEIGHT) * barrier_logit(lab, inside)
     if known is not None:
         evidence += known * inside
@@ -100,4 +144,24 @@ def first_scene(
         left_out=left_out,
     )
     contrast = mean_contrast(open_graph(np.where(inside, 0, -1).astype(np.int8)), lab)
-    return FirstScene(lab, inside, colours, evidence, gradient, contrast, box.height)
+    edges = _edges(across, down, inside)
+    tight = box.slices(shape[1], shape[0]) if known is None else None
+    return FirstScene(lab, inside, colours, evidence, gradient, edges, contrast, box.height, tight)
+
+
+def _edges(
+    across: NDArray[np.float32], down: NDArray[np.float32], inside: NDArray[np.bool_]
+) -> NDArray[np.float32]:
+    """
+    Return the direction across edges, (2, h, w) float32, as long as they are sure (0..1).
+
+    :param across, down: (h, w, 3) float32, the steepness of the channels.
+    :param inside: (h, w) bool, where edges are usual.
+    """
+    gain = np.array([1, _CHROMA_GAIN, _CHROMA_GAIN], np.float32)
+    across, down = across * gain, down * gain
+    strongest = (across**2 + down**2).argmax(axis=2)[..., None]
+    both = np.stack([np.take_along_axis(each, strongest, 2)[..., 0] for each in (across, down)])
+    steep = np.sqrt((both**2).sum(axis=0))
+    usual = float(np.median(steep[inside])) if inside.any() else 0.0
+    return both / (steep + np.float32(_EDGE_LEVEL + _EDGE_SHARE * usual))

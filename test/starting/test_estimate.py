@@ -5,9 +5,10 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting import estimate_start
+from gait_segmentation.starting import Start, estimate_start
 from test.walkers import clip, overlap, small_bank
 
 
@@ -52,8 +53,7 @@ def test_it_is_deterministic() -> None:
     assert np.array_equal(start()[1].mask, start()[1].mask)
 
 
-@pytest.mark.parametrize('degrees', [-18, 0, 18])
-def test_a_leaning_person_is_found_leaning(degrees: float) -> None:
+def leaning(degrees: float) -> tuple[Start, NDArray[np.uint8]]:
     frame = clip()[0]
     height, width = frame.image.shape[:2]
     # cv2 turns against the clock for positive angles, the head then leans to the left.
@@ -62,9 +62,21 @@ def test_a_leaning_person_is_found_leaning(degrees: float) -> None:
     truth = cv2.warpAffine(frame.truths[0], turn, (width, height), flags=cv2.INTER_NEAREST)
     box = Box.around(truth == 255)
     assert box is not None
-    found = estimate_start(cv2.cvtColor(image, cv2.COLOR_BGR2Lab), box, small_bank())
+    lab = cv2.cvtColor(image, cv2.COLOR_BGR2Lab)
+    return estimate_start(lab, box, small_bank()), np.asarray(truth, np.uint8)
+
+
+@pytest.mark.parametrize('degrees', [-18, 0, 18])
+def test_a_leaning_person_is_found_leaning(degrees: float) -> None:
+    found, truth = leaning(degrees)
     assert overlap(found.mask, truth) > 0.7
     assert np.degrees(found.body.angle) == pytest.approx(degrees, abs=8)
+
+
+@pytest.mark.parametrize('degrees', [-6, 6])
+def test_a_slight_lean_is_tried_as_well(degrees: float) -> None:
+    found, _ = leaning(degrees)
+    assert np.degrees(found.body.angle) == pytest.approx(degrees, abs=3)
 
 
 @pytest.mark.parametrize(
