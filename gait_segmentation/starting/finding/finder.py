@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-import itertools
-import math
 from collections.abc import Sequence
 
 import cv2
@@ -20,20 +18,13 @@ from gait_segmentation.starting.finding.candidates import Candidate, follow
 from gait_segmentation.starting.finding.memory import Memory
 from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.starting.finding.scene import MotionScene, SceneFrame
-from gait_segmentation.starting.finding.seat import seat
-from gait_segmentation.starting.finding.watch import Watch, light_bank
-from gait_segmentation.warping import warp_window
+from gait_segmentation.starting.finding.watch import light_bank
+from gait_segmentation.starting.finding.watching import LEAST_SIGHTINGS, TALL, Watching
 
 __all__ = ['WalkerFinder']
 
-_LEAST_WATCHED, _MOST_WATCHED = 4, 16
-"""Candidates that are watched at a time, two for each person who is looked for."""
-
 _FINEST, _LARGEST = 0.375, 480
 """Scale and longest side in pixels up to which more is searched for several people."""
-
-_SHARED = 4
-"""Candidates that share one match a frame."""
 
 _PAUSE_S = 0.5
 """A pause in which too much may have changed."""
@@ -43,22 +34,6 @@ _LEAST_PERIOD_S = 0.025
 
 _BLIND_S = 0.15
 """Time at the beginning in which it is not yet known what moves."""
-
-_LEAST_SIGHTINGS = 3
-_SAME = 0.4
-"""Share of the smaller of two boxes that is common to boxes of the same person."""
-
-_ANEW_S = 0.3
-"""Time after which somebody who is matched in a wrong place is sought anew."""
-
-_TALL = 0.5
-"""Height of another candidate, as a share, from which it is somebody else and no piece."""
-
-_FIRST_WAY = 0.3
-"""Share of the way asked for that somebody must have come to be matched at all."""
-
-_REST_S = 1.0
-"""Time for which somebody found is not looked at again."""
 
 
 class WalkerFinder:
@@ -87,10 +62,9 @@ class WalkerFinder:
         self._size: tuple[int, int] | None = None
         self._stamp_ns = 0
         self._candidates: list[Candidate] = []
-        self._watched: dict[int, list[Watch]] = {}
+        self._watching = Watching(self._bank, self.config, self._people)
         self._origin = (0.0, 0.0)
         self._next = 1
-        self._rest: dict[int, float] = {}
         self._known: list[float] = []
 
     def update(
@@ -137,9 +111,9 @@ class WalkerFinder:
         self._remember(image, frame, seconds)
         self._follow(frame, seconds)
         if not wanted:
-            self._watched = {}
+            self._watching.forget()
             return []
-        found = self._verify(frame, seconds, stamp_ns, taken)
+        found = self._watching.look(frame, self._candidates, taken, stamp_ns)
         return [box.scaled(1 / scale) for box in found]
 
     def _scale(self, size: tuple[int, int]) -> float:
@@ -160,10 +134,7 @@ class WalkerFinder:
         """
         if self._frame is None or stamp_ns != self._stamp_ns:
             return None
-        hidden = self._frame.hidden
-        every = (slice(0, hidden.shape[0]), slice(0, hidden.shape[1]))
-        apart = warp_window(hidden, self._frame.to_image, every, cv2.BORDER_CONSTANT)
-        return self._memory.recall(now, window, apart)
+        return self._memory.recall(now, window, self._frame.in_image(self._frame.hidden))
 
     def strangers(self, stamp_ns: int) -> NDArray[np.uint8] | None:
         """
@@ -176,22 +147,19 @@ class WalkerFinder:
         frame = self._frame
         if frame is None or stamp_ns != self._stamp_ns:
             return None
-        tall = _TALL * max(self._known, default=0.0)
+        tall = TALL * max(self._known, default=0.0)
         blobs = [
             each.blob
             for each in self._candidates
             if each.seen == stamp_ns / 1e9
-            and each.sightings >= _LEAST_SIGHTINGS
+            and each.sightings >= LEAST_SIGHTINGS
             and each.box.height >= tall
         ]
         if not blobs:
             return None
-        table = np.zeros(256, np.uint8)
-        table[blobs] = 255
-        found = cv2.LUT(frame.owners, table)
+        found = frame.of(blobs)
         found[frame.likelihood < 128] = 0
-        every = (slice(0, found.shape[0]), slice(0, found.shape[1]))
-        return warp_window(found, frame.to_image, every, cv2.BORDER_CONSTANT)
+        return frame.in_image(found)
 
     def _remember(self, image: NDArray[np.uint8], frame: SceneFrame, seconds: float) -> None:
         if frame.fresh:
@@ -205,8 +173,7 @@ class WalkerFinder:
         self._origin = self._origin[0] - dx, self._origin[1] - dy
         for each in self._candidates:
             each.box = each.box.shifted(dx, dy)
-        for watch in itertools.chain(*self._watched.values()):
-            watch.shift(dx, dy)
+        self._watching.shift(dx, dy)
         if frame.fresh:
             self._candidates = []
         self._candidates = follow(
@@ -219,82 +186,4 @@ class WalkerFinder:
         )
         numbers = {each.number for each in self._candidates}
         self._next = max(numbers | {self._next - 1}) + 1
-        self._rest = {number: at for number, at in self._rest.items() if at > seconds}
-        self._watched = {
-            number: watches for number, watches in self._watched.items() if number in numbers
-        }
-
-    def _verify(
-        self, frame: SceneFrame, seconds: float, stamp_ns: int, taken: Sequence[Box]
-    ) -> list[Box]:
-        """Match the candidates that have waited longest: one a frame, in a crowd a few."""
-        waiting: list[tuple[float, int, Candidate, Watch | None]] = []
-        most = min(max(2 * self._people, _LEAST_WATCHED), _MOST_WATCHED)
-        for each in self._candidates:
-            if each.number in self._rest or any(_overlap(each.box, box) > _SAME for box in taken):
-                self._watched.pop(each.number, None)
-                continue
-            if each.seen != seconds or each.sightings < _LEAST_SIGHTINGS:
-                continue
-            for watch in self._watched.get(each.number, ()):
-                if watch.due(seconds):
-                    waiting.append((watch.last, each.number, each, watch))
-            if each.number not in self._watched and len(self._watched) < most:
-                waiting.append((each.born, each.number, each, None))
-        found: list[Box] = []
-        matches = math.ceil(max(len(self._watched), 1) / _SHARED)
-        for _, number, each, begun in sorted(waiting, key=lambda entry: entry[:2]):
-            if number not in self._rest and each.distance() >= _FIRST_WAY * self.config.least_way:
-                found += self._match(frame, each, begun, stamp_ns)
-                matches -= 1
-            if matches == 0:
-                break
-        return found
-
-    def _apart(self, frame: SceneFrame, one: Candidate) -> NDArray[np.uint8]:
-        """Return the likelihood without what is of other candidates."""
-        others = [
-            each.blob
-            for each in self._candidates
-            if each.blob != one.blob
-            and each.seen == one.seen
-            and each.box.height > _TALL * one.box.height
-        ]
-        if not others:
-            return frame.likelihood
-        table = np.full(256, 255, np.uint8)
-        table[others] = 0
-        return np.asarray(cv2.bitwise_and(frame.likelihood, cv2.LUT(frame.owners, table)))
-
-    def _match(
-        self, frame: SceneFrame, each: Candidate, watch: Watch | None, stamp_ns: int
-    ) -> list[Box]:
-        watches = self._watched.setdefault(each.number, [])
-        if watch is None:
-            watch = Watch(self._bank, self.config, each)
-            watches.append(watch)
-        likelihood = self._apart(frame, each)
-        box = watch.update(likelihood, each, stamp_ns)
-        if box is None:
-            if (
-                watch.astray
-                and watch is watches[-1]
-                and each.seen - watch.begun >= _ANEW_S
-                and each.distance() >= self.config.least_way
-            ):
-                anew = Watch(self._bank, self.config, each, seat(likelihood, each.box))
-                watches[1:] = [anew]
-            return []
-        self._rest[each.number] = each.seen + _REST_S
-        self._watched.pop(each.number)
-        center = frame.to_image[:, :2] @ (box.center_x, box.center_y) + frame.to_image[:, 2]
-        return [Box.from_center(float(center[0]), float(center[1]), box.width, box.height)]
-
-
-def _overlap(a: Box, b: Box) -> float:
-    """Return the share of the smaller box that lies in the other."""
-    width = min(a.right, b.right) - max(a.x, b.x)
-    height = min(a.bottom, b.bottom) - max(a.y, b.y)
-    if width <= 0 or height <= 0:
-        return 0.0
-    return width * height / min(a.width * a.height, b.width * b.height)
+        self._watching.keep(self._candidates, seconds)

@@ -25,6 +25,7 @@ from gait_segmentation.images import Window
 from gait_segmentation.starting.finding.background import MotionBackground
 from gait_segmentation.starting.finding.blobs import Blob, find_blobs
 from gait_segmentation.starting.finding.difference import RecentFrames
+from gait_segmentation.warping import warp_window
 
 __all__ = ['MotionScene', 'SceneFrame']
 
@@ -67,6 +68,22 @@ class SceneFrame:
     step: NDArray[np.float64] | None
     hidden: NDArray[np.uint8]
     fresh: bool
+
+    def of(self, blobs: Sequence[int]) -> NDArray[np.uint8]:
+        """Return where some blobs are, (h, w) uint8 0/255, by their numbers."""
+        table = np.zeros(256, np.uint8)
+        table[list(blobs)] = 255
+        return np.asarray(cv2.LUT(self.owners, table))
+
+    def in_image(self, mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return a mask of the canvas as it lies in the small image."""
+        every = (slice(0, mask.shape[0]), slice(0, mask.shape[1]))
+        return warp_window(mask, self.to_image, every, cv2.BORDER_CONSTANT)
+
+    def box_in_image(self, box: Box) -> Box:
+        """Return a box of the canvas as it lies in the small image."""
+        x, y = self.to_image[:, :2] @ (box.center_x, box.center_y) + self.to_image[:, 2]
+        return Box.from_center(float(x), float(y), box.width, box.height)
 
 
 class MotionScene:

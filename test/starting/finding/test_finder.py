@@ -203,8 +203,8 @@ def test_a_walker_whose_body_was_sought_in_a_wrong_place_is_found(
         finder, found = WalkerFinder(small_bank()), []
         for number, frame in enumerate(clip(pan=0.0, frames=40)):
             found += [(number, box) for box in finder.update(frame.image, frame.stamp_ns)]
-            if not finder._rest and number < 10:
-                for watches in finder._watched.values():
+            if not finder._watching._rest and number < 10:
+                for watches in finder._watching._watched.values():
                     first = watches[0]
                     first._box = Box.from_center(
                         first._blob.right + 20, first._blob.center_y - 15, 12, 30

@@ -114,3 +114,21 @@ def test_who_is_known_is_no_blob_and_is_not_learnt(pan: float) -> None:
     frame = scene.update(noisy, FIRST + PERIOD * 20)
     boxes = [blob.box.shifted(frame.to_image[0, 2], 0) for blob in frame.blobs]
     assert max(box.iou(known) for box in boxes) > 0.5
+
+
+@pytest.mark.parametrize('pan', [0.0, 1.3])
+def test_blobs_are_shown_where_they_are_in_the_image(pan: float) -> None:
+    frame = play(16, pan=pan)[-1]
+    largest = frame.blobs[0].number
+    assert not frame.of([]).any()
+    assert ((frame.of([largest]) > 0) == (frame.owners == largest)).all()
+    found = frame.in_image(frame.of([largest])) > 127
+    assert found[block(15)].mean() > 0.9
+    assert found[:, 70:].mean() < 0.02
+
+
+def test_a_box_of_the_canvas_moves_with_it() -> None:
+    frame = play(16, pan=1.3)[-1]
+    box = frame.box_in_image(Box(20, 30, 10, 40))
+    assert (box.width, box.height) == (10, 40)
+    assert box.x - 20 == pytest.approx(frame.to_image[0, 2], abs=0.5)
