@@ -8,8 +8,9 @@ One formula covers what is known of a background pixel and what is not::
     p_bg = a [(1 - s) N(c; B, sigma) + s S(c; B, sigma)] + (1 - a) p_bg,hist
     L    = ln(p_fg,hist / p_bg)
 
-with the background's mean B, trust a = a_max n / (n + 1/2) in a pixel seen n times, and the
-density S of a cast shadow: any lightness from ``floor`` to 1 of the background's, same chroma.
+with the background's mean B, trust a = a_max n / (n + 1/10 + m) in a pixel seen n times if the
+background is misplaced by m pixels, and the density S of a cast shadow: any lightness from
+``floor`` to 1 of the background's, same chroma.
 Near the feet shadows are likely and may be dark; higher up, on a wall, they are soft and rare.
 Where the background is steep, sigma grows by what a misplaced background would differ there.
 """

@@ -15,6 +15,12 @@ __all__ = ['SIGMOID', 'against_rivals', 'colour_ratios', 'probabilities', 'ratio
 _SHADOW_FROM, _SHADOW_TO = 0.60, 0.85
 """Where down the body cast shadows begin and are full."""
 
+_DOUBT = 0.1
+"""
+Times a pixel must have been seen for half of the trust: what was just uncovered tells at once.
+How far the background is misplaced, in pixels, is added, since it may be another pixel then.
+"""
+
 _LEAST_COUNT = 0.25
 """Background pixels seen less often than this, at the rim of what is known, are unknown."""
 
@@ -108,7 +114,8 @@ def ratios(
     :param slopes: what :meth:`BackgroundModel.slopes` says of the window; not read if nothing
         is misplaced.
     """
-    zero, one, half = np.float32(0), np.float32(1), np.float32(0.5)
+    zero, one = np.float32(0), np.float32(1)
+    doubt = np.float32(_DOUBT + misplacement)
     scale = np.float32(1 / (2 * sigma * sigma))
     peak = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma) ** 1.5)
     flat = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma))
@@ -153,10 +160,10 @@ def ratios(
             plain = (one - cast - soft) * peak * _exp_minus(square)
             plain = plain if square < far else zero
             seen = (shadow + plain) * _exp_minus(chroma) if chroma < far else zero
-            # Both times (count + 1/2), which saves a division.
+            # Both times (count + doubt), which saves a division.
             known = most * count if count > least else zero
-            p_background = known * seen + (count + half - known) * of_surroundings[col]
-            value = _log((count + half) * of_person[col] / p_background)
+            p_background = known * seen + (count + doubt - known) * of_surroundings[col]
+            value = _log((count + doubt) * of_person[col] / p_background)
             bound = high if count >= one else low
             result[col] = min(max(value, -bound), bound)
 

@@ -63,10 +63,19 @@ def test_the_background_term_is_the_stated_density() -> None:
     config = TrackingConfig()
     sigma = background.sigma
     peak = BIN_VOLUME / (2 * np.pi * sigma**2) ** 1.5
-    trust = config.background_trust * 10 / 10.5
+    trust = config.background_trust * 10 / 10.1
     seen = (1 - config.shade_share) * peak
     expected = np.log((1 + 1e-4) / (trust * seen + (1 - trust) * 1e-4))
     assert ratio(image(RED), background)[2, 2] == pytest.approx(expected, abs=1e-3)
+
+
+def test_background_seen_once_tells_already_unless_it_may_be_misplaced() -> None:
+    once, unknown = BackgroundModel(SHAPE), image((10, 60, 60))
+    once.learn(image(GREY), np.zeros(SHAPE, np.uint8))
+    sure = ratio(unknown, once).min()
+    assert 1.5 < sure < ratio(unknown, known(GREY)).min()
+    once.misplacement = 0.4
+    assert ratio(unknown, once).max() < sure - 0.5
 
 
 def test_a_shadow_at_the_feet_is_background() -> None:
@@ -141,7 +150,7 @@ def _plainly(
                     shadow += share / (base * (1 - floor)) / (2 * np.pi * sigma**2)
             plain = (1 - cast - shade) * np.exp(-square) / (2 * np.pi * sigma**2) ** 1.5
             seen = BIN_VOLUME * np.exp(-chroma) * (plain + shadow)
-            trust = config.background_trust * count / (count + 0.5)
+            trust = config.background_trust * count / (count + 0.1 + model.misplacement)
             p_background = trust * seen + (1 - trust) * p_background
             bound = config.background_logit_limit if count >= 1 else bound
         out[place] = np.clip(np.log(p_person / p_background), -bound, bound)
