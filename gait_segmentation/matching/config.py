@@ -66,8 +66,8 @@ class MatchingConfig(StageConfig):
     )
     scale_reach: int = parameter(
         1,
-        'Body heights searched above and below the one the path leads to, in its first frame '
-        'that of the box.',
+        'Body heights searched above and below the one the path leads to; in its first frame '
+        'all are.',
         minimum=1,
         maximum=5,
         read_only=True,

@@ -177,15 +177,16 @@ class SequenceMatcher:
 
     def _heights(self, jump: int) -> slice:
         """
-        Return the body heights to search: next to where the path leads, first to the box's own.
+        Return the body heights to search: those next to where the path leads, first all.
 
         :param jump: by how many body heights the box jumped against the body.
         """
-        grid, reach = self._placements, self.config.scale_reach
-        middle = self._height - jump if self._path.frames else grid.center[0]
+        count, reach = self._placements.shape[0], self.config.scale_reach
+        if self._path.frames == 0:
+            return slice(0, count)
         # At the ends as many are searched as elsewhere.
-        first = max(min(middle - reach, grid.shape[0] - 2 * reach - 1), 0)
-        return slice(first, min(first + 2 * reach + 1, grid.shape[0]))
+        first = max(min(self._height - jump - reach, count - 2 * reach - 1), 0)
+        return slice(first, min(first + 2 * reach + 1, count))
 
     def _find_phase(
         self,
