@@ -110,7 +110,7 @@ class MotionEstimator:
         camera: bool = True,
     ) -> Motion:
         """
-        Measure the motion since the last frame.
+        Measure the motion since the last frame in which anything can be seen.
 
         :param frame: the brightness of this frame, (h, w) at full size.
         :param people: (h, w) uint8 of the last frame, non-zero where people may be; corners of
@@ -118,6 +118,10 @@ class MotionEstimator:
         :param body: (h, w) uint8 of the last frame, non-zero on the tracked person.
         :param camera: whether to estimate the motion of the camera.
         """
+        if frame.is_blank:
+            # Nothing can be followed into it; the next picture is compared with the last one.
+            self._last = None
+            return Motion(None, None)
         self._last, self._now = self._now, frame
         if self._last is None or self._last.shape != frame.shape:
             self._last = None

@@ -13,6 +13,12 @@ __all__ = ['BORDER', 'Pyramid']
 BORDER = 16
 """Pixels about a padded image."""
 
+_CELLS = 3
+"""Halvings that make a cell a pixel."""
+
+_LEAST_RANGE = 8
+"""Grey levels between the darkest and the brightest cell below which nothing can be seen."""
+
 
 class Pyramid:
     """
@@ -37,6 +43,13 @@ class Pyramid:
         while len(self._images) <= level:
             self._images.append(_halved(self._images[-1]))
         return self._images[level]
+
+    @property
+    def is_blank(self) -> bool:
+        """Return whether nothing can be seen, as when something covers the lens."""
+        # Means of cells, in which noise is far less.
+        cells = self.image(_CELLS)
+        return int(cells.max()) - int(cells.min()) < _LEAST_RANGE
 
     def padded(self, level: int) -> NDArray[np.uint8]:
         """Return the image of a level with its border continued by :data:`BORDER` pixels."""

@@ -48,11 +48,13 @@ class Exposure:
 
     def update(self, frame: Pyramid) -> float:
         """
-        Take in a frame.
+        Take in a frame; one in which nothing can be seen says nothing.
 
         :param frame: its brightness as it came.
         :returns: the gain for it.
         """
+        if frame.is_blank:
+            return self.gain
         # Means of cells, so that neither texture nor a shift of the picture counts.
         now = frame.image(_LEVEL)
         last = self._last

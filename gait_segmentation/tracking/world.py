@@ -146,7 +146,7 @@ class World:
         background = self._background_now(motion.camera, about, self._spare)
         if background is self._spare:
             self._spare = None
-        if tone and about:
+        if tone and about and not frame.pyramid.is_blank:
             frame = self._toned(frame, background, people, about)
         shift = None
         if camera and about:
@@ -266,13 +266,15 @@ class World:
         gate: bool = True,
     ) -> None:
         """
-        Learn the background from a frame just taken.
+        Learn the background from a frame just taken, unless nothing can be seen in it.
 
         :param people: (h, w) uint8, non-zero where people may be.
         :param around: windows about people, in which the noise is measured.
         :param gate: whether to leave out what moves against the world.
         """
         record.people = people
+        if record.image.pyramid.is_blank:
+            return
         lab = _lab_of(record.image, [*record.windows, *around])
         self._background.measure_noise(lab, people, around)
         if gate:

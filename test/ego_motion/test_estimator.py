@@ -78,6 +78,19 @@ def test_an_image_without_texture_has_no_motion() -> None:
     assert motion.body is None
 
 
+def test_frames_in_which_nothing_can_be_seen_are_passed_over() -> None:
+    motion = np.array([[1, 0, 5.0], [0, 1, -2.0]])
+    estimator = MotionEstimator()
+    estimator.update(Pyramid(scene()), None, None)
+    body = np.full((240, 320), 255, np.uint8)
+    for _ in range(3):
+        covered = estimator.update(Pyramid(np.full((240, 320), 90, np.uint8)), None, body)
+        assert covered.camera is None
+        assert covered.body is None
+    found = estimator.update(Pyramid(moved(scene(), motion)), None, None)
+    np.testing.assert_allclose(found.camera, motion, atol=0.1)
+
+
 def test_another_size_starts_anew() -> None:
     estimator = MotionEstimator()
     estimator.update(Pyramid(scene()), None, None)

@@ -26,3 +26,10 @@ def test_the_border_goes_on() -> None:
 
 def test_there_is_always_a_pixel_left() -> None:
     assert Pyramid(np.zeros((1, 3), np.uint8)).image(4).shape == (1, 1)
+
+
+def test_noise_alone_is_blank_and_one_small_person_is_not() -> None:
+    noise = np.random.default_rng(0).normal(90, 4, (480, 640))
+    assert Pyramid(np.clip(noise, 0, 255).astype(np.uint8)).is_blank
+    noise[200:220, 300:308] = 150
+    assert not Pyramid(np.clip(noise, 0, 255).astype(np.uint8)).is_blank

@@ -115,6 +115,19 @@ def test_what_is_learnt_everywhere_is_what_is_there() -> None:
     assert np.abs(made.now.background.mean - made.now.image.lab).max() < 1
 
 
+def test_nothing_is_learnt_from_a_covered_lens() -> None:
+    made = advanced(3, True)
+    before = made.now.background.mean.copy()
+    blank = np.full_like(wall(), 90)
+    for stamp in (10**9, 2 * 10**9):
+        made.advance(blank, stamp, (), camera=True)
+        _, record = made.take(stamp)
+        assert record is not None
+        made.learn(record, np.zeros(made.shape, np.uint8), ())
+    made.advance(wall(), 3 * 10**9, (), camera=True)
+    np.testing.assert_array_equal(made.now.background.mean, before)
+
+
 def test_where_somebody_turns_out_to_stand_is_forgotten() -> None:
     made = advanced(1)
     before = known(made)
