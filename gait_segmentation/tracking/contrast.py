@@ -4,7 +4,7 @@
 Levels of flat pictures, spread.
 
 In the dark, in haze and behind glass pictures use few of the 256 levels.  The bins of histograms
-and the least noise that models allow for are made for pictures that use most of them.
+and the least noise that models allow for are made for pictures that use many of them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ __all__ = ['Contrast', 'contrast_curve']
 _LEFT_OUT = 0.005
 """Share of the levels at either end that does not count."""
 
-_FULL = 192.0
+_FULL = 128.0
 """Levels that a picture which needs no spreading uses at least."""
 
 _MOST = 4.0

@@ -56,16 +56,17 @@ class WorkingImage:
         if small is image:
             # Conversions may come later, when the caller has already filled its buffer anew.
             small = image.copy()
-        if contrast is not None:
-            small = contrast.spread(small)
         gray = np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
         pyramid = Pyramid(gray)
+        # First, as a jump is a factor only of the levels as they came.
         gain = 1.0 if exposure is None else exposure.update(pyramid)
-        if gain != 1.0:
-            small = cv2.convertScaleAbs(small, alpha=gain)
-            gray = cv2.convertScaleAbs(gray, alpha=gain)
+        made = small if gain == 1.0 else cv2.convertScaleAbs(small, alpha=gain)
+        if contrast is not None:
+            made = contrast.spread(made)
+        if made is not small:
+            gray = np.asarray(cv2.cvtColor(made, cv2.COLOR_BGR2GRAY))
             pyramid = Pyramid(gray)
-        return cls(stamp_ns, small, gray, pyramid, np.zeros(small.shape, np.uint8))
+        return cls(stamp_ns, made, gray, pyramid, np.zeros(made.shape, np.uint8))
 
     def toned(self, curve: NDArray[np.uint8]) -> WorkingImage:
         """

@@ -12,8 +12,8 @@ def picture(low: int, high: int, seed: int = 1) -> np.ndarray:
     return np.random.default_rng(seed).integers(low, high + 1, (60, 80, 3)).astype(np.uint8)
 
 
-@pytest.mark.parametrize(('low', 'high'), [(0, 255), (20, 230), (60, 255)])
-def test_pictures_that_use_most_levels_stay_as_they_are(low: int, high: int) -> None:
+@pytest.mark.parametrize(('low', 'high'), [(0, 255), (20, 230), (50, 185)])
+def test_pictures_that_use_many_levels_stay_as_they_are(low: int, high: int) -> None:
     image = picture(low, high)
     assert contrast_curve(image) is None
     assert Contrast().spread(image) is image
@@ -22,7 +22,7 @@ def test_pictures_that_use_most_levels_stay_as_they_are(low: int, high: int) -> 
 @pytest.mark.parametrize(('low', 'high'), [(0, 70), (80, 160), (190, 255)])
 def test_the_levels_of_flat_pictures_are_spread(low: int, high: int) -> None:
     spread = Contrast().spread(picture(low, high))
-    assert int(spread.max()) - int(spread.min()) >= 180
+    assert int(spread.max()) - int(spread.min()) >= 120
 
 
 def test_black_stays_black_and_white_stays_white() -> None:

@@ -6,6 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.tracking.contrast import Contrast
+from gait_segmentation.tracking.exposure import Exposure
 from gait_segmentation.tracking.working import WorkingImage, working_scale, working_shape
 
 
@@ -39,3 +41,15 @@ def test_a_frame_outlives_the_buffer_it_came_from() -> None:
     frame = WorkingImage.of(image, 3, (20, 30))
     image[:] = 0
     assert frame.lab[..., 0].min() > 150
+
+
+def test_a_jump_of_the_exposure_is_undone_before_levels_are_spread() -> None:
+    image = np.random.default_rng(0).integers(60, 130, (240, 320, 3)).astype(np.uint8)
+    image = cv2.blur(image, (5, 5))
+    exposure, contrast = Exposure(), Contrast()
+    made = [
+        WorkingImage.of(cv2.convertScaleAbs(image, alpha=gain), 3, (240, 320), exposure, contrast)
+        for gain in (1.0, 1.5)
+    ]
+    assert np.ptp(made[0].gray) > 1.5 * np.ptp(image)
+    assert np.abs(made[1].gray.astype(int) - made[0].gray).mean() < 2
