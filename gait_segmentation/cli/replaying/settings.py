@@ -44,7 +44,9 @@ def read_parameter_file(path: Path, settings: Settings) -> Settings:
     try:
         content = yaml.safe_load(path.read_text(encoding='utf-8')) or {}
     except OSError as error:
-        raise ConfigError(f'{path} cannot be read: {error.strerror}') from error
+        raise ConfigError(
+            f'{path} cannot be read as a parameter file: {error.strerror}'
+        ) from error
     except (UnicodeDecodeError, yaml.YAMLError) as error:
         raise ConfigError(f'{path} cannot be read as a parameter file: {error}') from error
     if not isinstance(content, dict):
