@@ -71,6 +71,8 @@ def warm_up_tracker(
     from gait_segmentation.tracking import PeopleTracker
     from gait_segmentation.tracking.background import BackgroundModel
     from gait_segmentation.tracking.cues import add_motion
+    from gait_segmentation.tracking.learning import without_world
+    from gait_segmentation.tracking.spreading import spread_evidence
 
     finder = WalkerFinder(bank, starting)
     for index in range(_FRAMES):
@@ -93,6 +95,10 @@ def warm_up_tracker(
     model.move(still)
     model.move(np.array([[0.9, -0.1, 0.0], [0.1, 0.9, 0.0]]))
     model.slopes(part)
+    moving, lab = np.full(gray.shape, -1, np.float32), np.zeros((*gray.shape, 3), np.uint8)
+    spread_evidence(lab, model.sums, part, 2.5, moving, gray, 80.0, 0.5)
+    for settled in (False, True):
+        without_world(gray + np.uint8(255), gray, (part, moving), 80.0, settled=settled)
 
 
 def warm_up_matcher(bank: TemplateBank, config: MatchingConfig) -> None:
