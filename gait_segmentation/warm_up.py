@@ -97,8 +97,10 @@ def warm_up_tracker(
     model.slopes(part)
     moving, lab = np.full(gray.shape, -1, np.float32), np.zeros((*gray.shape, 3), np.uint8)
     spread_evidence(lab, model.sums, part, 2.5, moving, gray, 80.0, 0.5)
+    blob = np.pad(np.full((6, 6), 255, np.uint8), 5)
+    about = (slice(2, 14), slice(2, 14)), np.full((12, 12), -1, np.float32)
     for settled in (False, True):
-        without_world(gray + np.uint8(255), gray, (part, moving), 80.0, settled=settled)
+        without_world(blob, blob, about, 80.0, settled=settled)
 
 
 def warm_up_matcher(bank: TemplateBank, config: MatchingConfig) -> None:
