@@ -10,7 +10,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.sizes import same_proportions, shrink
 
 __all__ = [
     'Bounds',
@@ -20,9 +19,7 @@ __all__ = [
     'check_map',
     'check_stamp',
     'count_likely',
-    'same_proportions',
     'shift_whole',
-    'shrink',
     'signed_distance',
 ]
 

@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import check_image, check_map, same_proportions
+from gait_segmentation.images import check_image, check_map
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback, MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.segmentation import PeopleMasks, PeopleSegmenter, SegmentationConfig
+from gait_segmentation.sizes import same_proportions
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 

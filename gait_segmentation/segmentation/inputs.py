@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box, body_window
-from gait_segmentation.images import Window, check_map, same_proportions, shrink
+from gait_segmentation.images import Window, check_map
+from gait_segmentation.sizes import same_proportions, shrink
 
 __all__ = ['check_sizes', 'in_window', 'source_window', 'window_about', 'without']
 

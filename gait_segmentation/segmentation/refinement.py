@@ -16,10 +16,10 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import shrink
 from gait_segmentation.segmentation.energy import contrast_links
 from gait_segmentation.segmentation.graph_cut import minimum_cut, open_graph
 from gait_segmentation.segmentation.local_colours import add_odds, discriminant
+from gait_segmentation.sizes import shrink
 
 __all__ = ['finest', 'refine', 'upsample']
 

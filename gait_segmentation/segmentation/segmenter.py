@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.images import Window, check_image, shrink
+from gait_segmentation.images import Window, check_image
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.components import fill_holes, keep_supported
 from gait_segmentation.segmentation.config import SegmentationConfig
@@ -28,6 +28,7 @@ from gait_segmentation.segmentation.refinement import finest, refine, upsample
 from gait_segmentation.segmentation.residual import PersonalShape
 from gait_segmentation.segmentation.shape_prior import ShapeTerms, shape_terms
 from gait_segmentation.segmentation.thin_parts import loosen_thin_parts
+from gait_segmentation.sizes import shrink
 
 __all__ = ['Segmenter']
 

@@ -10,14 +10,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import scaling
-from gait_segmentation.images import (
-    Bounds,
-    Window,
-    bounding_box,
-    count_likely,
-    shrink,
-)
+from gait_segmentation.images import Bounds, Window, bounding_box, count_likely
 from gait_segmentation.results import Feedback
+from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.person import Person
 from gait_segmentation.warping import warp_window
 

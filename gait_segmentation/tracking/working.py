@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.pyramid import Pyramid
-from gait_segmentation.images import Window, shrink
+from gait_segmentation.images import Window
+from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.contrast import Contrast
 from gait_segmentation.tracking.exposure import Exposure
 

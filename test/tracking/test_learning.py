@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.images import shrink
 from gait_segmentation.results import Feedback
+from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.learning import WholeArea, grown, without_world, working_masks
 from gait_segmentation.tracking.person import Person, new_colours

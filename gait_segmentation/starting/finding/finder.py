@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window, check_image, check_stamp, shrink
+from gait_segmentation.images import Window, check_image, check_stamp
+from gait_segmentation.sizes import shrink
 from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.finding.candidates import Candidate, follow
 from gait_segmentation.starting.finding.memory import Memory

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import compose, invert, scaling
-from gait_segmentation.images import Window, shrink
+from gait_segmentation.images import Window
+from gait_segmentation.sizes import shrink
 from gait_segmentation.starting.finding.overlay import exposed_alike, laid, misplaced, warped
 from gait_segmentation.starting.finding.recollection import (
     SURE_COUNT,
