@@ -43,7 +43,13 @@ similarity with the likelihood later, and in how good the result is.
 
 _VOTE = 0.05
 _TILTED, _TILTED_VIEWS, _MOST_TILT = 0.05, 2, 0.5
-_BORDER_PX = 2
+_BORDER_PX, _BORDER = 2, 0.09
+_BROAD = 0.75
+"""
+How close to the border of the image a box ends there: in pixels, and of a box broader than a whole
+body, which has this width over its height, as a share of its size.  The margin that a given box is
+shrunk by is less.
+"""
 
 
 @dataclass(frozen=True)
@@ -99,6 +105,7 @@ def estimate_start(
         nothing is known.
     """
     shape = lab.shape[:2]
+    box, (cut_top, cut_bottom, cut_left, cut_right) = _at_borders(box, shape)
     window = _window(box, shape)
     part = lab[window]
     scale = min(1.0, height / box.height)
@@ -115,9 +122,9 @@ def estimate_start(
         bank,
         small,
         size,
-        cut_top=box.y < _BORDER_PX,
-        cut_bottom=box.bottom > shape[0] - _BORDER_PX,
-        cut_side=box.x < _BORDER_PX or box.right > shape[1] - _BORDER_PX,
+        cut_top=cut_top,
+        cut_bottom=cut_bottom,
+        cut_side=cut_left or cut_right,
     )
     results = [_maximise(hypothesis, scene, rounds) for hypothesis in fit()]
     tilt = _tilt(_vote(results) > 0.5)
@@ -164,6 +171,24 @@ def _tilt(labels: NDArray[np.bool_]) -> float:
 def _window(box: Box, shape: tuple[int, int]) -> tuple[slice, slice]:
     area = body_window(box.center_x, box.center_y, box.height, box)
     return area.slices(shape[1], shape[0])
+
+
+def _at_borders(box: Box, shape: tuple[int, int]) -> tuple[Box, tuple[bool, bool, bool, bool]]:
+    """
+    Return a box up to the borders that cut the body, and which those are.
+
+    :param shape: (h, w) of the image.
+    :returns: the box, and whether the border cuts at the top, bottom, left and right.
+    """
+    broad = box.width > _BROAD * box.height
+    tall = max(_BORDER_PX, _BORDER * box.height) if broad else _BORDER_PX
+    wide = max(_BORDER_PX, _BORDER * box.width) if broad else _BORDER_PX
+    top, bottom = box.y < tall, box.bottom > shape[0] - tall
+    left, right = box.x < wide, box.right > shape[1] - wide
+    x, y = min(box.x, 0.0) if left else box.x, min(box.y, 0.0) if top else box.y
+    end = max(box.right, float(shape[1])) if right else box.right
+    low = max(box.bottom, float(shape[0])) if bottom else box.bottom
+    return Box(x, y, end - x, low - y), (top, bottom, left, right)
 
 
 def _maximise(hypothesis: Hypothesis, scene: FirstScene, rounds: int) -> _Result:

@@ -25,11 +25,16 @@ VIEWS = (0.0, np.pi / 4, np.pi / 2, 3 * np.pi / 4, np.pi)
 _ANISOTROPY = 0.35
 """Most that a template is stretched in one direction against the other, as a logarithm."""
 
-_ASPECT_SIGMA = 0.32
+_ASPECT_SIGMA, _CUT_SIGMA = 0.32, 0.64
+"""
+Spread of a box's aspect about that of its template, as a logarithm: of a whole body, and of one
+that the border of the image cuts.
+"""
+
 _NEGLIGIBLE = 0.02
 """Templates whose aspect is this much less likely than the best one's are left out."""
 
-_TALLER = (1.0, 1.2, 1.5)
+_TALLER = (1.0, 1.4, 2.0, 2.8)
 """Bodies tried that reach beyond the border of the image, in heights of the box."""
 
 
@@ -111,7 +116,7 @@ def _fit(
     angle: float,
 ) -> Hypothesis:
     cut = cut_top or cut_bottom
-    sigma = _ASPECT_SIGMA * (3 if cut or cut_side else 1)
+    sigma = _CUT_SIGMA if cut or cut_side else _ASPECT_SIGMA
     factors = _TALLER if cut else (1.0,)
     which = np.repeat(np.arange(len(laid.templates)), len(factors))
     factor = np.tile(factors, len(laid.templates))

@@ -89,6 +89,22 @@ def test_boxes_at_borders_and_of_odd_sizes_give_a_mask(box: Box) -> None:
     assert found.body.height >= 1
 
 
+def test_a_person_cut_by_the_border_is_found_down_to_it() -> None:
+    frame = clip()[0]
+    whole = frame.boxes[0]
+    assert whole is not None
+    end = round(whole.y + 0.3 * whole.height)
+    lab = cv2.cvtColor(np.ascontiguousarray(frame.image[:end]), cv2.COLOR_BGR2Lab)
+    truth = frame.truths[0][:end]
+    tight = Box.around(truth == 255)
+    assert tight is not None
+    # As a box that was given comes, shrunk by a margin.
+    found = estimate_start(lab, tight.padded(-0.03 * tight.width, -1.5), small_bank())
+    assert overlap(found.mask, truth) > 0.8
+    assert found.mask[-1].any()
+    assert found.body.height > 1.3 * tight.height
+
+
 def test_a_constant_image_gives_a_mask() -> None:
     lab = np.full((100, 100, 3), 128, np.uint8)
     found = estimate_start(lab, Box(30, 20, 30, 70), small_bank(), rounds=2)
