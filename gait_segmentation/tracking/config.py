@@ -133,6 +133,9 @@ class TrackingConfig(StageConfig):
     use_tone: bool = parameter(
         True, "Undo changes of the camera's tone curve, read off the remembered background."
     )
+    use_texture: bool = parameter(
+        True, 'In images without colour, tell things apart by the energy of their gradients, too.'
+    )
     use_motion_gate: bool = parameter(
         True, 'Do not learn as background what moves against it: other people, cars.'
     )

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -190,7 +189,7 @@ class LostAndFound:
             slice(columns.start * step, columns.stop * step, step),
         )
         # Not of the world, which would convert all of the image at full size.
-        lab = cv2.cvtColor(np.ascontiguousarray(record.image.bgr[every]), cv2.COLOR_BGR2Lab)
+        lab = record.image.lab_every(every)
         shape = (lab.shape[0], lab.shape[1])
         origin = (columns.start, rows.start)
         logit = log_ratio(

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.images import Window
+from gait_segmentation.lab import REACH, gray_lab, is_gray
 from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.contrast import Contrast
 from gait_segmentation.tracking.exposure import Exposure
@@ -24,15 +25,17 @@ class WorkingImage:
     """
     One frame at working size.
 
-    ``bgr`` is (h, w, 3) uint8, ``gray`` its brightness, with which ``pyramid`` begins.  The
-    conversion to Lab takes longer than anything else that is done to whole images, so it is made
-    only where it is asked for.
+    ``bgr`` is (h, w, 3) uint8, ``gray`` its brightness, with which ``pyramid`` begins;
+    ``textured`` says that it has no colour and shows gradient energy in the place of a* and b*
+    (:func:`~gait_segmentation.lab.gray_lab`).  The conversion to Lab takes longer than anything
+    else that is done to whole images, so it is made only where it is asked for.
     """
 
     stamp_ns: int
     bgr: NDArray[np.uint8]
     gray: NDArray[np.uint8]
     pyramid: Pyramid
+    textured: bool
     _lab: NDArray[np.uint8]
     _converted: list[Window] = field(default_factory=list)
 
@@ -44,6 +47,8 @@ class WorkingImage:
         shape: tuple[int, int],
         exposure: Exposure | None = None,
         contrast: Contrast | None = None,
+        *,
+        texture: bool = True,
     ) -> WorkingImage:
         """
         Scale a frame.
@@ -52,6 +57,7 @@ class WorkingImage:
         :param shape: (h, w) of the working image.
         :param exposure: whose jumps are undone, if any.
         :param contrast: which spreads the levels, if any.
+        :param texture: whether gradient energy stands for colours that there are not.
         """
         small = shrink(image, shape)
         if small is image:
@@ -67,7 +73,8 @@ class WorkingImage:
         if made is not small:
             gray = np.asarray(cv2.cvtColor(made, cv2.COLOR_BGR2GRAY))
             pyramid = Pyramid(gray)
-        return cls(stamp_ns, made, gray, pyramid, np.zeros(made.shape, np.uint8))
+        lab = np.zeros(made.shape, np.uint8)
+        return cls(stamp_ns, made, gray, pyramid, texture and is_gray(made), lab)
 
     def toned(self, curve: NDArray[np.uint8]) -> WorkingImage:
         """
@@ -76,7 +83,8 @@ class WorkingImage:
         :param curve: (256,) uint8, the new level of each.
         """
         bgr, gray = np.asarray(cv2.LUT(self.bgr, curve)), np.asarray(cv2.LUT(self.gray, curve))
-        made = WorkingImage(self.stamp_ns, bgr, gray, Pyramid(gray), np.zeros(bgr.shape, np.uint8))
+        lab = np.zeros(bgr.shape, np.uint8)
+        made = WorkingImage(self.stamp_ns, bgr, gray, Pyramid(gray), self.textured, lab)
         for window in self._converted:
             made.lab_about(window)
         return made
@@ -98,9 +106,28 @@ class WorkingImage:
             ):
                 return self._lab
         if rows.start < rows.stop and columns.start < columns.stop:
-            self._lab[window] = cv2.cvtColor(self.bgr[window], cv2.COLOR_BGR2Lab)
+            self._lab[window] = self._lab_of(window)
             self._converted.append(window)
         return self._lab
+
+    def lab_every(self, every: Window) -> NDArray[np.uint8]:
+        """
+        Return some of the pixels in Lab, (h, w, 3) uint8.
+
+        :param every: rows and columns with a step, so that not all need be converted.
+        """
+        if self.textured:
+            return np.ascontiguousarray(self.lab[every])
+        return np.asarray(cv2.cvtColor(np.ascontiguousarray(self.bgr[every]), cv2.COLOR_BGR2Lab))
+
+    def _lab_of(self, window: Window) -> NDArray[np.uint8]:
+        if not self.textured:
+            return np.asarray(cv2.cvtColor(self.bgr[window], cv2.COLOR_BGR2Lab))
+        # The energy at the window's edge depends on what lies beyond.
+        top, left = (max(side.start - REACH, 0) for side in window)
+        rows, columns = window
+        lab = gray_lab(self.gray[top : rows.stop + REACH, left : columns.stop + REACH])
+        return lab[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
 
 
 def working_scale(

@@ -119,6 +119,7 @@ class World:
         *,
         camera: bool,
         tone: bool = True,
+        texture: bool = True,
         everywhere: bool = False,
         heat: NDArray[np.uint8] | None = None,
     ) -> Motion:
@@ -130,11 +131,14 @@ class World:
             followed and learnt about them, with none everywhere.
         :param camera: whether to measure the motion of the camera.
         :param tone: whether to undo changes of the camera's tone curve.
+        :param texture: whether gradient energy stands for the colours that grey images lack.
         :param everywhere: whether to follow the background everywhere all the same.
         :param heat: P(person) from elsewhere, uint8 of any size.
         :returns: what moved; :meth:`body_shift` then measures the people.
         """
-        frame = WorkingImage.of(image, stamp_ns, self.shape, self._exposure, self._contrast)
+        frame = WorkingImage.of(
+            image, stamp_ns, self.shape, self._exposure, self._contrast, texture=texture
+        )
         people = np.zeros(self.shape, np.uint8)
         areas = list(areas)
         for area in areas:

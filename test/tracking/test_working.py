@@ -53,3 +53,20 @@ def test_a_jump_of_the_exposure_is_undone_before_levels_are_spread() -> None:
     ]
     assert np.ptp(made[0].gray) > 1.5 * np.ptp(image)
     assert np.abs(made[1].gray.astype(int) - made[0].gray).mean() < 2
+
+
+def test_a_grey_frame_shows_texture_and_windows_of_it_agree() -> None:
+    gray = np.random.default_rng(2).integers(0, 255, (40, 60)).astype(np.uint8)
+    image = cv2.cvtColor(gray, cv2.COLOR_GRAY2BGR)
+    frame = WorkingImage.of(image, 3, (40, 60))
+    assert frame.textured
+    whole = frame.lab
+    assert len(np.unique(whole[..., 1])) > 5
+    for window in ((slice(0, 9), slice(5, 25)), (slice(12, 40), slice(31, 60))):
+        part = WorkingImage.of(image, 3, (40, 60)).lab_about(window)
+        assert np.array_equal(part[window], whole[window])
+    every = slice(3, 40, 2), slice(0, 60, 2)
+    assert np.array_equal(frame.lab_every(every), whole[every])
+    plain = WorkingImage.of(image, 3, (40, 60), texture=False)
+    assert (plain.lab[..., 1:] == 128).all()
+    assert np.array_equal(plain.lab_every(every), plain.lab[every])
