@@ -54,11 +54,12 @@ def bounding_box(mask: NDArray[np.uint8]) -> Bounds:
 
     Several times as fast, since whole rows are looked at at once.
 
-    :param mask: (h, w) uint8, rows contiguous.
+    :param mask: (h, w) uint8.
     """
-    whole = mask.flags.c_contiguous and mask.size > 0 and mask.shape[1] % _WORD == 0
+    lines = np.ascontiguousarray(mask)
     # Eight pixels at once, if there are as many in a row.
-    left, top, right, bottom = _bounds(mask.view(np.uint64) if whole else mask)
+    whole = lines.size > 0 and lines.shape[1] % _WORD == 0
+    left, top, right, bottom = _bounds(lines.view(np.uint64) if whole else lines)
     return left, top, right - left, bottom - top
 
 

@@ -65,7 +65,7 @@ def colour_signature(
     :param rows: (h, w) position down the body, see :func:`~gait_segmentation.colour.body_rows`.
     """
     out = np.zeros((3, _LIGHT, _CHROMA, _CHROMA), np.float32)
-    _count(lab, inside, rows, out)
+    _count(np.ascontiguousarray(lab), np.ascontiguousarray(inside), rows, out)
     total = float(out.sum())
     return out.reshape(3, -1) / np.float32(max(total, 1e-6))
 

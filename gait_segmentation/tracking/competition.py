@@ -49,6 +49,9 @@ _LEFT = np.float32(-3)
 _NEARER = 1.5
 """Advantage, as a log ratio, of somebody who stands nearer."""
 
+Corner = tuple[int, int]
+"""Row and column of a window."""
+
 
 @dataclass(frozen=True)
 class Claim:
@@ -100,18 +103,28 @@ def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
             claim = claims[index]
             nearer = claim.feet > claims[rival].feet and not claim.hidden
             _add(
-                strong[index][_within(shared, claim.window)],
+                strong[index],
+                _corner(shared, claim.window),
                 math.exp(_NEARER if nearer else -_NEARER),
                 _NOTHING,
-                rivals[rival][_within(shared, claims[rival].window)],
+                rivals[rival],
+                _corner(shared, claims[rival].window),
+                _size(shared),
             )
     logits = [
         _against(claim.logit, rivals[index]) if index in met else claim.logit
         for index, claim in enumerate(claims)
     ]
     for one, two, shared in pairs:
-        first, second = _within(shared, claims[one].window), _within(shared, claims[two].window)
-        _settle(logits[one][first], logits[two][second], near[one][first], near[two][second])
+        _settle(
+            logits[one],
+            near[one],
+            _corner(shared, claims[one].window),
+            logits[two],
+            near[two],
+            _corner(shared, claims[two].window),
+            _size(shared),
+        )
     return logits
 
 
@@ -154,13 +167,21 @@ def _against(logit: NDArray[np.float32], rivals: NDArray[np.float32]) -> NDArray
 
 @njit(cache=True, nogil=True)
 def _add(
-    strength: NDArray[np.float32], depth: float, nothing: float, rivals: NDArray[np.float32]
+    strength: NDArray[np.float32],
+    first: Corner,
+    depth: float,
+    nothing: float,
+    rivals: NDArray[np.float32],
+    second: Corner,
+    size: tuple[int, int],
 ) -> None:
     """Add the strength of one person at some depth to that of the rivals of another."""
     factor, least, zero = np.float32(depth), np.float32(nothing), np.float32(0)
-    for row in range(rivals.shape[0]):
-        here, result = strength[row], rivals[row]
-        for col in range(result.size):
+    height, width = size
+    for row in range(height):
+        here = strength[first[0] + row, first[1] : first[1] + width]
+        result = rivals[second[0] + row, second[1] : second[1] + width]
+        for col in range(width):
             value = factor * here[col]
             result[col] += value if value > least else zero
 
@@ -168,19 +189,25 @@ def _add(
 @njit(cache=True, nogil=True)
 def _settle(
     one: NDArray[np.float32],
-    two: NDArray[np.float32],
     near_one: NDArray[np.float32],
+    first: Corner,
+    two: NDArray[np.float32],
     near_two: NDArray[np.float32],
+    second: Corner,
+    size: tuple[int, int],
 ) -> None:
     """Refuse pixels that two find likely to the one who finds them less so."""
-    for row in range(one.shape[0]):
-        for col in range(one.shape[1]):
-            a, b = one[row, col], two[row, col]
+    height, width = size
+    for row in range(height):
+        y, v = first[0] + row, second[0] + row
+        for col in range(width):
+            x, u = first[1] + col, second[1] + col
+            a, b = one[y, x], two[v, u]
             if a > 0 and b > 0:
-                if a + near_one[row, col] >= b + near_two[row, col]:
-                    two[row, col] = _REFUSED
+                if a + near_one[y, x] >= b + near_two[v, u]:
+                    two[v, u] = _REFUSED
                 else:
-                    one[row, col] = _REFUSED
+                    one[y, x] = _REFUSED
 
 
 def _falloff(claim: Claim, near: Nearness | None = None) -> NDArray[np.float32]:
@@ -220,9 +247,11 @@ def _fall_off(
             part[col] = min(max(rise * here[col], low), zero)
 
 
-def _within(part: Window, window: Window) -> Window:
-    """Return a part of the image as rows and columns of a window."""
-    rows, columns = (
-        slice(a.start - b.start, a.stop - b.start) for a, b in zip(part, window, strict=True)
-    )
-    return rows, columns
+def _corner(part: Window, window: Window) -> Corner:
+    """Return row and column of a window at which a part of the image begins."""
+    return part[0].start - window[0].start, part[1].start - window[1].start
+
+
+def _size(part: Window) -> tuple[int, int]:
+    """Return how many rows and columns a part of the image has."""
+    return part[0].stop - part[0].start, part[1].stop - part[1].start

@@ -61,7 +61,7 @@ def extent_of(
         top, bottom = np.quantile(cos * y - sin * x, (_OUTERMOST, 1 - _OUTERMOST))
         left, axis, right = np.quantile(cos * x + sin * y, (_OUTERMOST, 0.5, 1 - _OUTERMOST))
         return Extent(top - 0.5, bottom + 0.5, left - 0.5, right + 0.5, axis, at_bottom)
-    part = mask[upper : upper + height, first : first + width]
+    part = np.ascontiguousarray(mask[upper : upper + height, first : first + width])
     _, top, bottom, left, axis, right = _upright(part, _OUTERMOST)
     center = (center[0] - first, center[1] - upper)
     return Extent(
@@ -86,7 +86,7 @@ def likely_extent(
     :param center: (x, y) in the window.
     :returns: how many pixels there are, and the extent, which says nothing if there are none.
     """
-    part = values[near.part]
+    part = np.ascontiguousarray(values[near.part])
     count, top, bottom, left, axis, right = _likely(part, near.distance, -reach, _OUTERMOST)
     x, y = center[0] - near.part[1].start, center[1] - near.part[0].start
     at_bottom = near.part[0].start + bottom >= values.shape[0] - 2
@@ -97,7 +97,7 @@ def likely_extent(
 
 def axis_tilt(mask: NDArray[np.uint8]) -> float:
     """Return by how much the main axis of a mask leans to the right, in radians."""
-    return float(_tilt(mask))
+    return float(_tilt(np.ascontiguousarray(mask)))
 
 
 @njit(cache=True, nogil=True)

@@ -102,7 +102,10 @@ def judge(
 def view_of(record: Record, window: Window) -> View:
     """Return what the features look at in a window of a frame."""
     heat = None if record.heat is None else record.heat[window]
-    return View(record.image.bgr[window], record.image.gray[window], heat=heat)
+    bgr, gray = (
+        np.ascontiguousarray(each[window]) for each in (record.image.bgr, record.image.gray)
+    )
+    return View(bgr, gray, heat=heat)
 
 
 def _add_motion(

@@ -110,6 +110,8 @@ def likelihood_image(
     :param window: the window's rows and columns.
     :param shape: (h, w) of the working image.
     """
+    inside = np.empty(logit.shape, np.uint8)
+    probabilities(logit, SIGMOID, inside)
     image = np.zeros(shape, np.uint8)
-    probabilities(logit, SIGMOID, image[window])
+    image[window] = inside
     return image

@@ -49,6 +49,7 @@ def mean_shift(
     :param window: (x, y, width, height) of the window in pixels, where the reference's person is.
     :returns: the shift; zero if weights or reference are empty in the window.
     """
+    weights, reference = np.ascontiguousarray(weights), np.ascontiguousarray(reference)
     return Shift(*_shift(weights, reference, *window))
 
 

@@ -53,7 +53,7 @@ def nearness(mask: NDArray[np.uint8], height: float) -> Nearness | None:
         slice(max(top - margin, 0), min(top + down + margin, mask.shape[0])),
         slice(max(left - margin, 0), min(left + across + margin, mask.shape[1])),
     )
-    inside = mask[part]
+    inside = np.ascontiguousarray(mask[part])
     distance = np.empty(inside.shape, np.float32)
     _measure(inside, distance)
     return Nearness(part, distance)

@@ -61,8 +61,9 @@ def resample(
     bend = max(abs(back[0, 0] - 1), abs(back[1, 0]))
     run = _LONGEST if bend * _LONGEST <= 2 * _MOST_OFF else int(2 * _MOST_OFF / bend)
     if run < _SHORTEST:
-        out[window] = cv2.warpAffine(sums, matrix, size, flags=cv2.INTER_CUBIC)
-        _scale(out[window], np.float32(factor))
+        part = np.asarray(cv2.warpAffine(sums, matrix, size, flags=cv2.INTER_CUBIC))
+        _scale(part, np.float32(factor))
+        out[window] = part
         return
     _resample_runs(
         _lines(sums), back, np.float32(factor), run, rows.start, columns.start, size, _lines(out)

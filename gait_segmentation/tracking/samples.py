@@ -35,7 +35,7 @@ def samples(
     :param guard: distance from the template in pixels up to which a pixel is near.
     """
     inside, outside = np.empty(mask.shape, np.bool_), np.empty(mask.shape, np.bool_)
-    bounds = _part(mask, inside, outside)
+    bounds = _part(np.ascontiguousarray(mask), inside, outside)
     if strange is not None:
         outside &= strange == 0
     if template is not None:

@@ -73,7 +73,8 @@ class Sight:
             uncovered = cv2.bitwise_and(expected, cv2.bitwise_not(hidden))
             share = cv2.countNonZero(uncovered) / max(cv2.countNonZero(expected), 1)
         person = expected if apart is None else cv2.bitwise_or(expected, apart)
-        inside, outside = _means(values, uncovered, person)
+        whole = (np.ascontiguousarray(each) for each in (values, uncovered, person))
+        inside, outside = _means(*whole)
         return cls(uncovered, share, inside / 255, outside / 255)
 
     @property
