@@ -4,27 +4,25 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from copy import copy
 from typing import Any, ClassVar
 
 import cv2
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
-from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
-from rclpy.qos_overriding_options import QoSOverridingOptions
 from std_srvs.srv import SetBool, Trigger
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.ros.backlog import Backlog, Worker
+from gait_segmentation.ros.compiling import compiling
 from gait_segmentation.ros.config import NodeConfig
 from gait_segmentation.ros.diagnostics import diagnostic_message
+from gait_segmentation.ros.endpoints import publisher, subscription
 from gait_segmentation.ros.memory import take_ahead
 from gait_segmentation.ros.parameters import NodeParameters
 from gait_segmentation.ros.qos import BETWEEN_NODES
@@ -34,7 +32,6 @@ __all__ = ['GaitNode']
 
 _WARN_EVERY_S = 5.0
 _DRAIN_S = 5.0
-_PATIENCE_S = 5.0
 
 
 class GaitNode(LifecycleNode):
@@ -120,18 +117,9 @@ class GaitNode(LifecycleNode):
 
     def output(self, kind: Any, topic: str, profile: QoSProfile = BETWEEN_NODES) -> Any:
         """Make a publisher that lives until the clean-up."""
-        # Every event that could be reported costs the executor time in every round.
-        silent = PublisherEventCallbacks(use_default_callbacks=False)
-        publisher = self.create_publisher(
-            kind,
-            topic,
-            # A copy, because overrides are written into it.
-            copy(profile),
-            event_callbacks=silent,
-            qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-        )
-        self._outputs.append(publisher)
-        return publisher
+        made = publisher(self, kind, topic, profile)
+        self._outputs.append(made)
+        return made
 
     def input(
         self,
@@ -141,24 +129,7 @@ class GaitNode(LifecycleNode):
         profile: QoSProfile = BETWEEN_NODES,
     ) -> None:
         """Make a subscription that lives until the deactivation."""
-        events = SubscriptionEventCallbacks(
-            incompatible_qos=lambda event: self.warn(
-                topic,
-                f'a publisher on {topic} offers an incompatible QoS ({event.last_policy_kind}); '
-                'no messages come from it: it must be reliable',
-            ),
-            use_default_callbacks=False,
-        )
-        self._inputs.append(
-            self.create_subscription(
-                kind,
-                topic,
-                received,
-                copy(profile),
-                event_callbacks=events,
-                qos_overriding_options=QoSOverridingOptions.with_default_policies(),
-            )
-        )
+        self._inputs.append(subscription(self, kind, topic, profile, received, self.warn))
 
     def accept(self, stamp_ns: int) -> bool:
         """Return whether a frame is to be taken in; a zero stamp is refused with a warning."""
@@ -255,28 +226,21 @@ class GaitNode(LifecycleNode):
         # OpenCV takes 0 as "no threads at all" and a negative number as its default.
         cv2.setNumThreads(config.num_threads or -1)
         self.statistics = Statistics()
-        slow = threading.Timer(_PATIENCE_S, self._say_why_slow)
-        slow.daemon = True
-        slow.start()
-        try:
+        with compiling(self._inform):
             self.build()
-        finally:
-            slow.cancel()
         take_ahead()
         self._worker = Worker(Backlog(config.backlog), self._work, self._worker_failed)
 
-    def _say_why_slow(self) -> None:
+    def _inform(self, text: str) -> None:
         if self.context.ok():
-            self.get_logger().info(
-                'compiling, as the first time after each installation: a minute or two'
-            )
+            self.get_logger().info(text)
 
     def _disconnect(self, drain: bool) -> None:
-        for subscription in self._inputs:
-            if hasattr(subscription, 'close'):
-                subscription.close()
+        for taken in self._inputs:
+            if hasattr(taken, 'close'):
+                taken.close()
             else:
-                self.destroy_subscription(subscription)
+                self.destroy_subscription(taken)
         self._inputs.clear()
         if drain and self._worker is not None:
             self._worker.backlog.drain(_DRAIN_S)
@@ -288,8 +252,8 @@ class GaitNode(LifecycleNode):
         if self._worker is not None:
             self._worker.stop()
             self._worker = None
-        for publisher in self._outputs:
-            self.destroy_publisher(publisher)
+        for output in self._outputs:
+            self.destroy_publisher(output)
         self._outputs.clear()
         self.release()
 
@@ -340,10 +304,8 @@ class GaitNode(LifecycleNode):
     def _report(self) -> None:
         details = self.status()
         details['kernels ready'] = str(self._worker is not None).lower()
-        for publisher in self._outputs:
-            details[f'subscribers of {publisher.topic_name}'] = str(
-                publisher.get_subscription_count()
-            )
+        for output in self._outputs:
+            details[f'subscribers of {output.topic_name}'] = str(output.get_subscription_count())
         self._diagnostics.publish(
             diagnostic_message(
                 self.get_fully_qualified_name(),

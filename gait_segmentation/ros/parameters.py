@@ -17,19 +17,20 @@ from rcl_interfaces.msg import (
     ParameterType,
     SetParametersResult,
 )
+from rclpy.parameter import Parameter as RclpyParameter
 
 from gait_segmentation.config import Parameter, StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.geometry import Box
 
 if TYPE_CHECKING:
-    import rclpy.parameter
     from rclpy.node import Node
 
 __all__ = [
     'INITIAL_BOX',
     'NodeParameters',
     'descriptor',
+    'given_parameters',
     'misnamed',
     'qualified',
     'read_initial_box',
@@ -98,6 +99,12 @@ def _constraints(about: Parameter) -> str:
     if about.type is list:
         return 'Must be 4 finite numbers.'
     return f'Must be {about.allowed()}.'
+
+
+def given_parameters(node: Node) -> list[str]:
+    """Return the names of the parameters given to a node, in files or on the command line."""
+    with node.handle:
+        return list(node.handle.get_parameters(RclpyParameter))
 
 
 def misnamed(given: Iterable[str], known: Collection[str]) -> dict[str, str]:
@@ -181,7 +188,7 @@ class NodeParameters:
             )
             values[box.name] = box.default
         # rclpy leaves out without a word what is not declared.
-        for name, meant in misnamed(getattr(node, '_parameter_overrides', ()), values).items():
+        for name, meant in misnamed(given_parameters(node), values).items():
             hint = f': did you mean {meant}?' if meant else ''
             node.get_logger().warning(f'there is no parameter {name}{hint}')
         node.add_on_set_parameters_callback(self._check)
@@ -206,14 +213,14 @@ class NodeParameters:
                 raise ConfigError(f'{group}: {error}' if group else str(error)) from error
         return made
 
-    def _check(self, parameters: list[rclpy.parameter.Parameter]) -> SetParametersResult:
+    def _check(self, parameters: list[RclpyParameter]) -> SetParametersResult:
         try:
             self._made({each.name: each.value for each in parameters})
         except ConfigError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
-    def _swap(self, parameters: list[rclpy.parameter.Parameter]) -> None:
+    def _swap(self, parameters: list[RclpyParameter]) -> None:
         before = self._configs
         self._configs = self._made({each.name: each.value for each in parameters})
         for group, kind in self._groups:

@@ -1,0 +1,33 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Saying why a start takes long."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+__all__ = ['compiling']
+
+_PATIENCE_S = 5.0
+
+
+@contextmanager
+def compiling(say: Callable[[str], None], patience_s: float = _PATIENCE_S) -> Iterator[None]:
+    """
+    Say that kernels are compiled if what is done takes longer than to load them.
+
+    :param say: called once at most, in another thread.
+    """
+    slow = threading.Timer(
+        patience_s,
+        say,
+        ['compiling, as the first time after each installation: a minute or two'],
+    )
+    slow.daemon = True
+    slow.start()
+    try:
+        yield
+    finally:
+        slow.cancel()

@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Publishers and subscriptions whose QoS can be overridden, and that cost the executor little."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+from typing import Any
+
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.subscription import Subscription
+
+__all__ = ['publisher', 'subscription']
+
+
+def publisher(node: Node, kind: Any, topic: str, profile: QoSProfile) -> Publisher:
+    """Make a publisher of messages of a kind."""
+    return node.create_publisher(
+        kind,
+        topic,
+        # A copy, because overrides are written into it.
+        copy(profile),
+        # Every event that could be reported costs the executor time in every round.
+        event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
+        qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+    )
+
+
+def subscription(
+    node: Node,
+    kind: Any,
+    topic: str,
+    profile: QoSProfile,
+    received: Callable[[Any], None],
+    warn: Callable[[str, str], None],
+) -> Subscription:
+    """
+    Make a subscription to messages of a kind.
+
+    :param received: called with every message.
+    :param warn: called with a key and a text if a publisher offers less than is asked for.
+    """
+    events = SubscriptionEventCallbacks(
+        incompatible_qos=lambda event: warn(
+            topic,
+            f'a publisher on {topic} offers an incompatible QoS ({event.last_policy_kind}); '
+            'no messages come from it: it must be reliable',
+        ),
+        use_default_callbacks=False,
+    )
+    return node.create_subscription(
+        kind,
+        topic,
+        received,
+        copy(profile),
+        event_callbacks=events,
+        qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+    )

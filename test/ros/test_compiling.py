@@ -1,0 +1,27 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import threading
+
+from gait_segmentation.ros.compiling import compiling
+
+
+def test_what_takes_long_is_said() -> None:
+    said, waited = [], threading.Event()
+
+    def say(text: str) -> None:
+        said.append(text)
+        waited.set()
+
+    with compiling(say, patience_s=0.0):
+        assert waited.wait(60)
+    assert len(said) == 1
+    assert said[0].startswith('compiling')
+
+
+def test_what_does_not_is_not() -> None:
+    said: list[str] = []
+    with compiling(said.append, patience_s=3600.0):
+        pass
+    assert not said
