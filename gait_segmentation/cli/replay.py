@@ -5,28 +5,18 @@
 from __future__ import annotations
 
 import argparse
-import multiprocessing
-import signal
 import sys
-import threading
-import time
 from collections import Counter
-from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-from tqdm import tqdm
+from typing import TYPE_CHECKING
 
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 
 if TYPE_CHECKING:
-    from gait_segmentation.cli.replaying.runner import Job, Report
+    from gait_segmentation.cli.replaying.job import Job, Report
 
 __all__ = ['main', 'parser']
 
-_POLL_S = 0.2
 _DONE, _DAMAGED, _FAILED, _INTERRUPTED = 0, 1, 2, 130
 
 DESCRIPTION = """\
@@ -134,7 +124,7 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
 
     :raises ConfigError: if an option cannot be used.
     """
-    from gait_segmentation.cli.replaying.runner import Job
+    from gait_segmentation.cli.replaying.job import Job
     from gait_segmentation.cli.replaying.settings import Settings, read_parameter_file
     from gait_segmentation.evaluation.settings import overridden
     from gait_segmentation.geometry import Box
@@ -195,6 +185,8 @@ def names_of(paths: list[Path]) -> list[str]:
 
 
 def _replay_all(options: argparse.Namespace) -> int:
+    from gait_segmentation.cli.replaying.batch import replay_all
+
     jobs = []
     for job in make_jobs(options):
         if job.finished and not options.force:
@@ -203,10 +195,8 @@ def _replay_all(options: argparse.Namespace) -> int:
             jobs.append(job)
     if not jobs:
         return _DONE
-    started = time.monotonic()
-    run = _in_turn if options.jobs == 1 or len(jobs) == 1 else _side_by_side
-    reports = run(jobs, options)
-    _print(reports, time.monotonic() - started)
+    reports, seconds = replay_all(jobs, options.jobs, force=options.force)
+    _print(reports, seconds, jobs[0].bag if len(jobs) == 1 else options.out)
     if any(report.interrupted for report in reports) or len(reports) < len(jobs):
         return _INTERRUPTED
     if any(report.error for report in reports):
@@ -214,7 +204,8 @@ def _replay_all(options: argparse.Namespace) -> int:
     return _DAMAGED if any(report.damaged for report in reports) else _DONE
 
 
-def _print(reports: list[Report], seconds: float) -> None:
+def _print(reports: list[Report], seconds: float, place: Path) -> None:
+    """Print how it went; ``place`` is where the bags are."""
     for report in reports:
         for note in report.notes:
             print(f'gait_replay: {report.input}: {note}', file=sys.stderr)
@@ -229,107 +220,20 @@ def _print(reports: list[Report], seconds: float) -> None:
             print(f'gait_replay: {report.input}: interrupted', file=sys.stderr)
         for path in report.left:
             print(f'gait_replay: {path} was left incomplete', file=sys.stderr)
+        if report.frames and not report.seen and not report.error:
+            print(
+                f'gait_replay: {report.input}: nobody was seen; people are found when they walk '
+                'and all of them is in the image, --box says where somebody is',
+                file=sys.stderr,
+            )
     frames = sum(report.frames for report in reports)
+    seen = sum(report.seen for report in reports)
     if frames:
-        print(f'{frames} frames in {seconds:.1f} s, {frames / max(seconds, 1e-9):.1f} a second')
-
-
-@contextmanager
-def _until_interrupted() -> Iterator[threading.Event]:
-    """Give an event that Ctrl-C or SIGTERM sets; a second one interrupts as usual."""
-    stop = threading.Event()
-
-    def handle(number: int, _frame: Any) -> None:
-        if stop.is_set():
-            raise KeyboardInterrupt
-        stop.set()
-
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
-
-
-def _in_turn(jobs: list[Job], options: argparse.Namespace) -> list[Report]:
-    from gait_segmentation.cli.replaying.runner import replay
-    from gait_segmentation.warm_up import open_bank
-
-    bank = open_bank(jobs[0].bank)
-    reports: list[Report] = []
-    with _until_interrupted() as stop:
-        for job in jobs:
-            # disable=None: no bar where stderr is not a terminal.
-            with tqdm(
-                total=_frames_of(job), unit='frame', desc=job.bag.name, disable=None, leave=False
-            ) as bar:
-                reports.append(
-                    replay(job, bank, stop, force=options.force, progress=lambda: _step(bar))
-                )
-            if stop.is_set():
-                break
-    return reports
-
-
-def _step(bar: Any) -> None:
-    bar.update()
-
-
-def _frames_of(job: Job) -> int | None:
-    try:
-        return job.source().total
-    except GaitSegmentationError:
-        return None
-
-
-def _side_by_side(jobs: list[Job], options: argparse.Namespace) -> list[Report]:
-    """Replay in processes; they are told of an interruption by a shared event."""
-    context = multiprocessing.get_context('spawn')
-    halt = context.Event()
-    done = context.Value('Q', 0)
-    totals = [_frames_of(job) for job in jobs]
-    known = None if None in totals else sum(total for total in totals if total is not None)
-    with (
-        _until_interrupted() as stop,
-        ProcessPoolExecutor(
-            min(options.jobs, len(jobs)), context, _begin_worker, (halt, done, jobs[0].bank)
-        ) as pool,
-        tqdm(total=known, unit='frame', disable=None, leave=False) as bar,
-    ):
-        futures = [pool.submit(_work, job, options.force) for job in jobs]
-        waiting: set[Future[Report]] = set(futures)
-        while waiting:
-            waiting = wait(waiting, _POLL_S, FIRST_COMPLETED).not_done
-            bar.update(done.value - bar.n)
-            if stop.is_set():
-                halt.set()
-                for future in futures:
-                    future.cancel()
-    return [future.result() for future in futures if not future.cancelled()]
-
-
-_WORKER: dict[str, Any] = {}
-"""Of a process: the event that breaks off, the count of frames, and the bank."""
-
-
-def _begin_worker(halt: Any, done: Any, bank: str) -> None:
-    # Ctrl-C in a terminal reaches all processes; the parent alone decides.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    from gait_segmentation.warm_up import open_bank
-
-    _WORKER.update(halt=halt, done=done, bank=open_bank(bank))
-
-
-def _work(job: Job, force: bool) -> Report:
-    from gait_segmentation.cli.replaying.runner import replay
-
-    def count() -> None:
-        with _WORKER['done'].get_lock():
-            _WORKER['done'].value += 1
-
-    progress: Callable[[], None] = count
-    return replay(job, _WORKER['bank'], _WORKER['halt'], force=force, progress=progress)
+        whole = not any(report.left for report in reports)
+        print(
+            f'{frames} frames in {seconds:.1f} s, {frames / max(seconds, 1e-9):.1f} a second, '
+            f'{seen} with somebody' + (f'; see {place}' if whole else '')
+        )
 
 
 if __name__ == '__main__':

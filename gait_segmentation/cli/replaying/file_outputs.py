@@ -82,7 +82,8 @@ class OverlayOutput(Output):
         super().__init__(path)
         self._size = size
         self._frames = 0
-        self._film = cv2.VideoWriter(str(self.work), _MP4V, fps, size)
+        # No other backend: for a name it does not know OpenCV's next one throws, aloud.
+        self._film = cv2.VideoWriter(str(self.work), cv2.CAP_FFMPEG, _MP4V, fps, size)
         if not self._film.isOpened():
             raise SequenceError(f'{path} cannot be written as a film; use a name such as walk.mp4')
 

@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Several inputs, one after another or side by side, until Ctrl-C."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from contextlib import contextmanager
+from typing import Any
+
+from tqdm import tqdm
+
+from gait_segmentation.cli.replaying.job import Job, Report
+from gait_segmentation.cli.replaying.runner import replay
+from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.gait_model import TemplateBank
+from gait_segmentation.ros.compiling import compiling
+from gait_segmentation.warm_up import open_bank, warm_up
+
+__all__ = ['replay_all']
+
+_POLL_S = 0.2
+
+
+def replay_all(jobs: list[Job], at_a_time: int, *, force: bool) -> tuple[list[Report], float]:
+    """
+    Replay inputs until all are done, or Ctrl-C or SIGTERM comes.
+
+    :param jobs: at least one; all have the same configuration and bank.
+    :param at_a_time: how many are worked on at a time, in processes of their own if several.
+    :param force: make all outputs anew.
+    :returns: how those went that were begun, and how many seconds they took in all.
+    :raises BankError: if the bank cannot be read.
+    """
+    totals = [_total(job) for job in jobs]
+    bank = open_bank(jobs[0].bank)
+    if any(total != 0 for total in totals):
+        # Before signals are only looked at between frames; and once for all processes.
+        with compiling(lambda text: print(f'gait_replay: {text}', file=sys.stderr)):
+            warm_up(jobs[0].config, bank)
+    started = time.monotonic()
+    if at_a_time == 1 or len(jobs) == 1:
+        reports = _in_turn(jobs, totals, bank, force)
+    else:
+        reports = _side_by_side(jobs, totals, min(at_a_time, len(jobs)), force)
+    return reports, time.monotonic() - started
+
+
+def _total(job: Job) -> int | None:
+    """Return how many frames there are, None if that is not known, 0 for what is no input."""
+    try:
+        return job.source().total
+    except GaitSegmentationError:
+        return 0
+
+
+@contextmanager
+def _until_interrupted() -> Iterator[threading.Event]:
+    """Give an event that Ctrl-C or SIGTERM sets; a second one interrupts as usual."""
+    stop = threading.Event()
+
+    def handle(number: int, _frame: Any) -> None:
+        if stop.is_set():
+            raise KeyboardInterrupt
+        stop.set()
+
+    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _in_turn(
+    jobs: list[Job], totals: list[int | None], bank: TemplateBank, force: bool
+) -> list[Report]:
+    reports: list[Report] = []
+    with _until_interrupted() as stop:
+        for job, total in zip(jobs, totals, strict=True):
+            # disable=None: no bar where stderr is not a terminal.
+            with tqdm(
+                total=total, unit='frame', desc=job.bag.name, disable=None, leave=False
+            ) as bar:
+                reports.append(replay(job, bank, stop, force=force, progress=lambda: _step(bar)))
+            if stop.is_set():
+                break
+    return reports
+
+
+def _step(bar: Any) -> None:
+    bar.update()
+
+
+def _side_by_side(
+    jobs: list[Job], totals: list[int | None], processes: int, force: bool
+) -> list[Report]:
+    """Replay in processes; they are told of an interruption by a shared event."""
+    context = multiprocessing.get_context('spawn')
+    halt = context.Event()
+    done = context.Value('Q', 0)
+    known = None if None in totals else sum(total for total in totals if total is not None)
+    with (
+        _until_interrupted() as stop,
+        ProcessPoolExecutor(processes, context, _begin_worker, (halt, done, jobs[0].bank)) as pool,
+        tqdm(total=known, unit='frame', disable=None, leave=False) as bar,
+    ):
+        futures = [pool.submit(_work, job, force) for job in jobs]
+        waiting: set[Future[Report]] = set(futures)
+        while waiting:
+            waiting = wait(waiting, _POLL_S, FIRST_COMPLETED).not_done
+            bar.update(done.value - bar.n)
+            if stop.is_set():
+                halt.set()
+                for future in futures:
+                    future.cancel()
+    return [future.result() for future in futures if not future.cancelled()]
+
+
+_WORKER: dict[str, Any] = {}
+"""Of a process: the event that breaks off, the count of frames, and the bank."""
+
+
+def _begin_worker(halt: Any, done: Any, bank: str) -> None:
+    # Ctrl-C in a terminal reaches all processes; the parent alone decides.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _WORKER.update(halt=halt, done=done, bank=open_bank(bank))
+
+
+def _work(job: Job, force: bool) -> Report:
+    def count() -> None:
+        with _WORKER['done'].get_lock():
+            _WORKER['done'].value += 1
+
+    return replay(job, _WORKER['bank'], _WORKER['halt'], force=force, progress=count)

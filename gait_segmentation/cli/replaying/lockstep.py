@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every frame of an input through a pipeline, in lockstep."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from gait_segmentation.cli.replaying.ahead import ahead
+from gait_segmentation.cli.replaying.output import Replayed
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import Box
+from gait_segmentation.inputs import DamagedError, Frame, ImageSource
+from gait_segmentation.pipeline import FrameResult, PersonResult, Pipeline
+from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
+from gait_segmentation.ros.intake import Intake
+
+__all__ = ['results_of']
+
+
+def results_of(
+    source: ImageSource,
+    pipeline: Pipeline,
+    box: Box | None,
+    warn: Callable[[str], None],
+) -> Iterator[Replayed]:
+    """
+    Run every frame through a pipeline.
+
+    A frame that cannot be read or used has a result in which nobody is seen, as from the nodes.
+
+    :param box: of the person in the first frame, in pixels of the frames.
+    :param warn: told what is worth a warning.
+    :raises DamagedError: where the input breaks off, after all results of the frames before.
+    """
+    slots = pipeline.config.people.max_people
+    likelihood_shape = (0, 0)
+    # Frames whose results are not there yet, and whether there will be one.
+    waiting: deque[tuple[Frame, bool]] = deque()
+
+    def blank(frame: Frame) -> Replayed:
+        return Replayed(frame, _blank(frame, slots, likelihood_shape))
+
+    def complete(results: list[FrameResult]) -> Iterator[Replayed]:
+        nonlocal likelihood_shape
+        for result in results:
+            while True:
+                frame, usable = waiting.popleft()
+                if usable and frame.stamp_ns == result.stamp_ns:
+                    break
+                yield blank(frame)
+            likelihood = result.people[0].track.likelihood
+            likelihood_shape = (likelihood.shape[0], likelihood.shape[1])
+            yield Replayed(frame, result)
+        while waiting and not waiting[0][1]:
+            yield blank(waiting.popleft()[0])
+
+    flushed: list[Replayed] = []
+
+    def start_over() -> None:
+        flushed.extend(complete(pipeline.flush()))
+        flushed.extend(blank(frame) for frame, _ in waiting)
+        waiting.clear()
+        pipeline.reset()
+
+    intake = Intake(
+        reset=start_over,
+        initialize=pipeline.initialize,
+        warn=lambda _, text: warn(text),
+        initial_box=box,
+    )
+    damage: DamagedError | None = None
+    frames = ahead(source.frames())
+    while True:
+        try:
+            frame = next(frames, None)
+        except DamagedError as error:
+            damage, frame = error, None
+        if frame is None:
+            break
+        if frame.image is None:
+            warn(f'frame {frame.number} cannot be read: {frame.problem}')
+            waiting.append((frame, False))
+            yield from complete([])
+            continue
+        intake.take(frame.image, frame.stamp_ns)
+        yield from flushed
+        flushed.clear()
+        try:
+            results = pipeline.update(frame.image, frame.stamp_ns)
+        except InputError as error:
+            warn(f'frame {frame.number} cannot be used: {error}')
+            waiting.append((frame, False))
+            yield from complete([])
+            continue
+        waiting.append((frame, True))
+        yield from complete(results)
+    start_over()
+    yield from flushed
+    if damage is not None:
+        raise damage
+
+
+def _blank(frame: Frame, slots: int, likelihood_shape: tuple[int, int]) -> FrameResult:
+    """Return that nobody is seen."""
+    dark = np.zeros(likelihood_shape, np.uint8)
+    mask = np.zeros(frame.shape, np.uint8)
+    stamp_ns = frame.stamp_ns
+    person = PersonResult(
+        TrackResult(stamp_ns, 0, None, dark, 0.0),
+        MatchResult(stamp_ns, 0, None, None, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, dark),
+        SegmentationResult(stamp_ns, 0, mask, frame.problem),
+    )
+    return FrameResult(stamp_ns, (person,) * slots, mask, mask, {})
