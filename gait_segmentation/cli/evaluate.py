@@ -35,6 +35,7 @@ from gait_segmentation.evaluation.report import (
 from gait_segmentation.evaluation.scenes import SCENES, scene
 from gait_segmentation.evaluation.session import Session, load_sequences
 from gait_segmentation.evaluation.settings import overridden
+from gait_segmentation.ros.compiling import compiling
 
 __all__ = ['main', 'parser']
 
@@ -132,7 +133,7 @@ def parser() -> argparse.ArgumentParser:
         action='append',
         default=[],
         metavar='STAGE.PARAM=VALUE',
-        help='change a parameter of tracking, matching or segmentation; may be repeated',
+        help='change a parameter, e.g. matching.lag=15; may be repeated',
     )
     add(
         '--restarts',
@@ -228,7 +229,7 @@ def _evaluate(options: argparse.Namespace, folders: list[Path]) -> None:
         settings.append(f'segmentation.prior={options.prior}')
     config = overridden(PipelineConfig(), settings)
     session = Session(
-        sequences=load_sequences(folders),
+        sequences=load_sequences(folders, options.likelihood),
         make_pipeline=lambda config: Pipeline(config, clock=time.perf_counter),
         clock=time.perf_counter,
         restarts=options.restarts,
@@ -237,7 +238,8 @@ def _evaluate(options: argparse.Namespace, folders: list[Path]) -> None:
         auto=options.init == 'auto',
         fixed=frozenset(setting.partition('=')[0].strip() for setting in settings),
     )
-    warm_up(config)
+    with compiling(lambda text: print(f'gait_evaluate: {text}', file=sys.stderr)):
+        warm_up(config)
     report = session.evaluate(config, options.out)
     print(f'{table(report)}\n\n{tracking_table(report)}')
     if options.ablate == 'priors':

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.metrics import FrameScore, jaccard, score_frame, start_box
-from gait_segmentation.evaluation.sequence import Sequence, read_mask
+from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.tracking_score import FoundTrack
-from gait_segmentation.evaluation.truth import PERSON
+from gait_segmentation.evaluation.truth import PERSON, read_mask
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import TRACKED
 
@@ -29,6 +29,7 @@ __all__ = [
     'Runnable',
     'StartScore',
     'check_truth',
+    'likelihoods_of',
     'restart_starts',
     'run',
     'run_restarts',
@@ -227,11 +228,17 @@ def run_sequence(
         sequence.numbers,
         {} if auto else sequence.starts,
         clock=clock,
-        likelihood=_likelihoods(sequence, likelihood_name),
+        likelihood=likelihoods_of(sequence, likelihood_name),
     )
 
 
-def _likelihoods(sequence: Sequence, name: str) -> Callable[[int], NDArray[np.uint8]] | None:
+def likelihoods_of(sequence: Sequence, name: str) -> Callable[[int], NDArray[np.uint8]] | None:
+    """
+    Return what reads the likelihood image of a frame, None for an empty name.
+
+    :param name: of the folder beside ``frames``.
+    :raises SequenceError: if there is no such folder.
+    """
     if not name:
         return None
     folder: Path = sequence.folder / name
@@ -274,7 +281,7 @@ def run_restarts(
     :param likelihood_name: see :func:`run_sequence`.
     """
     numbers = sequence.numbers
-    likelihood = _likelihoods(sequence, likelihood_name)
+    likelihood = likelihoods_of(sequence, likelihood_name)
     for start in restart_starts(sequence):
         truth = sequence.truth(start)
         box = None if truth is None else start_box(truth)

@@ -15,78 +15,28 @@ have ``initial_boxes``: a list of boxes of ``initial_frame``, or of ``{frame: ..
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
-import cv2
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.attendance import Attendance
+from gait_segmentation.evaluation.description import Description
 from gait_segmentation.evaluation.metrics import start_box
-from gait_segmentation.evaluation.truth import labels_of_truth, truth_of
+from gait_segmentation.evaluation.truth import labels_of_truth, read_mask, truth_of
 from gait_segmentation.geometry import Box
+from gait_segmentation.image_files import IMAGE_SUFFIXES, read_image
 
-__all__ = ['FRAME_SUFFIXES', 'Sequence', 'read_image', 'read_mask']
-
-FRAME_SUFFIXES = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp')
-"""Endings of the files taken as frames."""
+__all__ = ['Sequence']
 
 FIRST_STAMP_NS = 1_000_000_000
 """Stamp of frame 0: a stamp of zero means "no stamp" to the stages."""
 
 _NUMBER = re.compile(r'[0-9]+$')
-
-
-def read_image(path: Path) -> NDArray[np.uint8]:
-    """
-    Read a colour image as (H, W, 3) uint8 BGR.
-
-    :raises SequenceError: if the file is not an image OpenCV can read.
-    """
-    return _decode(path, cv2.IMREAD_COLOR)
-
-
-def read_mask(path: Path, size: tuple[int, int]) -> NDArray[np.uint8]:
-    """
-    Read a single-channel image as (H, W) uint8, its values as they are.
-
-    :param size: the width and height it must have.
-    :raises SequenceError: if it cannot be read, has another size, colours or 16 bits.
-    """
-    mask = _decode(path, cv2.IMREAD_UNCHANGED)
-    if mask.ndim == 3 and (mask[..., :1] == mask[..., 1:3]).all():
-        mask = np.ascontiguousarray(mask[..., 0])
-    if mask.ndim != 2 or mask.dtype != np.uint8:
-        raise SequenceError(
-            f'{path} must be a grey image of 8 bits, got shape {mask.shape} of {mask.dtype}'
-        )
-    if mask.shape != (size[1], size[0]):
-        raise SequenceError(
-            f'{path} is {mask.shape[1]}x{mask.shape[0]}, but must be {size[0]}x{size[1]} '
-            'like its frame'
-        )
-    return mask
-
-
-def _decode(path: Path, flags: int) -> NDArray[np.uint8]:
-    try:
-        data = np.fromfile(path, dtype=np.uint8)
-    except OSError as error:
-        raise SequenceError(f'{path} cannot be read: {error.strerror}') from error
-    try:
-        image = cv2.imdecode(data, flags) if data.size else None
-    except cv2.error:
-        image = None
-    if image is None:
-        raise SequenceError(f'{path} is not a complete image')
-    return np.asarray(image)
 
 
 @dataclass(frozen=True)
@@ -124,9 +74,8 @@ class Sequence:
         folder = Path(folder)
         if not folder.is_dir():
             raise SequenceError(f'{folder} is not a folder')
-        about_path = folder / 'sequence.yaml'
-        about = _read_yaml(about_path)
-        frames = _numbered(folder / 'frames', FRAME_SUFFIXES)
+        about = Description.read(folder / 'sequence.yaml')
+        frames = _numbered(folder / 'frames', IMAGE_SUFFIXES)
         if not frames:
             raise SequenceError(
                 f'{folder / "frames"} has no images named by number, like 0000.png or 0000.jpg'
@@ -139,27 +88,14 @@ class Sequence:
             for number, path in paths.items():
                 if number not in frames:
                     raise SequenceError(f'{path} is the {what} of a frame that is not in frames/')
-        fps = _number(about, 'fps', about_path)
-        if fps <= 0:
-            raise SequenceError(f'fps in {about_path} must be positive, got {fps:g}')
-        first = about.get('initial_frame', 0)
-        if isinstance(first, bool) or first not in frames:
-            raise SequenceError(
-                f'initial_frame in {about_path} must be the number of a frame '
-                f'({min(frames)} to {max(frames)}), got {first!r}'
-            )
+        fps = about.fps()
+        first = about.initial_frame(frames)
         image = read_image(frames[first])
         size = (image.shape[1], image.shape[0])
-        given: dict[int, tuple[Box, ...]] = {}
-        if 'initial_box' in about or not labels:
-            if 'initial_box' not in about:
-                raise SequenceError(f'{about_path} has no initial_box')
-            given[first] = (_box('initial_box', about['initial_box'], about_path, size),)
-        if 'initial_boxes' in about:
-            given = _boxes(about, about_path, size, first, frames)
+        given = about.boxes(frames, size, needed=not labels)
         box = next(iter(given.values()))[0] if given else None
         name = folder.resolve().name
-        whole = not labels or 'initial_boxes' in about
+        whole = not labels or about.has_all_boxes
         return cls(name, folder, fps, box, first, size, frames, masks, labels, given, whole)
 
     @property
@@ -261,70 +197,3 @@ def _numbered(folder: Path, suffixes: tuple[str, ...]) -> dict[int, Path]:
             raise SequenceError(f'{path} and {found[number].name} have the same number')
         found[number] = path
     return dict(sorted(found.items()))
-
-
-def _read_yaml(path: Path) -> dict[str, Any]:
-    try:
-        about = yaml.safe_load(path.read_text(encoding='utf-8'))
-    except OSError as error:
-        raise SequenceError(f'{path} cannot be read: {error.strerror}') from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        problem = ' '.join(str(error).split())
-        raise SequenceError(f'{path} is not YAML: {problem}') from error
-    if not isinstance(about, dict):
-        raise SequenceError(f'{path} must have names and values (fps, initial_box ...)')
-    return about
-
-
-def _finite(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _number(about: dict[str, Any], name: str, path: Path) -> float:
-    if name not in about:
-        raise SequenceError(f'{path} has no {name}')
-    if not _finite(about[name]):
-        raise SequenceError(f'{name} in {path} must be a number, got {about[name]!r}')
-    return float(about[name])
-
-
-def _box(name: str, values: Any, path: Path, size: tuple[int, int]) -> Box:
-    if not (isinstance(values, list) and len(values) == 4 and all(map(_finite, values))):
-        raise SequenceError(
-            f'{name} in {path} must be four numbers x, y, width, height, got {values!r}'
-        )
-    if values[2] <= 0 or values[3] <= 0:
-        raise SequenceError(
-            f'{name} in {path} must have a positive width and height, got {values}'
-        )
-    box = Box(*map(float, values))
-    if box.clipped(*size) is None:
-        raise SequenceError(
-            f'{name} in {path} must overlap the image of {size[0]}x{size[1]}, got {values}'
-        )
-    return box
-
-
-def _boxes(
-    about: dict[str, Any],
-    path: Path,
-    size: tuple[int, int],
-    first: int,
-    frames: dict[int, Path],
-) -> dict[int, tuple[Box, ...]]:
-    entries = about['initial_boxes']
-    if not (isinstance(entries, list) and entries):
-        raise SequenceError(f'initial_boxes in {path} must be a list of boxes, got {entries!r}')
-    boxes: dict[int, tuple[Box, ...]] = {}
-    for entry in entries:
-        number, values = first, entry
-        if isinstance(entry, dict):
-            number, values = entry.get('frame', first), entry.get('box')
-        if isinstance(number, bool) or number not in frames or number < first:
-            raise SequenceError(
-                f'a frame of initial_boxes in {path} must be the number of a frame from '
-                f'{first} on, got {number!r}'
-            )
-        box = _box('a box of initial_boxes', values, path, size)
-        boxes[number] = (*boxes.get(number, ()), box)
-    return dict(sorted(boxes.items()))

@@ -16,6 +16,7 @@ from gait_segmentation.evaluation.runner import (
     Outcome,
     Runnable,
     check_truth,
+    likelihoods_of,
     restart_starts,
     run_restarts,
     run_sequence,
@@ -41,16 +42,18 @@ def silent(items: Iterable[Item], name: str, total: int) -> Iterator[Item]:
     return iter(items)
 
 
-def load_sequences(folders: Iterable[Path]) -> list[Sequence]:
+def load_sequences(folders: Iterable[Path], likelihood: str = '') -> list[Sequence]:
     """
     Open sequences to be scored.
 
+    :param likelihood: folder of likelihood images that each must have, if it is not empty.
     :raises SequenceError: if one cannot be used, has no ground truth, or two have one name.
     """
     loaded: dict[str, Sequence] = {}
     for folder in folders:
         sequence = Sequence.load(folder)
         check_truth(sequence)
+        likelihoods_of(sequence, likelihood)
         if sequence.name in loaded:
             raise SequenceError(
                 f'{sequence.folder} has the same name as {loaded[sequence.name].folder}; '

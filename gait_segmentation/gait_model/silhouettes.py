@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import BankError
-from gait_segmentation.file_order import by_number
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
+from gait_segmentation.image_files import IMAGE_SUFFIXES, images_in
 
 __all__ = [
     'Cycle',
@@ -34,7 +34,6 @@ __all__ = [
     'step_width',
 ]
 
-_SUFFIXES = ('.png', '.jpg', '.jpeg', '.bmp', '.tif', '.tiff', '.pgm')
 _FINE = 3  # samples a template pixel and direction, of which its mean is taken
 SHORTEST_STEP, LONGEST_STEP = 5, 60  # frames
 
@@ -76,10 +75,10 @@ def read_silhouettes(folder: str | os.PathLike[str]) -> NDArray[np.uint8]:
     folder = Path(folder)
     if not folder.is_dir():
         raise BankError(f'{folder} is not a folder of silhouettes')
-    found = (file for file in folder.iterdir() if file.suffix.lower() in _SUFFIXES)
-    files = sorted(found, key=by_number)
+    files = images_in(folder)
     if not files:
-        raise BankError(f'no images in {folder}: expected files ending in {", ".join(_SUFFIXES)}')
+        endings = ', '.join(IMAGE_SUFFIXES)
+        raise BankError(f'no images in {folder}: expected files ending in {endings}')
     images: list[NDArray[np.uint8]] = []
     for file in files:
         image = cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)

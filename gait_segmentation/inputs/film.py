@@ -6,19 +6,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.file_order import by_number
+from gait_segmentation.image_files import IMAGE_SUFFIXES, images_in, read_image
 from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource
 
 __all__ = ['FilmSource', 'FolderSource']
 
-_IMAGES = ('.bmp', '.jpeg', '.jpg', '.png', '.ppm', '.tif', '.tiff', '.webp')
 _DEFAULT_FPS = 30.0
 _FRAME_ID = 'camera'
 _UNKNOWN = (0, 0)
@@ -104,10 +102,11 @@ class FolderSource(ImageSource):
 
     def open(self) -> int:
         """List the images."""
-        files = (path for path in self.path.iterdir() if path.suffix.lower() in _IMAGES)
-        self._files = sorted(files, key=by_number)
+        self._files = images_in(self.path)
         if not self._files:
-            raise SequenceError(f'{self.path} holds no images ({", ".join(_IMAGES)}) and no bag')
+            raise SequenceError(
+                f'{self.path} holds no images ({", ".join(IMAGE_SUFFIXES)}) and no bag'
+            )
         return len(self._files)
 
     def rate(self) -> float:
@@ -118,18 +117,11 @@ class FolderSource(ImageSource):
         """Yield all frames."""
         for number, path in enumerate(self._files):
             stamp_ns = _stamp_ns(number, _DEFAULT_FPS)
-            yield Entry(stamp_ns, stamp_ns, _FRAME_ID, _UNKNOWN, partial(_read, path))
+            yield Entry(stamp_ns, stamp_ns, _FRAME_ID, _UNKNOWN, partial(read_image, path))
 
 
 def _retrieve(capture: cv2.VideoCapture) -> NDArray[np.uint8]:
     read, image = capture.retrieve()
     if not read:
         raise SequenceError('a frame of the film cannot be decoded')
-    return np.asarray(image)
-
-
-def _read(path: Path) -> NDArray[np.uint8]:
-    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
-    if image is None:
-        raise SequenceError(f'{path} cannot be read as an image')
     return np.asarray(image)

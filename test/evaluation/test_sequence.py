@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.evaluation.sequence import Sequence, read_mask
+from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.geometry import Box
 
 from .fakes import write_sequence
@@ -122,20 +122,6 @@ def test_images_of_another_size_are_refused(folder):
     cv2.imwrite(str(sequence.masks[1]), np.zeros((20, 48), np.uint8))
     with pytest.raises(SequenceError, match='is 48x20, but must be 48x40'):
         sequence.truth(1)
-
-
-def test_masks_must_be_grey(tmp_path):
-    path = tmp_path / 'mask.png'
-    grey = np.zeros((4, 6), np.uint8)
-    grey[1:3] = 255
-    cv2.imwrite(str(path), cv2.merge([grey, grey, grey]))
-    np.testing.assert_array_equal(read_mask(path, (6, 4)), grey)
-    cv2.imwrite(str(path), cv2.merge([grey, grey, 255 - grey]))
-    with pytest.raises(SequenceError, match='grey image of 8 bits'):
-        read_mask(path, (6, 4))
-    cv2.imwrite(str(path), grey.astype(np.uint16))
-    with pytest.raises(SequenceError, match='grey image of 8 bits'):
-        read_mask(path, (6, 4))
 
 
 def test_a_name_may_precede_the_number(folder):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from gait_segmentation.file_order import by_number
+from gait_segmentation.image_files import by_number
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,67 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files with images: which they are, in what order they are frames, and reading one."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import SequenceError
+
+__all__ = ['IMAGE_SUFFIXES', 'by_number', 'images_in', 'read_image', 'read_unchanged']
+
+IMAGE_SUFFIXES = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp')
+"""Endings of the files taken for images."""
+
+_NUMBER = re.compile(r'(\d+)')
+
+
+def by_number(path: Path) -> tuple[list[str | int], str]:
+    """Return a key that sorts names with numbers by these: frame2 before frame10."""
+    parts: list[str | int] = list(_NUMBER.split(path.name))
+    # Every second part is a number.
+    parts[1::2] = [int(part) for part in parts[1::2]]
+    return parts, path.name
+
+
+def images_in(folder: Path) -> list[Path]:
+    """Return the images of a folder in the order of the numbers in their names."""
+    files = (path for path in folder.iterdir() if path.suffix.lower() in IMAGE_SUFFIXES)
+    return sorted(files, key=by_number)
+
+
+def read_image(path: Path) -> NDArray[np.uint8]:
+    """
+    Read a colour image as (H, W, 3) uint8 BGR.
+
+    :raises SequenceError: if the file is not an image OpenCV can read.
+    """
+    return _decoded(path, cv2.IMREAD_COLOR)
+
+
+def read_unchanged(path: Path) -> NDArray[np.uint8]:
+    """
+    Read an image as it is: (H, W) or (H, W, channels), of 8 bits or more.
+
+    :raises SequenceError: if the file is not an image OpenCV can read.
+    """
+    return _decoded(path, cv2.IMREAD_UNCHANGED)
+
+
+def _decoded(path: Path, flags: int) -> NDArray[np.uint8]:
+    try:
+        data = np.fromfile(path, dtype=np.uint8)
+    except OSError as error:
+        raise SequenceError(f'{path} cannot be read: {error.strerror}') from error
+    try:
+        image = cv2.imdecode(data, flags) if data.size else None
+    except cv2.error:
+        image = None
+    if image is None:
+        raise SequenceError(f'{path} is not a complete image')
+    return np.asarray(image)
