@@ -31,16 +31,18 @@ from gait_segmentation.gait_model.silhouettes import read_silhouettes
 __all__ = ['main']
 
 _BUILD_TEXT = """
-Without --from, the bank is drawn from the package's gait model: every build is seen from evenly
-spaced directions and drawn at every phase of the stride.  Builds: {builds}.
+Without --from, the bank is drawn from the package's gait model: every build is
+seen from evenly spaced directions and drawn at every phase of the stride.
+Builds: {builds}.
 
-With --from, every folder becomes one sequence of templates: its images, in the order of their
-names, must be silhouettes (grey value 128 or more) of one walker who keeps one direction for at
-least one stride.  The period is found by itself; phase 0 is where the legs are farthest apart.
-Which leg is in front then cannot be seen in profile: --first-contact says it.
+With --from, every folder becomes one sequence of templates: its images, in the
+order of the numbers in their names, must be silhouettes (grey value 128 or
+more) of one walker who keeps one direction for at least one stride.  The
+period is found by itself; phase 0 is where the legs are farthest apart.  Which
+leg is in front then cannot be seen in profile: --first-contact says it.
 
-Azimuth is the direction of walking: 0 to the right in the image, 90 away from the camera, 180 to
-the left, -90 towards the camera.
+Azimuth is the direction of walking: 0 to the right in the image, 90 away from
+the camera, 180 to the left, -90 towards the camera.
 
 examples:
   gait_bank build bank.npz

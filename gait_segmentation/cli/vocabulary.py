@@ -28,15 +28,16 @@ from gait_segmentation.segmentation.vocabulary_training import (
 __all__ = ['add_parser', 'run']
 
 _TEXT = """\
-The words are Gaussians over position and orientation of outline points, found by K-means and
-then EM.  They split the outline of a template where segmentation.prior is 'paper'; name the file
-in segmentation.vocabulary to use it.  Learning needs scikit-learn:
-pip install gait_segmentation[learn]
+The words are Gaussians over position and orientation of outline points, found
+by K-means and then EM.  They split the outline of a template where
+segmentation.prior is 'paper'; name the file in segmentation.vocabulary to use
+it.  Learning needs scikit-learn: pip install gait_segmentation[learn]
 
-Without --from, the silhouettes are drawn from the package's gait model (576: 6 builds, 16 views,
-6 phases).  With --from, they are the images in the folders: grey value 128 or more is the person;
-in one folder all have the same size.  A few hundred of varied people, views and phases are needed
-for words that fit everybody.
+Without --from, the silhouettes are drawn from the package's gait model (576:
+6 builds, 16 views, 6 phases).  With --from, they are the images in the folders:
+grey value 128 or more is the person; in one folder all have the same size.  A
+few hundred of varied people, views and phases are needed for words that fit
+everybody.
 
 examples:
   gait_bank vocabulary words.json --picture words.png

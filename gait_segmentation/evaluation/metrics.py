@@ -82,14 +82,11 @@ class PhaseScore:
     """
     Scores of a phase over time, in strides (1 = one full cycle).
 
-    ``error`` is the mean absolute error, ``error_flipped`` the same with the better of no shift
-    and a shift by half a stride for all frames (left and right leg exchanged), ``error_half`` the
-    error where legs are not told apart in any frame, ``backward`` the share of the steps that go
-    backwards.
+    ``error`` is the mean absolute error, ``error_half`` the same where legs are not told apart in
+    any frame, ``backward`` the share of the steps that go backwards.
     """
 
     error: float
-    error_flipped: float
     error_half: float
     backward: float
 
@@ -243,13 +240,10 @@ def phase_score(found: NDArray[np.float64], true: NDArray[np.float64]) -> PhaseS
             f'phases must be two equally long lists, got shapes {found.shape} and {true.shape}'
         )
     difference = found - true
-    error = float(np.abs(_wrapped(difference, 1.0)).mean())
-    flipped = float(np.abs(_wrapped(difference + 0.5, 1.0)).mean())
     # A step that rounding makes a hair negative is a stand-still, not a step back.
     steps = _wrapped(np.diff(found), 1.0)
     return PhaseScore(
-        error=error,
-        error_flipped=min(error, flipped),
+        error=float(np.abs(_wrapped(difference, 1.0)).mean()),
         error_half=float(np.abs(_wrapped(difference, 0.5)).mean()),
         backward=float((steps < -1e-9).mean()) if steps.size else 0.0,
     )

@@ -40,9 +40,14 @@ _LONGEST_GAP_S = 5.0
 """Pauses of a recording that are kept; longer ones are taken for a new recording."""
 
 
+_DESCRIPTION = """\
+Publish the images of a film, a folder or a bag (rosbag2 or ROS 1) on the topic
+image, as a camera would: at their rate, stamped with the time of publishing.
+"""
+
 _EPILOG = """\
-exit code: 0, also after Ctrl-C; 1 if the input breaks off where it is damaged; 2 if it cannot be
-used, or not enough subscribers came in time
+exit code: 0, also after Ctrl-C; 1 if the input breaks off where it is damaged;
+2 if it cannot be used, or not enough subscribers came in time
 
 examples
   gait_source walk.mp4 --width 960 --wait-for 2
@@ -56,13 +61,16 @@ def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     made = argparse.ArgumentParser(
         prog='gait_source',
-        description='Publish the images of a film, a folder or a bag (rosbag2 or ROS 1) on the '
-        'topic image, as a camera would: at their rate, stamped with the time of publishing.',
+        description=_DESCRIPTION,
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = made.add_argument
-    add('input', type=Path, help='film, folder of images (in the order of their names), or bag')
+    add(
+        'input',
+        type=Path,
+        help='film, folder of images (in the order of the numbers in their names), or bag',
+    )
     add('--topic', default='', help='of the images in a bag, where there are several')
     add(
         '--rate',

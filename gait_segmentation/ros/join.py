@@ -36,7 +36,6 @@ class ExactJoin:
                 f'and {capacity}'
             )
         self.capacity = capacity
-        self.evicted = 0
         self._entries: dict[int, dict[str, Any]] = {}
         self._newest: dict[str, int] = {}
 
@@ -65,7 +64,6 @@ class ExactJoin:
             stale = [stamp for stamp, entry in self._entries.items() if part in entry]
             for stamp in stale:
                 del self._entries[stamp]
-            self.evicted += len(stale)
         self._newest[part] = stamp_ns
         entry = self._entries.setdefault(stamp_ns, {})
         entry[part] = value
@@ -74,5 +72,4 @@ class ExactJoin:
             return entry
         if len(self._entries) > self.capacity:
             del self._entries[next(iter(self._entries))]
-            self.evicted += 1
         return None

@@ -29,14 +29,15 @@ if TYPE_CHECKING:
 __all__ = ['run_node']
 
 _EPILOG = """\
-exit code: 0, also after Ctrl-C; 1 if the node cannot be started; 2 if the command line is wrong
+exit code: 0, also after Ctrl-C; 1 if the node cannot be started; 2 if the
+command line is wrong
 
 examples
   %(prog)s --ros-args -r image:=/camera/image_raw
   %(prog)s --ros-args --params-file gait_segmentation.yaml -p max_people:=4
 
-Parameters and topics are in docs/ros.md; "ros2 param list" and "ros2 param describe" tell those
-of a node that runs.
+Parameters and topics are in docs/ros.md; "ros2 param list" and "ros2 param
+describe" tell those of a node that runs.
 """
 
 

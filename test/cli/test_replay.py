@@ -92,6 +92,13 @@ def test_every_frame_has_the_pipelines_results(given: list[str], tmp_path: Path)
                 assert bool(message.name) == (when != stamp(BROKEN))
 
 
+def test_nobody_seen_is_said(given: list[str], capsys) -> None:
+    assert main([given[0], *given[-2:], '--count', '3']) == 0
+    said = capsys.readouterr()
+    assert 'walk: nobody was seen' in said.err
+    assert f'0 with somebody; see {Path(given[-1]) / "walk"}' in said.out
+
+
 def test_two_replays_are_the_same_to_the_byte(given: list[str], tmp_path: Path) -> None:
     outputs = ['--csv', str(tmp_path / 'out/walk.csv'), '--opengait', str(tmp_path / 'out/gait')]
     assert main([*given, *outputs]) == 0
