@@ -30,8 +30,8 @@ Bounds = tuple[int, int, int, int]
 """Left, top, width and height of a part of an image."""
 
 
-_WORD = 8
-"""Pixels of one byte that are looked at together."""
+_WORD, _BLOCK = 8, 64
+"""Pixels of one byte that are looked at together, and how many times as many are passed over."""
 
 
 def signed_distance(inside: NDArray[np.bool_]) -> NDArray[np.float32]:
@@ -52,41 +52,57 @@ def bounding_box(mask: NDArray[np.uint8]) -> Bounds:
     """
     Return left, top, width and height of what is not zero, as ``cv2.boundingRect`` does.
 
-    Several times as fast, since whole rows are looked at at once.
+    Several times as fast, since many pixels are looked at at once.
 
     :param mask: (h, w) uint8.
     """
-    lines = np.ascontiguousarray(mask)
-    # Eight pixels at once, if there are as many in a row.
-    whole = lines.size > 0 and lines.shape[1] % _WORD == 0
-    left, top, right, bottom = _bounds(lines.view(np.uint64) if whole else lines)
+    left, top, right, bottom = _bounds(mask.reshape(-1), mask.shape[1])
     return left, top, right - left, bottom - top
 
 
 @njit(cache=True, nogil=True)
-def _bounds(lines: NDArray[np.uint8] | NDArray[np.uint64]) -> tuple[int, int, int, int]:
-    """Return left, top, right and bottom in bytes and rows; all zero if there is nothing."""
-    height, width = lines.shape
-    columns = np.zeros(width, lines.dtype)
-    top, bottom = height, 0
-    for row in range(height):
-        line = lines[row]
-        some = lines[0, 0] ^ lines[0, 0]
-        for col in range(width):
-            some |= line[col]
-        if some != 0:
-            top, bottom = min(top, row), row + 1
-            for col in range(width):
-                columns[col] |= line[col]
-    if bottom == 0:
+def _bounds(pixels: NDArray[np.uint8], width: int) -> tuple[int, int, int, int]:
+    """Return left, top, right and bottom of what is not zero, row by row; all zero if nothing."""
+    # What is empty before and after is passed over by blocks of words.
+    size = _WORD * _BLOCK
+    blocks = pixels.size // size
+    words = pixels[: size * blocks].view(np.uint64)
+    block = 0
+    while block < blocks and _is_empty(words[_BLOCK * block : _BLOCK * (block + 1)]):
+        block += 1
+    first, last = size * block, pixels.size
+    while first < last and pixels[first] == 0:
+        first += 1
+    if first == last:
         return 0, 0, 0, 0
-    flat = columns.view(np.uint8)
-    left, right = 0, flat.size
-    while flat[left] == 0:
+    while last > size * blocks and pixels[last - 1] == 0:
+        last -= 1
+    if last == size * blocks:
+        while _is_empty(words[_BLOCK * (blocks - 1) : _BLOCK * blocks]):
+            blocks -= 1
+        last = size * blocks
+        while pixels[last - 1] == 0:
+            last -= 1
+    top, bottom = first // width, (last - 1) // width + 1
+    columns = np.zeros(width, np.uint8)
+    for row in range(top, bottom):
+        line = pixels[width * row : width * (row + 1)]
+        for col in range(width):
+            columns[col] |= line[col]
+    left, right = 0, width
+    while columns[left] == 0:
         left += 1
-    while flat[right - 1] == 0:
+    while columns[right - 1] == 0:
         right -= 1
     return left, top, right, bottom
+
+
+@njit(nogil=True, inline='always')
+def _is_empty(words: NDArray[np.uint64]) -> bool:
+    some = np.uint64(0)
+    for k in range(_BLOCK):
+        some |= words[k]
+    return some == 0
 
 
 @njit(cache=True, nogil=True)

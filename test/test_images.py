@@ -92,3 +92,13 @@ def test_the_bounds_are_those_of_opencv(density: float) -> None:
         assert bounding_box(mask[1:, 2:]) == (
             cv2.boundingRect(mask[1:, 2:]) if mask[1:, 2:].size else (0, 0, 0, 0)
         )
+
+
+@pytest.mark.parametrize('shape', [(40, 53), (64, 64), (1, 2000), (2000, 1), (33, 512)])
+def test_few_pixels_in_an_empty_mask_are_bounded(shape: tuple[int, int]) -> None:
+    rng = np.random.default_rng(0)
+    for count in range(4):
+        for _ in range(50):
+            mask = np.zeros(shape, np.uint8)
+            mask.reshape(-1)[rng.integers(0, mask.size, count)] = rng.integers(1, 256)
+            assert bounding_box(mask) == cv2.boundingRect(mask)

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -45,11 +47,14 @@ class Pyramid:
         return self._images[level]
 
     @property
+    def cells(self) -> NDArray[np.uint8]:
+        """Return means of cells, in which noise and texture are far less: (h, w) uint8."""
+        return self.image(_CELLS)
+
+    @cached_property
     def is_blank(self) -> bool:
         """Return whether nothing can be seen, as when something covers the lens."""
-        # Means of cells, in which noise is far less.
-        cells = self.image(_CELLS)
-        return int(cells.max()) - int(cells.min()) < _LEAST_RANGE
+        return int(self.cells.max()) - int(self.cells.min()) < _LEAST_RANGE
 
     def padded(self, level: int) -> NDArray[np.uint8]:
         """Return the image of a level with its border continued by :data:`BORDER` pixels."""

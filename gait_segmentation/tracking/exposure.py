@@ -20,9 +20,6 @@ from gait_segmentation.ego_motion.pyramid import Pyramid
 
 __all__ = ['Exposure']
 
-_LEVEL = 3
-"""Halvings that make a cell a pixel."""
-
 _DARKEST, _BRIGHTEST = 12, 243
 """Brightness outside of which a cell may be clipped."""
 
@@ -55,8 +52,8 @@ class Exposure:
         """
         if frame.is_blank:
             return self.gain
-        # Means of cells, so that neither texture nor a shift of the picture counts.
-        now = frame.image(_LEVEL)
+        # Cells, so that neither texture nor a shift of the picture counts.
+        now = frame.cells
         last = self._last
         if last is not None and last.shape == now.shape:
             step = math.exp(_JUMP)

@@ -33,3 +33,9 @@ def test_noise_alone_is_blank_and_one_small_person_is_not() -> None:
     assert Pyramid(np.clip(noise, 0, 255).astype(np.uint8)).is_blank
     noise[200:220, 300:308] = 150
     assert not Pyramid(np.clip(noise, 0, 255).astype(np.uint8)).is_blank
+
+
+def test_cells_are_means_of_64_pixels() -> None:
+    gray = np.random.default_rng(0).integers(0, 256, (40, 48), np.uint8)
+    means = gray.reshape(5, 8, 6, 8).mean((1, 3))
+    assert np.abs(Pyramid(gray).cells - means).max() <= 1.5
