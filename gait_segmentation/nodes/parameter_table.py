@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-The parameter file and the tables of the docs, made from the configuration dataclasses.
+The parameter file and the page of the docs, made from the configuration dataclasses.
 
 ``python -m gait_segmentation.nodes.parameter_table`` prints the file; with ``--update .`` it
-writes ``config/gait_segmentation.yaml`` and the tables in ``docs/ros.md`` of a source tree.
+writes ``config/gait_segmentation.yaml`` and the tables in ``docs/parameters.md`` of a source tree.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ NODES: dict[str, type[GaitNode]] = {
 }
 
 _WIDTH = 99
+_BEGIN, _END = '<!-- parameters -->\n', '<!-- end -->'
 
 _HEAD = """\
 # Parameters of all nodes of gait_segmentation, with their defaults.
@@ -69,21 +70,41 @@ def parameter_file() -> str:
     return text
 
 
-def markdown(name: str) -> str:
-    """Return the table of the parameters of a node."""
-    rows = ['| parameter | default | allowed | description |', '|---|---|---|---|']
+def markdown() -> str:
+    """Return the tables of all parameters, one of the nodes' own and one a stage."""
+    text, section = '', None
     for (group, kind), nodes in _groups().items():
-        if name not in nodes:
-            continue
+        of = 'all' if len(nodes) == len(NODES) else ', '.join(nodes)
+        if group != section:
+            section = group
+            title = f'{group} ({of})' if group else 'The nodes themselves'
+            columns = [
+                'parameter',
+                'default',
+                'allowed',
+                *([] if group else ['of']),
+                'description',
+            ]
+            text += '\n' if text else ''
+            text += f'## {title}\n\n{_row(columns)}|{"---|" * len(columns)}\n'
         for about in _parameters(kind):
             allowed = '4 numbers' if about.type is list else about.allowed()
             unit = f' [{about.unit}]' if about.unit else ''
             fixed = ' *(fixed)*' if about.read_only else ''
-            rows.append(
-                f'| `{qualified(group, about.name)}` | `{_value(about.default)}`{unit} | '
-                f'{allowed} | {about.description}{fixed} |'
+            text += _row(
+                [
+                    f'`{qualified(group, about.name)}`',
+                    f'`{_value(about.default)}`{unit}',
+                    allowed,
+                    *([] if group else [of.replace('gait_', '')]),
+                    f'{about.description}{fixed}',
+                ]
             )
-    return '\n'.join(rows) + '\n'
+    return text
+
+
+def _row(cells: list[str]) -> str:
+    return f'| {" | ".join(cells)} |\n'
 
 
 def _groups() -> dict[Group, list[str]]:
@@ -119,11 +140,8 @@ def _value(value: Any) -> str:
 
 def with_tables(docs: str) -> str:
     """Return a page with its tables, between its marks, made anew."""
-    for name in NODES:
-        head, mark, rest = docs.partition(f'<!-- parameters {name} -->\n')
-        _, end, tail = rest.partition('<!-- end -->')
-        docs = head + mark + (markdown(name) if mark else '') + end + tail
-    return docs
+    head, _, rest = docs.partition(_BEGIN)
+    return f'{head}{_BEGIN}{markdown()}{_END}{rest.partition(_END)[2]}'
 
 
 def main() -> None:
@@ -134,7 +152,7 @@ def main() -> None:
     if root is None:
         print(parameter_file(), end='')
         return
-    docs = root / 'docs/ros.md'
+    docs = root / 'docs/parameters.md'
     (root / 'config/gait_segmentation.yaml').write_text(parameter_file(), encoding='utf-8')
     docs.write_text(with_tables(docs.read_text(encoding='utf-8')), encoding='utf-8')
 

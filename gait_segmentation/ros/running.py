@@ -36,8 +36,8 @@ examples
   %(prog)s --ros-args -r image:=/camera/image_raw
   %(prog)s --ros-args --params-file gait_segmentation.yaml -p max_people:=4
 
-Parameters and topics are in docs/ros.md; "ros2 param list" and "ros2 param
-describe" tell those of a node that runs.
+Topics are in docs/ros.md, parameters in docs/parameters.md; "ros2 param list"
+and "ros2 param describe" tell those of a node that runs.
 """
 
 
