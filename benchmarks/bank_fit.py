@@ -7,16 +7,15 @@ How well the standard bank fits real silhouettes.
 For every frame of every set of true masks the best template at the best placement (dx, dy and
 scale) is searched, and its Tanimoto similarity with the mask averaged over the frames: ``soft``
 on the template's own pixels, the mask averaged over each, as the matcher sees it; ``hard`` in the
-image, both thresholded; ``image`` in the image with soft template against sharp mask.  The data
-is looked for in ``../shared/data`` next to the repository, or in ``GAIT_SEGMENTATION_DATA``;
-a set that is missing is skipped and said so.
+image, both thresholded; ``image`` in the image with soft template against sharp mask::
+
+    python benchmarks/bank_fit.py FOLDER [FOLDER ...]
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 from pathlib import Path
 
@@ -31,15 +30,12 @@ from gait_segmentation.geometry import BodyFrame, Box, pixel_affine, template_to
 
 Float = NDArray[np.float32]
 
-# Set of masks -> folder below the data, and the mean similarity a good bank reaches.
-SETS: dict[str, tuple[str, float | None]] = {
-    'side-left-normal': ('silhouettes/side-left-normal', 0.86),
-    'side-left-rucksack': ('silhouettes/side-left-rucksack', 0.82),
-    'lucia': ('lucia/masks', 0.78),
-    'hall': ('hall/masks', 0.75),
-    'shopfront': ('shopfront/masks', None),
-    'lobby-exit': ('lobby-exit/masks', None),
-    'lobby-woman': ('lobby-woman/masks', None),
+# The mean similarity (soft) that a good bank reaches, by the name of the set.
+AIMS = {
+    'side-left-normal': 0.86,
+    'side-left-rucksack': 0.82,
+    'lucia': 0.78,
+    'hall': 0.75,
 }
 WORKING_HEIGHT = 128  # taller masks are scaled down to this
 KEPT = 8  # templates that go on from the coarse to the fine search
@@ -47,10 +43,10 @@ FINE = 3  # samples a template pixel and direction, of which its mean is taken
 _INVERSE = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
 
 
-def data_folder() -> Path:
-    """Return the folder of the research data, which may not exist."""
-    named = os.environ.get('GAIT_SEGMENTATION_DATA')
-    return Path(named) if named else Path(__file__).resolve().parents[2] / 'shared' / 'data'
+def name_of(folder: Path) -> str:
+    """Return the name of a set: that of its folder, or of the sequence whose masks it is."""
+    folder = folder.resolve()
+    return folder.parent.name if folder.name == 'masks' else folder.name
 
 
 def prepare(mask: NDArray[np.uint8], outside: int = 0) -> tuple[Float, Float, Box] | None:
@@ -194,8 +190,8 @@ def fit_set(folder: Path, bank: TemplateBank, every: int = 1) -> dict | None:
     if not files:
         return None
     flat = bank.templates.reshape(-1, bank.grid[0] * bank.grid[1]).astype(np.float32) / 255
-    # Cut-out silhouettes reach the border of their pictures without being cut off.
-    outside = int(folder.parent.name == 'silhouettes')
+    # Silhouettes that are cut out reach the border of their pictures without being cut off.
+    outside = int(folder.resolve().name != 'masks')
     masks = (cv2.imread(str(file), cv2.IMREAD_GRAYSCALE) for file in files)
     fits = [fit_frame(mask, bank, flat, outside) for mask in masks]
     found = [fit for fit in fits if fit is not None]
@@ -216,15 +212,14 @@ def fit_set(folder: Path, bank: TemplateBank, every: int = 1) -> dict | None:
 def main(argv: list[str] | None = None) -> int:
     """Print the table of fits."""
     parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0].strip())
-    parser.add_argument('sets', nargs='*', help='sets of masks, all by default')
+    parser.add_argument(
+        'sets', nargs='+', type=Path, metavar='FOLDER', help='of masks, such as SEQUENCE_DIR/masks'
+    )
     parser.add_argument('--bank', help='a bank file instead of the standard bank')
     parser.add_argument('--builds', help='builds of a bank to draw instead of the standard bank')
     parser.add_argument('--every', type=int, default=1, help='take every n-th frame only')
     parser.add_argument('--json', action='store_true', help='print JSON instead of a table')
     options = parser.parse_args(argv)
-    unknown = set(options.sets) - set(SETS)
-    if unknown:
-        parser.error(f'sets must be among {", ".join(SETS)}, got {", ".join(sorted(unknown))}')
     if options.bank:
         bank = TemplateBank.load(options.bank)
     elif options.builds:
@@ -234,17 +229,18 @@ def main(argv: list[str] | None = None) -> int:
     if not options.json:
         count = bank.sequences * bank.phases
         print(f'{count} templates of {bank.grid[0]} x {bank.grid[1]}; mean of the best fits')
-        print(f'{"set":20} frames    soft    hard   image   worst   bar  builds', flush=True)
+        print(f'{"set":20} frames    soft    hard   image   worst   aim  builds', flush=True)
     results = {}
-    for name in options.sets or SETS:
-        folder, bar = SETS[name]
-        row = fit_set(data_folder() / folder, bank, options.every)
+    for folder in options.sets:
+        row = fit_set(folder, bank, options.every)
         if row is None:
-            print(f'{name}: skipped, no masks in {data_folder() / folder}', file=sys.stderr)
+            print(f'{folder} is skipped: it holds no masks', file=sys.stderr)
             continue
-        results[name] = {**row, 'bar': bar}
+        name = name_of(folder)
+        aim = AIMS.get(name)
+        results[name] = {**row, 'aim': aim}
         if not options.json:
-            wanted = '' if bar is None else f'{bar:.2f}'
+            wanted = '' if aim is None else f'{aim:.2f}'
             builds = ', '.join(f'{build} {n}' for build, n in sorted(row['builds'].items()))
             print(
                 f'{name:20} {row["frames"]:6} {row["soft"]:7.4f} {row["hard"]:7.4f} '

@@ -11,11 +11,10 @@ because a profile shows the same silhouette twice a stride, and seen from the fr
 walking towards and away look the same half a stride apart.  A step counts as backward if the
 phase emitted is less than the one before, by up to half a stride.  ``settled`` leaves out the
 first second, in which the phase has to be found.  ``independent`` is the best template of each
-frame alone.  Two real clips are added from their true masks, treated in the same way; they are
-looked for in ``../shared/data`` next to the repository or in ``GAIT_SEGMENTATION_DATA``, and left
-out, saying so, where they are missing.
+frame alone.
 
-``--plots`` draws docs/images/phase_path.png and phase_confidence.png.
+``--plots`` draws docs/images/phase_path.png and phase_confidence.png, the first also of real
+clips (``--clips SEQUENCE_DIR ...``) by their true masks, treated in the same way.
 """
 
 from __future__ import annotations
@@ -23,7 +22,6 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import os
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -43,7 +41,6 @@ from gait_segmentation.matching import MatchingConfig, SequenceMatcher
 from gait_segmentation.results import MatchResult
 
 ROOT = Path(__file__).resolve().parents[1]
-CLIPS = ('lucia', 'hall')
 AZIMUTHS = (0, -20, 35, 60, 80, 90, 100, -85, 125, 150, 180, -135)  # degrees
 WALKS = ((110.0, 0.95, 30.0), (60.0, 0.8, 15.0), (150.0, 1.15, 25.0))  # height, strides/s, fps
 SECONDS = 3.0
@@ -102,11 +99,9 @@ def near_leg(phase: float, azimuth: float) -> float:
     return phase if math.cos(azimuth) > -1e-9 else (phase + 0.5) % 1.0
 
 
-def clip(name: str, rng: np.random.Generator) -> Iterator[Frame]:
+def clip(folder: Path, rng: np.random.Generator) -> Iterator[Frame]:
     """Return the frames of a real clip, with its spoilt true masks for likelihoods."""
-    named = os.environ.get('GAIT_SEGMENTATION_DATA')
-    data = Path(named) if named else ROOT.parent / 'shared' / 'data'
-    sequence = Sequence.load(data / name)
+    sequence = Sequence.load(folder)
     for number in sequence.numbers:
         truth = sequence.truth(number)
         if truth is None:
@@ -213,7 +208,9 @@ def reliability(trust: list[tuple[float, bool]]) -> list[dict[str, float]]:
     ]
 
 
-def draw(matcher: SequenceMatcher, bins: list[dict[str, float]], seed: int) -> None:
+def draw(
+    matcher: SequenceMatcher, bins: list[dict[str, float]], seed: int, clips: list[Path]
+) -> None:
     """Draw both figures."""
     import matplotlib
 
@@ -222,11 +219,8 @@ def draw(matcher: SequenceMatcher, bins: list[dict[str, float]], seed: int) -> N
 
     rng = np.random.default_rng(seed)
     shown = {'synthetic walk': list(walk(0.0, 110.0, 0.95, 30.0, rng))}
-    for name in CLIPS:
-        try:
-            shown[f'{name} (true masks, spoilt)'] = list(clip(name, rng))
-        except Exception as error:
-            print(f'left out {name}: {error}')
+    for folder in clips:
+        shown[f'{folder.resolve().name} (true masks, spoilt)'] = list(clip(folder, rng))
     figure, axes = plt.subplots(
         len(shown), 2, figsize=(8, 1.9 * len(shown)), sharex='row', sharey=True, squeeze=False
     )
@@ -265,6 +259,9 @@ def main() -> int:
     )
     parser.add_argument('--json', type=Path, help='write the figures here')
     parser.add_argument('--plots', action='store_true', help='draw the figures of the docs')
+    parser.add_argument(
+        '--clips', type=Path, nargs='+', default=[], metavar='DIR', help='sequences for --plots'
+    )
     parser.add_argument('--seed', type=int, default=1)
     parser.add_argument('--lag', type=int, default=0, help='frames of lag')
     arguments = parser.parse_args()
@@ -280,7 +277,7 @@ def main() -> int:
     if arguments.json:
         arguments.json.write_text(json.dumps(report, indent=1) + '\n')
     if arguments.plots:
-        draw(matcher, bins, arguments.seed)
+        draw(matcher, bins, arguments.seed, arguments.clips)
     missed = [
         f'{name} {key} {found[key]:g}, goal {GOALS[key]:g}'
         for name in ('side', 'front')
