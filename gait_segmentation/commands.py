@@ -81,14 +81,19 @@ def source() -> int:
 def _run_tool(name: str) -> int:
     """Run a command that says so and returns 130 when it is interrupted."""
     before = {number: signal.getsignal(number) for number in _SIGNALS}
-    module = _imported(
-        f'gait_segmentation.cli.{name}', f'gait_{name}: interrupted\n', _INTERRUPTED
-    )
+    text = f'gait_{name}: interrupted\n'
+    module = _imported(f'gait_segmentation.cli.{name}', text, _INTERRUPTED)
     for number, handler in before.items():
         default = handler is signal.default_int_handler
         signal.signal(number, _interrupt if default else handler)
     try:
         return int(module.main())
+    except SystemError as error:
+        # What becomes of an interrupt in a kernel that is just being called.
+        if not isinstance(error.__cause__, KeyboardInterrupt):
+            raise
+        os.write(2, text.encode())
+        return _INTERRUPTED
     finally:
         # What is left is the interpreter's own clean-up, of which nobody wants a traceback.
         for number in _SIGNALS:

@@ -106,6 +106,24 @@ def test_ignored_signals_stay_ignored(name: str, monkeypatch) -> None:
     assert getattr(commands, name)() == 0
 
 
+@pytest.mark.parametrize('cause', [KeyboardInterrupt, ValueError])
+def test_an_interrupt_of_a_call_into_a_kernel_ends_a_command_quietly(
+    cause: type[BaseException], monkeypatch, capfd
+) -> None:
+    class Module:
+        @staticmethod
+        def main() -> int:
+            raise SystemError('returned a result with an exception set') from cause()
+
+    monkeypatch.setattr(commands, 'import_module', lambda each: Module)
+    if cause is KeyboardInterrupt:
+        assert commands.evaluate() == 130
+        assert capfd.readouterr().err == 'gait_evaluate: interrupted\n'
+    else:
+        with pytest.raises(SystemError):
+            commands.evaluate()
+
+
 def test_all_commands_are_installed() -> None:
     points = re.findall(r"'gait_(\w+) = ([\w.]+):(\w+)'", (ROOT / 'setup.py').read_text())
     assert sorted(points) == [(name, commands.__name__, name) for name in commands.__all__]
