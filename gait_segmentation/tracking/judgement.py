@@ -102,10 +102,8 @@ def judge(
 def view_of(record: Record, window: Window) -> View:
     """Return what the features look at in a window of a frame."""
     heat = None if record.heat is None else record.heat[window]
-    bgr, gray = (
-        np.ascontiguousarray(each[window]) for each in (record.image.bgr, record.image.gray)
-    )
-    return View(bgr, gray, heat=heat)
+    image = record.image
+    return View(image.bgr_about(window)[window], image.gray[window], heat=heat)
 
 
 def _add_motion(

@@ -4,7 +4,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -20,24 +21,52 @@ from gait_segmentation.tracking.exposure import Exposure
 __all__ = ['WorkingImage', 'working_scale', 'working_shape']
 
 
+class _Parts:
+    """A (h, w, 3) uint8 image of which parts are made when they are asked for."""
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        self._pixels = np.empty(shape, np.uint8)
+        self._made: list[Window] = []
+
+    def about(
+        self, window: Window, make: Callable[[Window], NDArray[np.uint8]]
+    ) -> NDArray[np.uint8]:
+        """Return the image, made at least in a window; elsewhere it may be anything."""
+        rows, columns = window
+        for made_rows, made_columns in self._made:
+            if (
+                made_rows.start <= rows.start
+                and made_rows.stop >= rows.stop
+                and made_columns.start <= columns.start
+                and made_columns.stop >= columns.stop
+            ):
+                return self._pixels
+        if rows.start < rows.stop and columns.start < columns.stop:
+            self._pixels[window] = make(window)
+            self._made.append(window)
+        return self._pixels
+
+
 @dataclass(frozen=True)
 class WorkingImage:
     """
     One frame at working size.
 
-    ``bgr`` is (h, w, 3) uint8, ``gray`` its brightness, with which ``pyramid`` begins;
-    ``textured`` says that it has no colour and shows gradient energy in the place of a* and b*
-    (:func:`~gait_segmentation.lab.gray_lab`).  The conversion to Lab takes longer than anything
-    else that is done to whole images, so it is made only where it is asked for.
+    ``gray`` is its brightness, (h, w) uint8, and ``pyramid`` begins with that before its tone was
+    changed; ``textured`` says that it has no colour and shows gradient energy in the place of a*
+    and b* (:func:`~gait_segmentation.lab.gray_lab`).  The conversion to Lab takes longer than
+    anything else that is done to whole images, so it is made only where it is asked for, and so
+    are colours of another tone.
     """
 
     stamp_ns: int
-    bgr: NDArray[np.uint8]
     gray: NDArray[np.uint8]
     pyramid: Pyramid
     textured: bool
-    _lab: NDArray[np.uint8]
-    _converted: list[Window] = field(default_factory=list)
+    _colours: NDArray[np.uint8]
+    _curve: NDArray[np.uint8] | None
+    _bgr: _Parts
+    _lab: _Parts
 
     @classmethod
     def of(
@@ -73,42 +102,40 @@ class WorkingImage:
         if made is not small:
             gray = np.asarray(cv2.cvtColor(made, cv2.COLOR_BGR2GRAY))
             pyramid = Pyramid(gray)
-        lab = np.zeros(made.shape, np.uint8)
-        return cls(stamp_ns, made, gray, pyramid, texture and is_gray(made), lab)
+        textured = texture and is_gray(made)
+        parts = _Parts((0, 0, 3)), _Parts(made.shape)
+        return cls(stamp_ns, gray, pyramid, textured, made, None, *parts)
 
     def toned(self, curve: NDArray[np.uint8]) -> WorkingImage:
         """
-        Return the image with other grey levels, converted to Lab where this one is.
+        Return the image with other grey levels.
 
         :param curve: (256,) uint8, the new level of each.
         """
-        bgr, gray = np.asarray(cv2.LUT(self.bgr, curve)), np.asarray(cv2.LUT(self.gray, curve))
-        lab = np.zeros(bgr.shape, np.uint8)
-        made = WorkingImage(self.stamp_ns, bgr, gray, Pyramid(gray), self.textured, lab)
-        for window in self._converted:
-            made.lab_about(window)
-        return made
+        gray = np.asarray(cv2.LUT(self.gray, curve))
+        colours = self.bgr
+        parts = _Parts(colours.shape), _Parts(colours.shape)
+        return WorkingImage(
+            self.stamp_ns, gray, self.pyramid, self.textured, colours, curve, *parts
+        )
+
+    @property
+    def bgr(self) -> NDArray[np.uint8]:
+        """Return the whole image, (h, w, 3) uint8."""
+        return self.bgr_about(self._all)
+
+    def bgr_about(self, window: Window) -> NDArray[np.uint8]:
+        """Return an image like :attr:`bgr` that is made at least in a window."""
+        return self._colours if self._curve is None else self._bgr.about(window, self._bgr_of)
 
     @property
     def lab(self) -> NDArray[np.uint8]:
         """Return the whole image in CIE L*a*b* as OpenCV stores it, (h, w, 3) uint8."""
-        return self.lab_about((slice(0, self.gray.shape[0]), slice(0, self.gray.shape[1])))
+        return self.lab_about(self._all)
 
     def lab_about(self, window: Window) -> NDArray[np.uint8]:
-        """Return an image like :attr:`lab` that is filled in at least in a window."""
-        rows, columns = window
-        for known_rows, known_columns in self._converted:
-            if (
-                known_rows.start <= rows.start
-                and known_rows.stop >= rows.stop
-                and known_columns.start <= columns.start
-                and known_columns.stop >= columns.stop
-            ):
-                return self._lab
-        if rows.start < rows.stop and columns.start < columns.stop:
-            self._lab[window] = self._lab_of(window)
-            self._converted.append(window)
-        return self._lab
+        """Return an image like :attr:`lab` that is made at least in a window."""
+        return self._lab.about(window, self._lab_of)
 
     def lab_every(self, every: Window) -> NDArray[np.uint8]:
         """
@@ -118,11 +145,21 @@ class WorkingImage:
         """
         if self.textured:
             return np.ascontiguousarray(self.lab[every])
-        return np.asarray(cv2.cvtColor(np.ascontiguousarray(self.bgr[every]), cv2.COLOR_BGR2Lab))
+        return np.asarray(
+            cv2.cvtColor(np.ascontiguousarray(self._bgr_of(every)), cv2.COLOR_BGR2Lab)
+        )
+
+    @property
+    def _all(self) -> Window:
+        return slice(0, self.gray.shape[0]), slice(0, self.gray.shape[1])
+
+    def _bgr_of(self, window: Window) -> NDArray[np.uint8]:
+        part = self._colours[window]
+        return part if self._curve is None else np.asarray(cv2.LUT(part, self._curve))
 
     def _lab_of(self, window: Window) -> NDArray[np.uint8]:
         if not self.textured:
-            return np.asarray(cv2.cvtColor(self.bgr[window], cv2.COLOR_BGR2Lab))
+            return np.asarray(cv2.cvtColor(self.bgr_about(window)[window], cv2.COLOR_BGR2Lab))
         # The energy at the window's edge depends on what lies beyond.
         top, left = (max(side.start - REACH, 0) for side in window)
         rows, columns = window

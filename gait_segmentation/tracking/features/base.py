@@ -43,11 +43,12 @@ class View:
     @cached_property
     def thin_bgr(self) -> NDArray[np.uint8]:
         """Return the colours of the pixels that are needed."""
+        bgr = np.ascontiguousarray(self.bgr)
         if self.step == 1:
-            return np.ascontiguousarray(self.bgr)
-        height, width = self.bgr.shape[:2]
+            return bgr
+        height, width = bgr.shape[:2]
         out = np.empty((-(-height // self.step), -(-width // self.step), 3), np.uint8)
-        _thin_colours(self.bgr, self.step, out)
+        _thin_colours(bgr, self.step, out)
         return out
 
     def plane(self, index: int) -> NDArray[np.uint8]:

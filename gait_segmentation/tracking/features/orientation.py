@@ -38,7 +38,7 @@ class Orientation:
         """Return 8..255 for angles of 0..pi, NEUTRAL without gradients."""
         shape = tuple(-(-size // view.step) for size in view.gray.shape)
         real, imaginary = np.empty(shape, np.float32), np.empty(shape, np.float32)
-        _tensor(view.gray, view.step, real, imaginary)
+        _tensor(np.ascontiguousarray(view.gray), view.step, real, imaginary)
         length, angle = cv2.cartToPolar(real, imaginary)
         out = np.empty(shape, np.uint8)
         _values(length, angle, out)
