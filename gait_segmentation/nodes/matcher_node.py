@@ -25,7 +25,8 @@ from gait_segmentation.ros.image import read_mono8
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_box, stamp_of
-from gait_segmentation.ros.outputs import DebugOutput, MatchOutputs, matching_picture
+from gait_segmentation.ros.outputs import DebugOutput, MatchOutputs
+from gait_segmentation.ros.pictures import matching_picture
 from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.warm_up import open_bank, warm_up_matcher

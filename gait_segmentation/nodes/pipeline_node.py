@@ -24,8 +24,8 @@ from gait_segmentation.ros.outputs import (
     MatchOutputs,
     SegmentationOutputs,
     TrackOutputs,
-    segmentation_picture,
 )
+from gait_segmentation.ros.pictures import segmentation_picture
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.segmentation import PeopleMasks, SegmentationConfig
 from gait_segmentation.starting import StartingConfig

@@ -20,7 +20,8 @@ from gait_segmentation.ros.image import read_mono8
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_body, read_gait, stamp_of
-from gait_segmentation.ros.outputs import DebugOutput, SegmentationOutputs, segmentation_picture
+from gait_segmentation.ros.outputs import DebugOutput, SegmentationOutputs
+from gait_segmentation.ros.pictures import segmentation_picture
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 from gait_segmentation.warm_up import warm_up_segmenter

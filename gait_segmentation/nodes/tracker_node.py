@@ -21,7 +21,8 @@ from gait_segmentation.ros.config import BankConfig
 from gait_segmentation.ros.image import read_mono8
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.messages import read_body, stamp_of
-from gait_segmentation.ros.outputs import DebugOutput, TrackOutputs, tracking_picture
+from gait_segmentation.ros.outputs import DebugOutput, TrackOutputs
+from gait_segmentation.ros.pictures import tracking_picture
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
