@@ -29,9 +29,9 @@ from tqdm import tqdm
 
 from gait_segmentation.evaluation.means import mean_tracking
 from gait_segmentation.evaluation.report import aligned, tracking_table, write_json
-from gait_segmentation.evaluation.scenes import SCENES, scene
 from gait_segmentation.evaluation.session import Session, load_sequences
 from gait_segmentation.evaluation.settings import overridden, replaced
+from gait_segmentation.evaluation.synthetic.scenes import SCENES, scene
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.warm_up import warm_up
 

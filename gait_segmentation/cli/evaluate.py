@@ -32,9 +32,9 @@ from gait_segmentation.evaluation.report import (
     tracking_table,
     write_json,
 )
-from gait_segmentation.evaluation.scenes import SCENES, scene
 from gait_segmentation.evaluation.session import Session, load_sequences
 from gait_segmentation.evaluation.settings import overridden
+from gait_segmentation.evaluation.synthetic.scenes import SCENES, scene
 from gait_segmentation.ros.compiling import compiling
 
 __all__ = ['main', 'parser']

@@ -8,8 +8,7 @@ import cv2
 import pytest
 
 from gait_segmentation.cli.evaluate import main
-from gait_segmentation.evaluation.synthetic import SyntheticSequence
-from gait_segmentation.evaluation.synthetic_config import SyntheticConfig
+from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
 
 from ..evaluation.fakes import FakePipeline, FakePipelineConfig, write_sequence
 

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.evaluation.scenery import (
+from gait_segmentation.evaluation.synthetic.scenery import (
     make_occluder,
     make_panorama,
     muted_colour,

@@ -19,20 +19,20 @@ import yaml
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.evaluation.clothing import make_outfit
-from gait_segmentation.evaluation.courses import Straight
 from gait_segmentation.evaluation.output import write_image
-from gait_segmentation.evaluation.props import draw_prop
-from gait_segmentation.evaluation.scenery import Occluder, make_occluder, make_panorama
 from gait_segmentation.evaluation.sequence import FIRST_STAMP_NS
-from gait_segmentation.evaluation.staging import Staging, still
-from gait_segmentation.evaluation.synthetic_camera import FOCAL_LENGTH, SyntheticCamera
-from gait_segmentation.evaluation.synthetic_config import SyntheticConfig
+from gait_segmentation.evaluation.synthetic.camera import FOCAL_LENGTH, SyntheticCamera
+from gait_segmentation.evaluation.synthetic.clothing import make_outfit
+from gait_segmentation.evaluation.synthetic.config import SyntheticConfig
+from gait_segmentation.evaluation.synthetic.courses import Straight
+from gait_segmentation.evaluation.synthetic.props import draw_prop
+from gait_segmentation.evaluation.synthetic.scenery import Occluder, make_occluder, make_panorama
+from gait_segmentation.evaluation.synthetic.staging import Staging, still
+from gait_segmentation.evaluation.synthetic.walkers import Walker, draw_walker, draw_walkers_by_lot
 from gait_segmentation.evaluation.truth import AMBIGUOUS, PERSON, UNCLEAR
-from gait_segmentation.evaluation.walkers import Walker, draw_walker, draw_walkers_by_lot
 from gait_segmentation.geometry import Box
 
-__all__ = ['SyntheticConfig', 'SyntheticFrame', 'SyntheticSequence']
+__all__ = ['SyntheticFrame', 'SyntheticSequence']
 
 NEAREST = 0.3
 """Share of the first walker's distance at which people have walked past the camera."""

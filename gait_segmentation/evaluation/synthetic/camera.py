@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.evaluation.synthetic_config import SyntheticConfig
+from gait_segmentation.evaluation.synthetic.config import SyntheticConfig
 from gait_segmentation.geometry import BodyFrame
 
 __all__ = ['EYE_LEVEL', 'FOCAL_LENGTH', 'SyntheticCamera']

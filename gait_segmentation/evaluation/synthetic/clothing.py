@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.evaluation.scenery import muted_colour, value_noise
+from gait_segmentation.evaluation.synthetic.scenery import muted_colour, value_noise
 
 __all__ = ['Outfit', 'make_disguise', 'make_outfit', 'paint']
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import numpy as np
 
-from gait_segmentation.evaluation.clothing import make_outfit, paint
+from gait_segmentation.evaluation.synthetic.clothing import make_outfit, paint
 from gait_segmentation.gait_model import PARTS, render_parts
 
 

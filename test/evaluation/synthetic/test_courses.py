@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.evaluation.courses import STRIDE_LENGTH, Course, Straight
+from gait_segmentation.evaluation.synthetic.courses import STRIDE_LENGTH, Course, Straight
 
 
 def course(points, **changes):

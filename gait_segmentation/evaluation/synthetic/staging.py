@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.evaluation.props import Prop
-from gait_segmentation.evaluation.walkers import Walker
+from gait_segmentation.evaluation.synthetic.props import Prop
+from gait_segmentation.evaluation.synthetic.walkers import Walker
 
 __all__ = ['Staging', 'still']
 

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.evaluation.scenery import muted_colour, value_noise
+from gait_segmentation.evaluation.synthetic.scenery import muted_colour, value_noise
 from gait_segmentation.geometry import BodyFrame
 
 __all__ = ['Prop', 'Stand', 'draw_prop', 'make_car', 'make_pillar', 'make_tree']

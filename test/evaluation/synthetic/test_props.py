@@ -3,7 +3,12 @@
 import numpy as np
 import pytest
 
-from gait_segmentation.evaluation.props import draw_prop, make_car, make_pillar, make_tree
+from gait_segmentation.evaluation.synthetic.props import (
+    draw_prop,
+    make_car,
+    make_pillar,
+    make_tree,
+)
 from gait_segmentation.geometry import BodyFrame
 
 

@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.evaluation.clothing import Outfit, make_outfit, paint
-from gait_segmentation.evaluation.courses import Motion, Straight, Whereabouts
+from gait_segmentation.evaluation.synthetic.clothing import Outfit, make_outfit, paint
+from gait_segmentation.evaluation.synthetic.courses import Motion, Straight, Whereabouts
 from gait_segmentation.gait_model import FIGURES, render_parts
 from gait_segmentation.geometry import BodyFrame, Box
 

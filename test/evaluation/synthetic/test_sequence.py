@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.evaluation.clothing import make_outfit
-from gait_segmentation.evaluation.courses import Course, Straight
 from gait_segmentation.evaluation.metrics import true_box
-from gait_segmentation.evaluation.props import make_pillar
 from gait_segmentation.evaluation.sequence import Sequence
-from gait_segmentation.evaluation.staging import Staging
 from gait_segmentation.evaluation.synthetic import SyntheticSequence
-from gait_segmentation.evaluation.synthetic_config import SyntheticConfig
-from gait_segmentation.evaluation.walkers import Walker
+from gait_segmentation.evaluation.synthetic.clothing import make_outfit
+from gait_segmentation.evaluation.synthetic.config import SyntheticConfig
+from gait_segmentation.evaluation.synthetic.courses import Course, Straight
+from gait_segmentation.evaluation.synthetic.props import make_pillar
+from gait_segmentation.evaluation.synthetic.staging import Staging
+from gait_segmentation.evaluation.synthetic.walkers import Walker
 from gait_segmentation.geometry import Box
 
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from gait_segmentation.evaluation.clothing import make_outfit
-from gait_segmentation.evaluation.courses import Straight, Whereabouts
-from gait_segmentation.evaluation.walkers import Walker, draw_walker, draw_walkers_by_lot
+from gait_segmentation.evaluation.synthetic.clothing import make_outfit
+from gait_segmentation.evaluation.synthetic.courses import Straight, Whereabouts
+from gait_segmentation.evaluation.synthetic.walkers import Walker, draw_walker, draw_walkers_by_lot
 from gait_segmentation.geometry import BodyFrame
 
 HERE = Whereabouts(0.0, 3.0, 0.0, 0.25)

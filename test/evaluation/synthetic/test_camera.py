@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.evaluation.staging import still
-from gait_segmentation.evaluation.synthetic_camera import EYE_LEVEL, SyntheticCamera
-from gait_segmentation.evaluation.synthetic_config import SyntheticConfig
+from gait_segmentation.evaluation.synthetic.camera import EYE_LEVEL, SyntheticCamera
+from gait_segmentation.evaluation.synthetic.config import SyntheticConfig
+from gait_segmentation.evaluation.synthetic.staging import still
 
 
 def _camera(sway=still, **values: object) -> SyntheticCamera:

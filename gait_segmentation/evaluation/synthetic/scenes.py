@@ -17,14 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.evaluation.clothing import Outfit, make_disguise, make_outfit
-from gait_segmentation.evaluation.courses import Course
-from gait_segmentation.evaluation.props import Prop, make_car, make_pillar, make_tree
-from gait_segmentation.evaluation.scenery import make_boards, muted_colour
-from gait_segmentation.evaluation.staging import Staging
-from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
-from gait_segmentation.evaluation.synthetic_camera import FOCAL_LENGTH
-from gait_segmentation.evaluation.walkers import Walker
+from gait_segmentation.evaluation.synthetic.camera import FOCAL_LENGTH
+from gait_segmentation.evaluation.synthetic.clothing import Outfit, make_disguise, make_outfit
+from gait_segmentation.evaluation.synthetic.config import SyntheticConfig
+from gait_segmentation.evaluation.synthetic.courses import Course
+from gait_segmentation.evaluation.synthetic.props import Prop, make_car, make_pillar, make_tree
+from gait_segmentation.evaluation.synthetic.scenery import make_boards, muted_colour
+from gait_segmentation.evaluation.synthetic.sequence import SyntheticSequence
+from gait_segmentation.evaluation.synthetic.staging import Staging
+from gait_segmentation.evaluation.synthetic.walkers import Walker
 from gait_segmentation.gait_model import FIGURES
 
 __all__ = ['SCENES', 'scene']

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.evaluation.scenes import SCENES, scene
+from gait_segmentation.evaluation.synthetic.scenes import SCENES, scene
 
 
 def areas(clip, numbers):
