@@ -16,14 +16,14 @@ _PATIENCE_S = 5.0
 @contextmanager
 def compiling(say: Callable[[str], None], patience_s: float = _PATIENCE_S) -> Iterator[None]:
     """
-    Say that kernels are compiled if what is done takes longer than to load them.
+    Say that kernels are loaded or compiled if what is done takes long.
 
     :param say: called once at most, in another thread.
     """
     slow = threading.Timer(
         patience_s,
         say,
-        ['compiling, as the first time after each installation: a minute or two'],
+        ['loading kernels, or compiling them: a minute or two, once after each installation'],
     )
     slow.daemon = True
     slow.start()
