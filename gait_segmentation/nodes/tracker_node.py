@@ -53,8 +53,8 @@ class TrackerNode(CameraNode):
         """Make the stage, compile it and make the publishers."""
         get = self.parameters.get
         bank = open_bank(get(BankConfig).bank)
-        warm_up_tracker(bank, get(TrackingConfig), get(StartingConfig))
         self._slots = get(PeopleConfig).max_people
+        warm_up_tracker(bank, get(TrackingConfig), get(StartingConfig), self._slots)
         self._tracker = PeopleTracker(
             bank, get(TrackingConfig), max_people=self._slots, starting=get(StartingConfig)
         )

@@ -77,8 +77,9 @@ class Hypothesis:
         :param sigma: of the blur, in pixels.
         """
         share = (weights / max(float(weights.sum()), 1e-12) / 255).astype(np.float32)
-        mean = np.zeros(shape, np.float32)
-        _add_weighted(self.templates, share, mean[self.part])
+        part, mean = np.zeros(self.templates.shape[1:], np.float32), np.zeros(shape, np.float32)
+        _add_weighted(self.templates, share, part)
+        mean[self.part] = part
         return np.asarray(cv2.GaussianBlur(mean, (0, 0), max(sigma, _LEAST_SIGMA)))
 
 

@@ -112,8 +112,8 @@ def without_world(
     clean = mask.copy()
     # Only the part about the mask is touched.
     x, y, width, tall = bounding_box(mask[rows, columns])
-    part = clean[rows, columns][y : y + tall, x : x + width]
-    evidence = evidence[y : y + tall, x : x + width]
+    part = np.ascontiguousarray(clean[rows, columns][y : y + tall, x : x + width])
+    evidence = np.ascontiguousarray(evidence[y : y + tall, x : x + width])
     rules = [(_STAYS, _OUTSIDE), (_MOVES, _FAR_OUTSIDE)]
     for most, distance in rules if settled else rules[:1]:
         reach = max(1, round(distance * height))
@@ -121,7 +121,8 @@ def without_world(
         about = prior[rows, columns][top : y + tall + reach, left : x + width + reach]
         near = cv2.dilate(about, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
         near = near[y - top : y - top + tall, x - left : x - left + width]
-        _clear(part, near, evidence, most)
+        _clear(part, np.ascontiguousarray(near), evidence, most)
+    clean[rows, columns][y : y + tall, x : x + width] = part
     return clean
 
 
