@@ -163,8 +163,8 @@ class _Walker:
         joint = tuple[float, float]
 
         def limb(one: joint, two: joint, thick: float) -> None:
-            ends = [(round(a), round(b)) for a, b in (one, two)]
-            cv2.line(mask, *ends, 255, round(thick * unit))
+            begin, end = ((round(a), round(b)) for a, b in (one, two))
+            cv2.line(mask, begin, end, 255, round(thick * unit))
 
         cv2.circle(mask, (round(x), round(y - 33 * unit)), round(7 * unit), 255, -1)
         limb((x, y - 20 * unit), (x, y - 2 * unit), 15)

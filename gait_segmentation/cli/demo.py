@@ -11,7 +11,7 @@ import signal
 import sys
 import tempfile
 import time
-from collections.abc import MutableMapping
+from collections.abc import Mapping, MutableMapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -158,6 +158,9 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
         rclpy.try_shutdown()
     published = read_stamps(stamps)
     frames = frames_shown(published, recorder)
+    lost = len(published) - len(frames)
+    if lost:
+        print(f'gait_demo: {lost_frames(lost, recorder.dropped(), logs)}', file=sys.stderr)
     images = FilmImages(film)
     write_masks(options.out / 'masks', frames)
     write_film(options.out / 'overlay.mp4', frames, images, options.rate or film.fps)
@@ -285,18 +288,40 @@ def play(
     processes.start('gait_source', 'gait_segmentation.nodes.source_node', *source)
     # disable=None: no bar where stderr is not a terminal.
     with tqdm(unit='frame', disable=None, desc='gait_demo') as bar:
+        # Not asked of the bar, which does not count where it is not shown.
+        shown = came = 0
         quiet_since = time.monotonic()
         while True:
             processes.check_running(*nodes)
-            seen = recorder.complete()
-            if seen > bar.n or not processes.ended('gait_source'):
+            played = processes.ended('gait_source')
+            complete, messages = recorder.complete(), recorder.messages()
+            if messages > came or not played:
                 quiet_since = time.monotonic()
-            bar.update(seen - bar.n)
-            if processes.ended('gait_source'):
-                done = seen >= len(read_stamps(stamps))
+            bar.update(complete - shown)
+            shown, came = complete, messages
+            if played:
+                done = complete >= len(read_stamps(stamps))
                 if done or time.monotonic() - quiet_since > _FLOW_OUT_S:
                     return
             time.sleep(_POLL_S)
+
+
+def lost_frames(lost: int, dropped: Mapping[str, int], logs: Path) -> str:
+    """
+    Say why frames have no mask, and what can be done.
+
+    :param lost: how many there are.
+    :param dropped: frames that each node says it has dropped.
+    :param logs: the folder of the logs.
+    """
+    if dropped:
+        who = ' and '.join(f'{name} dropped {count}' for name, count in sorted(dropped.items()))
+        why = f'{who}, which could not keep up: close other programs, or give a lower --rate or '
+        why += '--width'
+    else:
+        why = 'no node says that it dropped them, so they were lost on the way between the nodes: '
+        why += f'see what they say in {logs}'
+    return f'{lost} frame{"s" * (lost != 1)} lost: {why}'
 
 
 def read_stamps(path: Path) -> dict[int, int]:

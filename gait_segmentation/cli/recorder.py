@@ -111,6 +111,8 @@ class Recorder:
         """Subscribe and begin to record; rclpy must be initialised."""
         self.records: dict[int, Record] = {}
         self._complete = 0
+        self._messages = 0
+        self._lost: dict[str, int] = {}
         self._topics = dict(_FRAME_TOPICS)
         self._connected = dict(_FRAME_CONNECTED)
         self._unread = {'mask'}
@@ -170,6 +172,16 @@ class Recorder:
         with self._lock:
             return self._complete
 
+    def messages(self) -> int:
+        """Return the number of messages that have come, also of frames that are not complete."""
+        with self._lock:
+            return self._messages
+
+    def dropped(self) -> dict[str, int]:
+        """Return how many frames each node says it has dropped, of those that have."""
+        with self._lock:
+            return {name: count for name, count in self._lost.items() if count}
+
     @property
     def topics(self) -> tuple[str, ...]:
         """Return the topics recorded."""
@@ -184,6 +196,7 @@ class Recorder:
     def _count(self, stamp_ns: int, topic: str) -> Record:
         """Count a message, with the lock held, and return what is known of its frame."""
         record = self.records.setdefault(stamp_ns, Record())
+        self._messages += 1
         count = record.topics[topic] = record.topics.get(topic, 0) + 1
         self._complete += count == 1 and len(record.topics) == len(self._topics)
         return record
@@ -220,3 +233,5 @@ class Recorder:
                         self._subscribers[each.key.removeprefix(prefix)] = int(each.value)
                     elif each.key == 'state' and each.value == 'active':
                         self._active.add(status.name)
+                    elif each.key == 'skipped':
+                        self._lost[status.name] = int(each.value)

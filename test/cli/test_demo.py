@@ -21,7 +21,10 @@ from test.walkers import clip
 
 pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
 
-from gait_segmentation.cli.demo import main
+from gait_segmentation.cli import demo as module
+from gait_segmentation.cli.demo import lost_frames, main, play
+from gait_segmentation.cli.processes import ProcessError
+from gait_segmentation.inputs import open_input
 
 ROOT = Path(__file__).parents[2]
 TIMEOUT_S = 600.0
@@ -134,6 +137,64 @@ def test_a_node_that_dies_is_named_and_the_others_are_stopped(demo: Demo) -> Non
     assert 'gait_segmenter was killed by signal 9' in output
     assert 'Traceback' not in output
     assert not [pid for pid in children if Path(f'/proc/{pid}').exists()]
+
+
+class Played:
+    """A source that has played four frames, and nodes of which one may have died."""
+
+    def __init__(self, stamps: Path, dead: str = '') -> None:
+        self.stamps, self.dead = stamps, dead
+
+    def start(self, name: str, module: str, *arguments: str) -> None:
+        self.stamps.write_text(''.join(f'{k} {k + 1}\n' for k in range(4)))
+
+    def ended(self, name: str) -> bool:
+        return True
+
+    def check_running(self, *names: str) -> None:
+        if self.stamps.exists() and self.dead in names:
+            raise ProcessError(f'{self.dead} ended too early')
+
+
+class Received:
+    """A recorder to which two of four frames have come, and a part of a third a little later."""
+
+    def __init__(self) -> None:
+        self.asked = 0
+
+    def connected(self, *nodes: str) -> bool:
+        return True
+
+    def complete(self) -> int:
+        return 2
+
+    def messages(self) -> int:
+        self.asked += 1
+        return 20 + (self.asked > 5)
+
+
+def test_it_ends_when_frames_were_dropped(film, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(module, '_FLOW_OUT_S', 0.5)
+    stamps, received = tmp_path / 'stamps.txt', Received()
+    begun = time.monotonic()
+    play(Played(stamps), received, open_input(film[0]), 0.0, stamps)
+    assert received.asked > 6
+    assert 0.5 < time.monotonic() - begun < 30
+
+
+def test_it_ends_when_a_node_dies_after_the_film(film, tmp_path: Path) -> None:
+    stamps = tmp_path / 'stamps.txt'
+    with pytest.raises(ProcessError, match='gait_matcher ended'):
+        play(Played(stamps, 'gait_matcher'), Received(), open_input(film[0]), 0.0, stamps)
+
+
+def test_what_became_of_lost_frames_is_told(tmp_path: Path) -> None:
+    text = lost_frames(12, {'gait_tracker': 11, 'gait_matcher': 1}, tmp_path)
+    assert text.startswith('12 frames lost: gait_matcher dropped 1 and gait_tracker dropped 11,')
+    assert '--rate' in text
+    text = lost_frames(1, {}, tmp_path)
+    assert text.startswith('1 frame lost: no node says')
+    assert str(tmp_path) in text
 
 
 @pytest.mark.parametrize(
