@@ -72,6 +72,12 @@ def turning() -> Play:
     return turned, boxes
 
 
+def grey() -> Play:
+    images, boxes = panned()
+    mean = [image.mean(2, keepdims=True).astype(np.uint8) for image in images]
+    return [np.repeat(each, 3, 2) for each in mean], boxes
+
+
 def leaving() -> Play:
     """Return a film whose person is suddenly gone and comes back."""
     images, boxes = panned()
@@ -102,7 +108,7 @@ def test_nothing_is_compiled_or_loaded_while_people_walk(kernels: dict[str, Disp
     config = PipelineConfig(people=PeopleConfig(max_people=2))
     warm_up(config, small_bank())
     before = {name: set(kernel.signatures) for name, kernel in kernels.items()}
-    for play in (panned, narrow, turning, leaving, two, two_close, unannounced):
+    for play in (panned, narrow, turning, grey, leaving, two, two_close, unannounced):
         pipeline = Pipeline(config, small_bank())
         images, boxes = play()
         for box in boxes:
