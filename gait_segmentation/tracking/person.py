@@ -28,6 +28,12 @@ _LEAST_AREA = 0.25
 
 _HEIGHT_RATE = 0.1
 _VELOCITY_RATE = 0.3
+_WIDEST, _MOST_GROWTH = 0.6, 1.15
+"""
+Widest silhouette in body heights, and the most by which somebody grows with a mask who is cut off
+by the lower border, of whom only the least height can be seen.
+"""
+
 _TILT_RATE = 0.1
 _TILT_ON, _TILT_OFF, _MOST_TILT = 0.16, 0.10, 0.5
 """Tilt from which and down to which it is used, and the largest, in radians."""
@@ -211,6 +217,10 @@ class Person:
             goal = 0.5 * template_height + 0.5 * tall
         goal = min(max(goal, 0.85 * self.height), 1.15 * self.height)
         self.height += _HEIGHT_RATE * (goal - self.height)
+        if extent.at_bottom:
+            # More of the body is below the border: it is at least as tall as that.
+            least = max(tall, (extent.right - extent.left) / _WIDEST)
+            self.height = max(self.height, min(least, _MOST_GROWTH * self.mask_height))
         if extent.at_bottom:
             along = extent.top + self.height / 2
         else:
