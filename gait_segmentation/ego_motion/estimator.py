@@ -131,17 +131,22 @@ class MotionEstimator:
         return Motion(transform, None if body is None else self.body_shift(body, transform))
 
     def body_shift(
-        self, body: NDArray[np.uint8], camera: NDArray[np.float64] | None
+        self,
+        body: NDArray[np.uint8],
+        camera: NDArray[np.float64] | None,
+        velocity: tuple[float, float] = (0.0, 0.0),
     ) -> tuple[float, float] | None:
         """
         Return the shift of one more body between the last two frames, None if it is not known.
 
         :param body: (h, w) uint8 of the frame before the last, non-zero on the person.
         :param camera: the camera's motion between the two, as :meth:`update` returned it.
+        :param velocity: shift against the still world that is expected; fast bodies are
+            followed from there.
         """
         if self._last is None or self._now is None:
             return None
-        return _body_shift(self._last, self._now, body, camera)
+        return _body_shift(self._last, self._now, body, camera, velocity)
 
     def _follow_world(
         self, last: Pyramid, now: Pyramid, people: NDArray[np.uint8] | None
@@ -203,16 +208,18 @@ def _body_shift(
     now: Pyramid,
     body: NDArray[np.uint8],
     camera: NDArray[np.float64] | None,
+    velocity: tuple[float, float],
 ) -> tuple[float, float] | None:
-    """Return the median shift of the corners on the body, sought about the camera's motion."""
+    """Return the median shift of the corners on the body, sought about the expected one."""
     left, top, width, height = bounding_box(body)
     if width == 0:
         return None
-    expected = (0.0, 0.0)
+    expected = velocity
     if camera is not None:
         (a, b, dx), (c, d, dy) = camera.tolist()
         x, y = left + width / 2, top + height / 2
-        expected = (a * x + b * y + dx - x, c * x + d * y + dy - y)
+        carried = (a * x + b * y + dx - x, c * x + d * y + dy - y)
+        expected = (carried[0] + velocity[0], carried[1] + velocity[1])
     # With what the strength at the body's outline depends on.
     rows = slice(max(top - _ABOUT_CORNER, 0), top + height + _ABOUT_CORNER)
     columns = slice(max(left - _ABOUT_CORNER, 0), left + width + _ABOUT_CORNER)

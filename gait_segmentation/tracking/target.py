@@ -147,7 +147,7 @@ class Target:
         body: NDArray[np.uint8],
     ) -> tuple[float, float]:
         person, pace = self.person, self._memory.pace
-        measured = self.world.body_shift(body) if self._visibility.well else None
+        measured = self.world.body_shift(body, person.velocity) if self._visibility.well else None
         if measured is None:
             # Also because the edge of what hides the person moves otherwise.
             person.velocity = (pace[0] * seconds, pace[1] * seconds)

@@ -177,13 +177,14 @@ class World:
         curve = tone_curve(background.sums, _lab_of(frame, windows), people, windows)
         return frame if curve is None else frame.toned(curve)
 
-    def body_shift(self, body: NDArray[np.uint8]) -> Shift | None:
+    def body_shift(self, body: NDArray[np.uint8], velocity: Shift = (0.0, 0.0)) -> Shift | None:
         """
         Return how far a body went from the last frame to this one, None if it cannot be seen.
 
         :param body: (h, w) uint8, non-zero on the person in the last frame.
+        :param velocity: shift against the still world that is expected.
         """
-        return self._estimator.body_shift(body, self.now.camera)
+        return self._estimator.body_shift(body, self.now.camera, velocity)
 
     def clear(self, where: NDArray[np.uint8]) -> None:
         """
