@@ -28,12 +28,12 @@ from gait_segmentation.tracking.silhouette import Silhouette
 from gait_segmentation.tracking.visibility import Sight
 from gait_segmentation.tracking.world import World
 
-__all__ = ['SAME_COLOURS', 'LostAndFound']
+__all__ = ['FOUND_SHARE', 'SAME_COLOURS', 'LostAndFound']
 
 SAME_COLOURS = 0.65
 """Least similarity of the colours of somebody found again."""
 
-_FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.3, 0.5, 0.35
+FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.3, 0.5, 0.35
 """What somebody lost must show to be found: uncovered share, likelihood, and contrast."""
 
 _SEARCH_HEIGHT = 32
@@ -138,17 +138,23 @@ class LostAndFound:
         return dx, dy
 
     def is_found(
-        self, person: Person, sight: Sight, likely: NDArray[np.uint8], now: Record
+        self,
+        person: Person,
+        sight: Sight,
+        likely: NDArray[np.uint8],
+        now: Record,
+        least: float = FOUND_SHARE,
     ) -> bool:
         """
         Return whether what is seen at a place is the person.
 
         :param likely: (h, w) uint8 of the working image, above 127 on what is likely and
             uncovered.
+        :param least: share that must be uncovered.
         """
         contrast = sight.inside - sight.outside
         if (
-            sight.share < _FOUND_SHARE
+            sight.share < least
             or sight.inside < _FOUND_INSIDE
             or contrast < _FOUND_CONTRAST
         ):

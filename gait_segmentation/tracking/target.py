@@ -36,6 +36,12 @@ __all__ = ['Target']
 _REACH = 0.7
 """How far about the middle of the body the window may reach, in body heights."""
 
+_ALONE = 0.9
+"""Share that must not be hidden by others, so that what hides the rest is the background."""
+
+_FOUND_PART = 0.12
+"""Share that somebody lost must show who is hidden by the background."""
+
 _MOST_MEAN_SHIFT = 0.05
 """Largest mean shift in a frame, in body heights."""
 
@@ -189,7 +195,11 @@ class Target:
         values = likelihood[window]
         sight = Sight.of(values, claim.mask[window], cover)
         self.confidence = sight.confidence
-        if not self._visibility.update(sight.seen, self.person.share_inside(self.world.shape)):
+        clear = 0.0
+        if sight.seen < LOST_BELOW and sight.share > _ALONE:
+            clear = self._before(sight, values, window).seen
+        inside = self.person.share_inside(self.world.shape)
+        if not self._visibility.update(sight.seen, inside, clear):
             if self._visibility.is_lost:
                 self.lose()
             return
@@ -201,6 +211,13 @@ class Target:
         rows = likely_rows(values, claim.near, center, person.height, person.angle)
         if rows is not None:
             self.world.now.rows[self.track_id] = rows
+
+    def _before(self, sight: Sight, values: Likelihood, window: Window) -> Sight:
+        """Return the sight of what does not look like the known background."""
+        record = self.world.now
+        lab = np.ascontiguousarray(record.image.lab_about(window)[window])
+        floor = self.config.shadow_floor
+        return sight.before(record.background.contradicted(lab, window, floor), values)
 
     def lose(self) -> None:
         """Give the person up for lost."""
@@ -281,7 +298,14 @@ class Target:
         self.confidence = sight.confidence
         likely = np.zeros(self.world.shape, np.uint8)
         likely[window] = np.where(values > 127, sight.uncovered, 0)
-        if not self._memory.is_found(self.person, sight, likely, self.world.now):
+        found = self._memory.is_found(self.person, sight, likely, self.world.now)
+        if not found and sight.share > _ALONE:
+            # Some of the person beside or above something that stands there.
+            part = self._before(sight, values, window)
+            found = self._memory.is_found(
+                self.person, part, likely, self.world.now, _FOUND_PART
+            )
+        if not found:
             return False
         dx, dy = self.world.since_mask(self.track_id)
         self.person.mask = _shifted(claim.mask, -dx, -dy)

@@ -16,10 +16,16 @@ from gait_segmentation.images import Window
 from gait_segmentation.tracking.extent import extent_of, likely_extent
 from gait_segmentation.tracking.nearness import Nearness
 
-__all__ = ['LOST_BELOW', 'Sight', 'Visibility', 'likely_rows', 'visible_box']
+__all__ = ['CLEAR_ENOUGH', 'LOST_BELOW', 'Sight', 'Visibility', 'likely_rows', 'visible_box']
 
 LOST_BELOW = 0.25
 """Share of a person that can be seen below which the person is lost."""
+
+CLEAR_ENOUGH = 0.08
+"""
+Share that must clearly be seen, as likely pixels that do not look like the known background, so
+that somebody of whom less is seen is not lost: the rest is behind something that stands there.
+"""
 
 _LOST_FRAMES = 2
 """Frames in a row that it takes."""
@@ -82,6 +88,20 @@ class Sight:
         """Return the share of the person that can be seen."""
         return self.share * self.inside
 
+    def before(self, known: NDArray[np.uint8], values: NDArray[np.uint8]) -> Sight:
+        """
+        Return the sight of what is not hidden by something that stands still, either.
+
+        :param known: (h, w) uint8, non-zero where the frame does not look like what is known to
+            be there.
+        :param values: (h, w) uint8 likelihood.
+        """
+        uncovered = np.where(known > 0, self.uncovered, 0).astype(np.uint8)
+        count = cv2.countNonZero(uncovered)
+        share = self.share * count / max(cv2.countNonZero(self.uncovered), 1)
+        inside = cv2.mean(values, uncovered)[0] / 255 if count else 0.0
+        return Sight(uncovered, share, inside, self.outside)
+
     @property
     def confidence(self) -> float:
         """Return how well the person stands out, of which what is hidden takes its share."""
@@ -102,17 +122,19 @@ class Visibility:
         """Return whether all of the person was seen, or as much as usual."""
         return self.seen >= min(_WELL, _USUAL_SHARE * self._usually)
 
-    def update(self, seen: float, inside: float) -> bool:
+    def update(self, seen: float, inside: float, clear: float = 0.0) -> bool:
         """
         Take in what was seen in a frame.
 
         :param seen: share of the person.
         :param inside: share of the body's box that lies in the image.
+        :param clear: share of the person that cannot be anything else.
         :returns: whether there was enough to go on with.
         """
         self.seen = seen
         self._usually += _USUAL_RATE * (seen - self._usually)
-        if seen < LOST_BELOW or inside < LOST_BELOW / 2:
+        unseen = seen < LOST_BELOW and clear < CLEAR_ENOUGH
+        if unseen or inside < LOST_BELOW / 2:
             self._unseen_frames += 1
             return False
         self._unseen_frames = 0
