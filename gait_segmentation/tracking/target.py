@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -357,7 +358,7 @@ class Target:
         if self.state == LOST or not person.teaches(mask, prior):
             return None
         if not self._area.update(mask, prior, person, alone=alone):
-            return None
+            return self._around_part(record, mask, prior) if alone else None
         moving = record.moving.get(self.track_id)
         mask = without_world(mask, prior, moving, person.height, settled=self._area.settled)
         dx, dy = self.world.since_mask(self.track_id)
@@ -378,6 +379,22 @@ class Target:
         self._memory.learn_look(person, record, bounds)
         person.shift(dx, dy)
         return margin, window
+
+
+    def _around_part(
+        self, record: Record, mask: NDArray[np.uint8], prior: NDArray[np.uint8]
+    ) -> tuple[NDArray[np.uint8], Window]:
+        """
+        Return where somebody half hidden may be: in this mask, the last whole one, the template.
+
+        What the person uncovers meanwhile is learnt as background, or it would trail behind.
+        """
+        self.skip(record)
+        person = self.person
+        window = person.window(self.world.shape)
+        where = np.zeros(self.world.shape, np.uint8)
+        where[window] = person.mask[window] | mask[window] | cv2.inRange(prior[window], 128, 255)
+        return grown(where, person.height), window
 
 
 def _shifted(mask: NDArray[np.uint8], dx: float, dy: float) -> NDArray[np.uint8]:
