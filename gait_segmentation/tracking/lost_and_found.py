@@ -40,7 +40,8 @@ _SEARCH_HEIGHT = 32
 """Height of the body in the image that is searched, in pixels."""
 
 _SEARCH_EVERY = 3
-"""Frames of which one is searched all over."""
+_SEARCH_OFTEN_S = 0.5
+"""Frames of which one is searched all over, and time for which it is every one."""
 
 _SEARCH_SCORE = 0.3
 _COAST_S, _STOP_S = 1.0, 0.5
@@ -76,6 +77,7 @@ class LostAndFound:
         self.silhouette = Silhouette.of(person.mask, person)
         self._appearance = Appearance()
         self._appearance.learn(_signature(person, person.mask, record))
+        self._paces = 0
         self._learnt = 0
         self._looked_for = 0
 
@@ -93,9 +95,11 @@ class LostAndFound:
         :param shift, world: of the person and of the still world, in working pixels.
         """
         new = ((shift[0] - world[0]) / seconds, (shift[1] - world[1]) / seconds)
+        self._paces += 1
+        rate = max(_PACE_RATE, 1 / self._paces)
         self.pace = (
-            self.pace[0] + _PACE_RATE * (new[0] - self.pace[0]),
-            self.pace[1] + _PACE_RATE * (new[1] - self.pace[1]),
+            self.pace[0] + rate * (new[0] - self.pace[0]),
+            self.pace[1] + rate * (new[1] - self.pace[1]),
         )
 
     def learn_look(self, person: Person, record: Record, bounds: Bounds | None = None) -> None:
@@ -170,7 +174,7 @@ class LostAndFound:
         :param taken: (h, w) uint8, non-zero where others are.
         :returns: how far from the expected place the person seems to be, in working pixels.
         """
-        due = self._looked_for % _SEARCH_EVERY == 0
+        due = self._looked_for % _SEARCH_EVERY == 0 or self.lost_s < _SEARCH_OFTEN_S
         self._looked_for += 1
         if not due:
             return None

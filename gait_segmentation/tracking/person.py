@@ -49,7 +49,7 @@ class Person:
     radians, and ``angle`` what is used of it.  ``masks`` counts the masks the tilt was learnt
     from; ``mask_height`` is the height at the last mask.  ``template`` is the template, (h, w)
     uint8, that came with ``mask``, None if none did; ``learnt`` counts the masks that the colours
-    were learnt from.
+    were learnt from, ``moves`` counts the frames that the velocity was learnt from.
     """
 
     track_id: int
@@ -68,6 +68,7 @@ class Person:
     mask_height: float = 0.0
     template: NDArray[np.uint8] | None = None
     learnt: int = 0
+    moves: int = 0
 
     def __post_init__(self) -> None:
         """Take the first height for that of the first mask."""
@@ -126,8 +127,10 @@ class Person:
         if body is None:
             body = (world[0] + self.velocity[0], world[1] + self.velocity[1])
         relative = (body[0] - world[0], body[1] - world[1])
+        self.moves += 1
+        rate = max(_VELOCITY_RATE, 1 / self.moves)
         self.velocity = tuple(  # type: ignore[assignment]
-            old + _VELOCITY_RATE * (new - old)
+            old + rate * (new - old)
             for old, new in zip(self.velocity, relative, strict=True)
         )
         self.shift(*body)
