@@ -157,11 +157,7 @@ class LostAndFound:
         :param least: share that must be uncovered.
         """
         contrast = sight.inside - sight.outside
-        if (
-            sight.share < least
-            or sight.inside < _FOUND_INSIDE
-            or contrast < _FOUND_CONTRAST
-        ):
+        if sight.share < least or sight.inside < _FOUND_INSIDE or contrast < _FOUND_CONTRAST:
             return False
         return self._appearance.similarity(_signature(person, likely, now)) >= SAME_COLOURS
 

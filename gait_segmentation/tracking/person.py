@@ -130,8 +130,7 @@ class Person:
         self.moves += 1
         rate = max(_VELOCITY_RATE, 1 / self.moves)
         self.velocity = tuple(  # type: ignore[assignment]
-            old + rate * (new - old)
-            for old, new in zip(self.velocity, relative, strict=True)
+            old + rate * (new - old) for old, new in zip(self.velocity, relative, strict=True)
         )
         self.shift(*body)
         return body

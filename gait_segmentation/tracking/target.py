@@ -303,9 +303,7 @@ class Target:
         if not found and sight.share > _ALONE:
             # Some of the person beside or above something that stands there.
             part = self._before(sight, values, window)
-            found = self._memory.is_found(
-                self.person, part, likely, self.world.now, _FOUND_PART
-            )
+            found = self._memory.is_found(self.person, part, likely, self.world.now, _FOUND_PART)
         if not found:
             return False
         dx, dy = self.world.since_mask(self.track_id)
@@ -379,7 +377,6 @@ class Target:
         self._memory.learn_look(person, record, bounds)
         person.shift(dx, dy)
         return margin, window
-
 
     def _around_part(
         self, record: Record, mask: NDArray[np.uint8], prior: NDArray[np.uint8]

@@ -45,6 +45,22 @@ def test_pan_and_zoom_are_found() -> None:
         assert camera @ point == pytest.approx(true @ point, abs=0.15)
 
 
+def test_a_fast_body_is_followed_from_where_it_is_expected() -> None:
+    world, texture = scene(), scene(2)
+    texture = np.tile(texture[:, :24], (1, 14))[:, :320]
+    person = np.zeros((240, 320), np.uint8)
+    person[60:180, 120:180] = 255
+    first = np.where(person > 0, texture, world)
+    shifted = np.roll(person, 22, axis=1)
+    second = np.where(shifted > 0, np.roll(texture, 22, axis=1), world)
+    estimator = MotionEstimator()
+    estimator.update(Pyramid(first), person, None)
+    estimator.update(Pyramid(second), person, None)
+    # The texture repeats, so that it seems to have gone back a little.
+    assert estimator.body_shift(person, None) == pytest.approx((-2, 0), abs=0.3)
+    assert estimator.body_shift(person, None, (19.0, 1.0)) == pytest.approx((22, 0), abs=0.3)
+
+
 def test_the_body_moves_apart_from_the_world() -> None:
     world = scene()
     person = np.zeros((240, 320), np.uint8)

@@ -62,6 +62,38 @@ def test_somebody_partly_hidden_is_not_lost_and_does_not_shrink() -> None:
     assert results[-1].body.height == pytest.approx(box_of(path[-1]).height, rel=0.1)
 
 
+def test_somebody_is_followed_while_a_fifth_stands_out_beside_a_wide_pole() -> None:
+    told = Told()
+    path = walk(Figure(40), 27)
+    told.start(path[0])
+    for figure in path:
+        told.show(figure, boards=[BOARD])
+    path = walk(path[-1], 40, speed=1.0)
+    for figure in path:
+        result = told.show(figure, boards=[BOARD])[0]
+        if hidden_share(figure) > 0.8:
+            break
+        assert result.state == 'tracked', hidden_share(figure)
+    assert hidden_share(figure) > 0.8
+
+
+def test_what_somebody_half_hidden_uncovers_is_learnt() -> None:
+    told = Told()
+    path = walk(Figure(40), 34)
+    told.start(path[0])
+    for figure in path:
+        told.show(figure, boards=[BOARD])
+    assert 0.5 < hidden_share(path[-1]) < 0.95
+    # Still behind the coat when half of it was hidden.
+    column = round(path[-5].x) - 11
+    assert hidden_share(path[-5]) > 0.25
+    target = told.tracker._slots[0]
+    assert target is not None
+    scale = target.world.scale
+    known = target.world.now.background.count[round(scale * 78), round(scale * column)]
+    assert known >= 1
+
+
 def left_for(told: Told, frames: int) -> list[TrackResult]:
     return [told.show()[0] for _ in range(frames)]
 

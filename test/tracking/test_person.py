@@ -77,6 +77,30 @@ def test_a_body_that_leaves_below_keeps_its_height_and_hangs_from_the_head() -> 
     assert state.center_y - state.height / 2 == pytest.approx(160, abs=3)
 
 
+def test_somebody_who_comes_in_from_below_is_at_least_as_tall_as_what_is_seen() -> None:
+    height = SHAPE[0]
+    state = person(y=height - 20, height=60)
+    for top in range(height - 60, height - 120, -6):
+        mask = np.zeros(SHAPE, np.uint8)
+        mask[top:, 80:120] = 255
+        state.learn_place(mask, BodyFrame(100, top + 30, 60))
+    assert state.height >= 110
+    assert state.center_y - state.height / 2 == pytest.approx(top, abs=3)
+    mask[:] = 0
+    mask[top:, 40:160] = 255
+    for _ in range(10):
+        state.learn_place(mask, BodyFrame(100, top + 30, 60))
+    assert state.height >= 190
+
+
+def test_the_first_step_sets_the_pace() -> None:
+    state = person()
+    state.predict((1.0, 0.0), (5.0, 1.0))
+    assert state.velocity == pytest.approx((4.0, 1.0))
+    state.predict((1.0, 0.0), (7.0, 1.0))
+    assert state.velocity == pytest.approx((5.0, 1.0))
+
+
 def test_without_a_measurement_the_person_moves_on_with_the_camera() -> None:
     state = person()
     for _ in range(30):
