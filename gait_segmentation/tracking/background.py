@@ -13,6 +13,7 @@ from gait_segmentation.geometry import compose
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.background_kernels import (
     PLACE_STEPS,
+    SURE_COUNT,
     compare,
     count_misplacements,
     count_residuals,
@@ -92,6 +93,10 @@ class BackgroundModel:
         sums, top, left = self.part(window)
         compare(sums, lab, top, left, bound, shadow_floor, out)
         return out
+
+    def is_sure(self, window: Window) -> NDArray[np.bool_]:
+        """Return which pixels of a window were seen often enough to be sure, (h, w)."""
+        return self.count[window] >= np.float32(SURE_COUNT)
 
     def forget(self, where: NDArray[np.uint8]) -> None:
         """

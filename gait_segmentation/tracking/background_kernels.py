@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     'PLACE_STEPS',
+    'SURE_COUNT',
     'compare',
     'count_misplacements',
     'count_residuals',
@@ -22,7 +23,7 @@ _MAX_COUNT = 30.0
 _LEAST_RATE = 0.04
 _SAMPLE_STEP = 3
 _HIDDEN_DECAY = 0.995
-_SURE_COUNT = 2.0
+SURE_COUNT = 2.0
 """Times a pixel was seen to be sure what is there."""
 
 _KNOWN_COUNT = 0.25
@@ -231,7 +232,7 @@ def compare(
 ) -> None:
     """Mark what is sure to be something else than the background, from a pixel of ``sums`` on."""
     one, most = np.float32(1), np.float32(bound * bound)
-    floor, sure = np.float32(shadow_floor), np.float32(_SURE_COUNT)
+    floor, sure = np.float32(shadow_floor), np.float32(SURE_COUNT)
     for row in range(out.shape[0]):
         line = sums[top + row].reshape(-1)[4 * left : 4 * (left + out.shape[1])]
         pixels, result = lab[row].reshape(-1), out[row]

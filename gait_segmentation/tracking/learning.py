@@ -16,7 +16,7 @@ from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.person import Person
 from gait_segmentation.warping import warp_window
 
-__all__ = ['WholeArea', 'grown', 'without_world', 'working_masks']
+__all__ = ['WholeArea', 'grown', 'is_covered', 'without_world', 'working_masks']
 
 _STAYS, _OUTSIDE = -0.5, 0.06
 _MOVES, _FAR_OUTSIDE = 0.5, 0.1
@@ -37,6 +37,12 @@ _WHOLE = 0.75
 
 _AREA_RATE, _CORRECTION_RATE = 0.03, 0.2
 """Share by which the usual area moves towards that of a mask, and while it proves too large."""
+
+_HIDDEN_FOR = 15
+"""Masks after somebody was hidden from which nothing is learnt unless they are whole."""
+
+_COVERED = 0.25
+"""Share of the template that looks like the known background of somebody hidden in part."""
 
 _UNSURE = 30
 """Masks in which the usual area may still be that of a first mask that was far too large."""
@@ -160,6 +166,21 @@ def grown(
     return out
 
 
+def is_covered(
+    mask: NDArray[np.uint8], prior: NDArray[np.uint8], still: NDArray[np.bool_]
+) -> bool:
+    """
+    Return whether what is known to stand there covers much of a template.
+
+    :param mask, prior: (h, w) uint8 of a window, the mask 0/255 and the template.
+    :param still: (h, w), whether pixels look like the known background.
+    """
+    # Without the rim, where templates are wrong most often.
+    inner = cv2.erode(cv2.inRange(prior, 128, 255), np.ones((3, 3), np.uint8)) > 0
+    covered = np.count_nonzero(inner & still & (mask == 0))
+    return bool(covered > _COVERED * np.count_nonzero(inner))
+
+
 class WholeArea:
     """
     How large the masks of a person usually are, for the height.
@@ -172,11 +193,16 @@ class WholeArea:
         """Begin with the person's mask."""
         self._usual = _area(person.mask, person)
         self._masks = 0
+        self._hidden = 0
 
     @property
     def settled(self) -> bool:
         """Return whether the first, unsure masks are over."""
         return self._masks > _UNSURE
+
+    def hide(self) -> None:
+        """Take the next masks for those of somebody hidden in part, until one is whole."""
+        self._hidden = _HIDDEN_FOR
 
     def update(
         self,
@@ -185,18 +211,28 @@ class WholeArea:
         person: Person,
         *,
         alone: bool = True,
+        hidden: bool = False,
     ) -> bool:
         """
-        Get used to the size of a mask.
+        Get used to the size of a mask, unless the person is or was just now hidden in part.
 
         :param mask, prior: (h, w) uint8, the mask and the template.
         :param alone: whether nobody is near who may hide part of the person, to which the
             template would adapt.
+        :param hidden: whether the template lies on what is known to stand there.
         :returns: whether it was as large as usual; else it shows only part of the person.
         """
         area, rate = _area(mask, person), _AREA_RATE
         whole = area >= _WHOLE * self._usual
         self._masks += 1
+        if whole:
+            self._hidden = 0
+        elif hidden:
+            self.hide()
+        elif self._hidden:
+            self._hidden -= 1
+        if self._hidden:
+            return False
         if alone and not whole and self._masks <= _UNSURE:
             template = _area(prior, person)
             whole = template > 0 and area >= _WHOLE * template

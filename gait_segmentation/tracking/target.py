@@ -17,7 +17,13 @@ from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector
 from gait_segmentation.tracking.judgement import judge, view_of
-from gait_segmentation.tracking.learning import WholeArea, grown, without_world, working_masks
+from gait_segmentation.tracking.learning import (
+    WholeArea,
+    grown,
+    is_covered,
+    without_world,
+    working_masks,
+)
 from gait_segmentation.tracking.likelihood import likelihood_image
 from gait_segmentation.tracking.lost_and_found import LostAndFound
 from gait_segmentation.tracking.mean_shift import mean_shift
@@ -225,6 +231,7 @@ class Target:
         self.state = LOST
         self.person.template = None
         self._memory.begin_search()
+        self._area.hide()
         self._visibility.restart()
         self._box = None
 
@@ -355,17 +362,20 @@ class Target:
         mask, prior = working_masks(feedback, self.world.shape)
         if self.state == LOST or not person.teaches(mask, prior):
             return None
-        if not self._area.update(mask, prior, person, alone=alone):
-            return self._around_part(record, mask, prior) if alone else None
-        moving = record.moving.get(self.track_id)
-        mask = without_world(mask, prior, moving, person.height, settled=self._area.settled)
         dx, dy = self.world.since_mask(self.track_id)
         person.shift(-dx, -dy)
         window = person.window(self.world.shape)
         lab = np.ascontiguousarray(record.image.lab_about(window)[window])
+        strange = record.background.contradicted(lab, window, config.shadow_floor)
+        still = record.background.is_sure(window) & (strange == 0)
+        hidden = is_covered(mask[window], prior[window], still)
+        if not self._area.update(mask, prior, person, alone=alone, hidden=hidden):
+            person.shift(dx, dy)
+            return self._around_part(record, mask, prior) if alone else None
+        moving = record.moving.get(self.track_id)
+        mask = without_world(mask, prior, moving, person.height, settled=self._area.settled)
         if config.use_feature_selection:
             self.features.learn(view_of(record, window), mask[window], config.colour_rate)
-        strange = record.background.contradicted(lab, window, config.shadow_floor)
         person.learn_colours(lab, window, mask, prior, config.colour_rate, strange)
         bounds = bounding_box(mask)
         margin = grown(mask, person.height, bounds)
