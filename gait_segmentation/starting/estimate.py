@@ -124,7 +124,8 @@ def estimate_start(
         size,
         cut_top=cut_top,
         cut_bottom=cut_bottom,
-        cut_side=cut_left or cut_right,
+        cut_left=cut_left,
+        cut_right=cut_right,
     )
     results = [_maximise(hypothesis, scene, rounds) for hypothesis in fit()]
     tilt = _tilt(_vote(results) > 0.5)
@@ -182,7 +183,7 @@ def _at_borders(box: Box, shape: tuple[int, int]) -> tuple[Box, tuple[bool, bool
     """
     broad = box.width > _BROAD * box.height
     tall = max(_BORDER_PX, _BORDER * box.height) if broad else _BORDER_PX
-    wide = max(_BORDER_PX, _BORDER * box.width) if broad else _BORDER_PX
+    wide = max(_BORDER_PX, _BORDER * box.width)
     top, bottom = box.y < tall, box.bottom > shape[0] - tall
     left, right = box.x < wide, box.right > shape[1] - wide
     x, y = min(box.x, 0.0) if left else box.x, min(box.y, 0.0) if top else box.y

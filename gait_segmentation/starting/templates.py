@@ -28,11 +28,14 @@ _ANISOTROPY = 0.35
 _ASPECT_SIGMA, _CUT_SIGMA = 0.32, 0.64
 """
 Spread of a box's aspect about that of its template, as a logarithm: of a whole body, and of one
-that the border of the image cuts.
+that the upper or lower border of the image cuts.
 """
 
 _NEGLIGIBLE = 0.02
 """Templates whose aspect is this much less likely than the best one's are left out."""
+
+_MOST_BEYOND = 1.2
+"""Most that a body may be broader than its box, as a logarithm, at a side of the image."""
 
 _TALLER = (1.0, 1.4, 2.0, 2.8)
 """Bodies tried that reach beyond the border of the image, in heights of the box."""
@@ -64,7 +67,8 @@ def fit_views(
     shape: tuple[int, int],
     cut_top: bool,
     cut_bottom: bool,
-    cut_side: bool,
+    cut_left: bool,
+    cut_right: bool,
     views: Sequence[float] = VIEWS,
     angle: float = 0.0,
 ) -> list[Hypothesis]:
@@ -75,9 +79,10 @@ def fit_views(
     :param shape: (h, w) of the window.
     :param views: the directions of walking.
     :param angle: tilt of the body in radians, positive when the head leans to the right.
-    :param cut_top: whether the box touches the upper border of the image, so that the body may
+    :param cut_top: whether the box ends at the upper border of the image, so that the body may
         reach beyond; ``cut_bottom`` and ``cut_side`` likewise.
     """
+    cuts = cut_top, cut_bottom, cut_left, cut_right
     found = []
     for view in views:
         difference = np.angle(np.exp(1j * (bank.azimuth.astype(np.float64) - view)))
@@ -91,7 +96,7 @@ def fit_views(
             tight, whole = (each[sequences].reshape(-1, 4) for each in bank.extents)
         used = np.flatnonzero(tight[:, 2])
         laid = _Laid([templates[k] for k in used], tight[used], whole[used])
-        found.append(_fit(bank, laid, view, box, shape, cut_top, cut_bottom, cut_side, angle))
+        found.append(_fit(bank, laid, view, box, shape, cuts, angle))
     return found
 
 
@@ -110,28 +115,34 @@ def _fit(
     view: float,
     box: Box,
     shape: tuple[int, int],
-    cut_top: bool,
-    cut_bottom: bool,
-    cut_side: bool,
+    cuts: tuple[bool, bool, bool, bool],
     angle: float,
 ) -> Hypothesis:
+    cut_top, cut_bottom, cut_left, cut_right = cuts
     cut = cut_top or cut_bottom
-    sigma = _CUT_SIGMA if cut or cut_side else _ASPECT_SIGMA
+    sigma = _CUT_SIGMA if cut or (cut_left and cut_right) else _ASPECT_SIGMA
     factors = _TALLER if cut else (1.0,)
-    which = np.repeat(np.arange(len(laid.templates)), len(factors))
-    factor = np.tile(factors, len(laid.templates))
+    # Of a body that goes on beyond one side only the other side of the box is that of the body.
+    beyond = (False, True) if cut_left != cut_right and not cut else (False,)
+    options = [(taller, wider) for taller in factors for wider in beyond]
+    which = np.repeat(np.arange(len(laid.templates)), len(options))
+    factor = np.tile([taller for taller, _ in options], len(laid.templates))
+    wide = np.tile([wider for _, wider in options], len(laid.templates))
     aspect = laid.tight[which, 2] / laid.tight[which, 3]
     ratio = np.log(aspect * factor * box.height / box.width)
-    weight = np.exp(-0.5 * (ratio / sigma) ** 2)
+    weight = np.exp(-0.5 * (np.where(wide, np.minimum(ratio, 0), ratio) / sigma) ** 2)
+    weight[wide & (ratio > _MOST_BEYOND)] = 0
     likely = weight >= _NEGLIGIBLE * weight.max()
-    which, factor, weight = which[likely], factor[likely], weight[likely]
+    which, factor, wide, weight = which[likely], factor[likely], wide[likely], weight[likely]
     x, y, width, height = laid.tight[which].T
     tall = box.height * factor
     top = box.y + box.height - tall if cut_top and not cut_bottom else np.full(len(tall), box.y)
     scale_y = tall / height
     stretch = np.log(box.width / width / scale_y)
-    scale_x = scale_y * np.exp(np.clip(stretch, -_ANISOTROPY, _ANISOTROPY))
+    scale_x = scale_y * np.where(wide, 1, np.exp(np.clip(stretch, -_ANISOTROPY, _ANISOTROPY)))
     left = box.center_x - scale_x * (x + width / 2)
+    ahead = box.right - scale_x * (x + width) if cut_left else box.x - scale_x * x
+    left = np.where(wide, ahead, left)
     # As geometry.pixel_affine does it, for all templates at once.
     shift_x = left + (scale_x - 1) / 2
     shift_y = top - scale_y * y + (scale_y - 1) / 2

@@ -14,8 +14,10 @@ from test.walkers import small_bank
 SHAPE = (120, 90)
 
 
-def fit(box: Box, top: bool = False, bottom: bool = False, side: bool = False) -> list:
-    return fit_views(small_bank(), box, SHAPE, top, bottom, side)
+def fit(
+    box: Box, top: bool = False, bottom: bool = False, left: bool = False, right: bool = False
+) -> list:
+    return fit_views(small_bank(), box, SHAPE, top, bottom, left, right)
 
 
 def laid(hypothesis: Hypothesis) -> np.ndarray:
@@ -71,11 +73,26 @@ def test_at_the_upper_border_bodies_reach_up() -> None:
     assert cut.top.min() == pytest.approx(-1.8 * 60)
 
 
+@pytest.mark.parametrize('left', [True, False])
+def test_at_a_side_bodies_go_on_beyond_the_border(left: bool) -> None:
+    # Half of somebody seen from the front.
+    box = Box(0 if left else 75, 10, 15, 100)
+    hypothesis = fit(box, left=left, right=not left)[2]
+    beyond = hypothesis.axis < 4 if left else hypothesis.axis > SHAPE[1] - 4
+    assert hypothesis.weight[beyond].max() == hypothesis.weight.max()
+    for template in laid(hypothesis)[beyond]:
+        extent = Box.around(template > 127)
+        assert extent is not None
+        assert (extent.right if left else extent.x) == pytest.approx(15 if left else 75, abs=2)
+
+
 def test_leaning_templates_fill_the_box_and_keep_their_height() -> None:
     # A body of 100 pixels that leans by 0.35 is lower than 100 and wider than upright.
     box = Box(20, 12, 55, 96)
-    upright = fit_views(small_bank(), box, SHAPE, False, False, False, views=[0.0])[0]
-    leaning = fit_views(small_bank(), box, SHAPE, False, False, False, views=[0.0], angle=0.35)[0]
+    upright = fit_views(small_bank(), box, SHAPE, False, False, False, False, views=[0.0])[0]
+    leaning = fit_views(
+        small_bank(), box, SHAPE, False, False, False, False, views=[0.0], angle=0.35
+    )[0]
     assert leaning.angle == pytest.approx(0.35)
     assert upright.angle == 0
     extents = [Box.around(template > 127) for template in laid(leaning)]
