@@ -77,7 +77,8 @@ def refine(
     """
     shape = image.shape[:2]
     scale = labels.shape[0] / shape[0]
-    refined = labels.copy() if labels.shape == shape else upsample(labels, shape)
+    finer = labels.shape != shape
+    refined = upsample(labels, shape) if finer else labels.copy()
     reach = max(1, round(_BAND / scale))
     found = Box.around(refined)
     if found is None:
@@ -100,9 +101,12 @@ def refine(
     if lab is not None:
         wanted = np.zeros(labels.shape, np.bool_)
         wanted.reshape(-1)[nearest] = True
-        colours = cut.reshape(-1, 1, 3)[graph.pixels]
-        colours = cv2.cvtColor(colours, cv2.COLOR_BGR2Lab).reshape(-1, 3)
-        weight = _SEEN if labels.shape == shape else scale
+        if finer:
+            colours = cv2.cvtColor(cut.reshape(-1, 1, 3)[graph.pixels], cv2.COLOR_BGR2Lab)
+        else:
+            colours = lab.reshape(-1, 3)[nearest]
+        weight = scale if finer else _SEEN
+        colours = colours.reshape(-1, 3)
         add_odds(colours, discriminant(lab, labels, wanted), nearest, weight, data)
     contrast_links(graph, cut, contrast)
     refined[part] = minimum_cut(graph, data)
