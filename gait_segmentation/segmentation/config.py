@@ -49,16 +49,33 @@ class SegmentationConfig(StageConfig):
         maximum=5.0,
     )
     template_slope: float = parameter(
-        0.025,
+        0.02,
         "Distance over which the template's log-odds change by one.",
         minimum=0.002,
         maximum=0.5,
+    )
+    template_margin: float = parameter(
+        0.004,
+        'How far outside of the template its log-odds are even: people wear more than the model.',
+        minimum=0.0,
+        maximum=0.5,
+    )
+    use_alignment: bool = parameter(
+        True,
+        'Lay the template onto the likelihood more closely than it was matched: shift, width, '
+        'height and slant.',
+    )
+    alignment_stiffness: float = parameter(
+        0.5,
+        'How firmly the template keeps to where it was matched; 0: only what is likely counts.',
+        minimum=0.0,
+        maximum=100.0,
     )
     use_residual: bool = parameter(
         True, "Learn the person's own shape (dress, bag, hair) and blend it with the template."
     )
     residual_share: float = parameter(
-        0.4,
+        0.2,
         "Share of the person's own shape in the template's log-odds.",
         minimum=0.0,
         maximum=1.0,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.images import Window, check_image
 from gait_segmentation.results import MatchResult, SegmentationResult
+from gait_segmentation.segmentation.alignment import align
 from gait_segmentation.segmentation.components import fill_holes, keep_supported
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.energy import contrast_links, distance_links
@@ -101,10 +102,17 @@ class Segmenter:
             likelihood = without(likelihood, window, taken[crop])
         lab = cv2.cvtColor(shrink(source, likelihood[window].shape), cv2.COLOR_BGR2Lab)
         outside = outside or self.config.outside
-        labels, logit, likely = self._cut(lab, likelihood, match, body, window, outside=outside)
+        evidence = likelihood[window]
+        prior, place = match.shape_prior[window], in_window(body, window)
+        # What is taken by others says nothing of where the person is.
+        if self._aligns and (taken is None or not taken[crop].any()):
+            prior, place = align(prior, evidence, place, self.config.alignment_stiffness)
+        labels, logit, likely = self._cut(
+            lab, evidence, prior, place, match.phase, outside=outside
+        )
         if not labels.any():
             return self._empty(image, match, 'the cut found no person')
-        self._learn(labels, likely, match, body, window)
+        self._learn(labels, likely, prior, place, match.phase, window)
         colours = lab if self.config.use_local_colours else None
         # Where the source is no finer, the colours still part pixels that are mixtures.
         if self.config.use_refinement and (
@@ -118,24 +126,27 @@ class Segmenter:
             mask[crop][taken[crop] > 0] = 0
         return SegmentationResult(match.stamp_ns, match.track_id, mask, '')
 
+    @property
+    def _aligns(self) -> bool:
+        return self.config.use_alignment and self.config.prior != 'none'
+
     def _cut(
         self,
         lab: NDArray[np.uint8],
-        likelihood: NDArray[np.uint8],
-        match: MatchResult,
+        evidence: NDArray[np.uint8],
+        prior: NDArray[np.uint8],
         body: BodyFrame,
-        window: Window,
+        phase: float,
         *,
         outside: bool,
     ) -> tuple[NDArray[np.bool_], NDArray[np.float32], NDArray[np.bool_]]:
         """
-        Return the cut at working size, in the window.
+        Return the cut at working size.
 
         With it come its data term and where the person is likely without the shape prior.
+        All that is given and returned is in the window.
         """
-        evidence = likelihood[window]
-        prior = match.shape_prior[window]
-        terms = self._terms(prior, lab, match, body, window)
+        terms = self._terms(prior, lab, body, phase)
         logit = _LOGIT[evidence]
         # What sees nobody at all is believed.
         learns = outside and self.config.use_colours and bool((evidence > 127).any())
@@ -144,7 +155,7 @@ class Segmenter:
         if terms.logit is not None:
             logit = logit + terms.logit
         if learns:
-            labels, logit = self._cut_by_colours(lab, evidence, logit, terms, body, window)
+            labels, logit = self._cut_by_colours(lab, evidence, logit, terms, body)
         else:
             labels = self._solve(lab, logit, terms, body)
         support = evidence.astype(np.float32) / np.float32(255)
@@ -160,18 +171,16 @@ class Segmenter:
         evidence: NDArray[np.uint8],
         logit: NDArray[np.float32],
         terms: ShapeTerms,
-        body: BodyFrame,
-        window: Window,
+        place: BodyFrame,
     ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
         """Cut twice, the second time with the colours of the first cut."""
-        place = in_window(body, window)
         if not self._colours.ready:
             self._colours.learn(lab, place, evidence)
-        first = self._solve(lab, logit + self._colours.odds(lab, place), terms, body)
+        first = self._solve(lab, logit + self._colours.odds(lab, place), terms, place)
         tried = self._colours.copy()
         tried.learn(lab, place, evidence, first)
         logit = logit + tried.odds(lab, place)
-        labels = self._solve(lab, logit, terms, body)
+        labels = self._solve(lab, logit, terms, place)
         self._colours.learn(lab, place, evidence, labels)
         return labels, logit
 
@@ -198,16 +207,15 @@ class Segmenter:
         self,
         prior: NDArray[np.uint8],
         lab: NDArray[np.uint8],
-        match: MatchResult,
         body: BodyFrame,
-        window: Window,
+        phase: float,
     ) -> ShapeTerms:
         """Return the shape prior's terms in the window."""
         if self._paper is not None:
-            return self._paper.terms(prior, lab[:, :, 0], in_window(body, window))
+            return self._paper.terms(prior, lab[:, :, 0], body)
         personal = None
         if self.config.use_residual and self._personal.ready:
-            personal = self._personal.probability(prior, in_window(body, window), match.phase)
+            personal = self._personal.probability(prior, body, phase)
         return shape_terms(prior, body.height, personal, self.config)
 
     def _contrast(self, body: BodyFrame) -> float:
@@ -218,18 +226,17 @@ class Segmenter:
         self,
         labels: NDArray[np.bool_],
         likely: NDArray[np.bool_],
-        match: MatchResult,
+        prior: NDArray[np.uint8],
         body: BodyFrame,
+        phase: float,
         window: Window,
     ) -> None:
         found = Box.around(labels)
         assert found is not None
         self._last = found.shifted(window[1].start, window[0].start)
-        prior = match.shape_prior[window]
         if np.count_nonzero(labels) > _LEAST_AREA * np.count_nonzero(prior > 127):
             mask = labels.view(np.uint8) * np.uint8(255)
-            place = in_window(body, window)
-            self._personal.learn(mask, prior, likely, place, match.phase)
+            self._personal.learn(mask, prior, likely, body, phase)
 
     def _empty(
         self, image: NDArray[np.uint8], match: MatchResult, reason: str

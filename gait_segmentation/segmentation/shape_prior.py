@@ -15,8 +15,8 @@ from gait_segmentation.segmentation.config import SegmentationConfig
 
 __all__ = ['ShapeTerms', 'log_odds', 'shape_terms']
 
-_LOW, _HIGH = -4.0, 3.0
-"""Limits of the log-odds a shape gives: a little surer outside than inside."""
+_LIMIT = 3.0
+"""Largest log-odds a shape gives."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class ShapeTerms:
 def log_odds(probability: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return ln(p / (1 - p)) limited to what a shape may say."""
     p = np.clip(probability, 1e-3, 1 - 1e-3)
-    return np.clip(np.log(p / (1 - p)), _LOW, _HIGH).astype(np.float32)
+    return np.clip(np.log(p / (1 - p)), -_LIMIT, _LIMIT).astype(np.float32)
 
 
 def shape_terms(
@@ -64,6 +64,7 @@ def shape_terms(
         distance if personal is None else log_odds(personal),
         np.float32(config.distance_reach * height),
         np.float32(config.template_slope * height),
+        np.float32(config.template_margin * height),
         np.float32(share),
         np.float32(config.template_weight),
         psi,
@@ -78,17 +79,18 @@ def _terms(
     personal: NDArray[np.float32],
     reach: float,
     slope: float,
+    margin: float,
     share: float,
     weight: float,
     psi: NDArray[np.float32],
     logit: NDArray[np.float32],
 ) -> None:
-    one, low, high = np.float32(1), np.float32(_LOW), np.float32(_HIGH)
+    one, limit = np.float32(1), np.float32(_LIMIT)
     for row in range(distance.shape[0]):
         for col in range(distance.shape[1]):
             depth = distance[row, col]
             psi[row, col] = min(abs(depth) / reach, one)
-            odds = min(max(depth / slope, low), high)
+            odds = min(max((depth + margin) / slope, -limit), limit)
             if share > 0:
                 odds = (one - share) * odds + share * personal[row, col]
             logit[row, col] = weight * odds

@@ -35,7 +35,15 @@ def test_default_is_for_inside_and_against_outside() -> None:
     terms = shape_terms(template(), 80, None, config)
     assert terms.logit is not None
     assert terms.logit[50, 30] == pytest.approx(1.5)
-    assert terms.logit[50, 0] == pytest.approx(-2.0)
+    assert terms.logit[50, 0] == pytest.approx(-1.5)
+
+
+def test_the_template_is_even_a_margin_outside_of_it() -> None:
+    config = SegmentationConfig(template_slope=0.05, template_margin=0.05)
+    terms = shape_terms(template(), 80, None, config)
+    assert terms.logit is not None
+    # Four pixels left of the outline.
+    assert terms.logit[50, 17] > 0 > terms.logit[50, 14]
 
 
 def test_the_personal_shape_takes_its_share() -> None:
@@ -43,7 +51,7 @@ def test_the_personal_shape_takes_its_share() -> None:
     personal = np.ones((100, 60), np.float32)
     terms = shape_terms(template(), 80, personal, config)
     assert terms.logit is not None
-    assert terms.logit[50, 0] == pytest.approx(0.6 * -4 + 0.4 * 3)
+    assert terms.logit[50, 0] == pytest.approx(0.6 * -3 + 0.4 * 3)
 
 
 def test_an_empty_template_adds_nothing() -> None:
@@ -53,4 +61,4 @@ def test_an_empty_template_adds_nothing() -> None:
 
 def test_log_odds_are_limited() -> None:
     values = log_odds(np.array([0.0, 0.5, 1.0], np.float32))
-    assert values == pytest.approx([-4, 0, 3])
+    assert values == pytest.approx([-3, 0, 3])
