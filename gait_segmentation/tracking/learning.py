@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import cv2
 import numpy as np
 from numba import njit
@@ -211,7 +213,7 @@ class WholeArea:
         person: Person,
         *,
         alone: bool = True,
-        hidden: bool = False,
+        hidden: Callable[[], bool] = lambda: False,
     ) -> bool:
         """
         Get used to the size of a mask, unless the person is or was just now hidden in part.
@@ -219,7 +221,8 @@ class WholeArea:
         :param mask, prior: (h, w) uint8, the mask and the template.
         :param alone: whether nobody is near who may hide part of the person, to which the
             template would adapt.
-        :param hidden: whether the template lies on what is known to stand there.
+        :param hidden: tells whether the template lies on what is known to stand there; only
+            asked of masks that are not large enough.
         :returns: whether it was as large as usual; else it shows only part of the person.
         """
         area, rate = _area(mask, person), _AREA_RATE
@@ -227,7 +230,7 @@ class WholeArea:
         self._masks += 1
         if whole:
             self._hidden = 0
-        elif hidden:
+        elif hidden():
             self.hide()
         elif self._hidden:
             self._hidden -= 1

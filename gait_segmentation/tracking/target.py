@@ -367,8 +367,11 @@ class Target:
         window = person.window(self.world.shape)
         lab = np.ascontiguousarray(record.image.lab_about(window)[window])
         strange = record.background.contradicted(lab, window, config.shadow_floor)
-        still = record.background.is_sure(window) & (strange == 0)
-        hidden = is_covered(mask[window], prior[window], still)
+
+        def hidden() -> bool:
+            still = record.background.is_sure(window) & (strange == 0)
+            return is_covered(mask[window], prior[window], still)
+
         if not self._area.update(mask, prior, person, alone=alone, hidden=hidden):
             person.shift(dx, dy)
             return self._around_part(record, mask, prior) if alone else None

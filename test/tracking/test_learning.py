@@ -9,7 +9,13 @@ import pytest
 from gait_segmentation.results import Feedback
 from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.learning import WholeArea, grown, without_world, working_masks
+from gait_segmentation.tracking.learning import (
+    WholeArea,
+    grown,
+    is_covered,
+    without_world,
+    working_masks,
+)
 from gait_segmentation.tracking.person import Person, new_colours
 
 SHAPE = (60, 80)
@@ -105,3 +111,24 @@ def test_later_a_template_that_fits_what_is_seen_does_not_make_it_whole() -> Non
     for _ in range(40):
         assert area.update(whole, whole, person)
     assert not area.update(half, half, person)
+
+
+def test_half_a_body_behind_something_known_teaches_no_size() -> None:
+    whole, half = block(20, 10, 40, 50), block(20, 10, 30, 50)
+    person = someone(whole)
+    area = WholeArea(person)
+    # The template has adapted to the half that is seen.
+    assert not area.update(half, whole, person, hidden=lambda: True)
+    for _ in range(10):
+        assert not area.update(half, half, person)
+    assert area.update(block(20, 10, 40, 48), whole, person)
+    assert area.update(half, half, person)
+
+
+def test_what_is_known_to_stand_there_covers_a_template() -> None:
+    whole, half = block(20, 10, 40, 50), block(20, 10, 30, 50)
+    still = block(30, 0, 60, 60) > 0
+    assert is_covered(half, whole, still)
+    assert not is_covered(whole, whole, still)
+    assert not is_covered(half, whole, np.zeros_like(still))
+    assert not is_covered(half, half, still)

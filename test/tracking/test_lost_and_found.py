@@ -62,7 +62,7 @@ def test_somebody_partly_hidden_is_not_lost_and_does_not_shrink() -> None:
     assert results[-1].body.height == pytest.approx(box_of(path[-1]).height, rel=0.1)
 
 
-def test_somebody_is_followed_while_a_fifth_stands_out_beside_a_wide_pole() -> None:
+def test_somebody_is_followed_while_an_eighth_stands_out_beside_a_wide_pole() -> None:
     told = Told()
     path = walk(Figure(40), 27)
     told.start(path[0])
@@ -71,22 +71,21 @@ def test_somebody_is_followed_while_a_fifth_stands_out_beside_a_wide_pole() -> N
     path = walk(path[-1], 40, speed=1.0)
     for figure in path:
         result = told.show(figure, boards=[BOARD])[0]
-        if hidden_share(figure) > 0.8:
+        if hidden_share(figure) > 0.87:
             break
         assert result.state == 'tracked', hidden_share(figure)
-    assert hidden_share(figure) > 0.8
+    assert hidden_share(figure) > 0.87
 
 
 def test_what_somebody_half_hidden_uncovers_is_learnt() -> None:
     told = Told()
-    path = walk(Figure(40), 34)
+    path = walk(Figure(108), 63, speed=0.5)
     told.start(path[0])
     for figure in path:
         told.show(figure, boards=[BOARD])
     assert 0.5 < hidden_share(path[-1]) < 0.95
-    # Still behind the coat when half of it was hidden.
-    column = round(path[-5].x) - 11
-    assert hidden_share(path[-5]) > 0.25
+    # Behind the coat or its rim until a quarter of it was hidden.
+    column = 108
     target = told.tracker._slots[0]
     assert target is not None
     scale = target.world.scale
