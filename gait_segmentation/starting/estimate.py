@@ -97,7 +97,8 @@ def estimate_start(
     :param lab: (h, w, 3) uint8 Lab working image.
     :param box: tight box of the person in working pixels; it may reach out of the image.
     :param bank: templates; all directions are tried.
-    :param height: height in pixels to which a taller person is scaled down for the estimate.
+    :param height: height in pixels to which a taller person is scaled down for the estimate,
+        and a broader one until its width is 0.75 of that.
     :param rounds: rounds of expectation maximisation.
     :param left_out: share of what was learnt near a pixel that is taken off to judge it.
     :param use_tilt: whether the body may lean.
@@ -108,7 +109,8 @@ def estimate_start(
     box, (cut_top, cut_bottom, cut_left, cut_right) = _at_borders(box, shape)
     window = _window(box, shape)
     part = lab[window]
-    scale = min(1.0, height / box.height)
+    # A box broader than a body shows a part of one that is taller than the box.
+    scale = min(1.0, height / max(box.height, box.width / _BROAD))
     size = (max(4, round(part.shape[0] * scale)), max(4, round(part.shape[1] * scale)))
     if size != part.shape[:2]:
         part = cv2.resize(part, size[::-1], interpolation=cv2.INTER_AREA)
