@@ -102,7 +102,8 @@ def _mismatch(
     xx, xy, yy, bx, by = 0.0, 0.0, 0.0, 0.0, 0.0
     for row in range(_PROBE, height - _PROBE, _PROBE):
         for col in range(_PROBE, width - _PROBE, _PROBE):
-            if state[row, col, 3] < _LEAST_COUNT or keep[row, col]:
+            # From the first frame on: a motion trusted blindly meanwhile would stay.
+            if state[row, col, 3] == 0 or keep[row, col]:
                 continue
             x = motion[0, 0] * (col + 0.5) + motion[0, 1] * (row + 0.5) + motion[0, 2] - 0.5
             y = motion[1, 0] * (col + 0.5) + motion[1, 1] * (row + 0.5) + motion[1, 2] - 0.5

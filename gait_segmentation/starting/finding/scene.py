@@ -25,6 +25,7 @@ from gait_segmentation.images import Window
 from gait_segmentation.starting.finding.background import MotionBackground
 from gait_segmentation.starting.finding.blobs import Blob, find_blobs
 from gait_segmentation.starting.finding.difference import RecentFrames
+from gait_segmentation.starting.finding.hollow import fill_hollow
 from gait_segmentation.warping import warp_window
 
 __all__ = ['MotionScene', 'SceneFrame']
@@ -140,6 +141,7 @@ class MotionScene:
             evidence[:] = 0
             likelihood[:] = 0
         blobs, filled, owners = find_blobs(evidence, moving)
+        fill_hollow(likelihood, moving, owners, blobs)
         for window in windows:
             filled[window] = 255
         self._background.learn(canvas, evidence, filled, period)

@@ -54,6 +54,10 @@ _LEAST_LEGS, _MOST_LEGS = 0.55, 2.2
 _MOST_PLAIN = 0.82
 _LEAST_COVER = 0.7
 _MOST_WIDTH = 1.1
+_SURE, _SURE_RATIO, _SURE_LEGS, _SURE_SLACK = 1.2, 0.9, 0.42, 0.12
+"""How much more like a walker something must be than the least, for the limits that follow to do
+for it: people from the front swing less, and show more of the trunk."""
+
 _AGREE = 2
 """Matches in a row that must say the same."""
 
@@ -89,6 +93,11 @@ class Watch:
         self.last = 0.0
         self.gait: Gait | None = None
         self.similarity = 0.0
+
+    @property
+    def agreed(self) -> bool:
+        """Return whether the last match said that it walks, and the next may be enough."""
+        return self._agreed > 0
 
     @property
     def astray(self) -> bool:
@@ -154,11 +163,13 @@ class Watch:
         config = self._config
         self.gait = gait = gait_of([shape for _, _, shape in self._seen])
         self.similarity = float(np.mean([match.similarity for _, match, _ in self._seen]))
+        sure = self.similarity >= _SURE * config.least_similarity
+        ratio, least_legs = (_SURE_RATIO, _SURE_LEGS) if sure else (_LEAST_RATIO, _LEAST_LEGS)
         walks = (
             self.similarity >= config.least_similarity
             and gait.swing >= _LEAST_SWING
-            and gait.swing >= _LEAST_RATIO * (gait.trunk + _TRUNK_NOISE)
-            and _LEAST_LEGS <= gait.legs <= _MOST_LEGS
+            and gait.swing >= ratio * (gait.trunk + _TRUNK_NOISE)
+            and least_legs <= gait.legs <= _MOST_LEGS
             and gait.plain <= _MOST_PLAIN
             and candidate.distance() >= config.least_way
         )
@@ -170,7 +181,7 @@ class Watch:
         if box is None or cover < _LEAST_COVER:
             return None
         height, width = likelihood.shape
-        slack = _SLACK * result.body.height
+        slack = (_SURE_SLACK if sure else _SLACK) * result.body.height
         foot, head = (result.body.center_y + side * result.body.height / 2 for side in (1, -1))
         inside = head >= -slack and foot <= height + slack
         return box if inside and box.x >= _BORDER_PX and box.right <= width - _BORDER_PX else None

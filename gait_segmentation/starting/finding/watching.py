@@ -89,11 +89,13 @@ class Watching:
         """
         Match the candidates that have waited longest: one a frame, in a crowd a few.
 
+        Whoever is nearly found comes first.
+
         :param known: boxes of people who are known already.
         :returns: tight boxes in the small image of those who are found to walk.
         """
         seconds = stamp_ns / 1e9
-        waiting: list[tuple[float, int, Candidate, Watch | None]] = []
+        waiting: list[tuple[bool, float, int, Candidate, Watch | None]] = []
         for each in candidates:
             if each.number in self._rest or _belongs(each.box, known):
                 self._watched.pop(each.number, None)
@@ -102,12 +104,12 @@ class Watching:
                 continue
             for watch in self._watched.get(each.number, ()):
                 if watch.due(seconds):
-                    waiting.append((watch.last, each.number, each, watch))
+                    waiting.append((not watch.agreed, watch.last, each.number, each, watch))
             if each.number not in self._watched and len(self._watched) < self._most:
-                waiting.append((each.born, each.number, each, None))
+                waiting.append((True, each.born, each.number, each, None))
         found: list[Box] = []
         matches = math.ceil(max(len(self._watched), 1) / _SHARED)
-        for _, number, each, begun in sorted(waiting, key=lambda entry: entry[:2]):
+        for _, _, number, each, begun in sorted(waiting, key=lambda entry: entry[:3]):
             if number not in self._rest and each.distance() >= _FIRST_WAY * self._config.least_way:
                 likelihood = _apart(frame, each, candidates)
                 box = self._match(likelihood, each, begun, stamp_ns)

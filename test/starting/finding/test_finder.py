@@ -203,7 +203,7 @@ def test_a_walker_whose_body_was_sought_in_a_wrong_place_is_found(
         finder, found = WalkerFinder(small_bank()), []
         for number, frame in enumerate(clip(pan=0.0, frames=40)):
             found += [(number, box) for box in finder.update(frame.image, frame.stamp_ns)]
-            if not finder._watching._rest and number < 10:
+            if not finder._watching._rest and number < 14:
                 for watches in finder._watching._watched.values():
                     first = watches[0]
                     first._box = Box.from_center(
