@@ -9,7 +9,6 @@ and the least noise that models allow for are made for pictures that use many of
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,15 +32,19 @@ class Contrast:
         self._curve: NDArray[np.uint8] | None = None
         self._known = False
 
-    def spread(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    def curve_for(
+        self, image: NDArray[np.uint8], levels: NDArray[np.uint8] | None = None
+    ) -> NDArray[np.uint8] | None:
         """
-        Return a picture with its levels spread; the same one if they need not be.
+        Return the curve that spreads the levels of a picture, (256,) uint8, None if it needs none.
 
-        :param image: (h, w, 3) uint8.
+        :param image: (h, w, 3) uint8; only the first one is looked at.
+        :param levels: (256,) uint8, what its levels are to be before that, None if as they are.
         """
         if not self._known:
-            self._curve, self._known = contrast_curve(image), True
-        return image if self._curve is None else np.asarray(cv2.LUT(image, self._curve))
+            made = image if levels is None else levels[image]
+            self._curve, self._known = contrast_curve(made), True
+        return self._curve
 
 
 def contrast_curve(image: NDArray[np.uint8]) -> NDArray[np.uint8] | None:

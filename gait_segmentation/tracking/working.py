@@ -21,6 +21,9 @@ from gait_segmentation.tracking.exposure import Exposure
 __all__ = ['WorkingImage', 'working_scale', 'working_shape']
 
 
+_LEVELS = np.arange(256, dtype=np.uint8)
+
+
 class _Parts:
     """A (h, w, 3) uint8 image of which parts are made when they are asked for."""
 
@@ -53,10 +56,10 @@ class WorkingImage:
     One frame at working size.
 
     ``gray`` is its brightness, (h, w) uint8, and ``pyramid`` begins with that before its tone was
-    changed; ``textured`` says that it has no colour and shows gradient energy in the place of a*
+    undone; ``textured`` says that it has no colour and shows gradient energy in the place of a*
     and b* (:func:`~gait_segmentation.lab.gray_lab`).  The conversion to Lab takes longer than
     anything else that is done to whole images, so it is made only where it is asked for, and so
-    are colours of another tone.
+    are colours of other levels than the source has.
     """
 
     stamp_ns: int
@@ -96,15 +99,16 @@ class WorkingImage:
         pyramid = Pyramid(gray)
         # First, as a jump is a factor only of the levels as they came.
         gain = 1.0 if exposure is None else exposure.update(pyramid)
-        made = small if gain == 1.0 else cv2.convertScaleAbs(small, alpha=gain)
+        curve = None if gain == 1.0 else np.asarray(cv2.convertScaleAbs(_LEVELS, alpha=gain))
         if contrast is not None:
-            made = contrast.spread(made)
-        if made is not small:
-            gray = np.asarray(cv2.cvtColor(made, cv2.COLOR_BGR2GRAY))
+            curve = _both(curve, contrast.curve_for(small, curve))
+        if curve is not None:
+            # Not of the colours with other levels, which would take three times as long.
+            gray = np.asarray(cv2.LUT(gray, curve))
             pyramid = Pyramid(gray)
-        textured = texture and is_gray(made)
-        parts = _Parts((0, 0, 3)), _Parts(made.shape)
-        return cls(stamp_ns, gray, pyramid, textured, made, None, *parts)
+        textured = texture and is_gray(small)
+        parts = _Parts(small.shape), _Parts(small.shape)
+        return cls(stamp_ns, gray, pyramid, textured, small, curve, *parts)
 
     def toned(self, curve: NDArray[np.uint8]) -> WorkingImage:
         """
@@ -112,11 +116,10 @@ class WorkingImage:
 
         :param curve: (256,) uint8, the new level of each.
         """
-        gray = np.asarray(cv2.LUT(self.gray, curve))
-        colours = self.bgr
-        parts = _Parts(colours.shape), _Parts(colours.shape)
+        gray, total = np.asarray(cv2.LUT(self.gray, curve)), _both(self._curve, curve)
+        parts = _Parts(self._colours.shape), _Parts(self._colours.shape)
         return WorkingImage(
-            self.stamp_ns, gray, self.pyramid, self.textured, colours, curve, *parts
+            self.stamp_ns, gray, self.pyramid, self.textured, self._colours, total, *parts
         )
 
     @property
@@ -165,6 +168,15 @@ class WorkingImage:
         rows, columns = window
         lab = gray_lab(self.gray[top : rows.stop + REACH, left : columns.stop + REACH])
         return lab[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
+
+
+def _both(
+    first: NDArray[np.uint8] | None, second: NDArray[np.uint8] | None
+) -> NDArray[np.uint8] | None:
+    """Return one curve of levels after another, None if there is neither."""
+    if first is None or second is None:
+        return second if first is None else first
+    return second[first]
 
 
 def working_scale(

@@ -12,22 +12,28 @@ def picture(low: int, high: int, seed: int = 1) -> np.ndarray:
     return np.random.default_rng(seed).integers(low, high + 1, (60, 80, 3)).astype(np.uint8)
 
 
+def spread_of(image: np.ndarray) -> np.ndarray:
+    curve = Contrast().curve_for(image)
+    assert curve is not None
+    return curve[image]
+
+
 @pytest.mark.parametrize(('low', 'high'), [(0, 255), (20, 230), (50, 185)])
 def test_pictures_that_use_many_levels_stay_as_they_are(low: int, high: int) -> None:
     image = picture(low, high)
     assert contrast_curve(image) is None
-    assert Contrast().spread(image) is image
+    assert Contrast().curve_for(image) is None
 
 
 @pytest.mark.parametrize(('low', 'high'), [(0, 70), (80, 160), (190, 255)])
 def test_the_levels_of_flat_pictures_are_spread(low: int, high: int) -> None:
-    spread = Contrast().spread(picture(low, high))
+    spread = spread_of(picture(low, high))
     assert int(spread.max()) - int(spread.min()) >= 120
 
 
 def test_black_stays_black_and_white_stays_white() -> None:
-    assert Contrast().spread(picture(0, 70)).min() == 0
-    assert Contrast().spread(picture(190, 255)).max() == 255
+    assert spread_of(picture(0, 70)).min() == 0
+    assert spread_of(picture(190, 255)).max() == 255
 
 
 @pytest.mark.parametrize('level', [0, 128, 255])
@@ -47,9 +53,16 @@ def test_no_order_of_levels_changes_and_none_is_lost_at_the_ends() -> None:
 
 def test_the_first_picture_decides_for_all_that_follow() -> None:
     contrast = Contrast()
-    contrast.spread(picture(40, 100))
+    first = contrast.curve_for(picture(40, 100))
+    assert np.array_equal(first, contrast_curve(picture(40, 100)))
     later = picture(0, 255, 2)
-    assert np.array_equal(contrast.spread(later), contrast_curve(picture(40, 100))[later])
+    assert contrast.curve_for(later) is first
     contrast = Contrast()
-    contrast.spread(later)
-    assert contrast.spread(dark := picture(40, 100)) is dark
+    contrast.curve_for(later)
+    assert contrast.curve_for(picture(40, 100)) is None
+
+
+def test_levels_are_spread_as_they_are_made_before() -> None:
+    image, levels = picture(40, 200), np.arange(256, dtype=np.uint8) // 4
+    assert Contrast().curve_for(image) is None
+    assert np.array_equal(Contrast().curve_for(image, levels), contrast_curve(levels[image]))

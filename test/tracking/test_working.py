@@ -71,6 +71,15 @@ def test_a_jump_of_the_exposure_is_undone_before_levels_are_spread() -> None:
     assert np.abs(made[1].gray.astype(int) - made[0].gray).mean() < 2
 
 
+def test_the_brightness_of_spread_levels_is_nearly_that_of_the_colours() -> None:
+    image = np.random.default_rng(3).integers(60, 130, (480, 640, 3)).astype(np.uint8)
+    frame = WorkingImage.of(image, 3, (480, 640), contrast=Contrast())
+    assert np.ptp(frame.bgr) > 1.5 * np.ptp(image)
+    brightness = cv2.cvtColor(frame.bgr, cv2.COLOR_BGR2GRAY).astype(int)
+    assert np.abs(frame.gray - brightness).max() <= 2
+    assert np.array_equal(frame.pyramid.image(0), frame.gray)
+
+
 def test_a_grey_frame_shows_texture_and_windows_of_it_agree() -> None:
     gray = np.random.default_rng(2).integers(0, 255, (40, 60)).astype(np.uint8)
     image = cv2.cvtColor(gray, cv2.COLOR_GRAY2BGR)
