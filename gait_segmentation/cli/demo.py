@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 __all__ = ['main', 'parser']
 
 NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')
-_START_TIMEOUT_S = 300.0
+_START_TIMEOUT_S = 900.0
 _PRELOADED = 1 << 30
 """Bytes of frames that are decoded beforehand; longer films are while they are played."""
 _FLOW_OUT_S = 5.0
