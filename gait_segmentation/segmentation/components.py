@@ -14,25 +14,51 @@ __all__ = ['fill_holes', 'keep_supported']
 
 _LEAST_OVERLAP = 0.04
 _LEAST_COVER = 0.4
+_CERTAIN = 245.0
+"""Mean likelihood (0..255) from which a part may lie anywhere: colours never seen give less."""
+
+_LEAST_CLOSE = 0.5
+"""Share of a part that must lie near the body."""
 
 
-def keep_supported(labels: NDArray[np.bool_], support: NDArray[np.float32]) -> NDArray[np.bool_]:
+def keep_supported(
+    labels: NDArray[np.bool_],
+    support: NDArray[np.float32],
+    body: NDArray[np.bool_] | None = None,
+    reach: float = 0.0,
+    evidence: NDArray[np.uint8] | None = None,
+) -> NDArray[np.bool_]:
     """
     Keep the component with the most support, and others that are well supported.
 
+    What lies apart from the body does not count unless it is all but certain: colours that are not
+    known make it likely, too, when somebody else passes by.
+
     :param labels: (h, w) bool, the cut.
     :param support: (h, w) float32 in 0..1, where the person is expected.
+    :param body: (h, w) bool, where the body is expected; None if that is not known.
+    :param evidence: (h, w) uint8, the likelihood.
+    :param reach: distance from the body in pixels from which pixels are apart.
     :returns: the component with the largest summed support and those with more than 4 % of that
-        sum whose mean support is above 0.4.
+        sum whose mean support is above 0.4; of the others only what lies mostly near the body.
     """
     count, parts = cv2.connectedComponents(labels.view(np.uint8), connectivity=4)
     if count <= 2:
         return labels
-    overlap = np.bincount(parts.ravel(), support.ravel(), count)
     area = np.bincount(parts.ravel(), minlength=count)
+    close = area
+    if body is not None and body.any():
+        near = cv2.distanceTransform((~body).view(np.uint8), cv2.DIST_L2, 3) <= reach
+        if evidence is not None:
+            likely = np.bincount(parts.ravel(), evidence.ravel(), count)
+            near |= (likely >= _CERTAIN * area)[parts]
+        support = support * near
+        close = np.bincount(parts.ravel(), near.ravel(), count)
+    overlap = np.bincount(parts.ravel(), support.ravel(), count)
     overlap[0] = 0
     best = overlap.max()
     keep = (overlap > _LEAST_OVERLAP * best) & (overlap > _LEAST_COVER * area)
+    keep &= close >= _LEAST_CLOSE * area
     keep[int(overlap.argmax())] = True
     keep[0] = False
     return np.asarray(keep[parts])

@@ -39,6 +39,9 @@ _FULL_CONTRAST_PX = 128.0
 _LEAST_AREA = 0.25
 """A mask smaller than this share of the template teaches nothing."""
 
+_APART = 0.12
+"""Distance from the template, in body heights, from which a part of its own is not the person."""
+
 _LOGIT = np.log((np.arange(256) + 0.5) / (255.5 - np.arange(256))).astype(np.float32)
 
 
@@ -161,7 +164,8 @@ class Segmenter:
         support = evidence.astype(np.float32) / np.float32(255)
         if terms.psi is not None:
             support = (support + prior / np.float32(255)) / 2
-        labels = keep_supported(labels, support)
+        known = None if terms.psi is None else prior > 127
+        labels = keep_supported(labels, support, known, _APART * body.height, evidence)
         likely = logit > (0 if terms.logit is None else terms.logit)
         return fill_holes(labels, self.config.hole_area * body.height**2), logit, likely
 

@@ -14,7 +14,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ['Appearance', 'colour_signature']
+__all__ = ['SAME_COLOURS', 'Appearance', 'colour_signature']
+
+SAME_COLOURS = 0.65
+"""Least similarity of the colours of the same person."""
+
 
 _TRUNK_FROM, _LEGS_FROM = 0.16, 0.52
 """Where down the body trunk and legs begin."""

@@ -61,7 +61,8 @@ class Claim:
     ``logit`` is (h, w) float32 and ``mask`` (H, W) uint8, where the person is expected in the
     image; ``near`` tells how near to that the pixels of the window are, None if it is elsewhere.
     ``feet`` is the row of the soles and ``height`` that of the body, in pixels.  Somebody
-    ``hidden`` competes, too, so that nobody takes what is about to be seen of them.
+    ``hidden`` competes, too, so that nobody takes what is about to be seen of them.  Of who is not
+    ``known`` it cannot be told who stands nearer.
     """
 
     window: Window
@@ -71,6 +72,7 @@ class Claim:
     feet: float
     height: float
     hidden: bool = False
+    known: bool = True
 
 
 def overlap(one: Window, two: Window) -> Window | None:
@@ -101,11 +103,13 @@ def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
     for one, two, shared in pairs:
         for index, rival in ((one, two), (two, one)):
             claim = claims[index]
-            nearer = claim.feet > claims[rival].feet and not claim.hidden
+            depth = _NEARER if claim.feet > claims[rival].feet and not claim.hidden else -_NEARER
+            if not (claim.known and claims[rival].known):
+                depth = 0.0
             _add(
                 strong[index],
                 _corner(shared, claim.window),
-                math.exp(_NEARER if nearer else -_NEARER),
+                math.exp(depth),
                 _NOTHING,
                 rivals[rival],
                 _corner(shared, claims[rival].window),

@@ -12,13 +12,21 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
 from gait_segmentation.results import LOST, TRACKED, Feedback
+from gait_segmentation.tracking.background_kernels import SURE_COUNT
 from gait_segmentation.tracking.competition import Claim, compete, leave_to
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood import likelihood_image
-from gait_segmentation.tracking.target import Target
+from gait_segmentation.tracking.records import Record
+from gait_segmentation.tracking.target import Learnt, Target
 from gait_segmentation.tracking.world import World
 
 __all__ = ['follow', 'judge', 'learn']
+
+_WELL_SEEN = 0.9
+"""
+Share of the usual area, and of the body in the image, from which what is apart cannot be another
+part of the person.
+"""
 
 Likelihoods = dict[int, NDArray[np.uint8]]
 
@@ -41,6 +49,8 @@ def follow(
     bodies = [target.carried_mask() for target in targets]
     masks = list(zip(targets, bodies, strict=True))
     visible = [_uncovered(target, body, masks) for target, body in masks]
+    others = world.passers_by
+    beside = others.masks(world.pending)
     motion = world.advance(
         image,
         stamp_ns,
@@ -53,6 +63,8 @@ def follow(
     )
     for target, body in zip(targets, visible, strict=True):
         target.move(motion, body)
+    if others.known:
+        others.follow(motion, world.history[-2], world.now, beside)
 
 
 def judge(
@@ -69,7 +81,7 @@ def judge(
     judged = [(target, target.judge()) for target in targets]
     present = [(target, claim) for target, claim in judged if claim is not None]
     masks = [(target, claim.mask) for target, claim in present]
-    logits = compete([claim for _, claim in present])
+    logits, passing = _contested(world, present)
     if strangers is not None and present:
         strange = cv2.resize(strangers, world.shape[::-1], interpolation=cv2.INTER_NEAREST)
         logits = [
@@ -83,7 +95,11 @@ def judge(
         likelihood = likelihood_image(logit, claim.window, world.shape)
         likelihoods[target.track_id] = likelihood
         if target.state == TRACKED:
-            target.assess(likelihood, claim, _cover(target, masks, claim.window))
+            cover = _cover(target, masks, claim.window)
+            for mask in passing:
+                part = mask[claim.window]
+                cover = part if cover is None else cv2.bitwise_or(cover, part)
+            target.assess(likelihood, claim, cover)
     if any(target.state == LOST and target.lost_s > 0 for target in targets):
         _recover(world, targets, {t.track_id: claim for t, claim in present}, likelihoods)
     return likelihoods
@@ -110,6 +126,7 @@ def learn(
         return
     people = np.zeros(world.shape, np.uint8)
     around = []
+    told: list[tuple[Target, Learnt]] = []
     for target in targets:
         if target.track_id not in record.bodies:
             continue
@@ -120,11 +137,77 @@ def learn(
             target.skip(record)
             people[target.person.area.slices(world.shape[1], world.shape[0])] = 255
         else:
-            margin, window = learnt
-            people[window] |= margin[window]
-            around.append(window)
-    if config.use_background and around:
-        world.learn(record, people, around, gate=config.use_motion_gate)
+            people[learnt.window] |= learnt.margin[learnt.window]
+            around.append(learnt.window)
+            told.append((target, learnt))
+    if not config.use_background:
+        return
+    busy = None
+    if around:
+        busy = world.learn(record, people, around, gate=config.use_motion_gate)
+    _learn_passers_by(world, record, targets, told, people, busy, config)
+
+
+def _contested(
+    world: World, present: Sequence[tuple[Target, Claim]]
+) -> tuple[list[NDArray[np.float32]], list[NDArray[np.uint8]]]:
+    """Return the log ratios of people in competition, and the masks of who passes by."""
+    claims, others = [claim for _, claim in present], world.passers_by
+    for target, claim in present:
+        if others.known and target.person.learnt == 0:
+            others.leave(claim.mask)
+    if not (others.known and claims):
+        return compete(claims), []
+    masks = others.masks(world.pending)
+    people = [target.person for target, _ in present]
+    beside = others.claims(world.now, masks, people, present[0][0].config)
+    logits = compete([*claims, *beside])
+    floor = present[0][0].config.shadow_floor
+    others.note(world.now, beside, logits[len(claims) :], floor)
+    return logits[: len(claims)], list(world.now.passers_by.values())
+
+
+def _learn_passers_by(
+    world: World,
+    record: Record,
+    targets: Sequence[Target],
+    told: Sequence[tuple[Target, Learnt]],
+    people: NDArray[np.uint8],
+    busy: NDArray[np.uint8] | None,
+    config: TrackingConfig,
+) -> None:
+    """Learn who else is about, away from the people who are tracked."""
+    others = world.passers_by
+    if not (told or others.known):
+        return
+    strange, masks, templates = (np.zeros(world.shape, np.uint8) for _ in range(3))
+    for _, learnt in told:
+        window = learnt.window
+        strange[window] |= 255 * learnt.strange
+        if busy is not None:
+            # What moves where nothing is known yet.
+            unknown = record.background.count[window] < SURE_COUNT
+            strange[window][unknown & (busy[window] > 0)] = 255
+        masks |= learnt.mask
+        templates |= learnt.template
+    windows = [target.person.window(world.shape) for target in targets]
+    others.learn(record, world.pending, strange, masks, templates, windows)
+    if any(target.state == LOST for target in targets):
+        # It may be them.
+        return
+    for target, learnt in told:
+        others.find(
+            record,
+            learnt.window,
+            strange,
+            people,
+            templates,
+            target.person,
+            target.appearance,
+            config,
+            whole=learnt.share >= _WELL_SEEN,
+            inside=target.person.share_inside(world.shape) >= _WELL_SEEN,
+        )
 
 
 def _template(target: Target) -> NDArray[np.uint8] | None:
@@ -181,5 +264,6 @@ def _recover(
             claims.get(target.track_id), likelihoods.get(target.track_id), taken
         )
         if found is not None:
+            world.passers_by.leave(target.carried_mask())
             likelihoods[target.track_id] = found
             taken |= np.where(found > 127, target.carried_mask(), 0)

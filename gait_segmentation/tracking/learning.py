@@ -189,6 +189,8 @@ class WholeArea:
 
     The first mask may have been far too large: then nothing would be learnt, and the track be
     lost.  So at first a mask is also whole if it is as large as the template.
+
+    ``share`` is the area of the last mask over what was usual then.
     """
 
     def __init__(self, person: Person) -> None:
@@ -196,6 +198,7 @@ class WholeArea:
         self._usual = _area(person.mask, person)
         self._masks = 0
         self._hidden = 0
+        self.share = 1.0
 
     @property
     def settled(self) -> bool:
@@ -226,6 +229,7 @@ class WholeArea:
         :returns: whether it was as large as usual; else it shows only part of the person.
         """
         area, rate = _area(mask, person), _AREA_RATE
+        self.share = area / max(self._usual, 1e-6)
         whole = area >= _WHOLE * self._usual
         self._masks += 1
         if whole:

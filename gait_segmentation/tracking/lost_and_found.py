@@ -18,7 +18,7 @@ from gait_segmentation.colour import body_rows, colour_bins
 from gait_segmentation.geometry import body_window
 from gait_segmentation.images import Bounds
 from gait_segmentation.starting import Start
-from gait_segmentation.tracking.appearance import Appearance, colour_signature
+from gait_segmentation.tracking.appearance import SAME_COLOURS, Appearance, colour_signature
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood import likelihood_image, log_ratio
 from gait_segmentation.tracking.person import Person
@@ -28,10 +28,8 @@ from gait_segmentation.tracking.silhouette import Silhouette
 from gait_segmentation.tracking.visibility import Sight
 from gait_segmentation.tracking.world import World
 
-__all__ = ['FOUND_SHARE', 'SAME_COLOURS', 'LostAndFound']
+__all__ = ['FOUND_SHARE', 'LostAndFound']
 
-SAME_COLOURS = 0.65
-"""Least similarity of the colours of somebody found again."""
 
 FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.3, 0.5, 0.35
 """What somebody lost must show to be found: uncovered share, likelihood, and contrast."""
@@ -75,8 +73,8 @@ class LostAndFound:
         self.pace = (0.0, 0.0)
         self.lost_s = 0.0
         self.silhouette = Silhouette.of(person.mask, person)
-        self._appearance = Appearance()
-        self._appearance.learn(_signature(person, person.mask, record))
+        self.appearance = Appearance()
+        self.appearance.learn(_signature(person, person.mask, record))
         self._paces = 0
         self._learnt = 0
         self._looked_for = 0
@@ -106,7 +104,7 @@ class LostAndFound:
         """Take in the person's mask, which must be of that frame, and its bounds if known."""
         self._learnt += 1
         if self._learnt % _LOOK_EVERY == 1:
-            self._appearance.learn(_signature(person, person.mask, record))
+            self.appearance.learn(_signature(person, person.mask, record))
         if person.share_inside(person.mask.shape) > _WHOLLY:
             self.silhouette = Silhouette.of(person.mask, person, bounds)
 
@@ -118,7 +116,7 @@ class LostAndFound:
         part = start.mask[window]
         origin = (window[1].start, window[0].start)
         rows = body_rows(part.shape, origin, (body.center_x, body.center_y), body.height)
-        return self._appearance.similarity(colour_signature(lab, part, rows))
+        return self.appearance.similarity(colour_signature(lab, part, rows))
 
     def coast(
         self, person: Person, world: tuple[float, float], seconds: float, shape: tuple[int, int]
@@ -159,7 +157,7 @@ class LostAndFound:
         contrast = sight.inside - sight.outside
         if sight.share < least or sight.inside < _FOUND_INSIDE or contrast < _FOUND_CONTRAST:
             return False
-        return self._appearance.similarity(_signature(person, likely, now)) >= SAME_COLOURS
+        return self.appearance.similarity(_signature(person, likely, now)) >= SAME_COLOURS
 
     def search(
         self, person: Person, world: World, taken: NDArray[np.uint8], config: TrackingConfig

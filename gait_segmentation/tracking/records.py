@@ -33,7 +33,8 @@ class Record:
     (-2..2) that its pixels move with the body rather than stay.  ``heat`` is (h, w) uint8,
     P(person) as others see it, if they do.  ``rows`` are how far up and down from the middle of
     some tracks' bodies they are likely.  ``people`` is (h, w) uint8, non-zero where people
-    were when the frame was learnt; None before.  ``version`` counts what the background had
+    were when the frame was learnt; None before.  ``passers_by`` has (h, w) uint8, non-zero on what
+    is seen of people without a slot, by their numbers.  ``version`` counts what the background had
     learnt.
     """
 
@@ -47,6 +48,7 @@ class Record:
     bodies: dict[int, Shift] = field(default_factory=dict)
     rows: dict[int, tuple[float, float]] = field(default_factory=dict)
     moving: dict[int, tuple[Window, NDArray[np.float32]]] = field(default_factory=dict)
+    passers_by: dict[int, NDArray[np.uint8]] = field(default_factory=dict)
 
 
 def camera_over(records: Iterable[Record]) -> NDArray[np.float64]:

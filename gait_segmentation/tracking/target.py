@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, bounding_box, shift_whole
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import Start
+from gait_segmentation.tracking.appearance import Appearance
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector
@@ -38,7 +41,7 @@ from gait_segmentation.tracking.visibility import (
 )
 from gait_segmentation.tracking.world import World
 
-__all__ = ['Target']
+__all__ = ['Learnt', 'Target']
 
 _REACH = 0.7
 """How far about the middle of the body the window may reach, in body heights."""
@@ -53,6 +56,25 @@ _MOST_MEAN_SHIFT = 0.05
 """Largest mean shift in a frame, in body heights."""
 
 Likelihood = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """
+    What a mask that was learnt from told, in the frame it belongs to.
+
+    ``mask``, ``margin`` (the mask with a margin: where the person may be) and ``template`` are
+    (H, W) uint8 of the working image, ``strange`` (h, w) uint8 of the window about the person,
+    non-zero on what is not the known background.  ``share`` is the area of the mask over what is
+    usual.
+    """
+
+    window: Window
+    mask: NDArray[np.uint8]
+    margin: NDArray[np.uint8]
+    template: NDArray[np.uint8]
+    strange: NDArray[np.uint8]
+    share: float
 
 
 class Target:
@@ -108,6 +130,11 @@ class Target:
     def feet(self) -> float:
         """Return the row of the soles in working pixels: the lower, the nearer."""
         return self.person.center_y + self.person.height / 2
+
+    @property
+    def appearance(self) -> Appearance:
+        """Return what the person looks like."""
+        return self._memory.appearance
 
     @property
     def lost_s(self) -> float:
@@ -346,17 +373,14 @@ class Target:
             if person.template is not None:
                 person.template = _shifted(person.template, *record.bodies[self.track_id])
 
-    def learn(
-        self, record: Record, feedback: Feedback, *, alone: bool = True
-    ) -> tuple[NDArray[np.uint8], Window] | None:
+    def learn(self, record: Record, feedback: Feedback, *, alone: bool = True) -> Learnt | None:
         """
         Learn from the mask of a frame just taken out of the world.
 
         Nothing is learnt from a mask that shows only part of somebody who is not at the border.
 
         :param alone: whether nobody else is near.
-        :returns: (h, w) uint8, non-zero where the person may be, which is not to be learnt as
-            background, and the window about it; None if the mask says nothing.
+        :returns: what it told; None if the mask says nothing.
         """
         person, config = self.person, self.config
         mask, prior = working_masks(feedback, self.world.shape)
@@ -389,11 +413,11 @@ class Target:
         person.mask, person.template = mask, prior
         self._memory.learn_look(person, record, bounds)
         person.shift(dx, dy)
-        return margin, window
+        return Learnt(window, mask, margin, prior, strange, self._area.share)
 
     def _around_part(
         self, record: Record, mask: NDArray[np.uint8], prior: NDArray[np.uint8]
-    ) -> tuple[NDArray[np.uint8], Window]:
+    ) -> Learnt:
         """
         Return where somebody half hidden may be: in this mask, the last whole one, the template.
 
@@ -404,7 +428,10 @@ class Target:
         window = person.window(self.world.shape)
         where = np.zeros(self.world.shape, np.uint8)
         where[window] = person.mask[window] | mask[window] | cv2.inRange(prior[window], 128, 255)
-        return grown(where, person.height), window
+        lab = np.ascontiguousarray(record.image.lab_about(window)[window])
+        strange = record.background.contradicted(lab, window, self.config.shadow_floor)
+        margin = grown(where, person.height)
+        return Learnt(window, mask, margin, prior, strange, self._area.share)
 
 
 def _shifted(mask: NDArray[np.uint8], dx: float, dy: float) -> NDArray[np.uint8]:

@@ -20,6 +20,7 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.contrast import Contrast
 from gait_segmentation.tracking.exposure import Exposure
 from gait_segmentation.tracking.moving import moving_pixels
+from gait_segmentation.tracking.passers_by import PassersBy
 from gait_segmentation.tracking.records import Record, Shift, body_over, camera_over
 from gait_segmentation.tracking.registration import remaining_shift
 from gait_segmentation.tracking.tone import tone_curve
@@ -79,6 +80,7 @@ class World:
         self._version = 0
         self.pending: deque[Record] = deque()
         self.history: deque[Record] = deque(maxlen=_MOTION_GAP + 1)
+        self.passers_by = PassersBy()
 
     @classmethod
     def for_person(cls, source: tuple[int, int], height: float, config: TrackingConfig) -> World:
@@ -269,23 +271,26 @@ class World:
         around: Sequence[Window],
         *,
         gate: bool = True,
-    ) -> None:
+    ) -> NDArray[np.uint8] | None:
         """
         Learn the background from a frame just taken, unless nothing can be seen in it.
 
         :param people: (h, w) uint8, non-zero where people may be.
         :param around: windows about people, in which the noise is measured.
         :param gate: whether to leave out what moves against the world.
+        :returns: (h, w) uint8, non-zero on people and what else moves, and is not learnt; None
+            if that is not known.
         """
         record.people = people
         if record.image.pyramid.is_blank:
-            return
+            return None
         lab = _lab_of(record.image, [*record.windows, *around])
         self._background.measure_noise(lab, people, around)
         if gate:
             people = people.copy()
             self._add_moving(record, people)
         self._background.learn(lab, people, record.windows)
+        return people if gate else None
 
     def _add_moving(self, record: Record, people: NDArray[np.uint8]) -> None:
         """Add to people what else moves against the world."""
@@ -309,6 +314,7 @@ class World:
     def _skip(self) -> Record:
         record = self.pending.popleft()
         self._background.move(record.camera, record.windows)
+        self.passers_by.skip(record)
         return record
 
     def _background_now(
