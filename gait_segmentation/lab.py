@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ['REACH', 'gray_lab', 'is_gray']
+__all__ = ['REACH', 'gray_lab', 'is_gray', 'lab_of']
 
 REACH = 4
 """Pixels about a part of an image that its gradient energy depends on."""
@@ -59,3 +59,16 @@ def gray_lab(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
         energy = cv2.sqrt(cv2.GaussianBlur(cv2.multiply(slope, slope), (0, 0), _SIGMA))
         lab[..., channel] = cv2.convertScaleAbs(energy, alpha=_GAIN, beta=_NONE)
     return np.asarray(lab)
+
+
+def lab_of(bgr: NDArray[np.uint8], *, textured: bool) -> NDArray[np.uint8]:
+    """
+    Convert an image.
+
+    :param bgr: (h, w, 3) uint8.
+    :param textured: whether it is grey and gradient energy stands for a* and b*.
+    :returns: (h, w, 3) uint8.
+    """
+    if textured:
+        return gray_lab(np.ascontiguousarray(bgr[..., 0]))
+    return np.asarray(cv2.cvtColor(bgr, cv2.COLOR_BGR2Lab))

@@ -133,7 +133,7 @@ class Arrivals:
         area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
         window = area.slices(world.shape[1], world.shape[0])
         image = world.now.image
-        return self._finder.recall(image.stamp_ns, image.bgr, window)
+        return self._finder.recall(image.stamp_ns, image.bgr, window, textured=image.textured)
 
 
 def first_mask(

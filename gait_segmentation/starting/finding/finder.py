@@ -124,18 +124,22 @@ class WalkerFinder:
             searched = max(searched, min(_FINEST * max(size), _LARGEST))
         return min(1.0, searched / max(size))
 
-    def recall(self, stamp_ns: int, now: NDArray[np.uint8], window: Window) -> Recollection | None:
+    def recall(
+        self, stamp_ns: int, now: NDArray[np.uint8], window: Window, *, textured: bool = False
+    ) -> Recollection | None:
         """
         Return what the place looked like before there was anybody.
 
         :param stamp_ns: the stamp of the newest frame.
         :param now: (h, w, 3) uint8 BGR, that frame at the size asked for.
         :param window: the rows and columns asked for.
+        :param textured: whether gradient energy stands for colours (:mod:`gait_segmentation.lab`).
         :returns: None if nothing is known of them.
         """
         if self._frame is None or stamp_ns != self._stamp_ns:
             return None
-        return self._memory.recall(now, window, self._frame.in_image(self._frame.hidden))
+        hidden = self._frame.in_image(self._frame.hidden)
+        return self._memory.recall(now, window, hidden, textured=textured)
 
     def strangers(self, stamp_ns: int) -> NDArray[np.uint8] | None:
         """

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import compose, invert, scaling
 from gait_segmentation.images import Window
+from gait_segmentation.lab import lab_of
 from gait_segmentation.sizes import shrink
 from gait_segmentation.starting.finding.overlay import exposed_alike, laid, misplaced, warped
 from gait_segmentation.starting.finding.recollection import (
@@ -103,7 +104,12 @@ class Memory:
         self._kept.append(_Kept(part, hidden.copy(), to_image, seconds))
 
     def recall(
-        self, now: NDArray[np.uint8], window: Window, apart: NDArray[np.uint8]
+        self,
+        now: NDArray[np.uint8],
+        window: Window,
+        apart: NDArray[np.uint8],
+        *,
+        textured: bool = False,
     ) -> Recollection | None:
         """
         Return what the background looks like in a window of the newest frame.
@@ -112,6 +118,7 @@ class Memory:
             640 pixels nothing is known.
         :param window: the rows and columns.
         :param apart: (h', w') uint8 of the small image's size, non-zero where somebody is now.
+        :param textured: whether gradient energy stands for colours (:mod:`gait_segmentation.lab`).
         :returns: None if nothing is known there.
         """
         shape = (now.shape[0], now.shape[1])
@@ -143,7 +150,7 @@ class Memory:
             images.append(exposed_alike(part, here, hidden | people))
             masks.append(hidden)
         mean, count = agreed(np.stack(images), np.stack(masks))
-        lab = cv2.cvtColor(mean, cv2.COLOR_BGR2Lab)
-        off = cv2.absdiff(cv2.cvtColor(here, cv2.COLOR_BGR2Lab), lab)
+        lab = lab_of(mean, textured=textured)
+        off = cv2.absdiff(lab_of(here, textured=textured), lab)
         off = off[(count >= SURE_COUNT) & (people == 0)]
         return Recollection(window, lab, count, spread(off))

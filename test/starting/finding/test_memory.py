@@ -8,6 +8,7 @@ import pytest
 
 from gait_segmentation.geometry import scaling
 from gait_segmentation.images import Window
+from gait_segmentation.lab import gray_lab
 from gait_segmentation.starting.finding.memory import Memory
 from gait_segmentation.starting.finding.recollection import Recollection
 
@@ -30,6 +31,22 @@ def walking(number: int, wide: np.ndarray, pan: int = 0) -> tuple[np.ndarray, np
     image[30:100, left : left + 20] = (20, 20, 200)
     hidden[15:50, left // 2 : left // 2 + 10] = 255
     return image, hidden
+
+
+def test_a_grey_place_is_remembered_with_its_texture() -> None:
+    memory, wide = Memory(), place()
+    for number in range(12):
+        image, hidden = walking(number, wide, 0)
+        image = cv2.cvtColor(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
+        memory.update(image, 1 + 0.13 * number, None, hidden, scaling(1.0))
+    found = memory.recall(image, EVERY, hidden, textured=True)
+    assert found is not None
+    truth = gray_lab(cv2.cvtColor(wide[:120, :160], cv2.COLOR_BGR2GRAY))
+    known = found.count >= 2
+    known[:, 140:] = False
+    off = np.abs(found.mean.astype(int) - truth)[known]
+    assert np.percentile(off, 90) < 8
+    assert np.ptp(truth[..., 1]) > 8
 
 
 def remembered(pan: int = 0, frames: int = 12, gain: float = 1.0) -> tuple[Recollection, int]:
