@@ -42,7 +42,9 @@ class Finder:
     def strangers(self, stamp_ns: int) -> np.ndarray | None:
         return self.others
 
-    def recall(self, stamp_ns: int, now: np.ndarray, window: Window) -> None:
+    def recall(
+        self, stamp_ns: int, now: np.ndarray, window: Window, *, textured: bool = False
+    ) -> None:
         """Remember nothing of the place."""
 
     def find(self, figure: Figure) -> None:
