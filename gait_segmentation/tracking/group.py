@@ -161,7 +161,7 @@ def _contested(
     masks = others.masks(world.pending)
     people = [target.person for target, _ in present]
     beside = others.claims(world.now, masks, people, present[0][0].config)
-    logits = compete([*claims, *beside])
+    logits = compete([*claims, *beside.values()])
     floor = present[0][0].config.shadow_floor
     others.note(world.now, beside, logits[len(claims) :], floor)
     return logits[: len(claims)], list(world.now.passers_by.values())

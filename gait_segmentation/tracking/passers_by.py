@@ -10,7 +10,8 @@ outline and colours are learnt before the two meet, and then both compete for pi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.ego_motion.estimator import Motion
 from gait_segmentation.ego_motion.pyramid import Pyramid
+from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, bounding_box, shift_whole
 from gait_segmentation.tracking.appearance import Appearance, colour_signature
 from gait_segmentation.tracking.background_kernels import SURE_COUNT
@@ -73,6 +75,15 @@ _PATIENCE_S = 1.0
 _FASTEST, _SLOWER = 0.2, 0.1
 """How far somebody new may go from frame to frame, and how far off the pace later, in heights."""
 
+_PROBATION_S, _DOUBT_S, _LEAST_WAY = 0.2, 0.6, 0.04
+"""
+How far in body heights somebody must have gone in a time to be somebody, when well seen and at
+all: leaves and grass that stir, and things nearer than the background, stay where they are.
+"""
+
+_MEETING = 0.25
+"""Gap to a tracked person from which both compete for pixels, in body heights."""
+
 _VELOCITY_RATE = 0.3
 _AREA_RATE = 0.1
 
@@ -85,7 +96,8 @@ class PasserBy:
     ``number`` is negative, beside the track ids in the records.  ``center_x``, ``center_y`` and
     ``height`` are those of the tracked person at the time both came near, moved along since: the
     frame in which the colours are told apart by height.  ``mask`` is (h, w) uint8 of the last
-    frame learnt, ``velocity`` relative to the still world.
+    frame learnt, ``velocity`` and ``way``, which was gone so far, are relative to the still world.
+    What does not go is ``still``: it is nobody, and only kept so that it is not found again.
     """
 
     number: int
@@ -99,6 +111,11 @@ class PasserBy:
     well_seen: bool = True
     followed: bool = False
     seen_ns: int = 0
+    known_s: float = 0.0
+    watched_s: float = 0.0
+    proven: bool = False
+    way: tuple[float, float] = (0.0, 0.0)
+    still: bool = False
 
     def rows(self, window: Window, shift: tuple[float, float]) -> NDArray[np.float32]:
         """Return how far down the body each pixel lies, moved back by a shift."""
@@ -130,7 +147,9 @@ class PassersBy:
             x, y = motion.carry(each.center_x, each.center_y)
             world = (x - each.center_x, y - each.center_y)
             shift = (world[0] + each.velocity[0], world[1] + each.velocity[1])
-            if each.well_seen:
+            if each.still:
+                shift = world
+            elif each.well_seen:
                 reach = (_SLOWER if each.followed else _FASTEST) * each.height
                 shift = _matched(last.image.pyramid, now.image.pyramid, mask, shift, reach)
                 gain = _VELOCITY_RATE if each.followed else 1.0
@@ -139,6 +158,14 @@ class PassersBy:
                     each.velocity[1] + gain * (shift[1] - world[1] - each.velocity[1]),
                 )
                 each.followed = True
+            each.way = each.way[0] + shift[0] - world[0], each.way[1] + shift[1] - world[1]
+            if not each.proven:
+                step_s = (now.image.stamp_ns - last.image.stamp_ns) / 1e9
+                each.known_s += step_s
+                each.watched_s += step_s if each.well_seen else 0.0
+                each.proven = math.hypot(*each.way) >= _LEAST_WAY * each.height
+                over = each.watched_s >= _PROBATION_S or each.known_s >= _DOUBT_S
+                each.still = over and not each.proven
             each.center_x += shift[0]
             each.center_y += shift[1]
             now.bodies[each.number] = shift
@@ -157,15 +184,18 @@ class PassersBy:
         masks: Sequence[NDArray[np.uint8]],
         people: Sequence[Person],
         config: TrackingConfig,
-    ) -> list[Claim]:
+    ) -> dict[int, Claim]:
         """
-        Judge the pixels about everybody, who thus compete with those who are tracked.
+        Judge the pixels about everybody near, who thus compete with those who are tracked.
 
         :param masks: the outlines in the newest frame.
         :param people: who is tracked; what surrounds the nearest is what surrounds a passer-by.
+        :returns: the claims by number.
         """
-        claims = []
+        claims: dict[int, Claim] = {}
         for each, mask in zip(self.known, masks, strict=True):
+            if each.still or not _meets(mask, people, _MEETING * each.height):
+                continue
             window = _about(mask, REACH * each.height)
             lab = np.ascontiguousarray(now.image.lab_about(window)[window])
             nearest = min(people, key=lambda person: abs(person.center_x - each.center_x))
@@ -180,32 +210,34 @@ class PassersBy:
                 config,
             )
             near = nearness(np.ascontiguousarray(mask[window]), each.height)
-            claims.append(Claim(window, logit, mask, near, 0.0, each.height, known=False))
+            claims[each.number] = Claim(window, logit, mask, near, 0.0, each.height, known=False)
         return claims
 
     def note(
         self,
         now: Record,
-        claims: Sequence[Claim],
+        claims: Mapping[int, Claim],
         logits: Sequence[NDArray[np.float32]],
         shadow_floor: float,
     ) -> None:
         """
         Note in the newest frame what everybody got that is not the known background.
 
+        :param logits: of the claims, in their order.
         :param shadow_floor: darkest shadow, as a share of the lightness of the background.
         """
-        for each, claim, logit in zip(self.known, claims, logits, strict=True):
+        heights = {each.number: each.height for each in self.known}
+        for (number, claim), logit in zip(claims.items(), logits, strict=True):
             seen = np.zeros(claim.mask.shape, np.uint8)
             if claim.near is not None:
                 likely = logit[claim.near.part] > 0
-                likely &= claim.near.distance > -_GROWTH * each.height
+                likely &= claim.near.distance > -_GROWTH * heights[number]
                 window = _within(claim.window, claim.near.part)
                 lab = np.ascontiguousarray(now.image.lab_about(window)[window])
                 other = now.background.contradicted(lab, window, shadow_floor) > 0
                 likely &= other | (now.background.count[window] < SURE_COUNT)
                 seen[window] = 255 * likely.view(np.uint8)
-            now.passers_by[each.number] = seen
+            now.passers_by[number] = seen
 
     def skip(self, record: Record) -> None:
         """Let go of a frame that is never learnt: only its motion counts."""
@@ -261,12 +293,13 @@ class PassersBy:
         shift = record.bodies.get(each.number)
         if shift is not None:
             each.mask = shift_whole(each.mask, round(shift[0]), round(shift[1]))
-        seen = record.passers_by.get(each.number)
-        if seen is None:
+        if shift is None or each.still:
             return True
         clear = cv2.bitwise_not(about_template(templates, _CLEAR * each.height))
         joined = cv2.bitwise_and(_grown(each.mask, _JOINED * each.height), clear)
-        seen = cv2.bitwise_or(seen, cv2.bitwise_and(strange, joined))
+        seen = cv2.bitwise_and(strange, joined)
+        if each.number in record.passers_by:
+            seen = cv2.bitwise_or(seen, record.passers_by[each.number])
         seen = cv2.bitwise_and(seen, cv2.bitwise_not(people))
         area = cv2.countNonZero(seen)
         stamp_ns = record.image.stamp_ns
@@ -389,6 +422,18 @@ class PassersBy:
             new_colours(config)[0],
             seen_ns=record.image.stamp_ns,
         )
+
+
+def _meets(mask: NDArray[np.uint8], people: Sequence[Person], gap: float) -> bool:
+    """Return whether a mask comes near somebody's box, up to a gap in pixels."""
+    box = Box.around(mask)
+    if box is None:
+        return False
+    box = box.padded(gap, gap)
+    return any(
+        box.x < one.right and one.x < box.right and box.y < one.bottom and one.y < box.bottom
+        for one in (person.area for person in people)
+    )
 
 
 def _matched(

@@ -97,3 +97,15 @@ def test_who_gets_a_slot_passes_by_no_more() -> None:
     image, masks = picture((other, own))
     told.see(image, masks[::-1])
     assert passing not in known(told).known
+
+
+def test_what_stays_where_it_is_competes_for_nothing() -> None:
+    told = Told()
+    told.start(OWN)
+    still = []
+    for number in range(18):
+        image, masks = picture((Figure(170, BLUE), OWN) if number > 4 else (OWN,))
+        told.see(image, [masks[-1]])
+        still.append([each.still for each in known(told).known])
+    assert [False] in still
+    assert [True] in still[-3:]
