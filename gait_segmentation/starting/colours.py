@@ -48,7 +48,7 @@ class SoftColours:
         :param radius: distance in pixels, along rows and columns, of what counts as near.
         :param left_out: share of what was learnt nearby that is taken off.
         """
-        self._bins, self._rows, self._inside = bins, rows, inside
+        self._bins, self._rows = bins, rows
         self._floor, self._left_out = floor, left_out
         self._near = _alike_nearby(bins, inside, radius)
         self._person = ColourModel(1.0, floor)

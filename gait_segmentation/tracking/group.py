@@ -125,7 +125,6 @@ def learn(
     if record is None:
         return
     people = np.zeros(world.shape, np.uint8)
-    around = []
     told: list[tuple[Target, Learnt]] = []
     for target in targets:
         if target.track_id not in record.bodies:
@@ -138,12 +137,12 @@ def learn(
             people[target.person.area.slices(world.shape[1], world.shape[0])] = 255
         else:
             people[learnt.window] |= learnt.margin[learnt.window]
-            around.append(learnt.window)
             told.append((target, learnt))
     if not config.use_background:
         return
     busy = None
-    if around:
+    if told:
+        around = [learnt.window for _, learnt in told]
         busy = world.learn(record, people, around, gate=config.use_motion_gate)
     _learn_passers_by(world, record, targets, told, people, busy, config)
 

@@ -59,7 +59,7 @@ def judge(
     window = person.window(world.shape)
     if window[0].start >= window[0].stop or window[1].start >= window[1].stop:
         return None
-    lab = np.ascontiguousarray(record.image.lab_about(window)[window])
+    lab = record.image.lab_part(window)
     bins, rows = colour_bins(lab), person.rows(window)
     logit = log_ratio(
         lab,

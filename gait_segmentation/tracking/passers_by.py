@@ -197,7 +197,7 @@ class PassersBy:
             if each.still or not _meets(mask, people, _MEETING * each.height):
                 continue
             window = _about(mask, REACH * each.height)
-            lab = np.ascontiguousarray(now.image.lab_about(window)[window])
+            lab = now.image.lab_part(window)
             nearest = min(people, key=lambda person: abs(person.center_x - each.center_x))
             logit = log_ratio(
                 lab,
@@ -233,8 +233,7 @@ class PassersBy:
                 likely = logit[claim.near.part] > 0
                 likely &= claim.near.distance > -_GROWTH * heights[number]
                 window = _within(claim.window, claim.near.part)
-                lab = np.ascontiguousarray(now.image.lab_about(window)[window])
-                other = now.background.contradicted(lab, window, shadow_floor) > 0
+                other = now.strange(window, shadow_floor) > 0
                 likely &= other | (now.background.count[window] < SURE_COUNT)
                 seen[window] = 255 * likely.view(np.uint8)
             now.passers_by[number] = seen
@@ -322,7 +321,7 @@ class PassersBy:
         window = _about(mask, 0)
         if window[0].start == window[0].stop:
             return
-        lab = np.ascontiguousarray(record.image.lab_about(window)[window])
+        lab = record.image.lab_part(window)
         rows = each.rows(window, body_over(pending, each.number))
         each.colours.learn(colour_bins(lab), rows, mask[window] > 0, 0.15)
 
@@ -404,7 +403,7 @@ class PassersBy:
         appearance: Appearance,
     ) -> bool:
         """Return whether something looks like the person, as beyond a pole it would."""
-        lab = np.ascontiguousarray(record.image.lab_about(window)[window])
+        lab = record.image.lab_part(window)
         inside = np.uint8(255) * part.view(np.uint8)
         likeness = appearance.similarity(colour_signature(lab, inside, person.rows(window)))
         return likeness >= _ALIKE

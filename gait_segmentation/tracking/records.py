@@ -50,6 +50,18 @@ class Record:
     moving: dict[int, tuple[Window, NDArray[np.float32]]] = field(default_factory=dict)
     passers_by: dict[int, NDArray[np.uint8]] = field(default_factory=dict)
 
+    def strange(
+        self, window: Window, shadow_floor: float, lab: NDArray[np.uint8] | None = None
+    ) -> NDArray[np.uint8]:
+        """
+        Return where a window does not look like the known background, (h, w) uint8 0/1.
+
+        :param shadow_floor: darkest shadow, as a share of the lightness; shadows are background.
+        :param lab: (h, w, 3) uint8, the window in Lab, if that is made already.
+        """
+        lab = self.image.lab_part(window) if lab is None else lab
+        return self.background.contradicted(lab, window, shadow_floor)
+
 
 def camera_over(records: Iterable[Record]) -> NDArray[np.float64]:
     """Return the camera's motion over several frames, 2 x 3."""

@@ -157,9 +157,8 @@ class Target:
         """Return the last mask, carried along with the body, as far as it is about the person."""
         if self.state == LOST:
             return self._memory.silhouette.placed(self.person, self.world.shape)
-        dx, dy = self.world.since_mask(self.track_id)
         window = self.person.window(self.world.shape)
-        return shift_whole(self.person.mask, round(dx), round(dy), window)
+        return self.world.carried(self.person.mask, self.track_id, window)
 
     # Each frame: move, judge, assess, and if lost, recover.
 
@@ -249,9 +248,7 @@ class Target:
     def _before(self, sight: Sight, values: Likelihood, window: Window) -> Sight:
         """Return the sight of what does not look like the known background."""
         record = self.world.now
-        lab = np.ascontiguousarray(record.image.lab_about(window)[window])
-        floor = self.config.shadow_floor
-        return sight.before(record.background.contradicted(lab, window, floor), values)
+        return sight.before(record.strange(window, self.config.shadow_floor), values)
 
     def lose(self) -> None:
         """Give the person up for lost."""
@@ -389,8 +386,8 @@ class Target:
         dx, dy = self.world.since_mask(self.track_id)
         person.shift(-dx, -dy)
         window = person.window(self.world.shape)
-        lab = np.ascontiguousarray(record.image.lab_about(window)[window])
-        strange = record.background.contradicted(lab, window, config.shadow_floor)
+        lab = record.image.lab_part(window)
+        strange = record.strange(window, config.shadow_floor, lab)
 
         def hidden() -> bool:
             still = record.background.is_sure(window) & (strange == 0)
@@ -428,8 +425,7 @@ class Target:
         window = person.window(self.world.shape)
         where = np.zeros(self.world.shape, np.uint8)
         where[window] = person.mask[window] | mask[window] | cv2.inRange(prior[window], 128, 255)
-        lab = np.ascontiguousarray(record.image.lab_about(window)[window])
-        strange = record.background.contradicted(lab, window, self.config.shadow_floor)
+        strange = record.strange(window, self.config.shadow_floor)
         margin = grown(where, person.height)
         return Learnt(window, mask, margin, prior, strange, self._area.share)
 

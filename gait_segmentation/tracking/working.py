@@ -140,6 +140,10 @@ class WorkingImage:
         """Return an image like :attr:`lab` that is made at least in a window."""
         return self._lab.about(window, self._lab_of)
 
+    def lab_part(self, window: Window) -> NDArray[np.uint8]:
+        """Return a window in Lab, (h, w, 3) uint8, its rows contiguous as kernels want them."""
+        return np.ascontiguousarray(self.lab_about(window)[window])
+
     def lab_every(self, every: Window) -> NDArray[np.uint8]:
         """
         Return some of the pixels in Lab, (h, w, 3) uint8.

@@ -232,10 +232,12 @@ class World:
         """Return how far a body went since the last frame that was learnt."""
         return body_over(self.pending, track_id)
 
-    def carried(self, image: NDArray[np.uint8], track_id: int) -> NDArray[np.uint8]:
+    def carried(
+        self, image: NDArray[np.uint8], track_id: int, window: Window | None = None
+    ) -> NDArray[np.uint8]:
         """Return an image of the last frame that was learnt, carried along with a body."""
         dx, dy = self.since_mask(track_id)
-        return shift_whole(image, round(dx), round(dy))
+        return shift_whole(image, round(dx), round(dy), window)
 
     def drop_old(self) -> list[Record]:
         """Let go of frames that feedback has not come for in time; return them."""
