@@ -125,6 +125,9 @@ class Pipeline:
         """
         Take in a frame.
 
+        Nothing of what is given is written to, or read again after the call; what is returned
+        may be written to.
+
         :param image: (H, W, 3) uint8 BGR.
         :param stamp_ns: its stamp; one that goes backwards resets everything.
         :param likelihood: a likelihood image to use in place of the tracker's, for every person:
@@ -164,12 +167,15 @@ class Pipeline:
             self.segmenter.reset()
             self._waiting.clear()
         self._stamp_ns = stamp_ns
+        waits = self.config.matching.lag > 0
         if likelihood is not None:
+            likelihood = likelihood.copy() if waits else likelihood
             tracks = [replace(track, likelihood=likelihood) for track in tracks]
         tracked = self._clock()
         matches = self.matcher.update(tracks, source_size=(image.shape[1], image.shape[0]))
         matched = self._clock()
-        self._waiting.append((image, tracks, likelihood is not None))
+        # Until then the caller may have filled its buffer anew.
+        self._waiting.append((image.copy() if waits else image, tracks, likelihood is not None))
         times = {'tracking': tracked - started, 'matching': matched - tracked}
         return [self._finish(frame, times) for frame in matches]
 

@@ -152,6 +152,38 @@ def test_a_heat_map_is_a_feature_of_the_tracker() -> None:
     assert len(pipe.update(frame.image, frame.stamp_ns + 1)) == 1
 
 
+@pytest.mark.parametrize('lag', [0, 2])
+def test_callers_may_reuse_what_they_gave_and_write_to_what_they_got(lag: int) -> None:
+    box = clip()[0].boxes[0]
+    assert box is not None
+    plain, careless = pipeline(lag), pipeline(lag)
+    image, likelihood = np.empty_like(clip()[0].image), np.empty_like(clip()[0].masks[0])
+    given = [None, None, None, likelihood, None, None]
+    masks = []
+    for pipe in (plain, careless):
+        pipe.initialize(box)
+        found = []
+        for frame, outer in zip(clip()[:6], given, strict=True):
+            own = frame.masks[0] // 2 + 60
+            if pipe is careless:
+                image[...], likelihood[...] = frame.image, own
+                results = pipe.update(image, frame.stamp_ns, likelihood=outer)
+            else:
+                own = None if outer is None else own
+                results = pipe.update(frame.image.copy(), frame.stamp_ns, likelihood=own)
+            for result in [*results, *(pipe.flush() if frame is clip()[5] else [])]:
+                found.append(result.mask.copy())
+                if pipe is careless:
+                    [person] = result.people
+                    for array in (result.mask, result.labels, person.segmentation.mask):
+                        array[...] = 255
+                    person.match.shape_prior[...] = person.track.likelihood[...] = 99
+        masks.append(found)
+    assert len(masks[0]) == 6
+    for one, two in zip(*masks, strict=True):
+        assert np.array_equal(one, two)
+
+
 @pytest.mark.parametrize('asked', [True, False])
 def test_results_can_be_had_before_they_are_learnt_from(asked: bool, monkeypatch) -> None:
     pipe = pipeline()

@@ -53,13 +53,13 @@ _UNSURE = 30
 def working_masks(
     feedback: Feedback, shape: tuple[int, int]
 ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return mask (0/255) and template at working size, (h, w) uint8."""
+    """Return mask (0/255) and template at working size, (h, w) uint8, for the tracker alone."""
     mask, prior = feedback.mask, feedback.shape_prior
-    if mask.shape != shape:
-        mask = _shrunk(mask, shape)
-    if prior.shape != shape:
-        prior = cv2.resize(prior, shape[::-1], interpolation=cv2.INTER_LINEAR)
-    return mask, prior
+    # They are kept, and who else has them may draw on them.
+    mask = mask.copy() if mask.shape == shape else _shrunk(mask, shape)
+    if prior.shape == shape:
+        return mask, prior.copy()
+    return mask, np.asarray(cv2.resize(prior, shape[::-1], interpolation=cv2.INTER_LINEAR))
 
 
 def _shrunk(mask: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
