@@ -16,7 +16,8 @@ from gait_segmentation.matching.scores import FLOOR
 
 __all__ = ['advance', 'shifted']
 
-_WALL = 18000
+_WALL = -FLOOR
+"""Cost of coming from beyond the border: whatever pays it falls to the floor."""
 
 
 @njit(cache=True, nogil=True)

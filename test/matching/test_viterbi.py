@@ -13,8 +13,8 @@ SHAPE = (2, 2, 3)
 LANES = 8
 
 
-def similarities(rng, rows):
-    return rng.integers(-100, UNIT, (rows, 2 * LANES)).astype(np.int16)
+def similarities(rng, rows, least=-100):
+    return rng.integers(least, UNIT, (rows, 2 * LANES)).astype(np.int16)
 
 
 def places():
@@ -74,16 +74,22 @@ NEAR = {
 }
 
 
-@pytest.mark.parametrize('costs', [[7], [30, 0], [30, 0, 25, 60]])
+# The least that the largest cost of a body height leaves of a similarity.
+@pytest.mark.parametrize('least', [-100, -5400])
+@pytest.mark.parametrize('costs', [[7], [30, 0], [30, 0, 25, 60], [UNIT, UNIT]])
 @pytest.mark.parametrize('name', NEAR)
-def test_equals_brute_force(name, costs):
+def test_equals_brute_force(name, costs, least):
     rng = np.random.default_rng(0)
     near, costs = NEAR[name], np.array(costs, np.int16)
     near_cost = rng.integers(50, 100, near.shape).astype(np.int16)
     row = np.array([0, 1, 2, 3, 4, 0, 2, 1, 0], np.int32)
     scores, best = np.zeros((0, 3, 2 * LANES), np.int16), 0
     for number in range(4):
-        gain = similarities(rng, 5)
+        gain = similarities(rng, 5, least)
+        if least < -100 and number == 1:
+            # One alone leads, all others fall to the floor.
+            scores[...] = FLOOR + least
+            scores[0, 0, 0] = best
         after, leading = run(scores, best, gain, costs, near, near_cost, row)
         for view, phase, place in itertools.product(range(3), range(3), places()):
             own = int(gain[row[view * 3 + phase], lane(place)])
