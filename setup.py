@@ -8,7 +8,8 @@ from pathlib import Path
 from setuptools import find_packages, setup
 
 NAME = 'gait_segmentation'
-HERE = Path(__file__).parent
+# Resolved: colcon build --symlink-install runs a link to this file elsewhere.
+HERE = Path(__file__).resolve().parent
 
 # With an apt-installed Jazzy, rclpy and the messages come from apt; without one, these wheels
 # are the same software.

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank, default_bank
 from gait_segmentation.geometry import BodyFrame, Box, pixel_affine, template_to_image
 
@@ -253,4 +254,4 @@ def main(argv: list[str] | None = None) -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(run_tool('bank_fit.py', main))

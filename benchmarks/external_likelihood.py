@@ -41,6 +41,7 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.evaluation.metrics import score_frame, true_box
 from gait_segmentation.evaluation.output import write_image
 from gait_segmentation.evaluation.report import aligned
@@ -240,4 +241,4 @@ def main() -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(run_tool('external_likelihood.py', main))

@@ -35,6 +35,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from gait_segmentation.cli.demo import NODES, prepare_environment, read_stamps
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
+from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.geometry import Box
 
 MODULES = {
@@ -318,4 +319,4 @@ def main() -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(run_tool('latency.py', main))

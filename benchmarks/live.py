@@ -26,6 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from gait_segmentation.cli.demo import play, prepare_environment, read_stamps, start_nodes
 from gait_segmentation.cli.processes import ProcessGroup
+from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.evaluation.metrics import jaccard
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.geometry import Box
@@ -116,4 +117,4 @@ def main() -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(run_tool('live.py', main))

@@ -42,6 +42,7 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank, default_bank
 from gait_segmentation.gait_model.builder import quantize
 from gait_segmentation.gait_model.render import render_cycle, render_silhouette
@@ -266,4 +267,4 @@ def main() -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(run_tool('matching.py', main))

@@ -22,6 +22,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.gait_model import BankSpec, build_bank, default_bank
 from gait_segmentation.gait_model.render import render_silhouette
 from gait_segmentation.geometry import Box
@@ -102,4 +103,4 @@ def main() -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(run_tool('memory.py', main))

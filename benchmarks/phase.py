@@ -33,6 +33,7 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.gait_model.render import render_silhouette
@@ -290,4 +291,4 @@ def main() -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(run_tool('phase.py', main))

@@ -33,6 +33,7 @@ import cv2
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.evaluation.metrics import score_frame
 from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
@@ -123,4 +124,4 @@ def main() -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(run_tool('resolution.py', main))

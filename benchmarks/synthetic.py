@@ -25,6 +25,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.drawing import Image
 from gait_segmentation.evaluation.metrics import PhaseScore, phase_score
 from gait_segmentation.evaluation.output import tile, write_image
@@ -127,4 +128,4 @@ def main() -> int:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(run_tool('synthetic.py', main))

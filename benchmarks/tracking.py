@@ -18,6 +18,7 @@ import argparse
 import dataclasses
 import itertools
 import statistics
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable
@@ -27,8 +28,11 @@ from typing import Any
 import cv2
 from tqdm import tqdm
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.evaluation.means import mean_tracking
-from gait_segmentation.evaluation.report import aligned, tracking_table, write_json
+from gait_segmentation.evaluation.report import aligned, check_place, tracking_table, write_json
 from gait_segmentation.evaluation.session import Session, load_sequences
 from gait_segmentation.evaluation.settings import overridden, replaced
 from gait_segmentation.evaluation.synthetic.scenes import SCENES, scene
@@ -231,6 +235,10 @@ def main() -> None:
     options = parser.parse_args()
     cv2.setNumThreads(1)
     config = overridden(PipelineConfig(), options.set)
+    # Before all that takes long.
+    load_sequences(options.data)
+    if options.json is not None:
+        check_place(options.json)
     fixed = [setting.partition('=')[0].strip() for setting in options.set]
     warm_up(config)
     report: Numbers = {'bars': []}
@@ -272,4 +280,4 @@ def main() -> None:
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run_tool('tracking.py', main))

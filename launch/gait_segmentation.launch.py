@@ -3,6 +3,7 @@
 """Start the three nodes, or gait_pipeline in their place, on a camera topic."""
 
 import os
+from pathlib import Path
 
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
 from launch.substitutions import LaunchConfiguration
@@ -95,7 +96,21 @@ def generate_launch_description():
 
 def _nodes(context):
     given = {each.name: LaunchConfiguration(each.name).perform(context) for each in ARGUMENTS}
+    # launch would only warn, and start the nodes with their defaults.
+    if not Path(given['params_file']).is_file():
+        raise ValueError(f'params_file:={given["params_file"]} is no file')
     return [_node(name, given) for name in NODES[given['style']]]
+
+
+def _numbers(given, name, count):
+    try:
+        numbers = [float(each) for each in given[name].strip('[] ').replace(',', ' ').split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count:
+        wanted = 'a number' if count == 1 else f'{count} numbers'
+        raise ValueError(f'{name}:={given[name]} must be {wanted}')
+    return numbers
 
 
 def _node(name, given):
@@ -104,10 +119,11 @@ def _node(name, given):
         'image_transport': given['image_transport'],
     }
     if given['max_people']:
-        parameters['max_people'] = int(given['max_people'])
+        parameters['max_people'] = int(_numbers(given, 'max_people', 1)[0])
     if given['initial_box']:
-        numbers = given['initial_box'].strip('[] ').replace(',', ' ').split()
-        parameters['initial_box'] = [float(number) for number in numbers]
+        parameters['initial_box'] = _numbers(given, 'initial_box', 4)
+    # Told with or without what image_transport appends.
+    image = given['image'].removesuffix('/compressed')
     enclave = ['--enclave', f'{given["enclaves"].rstrip("/")}/{name}'] if given['enclaves'] else []
     # Three nodes side by side need three names for their pictures.
     pictures = given['style'] == 'split' and name != 'gait_segmenter'
@@ -118,8 +134,8 @@ def _node(name, given):
         namespace=given['namespace'],
         parameters=[ParameterFile(given['params_file']), parameters],
         remappings=[
-            ('image', given['image']),
-            ('image/compressed', f'{given["image"]}/compressed'),
+            ('image', image),
+            ('image/compressed', f'{image}/compressed'),
             ('debug_image', f'{name}/debug_image' if pictures else 'debug_image'),
         ],
         arguments=['--ros-args', '--log-level', given['log_level'], *enclave],

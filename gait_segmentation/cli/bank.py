@@ -17,8 +17,9 @@ import numpy as np
 from tqdm import tqdm
 
 from gait_segmentation.cli import vocabulary
+from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.config import parameters_of
-from gait_segmentation.errors import BankError, GaitSegmentationError
+from gait_segmentation.errors import BankError
 from gait_segmentation.gait_model import BUILDS, BankSpec, TemplateBank, build_bank, default_bank
 from gait_segmentation.gait_model.finer import DIRECTIONS, finer_bank
 from gait_segmentation.gait_model.from_silhouettes import (
@@ -244,15 +245,7 @@ def main(argv: list[str] | None = None) -> int:
     run = {'build': _build, 'show': _show, 'info': _info, 'vocabulary': vocabulary.run}[
         options.command
     ]
-    try:
-        run(options)
-    except GaitSegmentationError as error:
-        print(f'gait_bank: error: {error}', file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print('gait_bank: interrupted', file=sys.stderr)
-        return 130
-    return 0
+    return run_tool('gait_bank', lambda: run(options))
 
 
 if __name__ == '__main__':

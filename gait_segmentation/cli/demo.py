@@ -19,7 +19,8 @@ from tqdm import tqdm
 
 from gait_segmentation.cli.clip import CLIP_BOX, CLIP_START, demo_clip
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
-from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputError
+from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.inputs import ImageSource, open_input
 from gait_segmentation.people import MOST_PEOPLE
@@ -100,22 +101,18 @@ def main(arguments: list[str] | None = None) -> int:
     # Stopping the demonstration must stop its processes.
     terminate = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        report = run(options)
-    except GaitSegmentationError as error:
-        print(f'gait_demo: error: {error}', file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print('gait_demo: interrupted', file=sys.stderr)
-        return 130
+        return run_tool('gait_demo', lambda: _say(run(options), options.out))
     finally:
         signal.signal(signal.SIGTERM, terminate)
+
+
+def _say(report: Mapping[str, Any], out: Path) -> None:
     latency = report['latency_ms']
     print(
         f'{report["frames_out"]} of {report["frames_in"]} frames at {report["fps"]:.1f} fps, '
         f'{report["tracked_frames"]} with a silhouette; latency {latency["p50"]:.0f} ms, '
-        f'95 % within {latency["p95"]:.0f} ms; see {options.out}'
+        f'95 % within {latency["p95"]:.0f} ms; see {out}'
     )
-    return 0
 
 
 def run(options: argparse.Namespace) -> dict[str, Any]:

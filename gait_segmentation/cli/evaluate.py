@@ -7,18 +7,21 @@ from __future__ import annotations
 import argparse
 import contextlib
 import inspect
+import json
 import sys
 import tempfile
 import textwrap
 import time
 from collections.abc import Iterable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
 import cv2
 from tqdm import tqdm
 
-from gait_segmentation.errors import ConfigError, GaitSegmentationError
+from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.errors import ConfigError
 from gait_segmentation.evaluation.ablation import (
     compare_priors,
     ingredient_table,
@@ -40,6 +43,8 @@ from gait_segmentation.ros.compiling import compiling
 __all__ = ['main', 'parser']
 
 Item = TypeVar('Item')
+
+_OUTPUT = Path('-')
 
 DESCRIPTION = """\
 Run the pipeline over sequences with ground truth and score the masks and tracks.
@@ -92,6 +97,7 @@ scenes (--synthetic)
 
 examples
   gait_evaluate data/hall data/lucia --json scores.json
+  gait_evaluate data/hall --json - | jq .mean.J
   gait_evaluate data/* --out out/eval --restarts
   gait_evaluate data/* --ablate priors --out out/eval
   gait_evaluate data/hall --set tracking.use_background=false
@@ -152,7 +158,12 @@ def parser() -> argparse.ArgumentParser:
         metavar='NAME',
         help="take SEQUENCE_DIR/NAME/NNNN.png (grey) as likelihood in place of the tracker's",
     )
-    add('--json', type=Path, metavar='FILE', help='write all numbers to a file')
+    add(
+        '--json',
+        type=Path,
+        metavar='FILE',
+        help='write all numbers to a file; - = to standard output (tables then to standard error)',
+    )
     add(
         '--out',
         type=Path,
@@ -179,15 +190,7 @@ def _scenes() -> str:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     options = parser().parse_args(arguments)
-    try:
-        evaluate(options)
-    except GaitSegmentationError as error:
-        print(f'gait_evaluate: error: {error}', file=sys.stderr)
-        return 2
-    except KeyboardInterrupt:
-        print('gait_evaluate: interrupted', file=sys.stderr)
-        return 130
-    return 0
+    return run_tool('gait_evaluate', lambda: evaluate(options))
 
 
 def _shown(items: Iterable[Item], name: str, total: int) -> Iterator[Item]:
@@ -221,8 +224,10 @@ def _evaluate(options: argparse.Namespace, folders: list[Path]) -> None:
 
     if options.threads < 1:
         raise ConfigError(f'--threads must be at least 1, got {options.threads}')
-    if options.json is not None:
+    to_output = options.json == _OUTPUT
+    if options.json is not None and not to_output:
         check_place(options.json)
+    say = partial(print, file=sys.stderr if to_output else sys.stdout)
     cv2.setNumThreads(options.threads)
     settings = list(options.set)
     if options.prior is not None:
@@ -241,18 +246,20 @@ def _evaluate(options: argparse.Namespace, folders: list[Path]) -> None:
     with compiling(lambda text: print(f'gait_evaluate: {text}', file=sys.stderr)):
         warm_up(config)
     report = session.evaluate(config, options.out)
-    print(f'{table(report)}\n\n{tracking_table(report)}')
+    say(f'{table(report)}\n\n{tracking_table(report)}')
     if options.ablate == 'priors':
         priors = compare_priors(session, config, report)
-        print(f'\n{prior_table(priors)}')
+        say(f'\n{prior_table(priors)}')
         if options.out is not None:
             plot_priors(options.out / 'priors.png', priors)
         report['priors'] = priors
     elif options.ablate == 'ingredients':
         reports = leave_one_out(session, config)
-        print(f'\n{ingredient_table(report, reports)}')
+        say(f'\n{ingredient_table(report, reports)}')
         report['ingredients'] = reports
-    if options.json is not None:
+    if to_output:
+        print(json.dumps(report, indent=2))
+    elif options.json is not None:
         write_json(options.json, report)
 
 

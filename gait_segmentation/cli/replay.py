@@ -10,14 +10,15 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gait_segmentation.errors import ConfigError, GaitSegmentationError
+from gait_segmentation.cli.tool import FAILED, INTERRUPTED, run_tool
+from gait_segmentation.errors import ConfigError
 
 if TYPE_CHECKING:
     from gait_segmentation.cli.replaying.job import Job, Report
 
 __all__ = ['main', 'parser']
 
-_DONE, _DAMAGED, _FAILED, _INTERRUPTED = 0, 1, 2, 130
+_DONE, _DAMAGED = 0, 1
 
 DESCRIPTION = """\
 Run recordings through the pipeline in lockstep: every frame, and the same bits
@@ -108,14 +109,7 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     options = parser().parse_args(arguments)
-    try:
-        return _replay_all(options)
-    except GaitSegmentationError as error:
-        print(f'gait_replay: error: {error}', file=sys.stderr)
-        return _FAILED
-    except KeyboardInterrupt:
-        print('gait_replay: interrupted', file=sys.stderr)
-        return _INTERRUPTED
+    return run_tool('gait_replay', lambda: _replay_all(options))
 
 
 def make_jobs(options: argparse.Namespace) -> list[Job]:
@@ -198,9 +192,9 @@ def _replay_all(options: argparse.Namespace) -> int:
     reports, seconds = replay_all(jobs, options.jobs, force=options.force)
     _print(reports, seconds, jobs[0].bag if len(jobs) == 1 else options.out)
     if any(report.interrupted for report in reports) or len(reports) < len(jobs):
-        return _INTERRUPTED
+        return INTERRUPTED
     if any(report.error for report in reports):
-        return _FAILED
+        return FAILED
     return _DAMAGED if any(report.damaged for report in reports) else _DONE
 
 

@@ -74,6 +74,10 @@ class Sequence:
         folder = Path(folder)
         if not folder.is_dir():
             raise SequenceError(f'{folder} is not a folder')
+        if not (folder / 'sequence.yaml').exists():
+            raise SequenceError(
+                f'{folder} is no sequence: there is no sequence.yaml beside frames/ and masks/'
+            )
         about = Description.read(folder / 'sequence.yaml')
         frames = _numbered(folder / 'frames', IMAGE_SUFFIXES)
         if not frames:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs.bag import BagSource, is_bag
 from gait_segmentation.inputs.film import FilmSource, FolderSource
 from gait_segmentation.inputs.source import DamagedError, Frame, ImageSource
@@ -26,6 +27,11 @@ def open_input(
     :param count: number of frames wanted, None for all that follow.
     :raises SequenceError: if the input is missing, holds no images, or has no such frames.
     """
+    if path.is_char_device() or (path.name.isdigit() and not path.exists()):
+        raise SequenceError(
+            f'{path} is a camera and no recording: its driver publishes it, such as '
+            'ros2 run v4l2_camera v4l2_camera_node'
+        )
     if path.exists() and is_bag(path):
         return BagSource(path, topic=topic, width=width, start=start, count=count)
     kind = FolderSource if path.is_dir() else FilmSource

@@ -23,7 +23,8 @@ from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros.config import NodeConfig, StartConfig
 from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.parameters import INITIAL_BOX, qualified
+from gait_segmentation.ros.names import qualified
+from gait_segmentation.ros.parameters import INITIAL_BOX
 
 __all__ = ['markdown', 'parameter_file', 'with_tables']
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from gait_segmentation.config import StageConfig, parameter
 
 __all__ = [
+    'OF_NODES',
     'BankConfig',
     'CameraConfig',
     'DetectionConfig',
@@ -139,3 +140,15 @@ class BankConfig(StageConfig):
         'File of the template bank, as gait_bank writes it. Empty = the standard gait model.',
         read_only=True,
     )
+
+
+OF_NODES: tuple[type[StageConfig], ...] = (
+    NodeConfig,
+    CameraConfig,
+    StartConfig,
+    DetectionConfig,
+    SizeConfig,
+    SegmenterNodeConfig,
+    BankConfig,
+)
+"""All of them."""

@@ -5,9 +5,8 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rcl_interfaces.msg import (
@@ -22,6 +21,7 @@ from rclpy.parameter import Parameter as RclpyParameter
 from gait_segmentation.config import Parameter, StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.geometry import Box
+from gait_segmentation.ros.names import misnamed, qualified
 
 if TYPE_CHECKING:
     from rclpy.node import Node
@@ -31,8 +31,6 @@ __all__ = [
     'NodeParameters',
     'descriptor',
     'given_parameters',
-    'misnamed',
-    'qualified',
     'read_initial_box',
 ]
 
@@ -52,9 +50,6 @@ INITIAL_BOX = Parameter(
 
 Config = TypeVar('Config', bound=StageConfig)
 
-_ALIKE = 0.75
-"""How alike names must be, from 0 to 1, for one to be taken for the other."""
-
 _TYPES = {
     bool: ParameterType.PARAMETER_BOOL,
     int: ParameterType.PARAMETER_INTEGER,
@@ -62,11 +57,6 @@ _TYPES = {
     str: ParameterType.PARAMETER_STRING,
     list: ParameterType.PARAMETER_DOUBLE_ARRAY,
 }
-
-
-def qualified(group: str, name: str) -> str:
-    """Return the ROS name of a parameter: those of a stage have its name in front."""
-    return f'{group}.{name}' if group else name
 
 
 def descriptor(about: Parameter) -> ParameterDescriptor:
@@ -105,30 +95,6 @@ def given_parameters(node: Node) -> list[str]:
     """Return the names of the parameters given to a node, in files or on the command line."""
     with node.handle:
         return list(node.handle.get_parameters(RclpyParameter))
-
-
-def misnamed(given: Iterable[str], known: Collection[str]) -> dict[str, str]:
-    """
-    Return which parameters given to a node are probably meant to be others that it has.
-
-    Those of other nodes are no mistake, as one file may serve all: only what claims to be of a
-    stage of the node, or what nearly has the name of a parameter.
-
-    :param given: names.
-    :param known: names of the parameters the node has.
-    :returns: from each such name to the most similar one, empty if none is.
-    """
-    stages: dict[str, list[str]] = {}
-    for name in known:
-        stage, dot, own = name.rpartition('.')
-        stages.setdefault(stage, []).append(own)
-    found = {}
-    for name in given:
-        stage, dot, own = name.rpartition('.')
-        alike = difflib.get_close_matches(own, stages.get(stage, ()), n=1, cutoff=_ALIKE)
-        if name not in known and (alike or (dot and stage in stages)):
-            found[name] = stage + dot + alike[0] if alike else ''
-    return found
 
 
 def read_initial_box(values: Sequence[float]) -> Box | None:

@@ -51,6 +51,13 @@ def test_scores_are_printed_and_written(pipeline, folder, tmp_path, capsys):
     assert cv2.imread(str(out / 'walk' / 'masks' / '0000.png'), -1).max() == 255
 
 
+def test_numbers_alone_are_on_standard_output_if_asked_for(pipeline, folder, tmp_path, capsys):
+    assert main([str(folder), '--json', '-']) == 0
+    said = capsys.readouterr()
+    assert json.loads(said.out)['mean']['J'] == 1
+    assert said.err.splitlines()[1].split()[:3] == ['walk', '6', '1.0000']
+
+
 def test_people_are_followed_in_a_second_table(pipeline, folder, tmp_path, capsys):
     scores = tmp_path / 'scores.json'
     assert main([str(folder), '--json', str(scores)]) == 0

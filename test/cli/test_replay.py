@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import csv
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -305,8 +306,25 @@ def test_a_parameter_file_is_read_as_the_nodes_read_it(given: list[str], tmp_pat
     assert job.config.matching.window == 1.0
     assert job.box is not None
     assert (job.box.x, job.box.height) == (1, 40)
-    file.write_text('/**:\n  ros__parameters:\n    matching.lagg: 3\n')
-    with pytest.raises(ConfigError, match="matching has no parameter 'lagg'"):
+
+
+@pytest.mark.parametrize(
+    ('name', 'reason'),
+    [
+        ('max_peple', 'there is no parameter max_peple: did you mean max_people?'),
+        ('intial_box', 'did you mean initial_box?'),
+        ('matching.lagg', 'did you mean matching.lag?'),
+        ('traking.use_tilt', 'did you mean tracking.use_tilt?'),
+        ('matching.nothing', "matching has no parameter 'nothing'"),
+    ],
+)
+def test_a_misspelt_parameter_in_a_file_is_refused(
+    given: list[str], name: str, reason: str, tmp_path: Path
+) -> None:
+    file = tmp_path / 'params.yaml'
+    file.write_text(f'/**:\n  ros__parameters:\n    {name}: 3\n')
+    command = [given[0], '--out', given[-1], '--params', str(file)]
+    with pytest.raises(ConfigError, match=re.escape(reason)):
         make_jobs(parser().parse_args(command))
 
 

@@ -57,7 +57,7 @@ def test_missing_parts_are_named(folder, tmp_path):
     with pytest.raises(SequenceError, match='nowhere is not a folder'):
         Sequence.load(tmp_path / 'nowhere')
     (folder / 'sequence.yaml').rename(folder / 'other.yaml')
-    with pytest.raises(SequenceError, match=r'sequence\.yaml cannot be read'):
+    with pytest.raises(SequenceError, match=r'is no sequence: there is no sequence\.yaml'):
         Sequence.load(folder)
     (folder / 'other.yaml').rename(folder / 'sequence.yaml')
     (folder / 'masks').rename(folder / 'mask')

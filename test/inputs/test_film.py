@@ -32,6 +32,13 @@ def test_a_folder_is_read_in_the_order_of_names(folder: Path) -> None:
     assert greys(film) == [0, 1, 2, 3, 4]
 
 
+@pytest.mark.parametrize('camera', ['0', '/dev/null'])
+def test_a_camera_is_no_recording(camera: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SequenceError, match='is a camera and no recording: its driver'):
+        open_input(Path(camera))
+
+
 def test_images_numbered_without_zeros_are_read_in_the_order_of_numbers(tmp_path: Path) -> None:
     for number in range(12):
         picture = np.full((20, 30, 3), number, np.uint8)

@@ -67,8 +67,28 @@ def test_one_node_is_started_if_asked_for() -> None:
 
 def test_a_box_is_numbers() -> None:
     assert names(started(initial_box='[1, 2, 30.5, 40]')) == SPLIT
-    with pytest.raises(ValueError, match='could not convert'):
+    with pytest.raises(ValueError, match=r'initial_box:=\[left, top\] must be 4 numbers'):
         started(initial_box='[left, top]')
+    with pytest.raises(ValueError, match='initial_box:=1, 2, 3 must be 4 numbers'):
+        started(initial_box='1, 2, 3')
+
+
+def test_other_arguments_that_cannot_be_used_are_refused() -> None:
+    with pytest.raises(ValueError, match='max_people:=two must be a number'):
+        started(max_people='two')
+    with pytest.raises(ValueError, match=r'params_file:=nowhere\.yaml is no file'):
+        started(params_file='nowhere.yaml')
+
+
+@pytest.mark.parametrize('image', ['/camera/image_raw', '/camera/image_raw/compressed'])
+def test_a_compressed_topic_may_be_told_in_full(image: str) -> None:
+    for node in started(image=image, image_transport='compressed'):
+        remaps = {plain(source): plain(target) for source, target in node._Node__remappings}
+        assert remaps['image/compressed'] == '/camera/image_raw/compressed'
+
+
+def plain(words: tuple) -> str:
+    return ''.join(word.text for word in words)
 
 
 def test_each_node_has_its_own_enclave_if_there_are_any() -> None:

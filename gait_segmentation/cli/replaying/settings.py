@@ -16,6 +16,8 @@ from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.evaluation.settings import replaced, stages_of
 from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import PipelineConfig
+from gait_segmentation.ros.config import OF_NODES
+from gait_segmentation.ros.names import misnamed, qualified
 
 __all__ = ['Settings', 'read_parameter_file']
 
@@ -54,12 +56,29 @@ def read_parameter_file(path: Path, settings: Settings) -> Settings:
     for name, section in content.items():
         if not _concerns(str(name)) or not isinstance(section, dict):
             continue
-        for parameter, value in _flat(section.get('ros__parameters') or {}).items():
+        given = _flat(section.get('ros__parameters') or {})
+        for parameter, meant in misnamed(given, _names(settings.config)).items():
+            if meant:
+                raise ConfigError(
+                    f'{path}: there is no parameter {parameter}: did you mean {meant}?'
+                )
+        for parameter, value in given.items():
             try:
                 settings = _changed(settings, parameter, value)
             except GaitSegmentationError as error:
                 raise ConfigError(f'{path}: {error}') from error
     return settings
+
+
+def _names(config: PipelineConfig) -> list[str]:
+    """Return the names of all parameters that the nodes have."""
+    groups = [
+        ('' if stage == _UNNAMED else stage, type(values))
+        for stage, values in stages_of(config).items()
+    ]
+    groups += [('', kind) for kind in OF_NODES]
+    own = [qualified(group, about.name) for group, kind in groups for about in parameters_of(kind)]
+    return ['initial_box', *own]
 
 
 def _concerns(name: str) -> bool:

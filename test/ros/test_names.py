@@ -2,9 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import pytest
 
-pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
-
-from gait_segmentation.ros.parameters import misnamed
+from gait_segmentation.ros.names import misnamed
 
 KNOWN = ['max_people', 'backlog', 'initial_box', 'tracking.use_background', 'tracking.memory']
 
@@ -17,6 +15,8 @@ KNOWN = ['max_people', 'backlog', 'initial_box', 'tracking.use_background', 'tra
         ('tracking.nothing_of_the_kind', ''),
         ('intial_box', 'initial_box'),
         ('tracking.gain', ''),
+        ('traking.memory', 'tracking.memory'),
+        ('traking.memori', 'tracking.memory'),
     ],
 )
 def test_what_is_nearly_a_parameter_is_found(given, meant):

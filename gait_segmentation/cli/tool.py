@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How a command ends: errors in one line, Ctrl-C without a traceback."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+
+from gait_segmentation.errors import GaitSegmentationError
+
+__all__ = ['FAILED', 'INTERRUPTED', 'run_tool']
+
+FAILED, INTERRUPTED = 2, 130
+"""Exit codes."""
+
+
+def run_tool(name: str, run: Callable[[], int | None]) -> int:
+    """
+    Run a command and return its exit code.
+
+    :param name: of the command, for what is said on standard error.
+    :param run: does the work; what it returns is the exit code, None stands for 0.
+    :returns: the exit code: 2 after an error of this package or of a file, 130 if interrupted, 1
+        if nobody reads the output any more.
+    """
+    try:
+        code = run() or 0
+        # Here and not at the end of the interpreter, where an error would leave a traceback.
+        sys.stdout.flush()
+    except GaitSegmentationError as error:
+        print(f'{name}: error: {error}', file=sys.stderr)
+        return FAILED
+    except BrokenPipeError:
+        # As of "| head": what is still to be flushed goes nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except OSError as error:
+        if error.filename is None:
+            raise
+        print(f'{name}: error: {error.filename}: {error.strerror}', file=sys.stderr)
+        return FAILED
+    except KeyboardInterrupt:
+        print(f'{name}: interrupted', file=sys.stderr)
+        return INTERRUPTED
+    return code

@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.errors import SequenceError
+
+ROOT = Path(__file__).parents[2]
+BENCHMARKS = ROOT / 'benchmarks'
+
+
+def test_what_a_command_returns_is_the_exit_code() -> None:
+    assert run_tool('tool', lambda: None) == 0
+    assert run_tool('tool', lambda: 1) == 1
+
+
+@pytest.mark.parametrize(
+    ('error', 'code', 'text'),
+    [
+        (SequenceError('no such clip'), 2, 'tool: error: no such clip\n'),
+        (
+            OSError(30, 'Read-only file system', 'out'),
+            2,
+            'tool: error: out: Read-only file system\n',
+        ),
+        (KeyboardInterrupt(), 130, 'tool: interrupted\n'),
+    ],
+)
+def test_errors_are_one_line(error: BaseException, code: int, text: str, capsys) -> None:
+    def fail() -> None:
+        raise error
+
+    assert run_tool('tool', fail) == code
+    assert capsys.readouterr().err == text
+
+
+def test_a_reader_that_leaves_is_no_error() -> None:
+    script = (
+        'import sys; from gait_segmentation.cli.tool import run_tool\n'
+        'sys.exit(run_tool("tool", lambda: print("x" * 200_000)))'
+    )
+    with subprocess.Popen(
+        [sys.executable, '-c', script], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.read(10)
+        process.stdout.close()
+        assert process.stderr.read() == b''
+        assert process.wait(60) == 1
+
+
+def test_a_benchmark_says_in_one_line_what_is_wrong(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, BENCHMARKS / 'tracking.py', '--data', tmp_path],
+        capture_output=True,
+        text=True,
+    )
+    assert (done.returncode, done.stdout) == (2, '')
+    assert done.stderr.startswith(f'tracking.py: error: {tmp_path} is no sequence')
+    assert done.stderr.count('\n') == 1
+
+
+@pytest.mark.parametrize('path', sorted(BENCHMARKS.glob('*.py')), ids=lambda path: path.name)
+def test_every_benchmark_ends_as_the_commands_do(path: Path) -> None:
+    assert f"sys.exit(run_tool('{path.name}', main))" in path.read_text()
