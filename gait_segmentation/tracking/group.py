@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
 from gait_segmentation.results import LOST, TRACKED, Feedback
-from gait_segmentation.tracking.background_kernels import SURE_COUNT
+from gait_segmentation.tracking.beside import Beside
 from gait_segmentation.tracking.competition import Claim, compete, leave_to
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood import likelihood_image
+from gait_segmentation.tracking.newcomers import Neighbour
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.target import Learnt, Target
 from gait_segmentation.tracking.world import World
@@ -50,7 +51,6 @@ def follow(
     masks = list(zip(targets, bodies, strict=True))
     visible = [_uncovered(target, body, masks) for target, body in masks]
     others = world.passers_by
-    beside = others.masks(world.pending)
     motion = world.advance(
         image,
         stamp_ns,
@@ -64,7 +64,7 @@ def follow(
     for target, body in zip(targets, visible, strict=True):
         target.move(motion, body)
     if others.known:
-        others.follow(motion, world.history[-2], world.now, beside)
+        others.follow(motion, world.history[-2], world.now, world.pending)
 
 
 def judge(
@@ -157,13 +157,11 @@ def _contested(
             others.leave(claim.mask)
     if not (others.known and claims):
         return compete(claims), []
-    masks = others.masks(world.pending)
-    people = [target.person for target, _ in present]
-    beside = others.claims(world.now, masks, people, present[0][0].config)
-    logits = compete([*claims, *beside.values()])
-    floor = present[0][0].config.shadow_floor
-    others.note(world.now, beside, logits[len(claims) :], floor)
-    return logits[: len(claims)], list(world.now.passers_by.values())
+    people, config = [target.person for target, _ in present], present[0][0].config
+    passing = others.claims(world.now, world.pending, people, config)
+    logits = compete([*claims, *passing.values()])
+    seen = others.note(world.now, passing, logits[len(claims) :], config.shadow_floor)
+    return logits[: len(claims)], seen
 
 
 def _learn_passers_by(
@@ -179,34 +177,22 @@ def _learn_passers_by(
     others = world.passers_by
     if not (told or others.known):
         return
-    strange, masks, templates = (np.zeros(world.shape, np.uint8) for _ in range(3))
+    beside = Beside(record, people, busy)
     for _, learnt in told:
-        window = learnt.window
-        strange[window] |= 255 * learnt.strange
-        if busy is not None:
-            # What moves where nothing is known yet.
-            unknown = record.background.count[window] < SURE_COUNT
-            strange[window][unknown & (busy[window] > 0)] = 255
-        masks |= learnt.mask
-        templates |= learnt.template
-    windows = [target.person.window(world.shape) for target in targets]
-    others.learn(record, world.pending, strange, masks, templates, windows)
+        beside.add(learnt.window, learnt.strange, learnt.mask, learnt.template)
+    others.learn(beside, world.pending, [target.person for target in targets])
     if any(target.state == LOST for target in targets):
         # It may be them.
         return
     for target, learnt in told:
-        others.find(
-            record,
-            learnt.window,
-            strange,
-            people,
-            templates,
+        neighbour = Neighbour(
             target.person,
             target.appearance,
-            config,
+            learnt.window,
             whole=learnt.share >= _WELL_SEEN,
             inside=target.person.share_inside(world.shape) >= _WELL_SEEN,
         )
+        others.find(beside, neighbour, config)
 
 
 def _template(target: Target) -> NDArray[np.uint8] | None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import compose, scaling
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.background import BackgroundModel
+from gait_segmentation.tracking.outline import Outline
 from gait_segmentation.tracking.working import WorkingImage
 
 __all__ = ['Record', 'Shift', 'body_over', 'camera_over']
@@ -33,9 +34,8 @@ class Record:
     (-2..2) that its pixels move with the body rather than stay.  ``heat`` is (h, w) uint8,
     P(person) as others see it, if they do.  ``rows`` are how far up and down from the middle of
     some tracks' bodies they are likely.  ``people`` is (h, w) uint8, non-zero where people
-    were when the frame was learnt; None before.  ``passers_by`` has (h, w) uint8, non-zero on what
-    is seen of people without a slot, by their numbers.  ``version`` counts what the background had
-    learnt.
+    were when the frame was learnt; None before.  ``passers_by`` has what is seen
+    of people without a slot, by their numbers.  ``version`` counts what the background had learnt.
     """
 
     image: WorkingImage
@@ -48,7 +48,7 @@ class Record:
     bodies: dict[int, Shift] = field(default_factory=dict)
     rows: dict[int, tuple[float, float]] = field(default_factory=dict)
     moving: dict[int, tuple[Window, NDArray[np.float32]]] = field(default_factory=dict)
-    passers_by: dict[int, NDArray[np.uint8]] = field(default_factory=dict)
+    passers_by: dict[int, Outline] = field(default_factory=dict)
 
     def strange(
         self, window: Window, shadow_floor: float, lab: NDArray[np.uint8] | None = None

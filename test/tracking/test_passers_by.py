@@ -99,13 +99,25 @@ def test_who_gets_a_slot_passes_by_no_more() -> None:
     assert passing not in known(told).known
 
 
-def test_what_stays_where_it_is_competes_for_nothing() -> None:
+def test_what_stays_where_it_is_is_nobody() -> None:
     told = Told()
     told.start(OWN)
-    still = []
     for number in range(18):
         image, masks = picture((Figure(170, BLUE), OWN) if number > 4 else (OWN,))
         told.see(image, [masks[-1]])
-        still.append([each.still for each in known(told).known])
-    assert [False] in still
-    assert [True] in still[-3:]
+        assert not any(each.proven for each in known(told).known)
+
+
+def test_nobody_competes_before_having_gone_some_way() -> None:
+    told = Told()
+    told.start(OWN)
+    competed = []
+    for number in range(20):
+        own, other = meeting(number)
+        image, masks = picture((other, own))
+        told.see(image, [masks[1]])
+        (world,) = {target.world for target in told.tracker._targets()}
+        proven = {each.number for each in known(told).known if each.proven}
+        assert set(world.now.passers_by) <= proven
+        competed.append(bool(world.now.passers_by))
+    assert competed[-1]
