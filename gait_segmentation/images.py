@@ -56,7 +56,9 @@ def bounding_box(mask: NDArray[np.uint8]) -> Bounds:
 
     :param mask: (h, w) uint8.
     """
-    left, top, right, bottom = _bounds(mask.reshape(-1), mask.shape[1])
+    # A single column would be flattened without a copy, its pixels apart.
+    pixels = np.ascontiguousarray(mask).reshape(-1)
+    left, top, right, bottom = _bounds(pixels, mask.shape[1])
     return left, top, right - left, bottom - top
 
 

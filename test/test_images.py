@@ -102,3 +102,18 @@ def test_few_pixels_in_an_empty_mask_are_bounded(shape: tuple[int, int]) -> None
             mask = np.zeros(shape, np.uint8)
             mask.reshape(-1)[rng.integers(0, mask.size, count)] = rng.integers(1, 256)
             assert bounding_box(mask) == cv2.boundingRect(mask)
+
+
+@pytest.mark.parametrize(
+    'part',
+    [
+        (slice(None), slice(3, 4)),
+        (slice(2, 9), slice(0, 1)),
+        (slice(5, 6), slice(2, 9)),
+        (slice(None, None, -1), slice(None, None, 2)),
+    ],
+)
+def test_parts_of_masks_are_bounded(part: tuple[slice, slice]) -> None:
+    mask = np.random.default_rng(1).integers(0, 2, (40, 12), dtype=np.uint8)
+    assert bounding_box(mask[part]) == cv2.boundingRect(np.ascontiguousarray(mask[part]))
+    assert bounding_box(mask.T) == cv2.boundingRect(np.ascontiguousarray(mask.T))
