@@ -67,6 +67,7 @@ def test_a_constant_image(value: int) -> None:
         Box(50, 100, 200, 2),
         Box(50, 10, 0.5, 220),
         Box(319, 239, 50, 50),
+        Box(-10, 100, 10.001, 5),
         Box(-400, -600, 1280, 960),
     ],
     ids=str,
