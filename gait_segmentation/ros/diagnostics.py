@@ -71,12 +71,14 @@ def diagnostic_message(
 
 def _judged(state: str, statistics: Statistics, now_s: float, late_ms: float) -> tuple[bytes, str]:
     """Return the level and what it is for."""
-    losses = statistics.losses()
+    losses, failures = statistics.losses()
     if state == 'active' and not statistics.received:
         return DiagnosticStatus.OK, 'active, no input yet'
     if state == 'active' and statistics.quiet_s(now_s) > _QUIET_S:
         quiet = f'no input for {statistics.quiet_s(now_s):.0f} s'
         return DiagnosticStatus.STALE, quiet
+    if failures:
+        return DiagnosticStatus.WARN, f'{failures} frames could not be used since the last report'
     if losses:
         return DiagnosticStatus.WARN, f'{losses} frames lost or skipped since the last report'
     if late_ms > _LATE_MS:

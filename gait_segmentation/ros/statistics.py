@@ -33,7 +33,7 @@ class Statistics:
         self._arrivals: deque[float] = deque(maxlen=_WINDOW)
         self._departures: deque[float] = deque(maxlen=_WINDOW)
         self._latencies_s: deque[float] = deque(maxlen=_WINDOW)
-        self._told = 0
+        self._told = (0, 0)
         self._lock = threading.Lock()
 
     def arrived(self, now_s: float, stamp_ns: int) -> None:
@@ -63,11 +63,11 @@ class Statistics:
         with self._lock:
             return now_s - self._arrivals[-1] if self._arrivals else float('nan')
 
-    def losses(self) -> int:
-        """Return the frames lost or skipped since this was last asked."""
-        now = self.lost + self.skipped
+    def losses(self) -> tuple[int, int]:
+        """Return the frames lost or skipped, and failed, since this was last asked."""
+        now = (self.lost + self.skipped, self.failed)
         before, self._told = self._told, now
-        return now - before
+        return now[0] - before[0], now[1] - before[1]
 
     def _rate(self, times: deque[float], now_s: float) -> float:
         with self._lock:

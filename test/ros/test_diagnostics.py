@@ -28,6 +28,11 @@ def test_the_level_says_what_is_wrong() -> None:
     statistics.lost = 4
     assert judged(statistics)[0] == DiagnosticStatus.WARN
     assert judged(statistics) == (DiagnosticStatus.OK, 'active')
+    statistics.failed = 2
+    assert judged(statistics) == (
+        DiagnosticStatus.WARN,
+        '2 frames could not be used since the last report',
+    )
     assert judged(statistics, 15.0) == (DiagnosticStatus.STALE, 'no input for 6 s')
     for _ in range(30):
         statistics.finished(0.4, 9.5)

@@ -38,7 +38,8 @@ def test_losses_are_told_once_and_silence_is_measured() -> None:
     statistics.arrived(2.0, 1)
     assert statistics.quiet_s(5.0) == 3.0
     statistics.lost, statistics.skipped = 2, 3
-    assert [statistics.losses(), statistics.losses()] == [5, 0]
+    statistics.failed = 4
+    assert [statistics.losses(), statistics.losses()] == [(5, 4), (0, 0)]
     for index in range(5):
         statistics.finished(0.01, 3.0 + 0.1 * index)
     assert statistics.output_rate_hz(4.0) == pytest.approx(10)
