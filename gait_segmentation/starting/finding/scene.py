@@ -58,7 +58,8 @@ class SceneFrame:
     still world at (x, y) is now at (x + dx, y + dy).  ``to_image`` is the 2 x 3 transform of
     positions from the canvas to the small image, ``step`` that from the last small image to this
     one, None for the identity.  ``hidden`` is (h, w) uint8, non-zero where the background cannot
-    be seen.  ``fresh`` says that what was known before no longer holds.
+    be seen.  ``fresh`` says that what was known before no longer holds.  ``period`` is the time
+    between two frames in seconds, 0 if it is not known.
     """
 
     likelihood: NDArray[np.uint8]
@@ -69,6 +70,7 @@ class SceneFrame:
     step: NDArray[np.float64] | None
     hidden: NDArray[np.uint8]
     fresh: bool
+    period: float = 0.0
 
     def of(self, blobs: Sequence[int]) -> NDArray[np.uint8]:
         """Return where some blobs are, (h, w) uint8 0/255, by their numbers."""
@@ -148,7 +150,15 @@ class MotionScene:
         self._keep = filled
         hidden = cv2.bitwise_or(filled, evidence)
         return SceneFrame(
-            likelihood, blobs, owners, shift, self._to_image, self._last_step, hidden, fresh
+            likelihood,
+            blobs,
+            owners,
+            shift,
+            self._to_image,
+            self._last_step,
+            hidden,
+            fresh,
+            period,
         )
 
     def _register(

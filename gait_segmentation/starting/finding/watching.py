@@ -31,8 +31,11 @@ TALL = 0.5
 _LEAST_WATCHED, _MOST_WATCHED = 4, 16
 """Candidates that are watched at a time, two for each person who is looked for."""
 
-_SHARED = 4
-"""Candidates that share one match a frame."""
+_SHARED_S = 0.16
+"""Time in which each candidate that is watched should be matched once."""
+
+_USUAL_PERIOD_S = 0.04
+"""Time between two frames up to which frames are not counted for more than one."""
 
 _SAME = 0.4
 """Share of the smaller of two boxes that is common to boxes of the same person."""
@@ -89,7 +92,7 @@ class Watching:
         """
         Match the candidates that have waited longest: one a frame, in a crowd a few.
 
-        Whoever is nearly found comes first.
+        Whoever is nearly found comes first.  The fewer frames come, the more are matched in each.
 
         :param known: boxes of people who are known already.
         :returns: tight boxes in the small image of those who are found to walk.
@@ -108,7 +111,8 @@ class Watching:
             if each.number not in self._watched and len(self._watched) < self._most:
                 waiting.append((True, each.born, each.number, each, None))
         found: list[Box] = []
-        matches = math.ceil(max(len(self._watched), 1) / _SHARED)
+        share = max(frame.period, _USUAL_PERIOD_S) / _SHARED_S
+        matches = math.ceil(max(len(self._watched), 1) * share)
         for _, _, number, each, begun in sorted(waiting, key=lambda entry: entry[:3]):
             if number not in self._rest and each.distance() >= _FIRST_WAY * self._config.least_way:
                 likelihood = _apart(frame, each, candidates)
