@@ -45,8 +45,9 @@ class Person:
     State of one tracked person in working pixels.
 
     ``left`` and ``right`` are how far the silhouette reaches from the body's axis.  ``velocity``
-    is relative to the still world.  ``tilt`` is the estimate of how far the axis leans, in
-    radians, and ``angle`` what is used of it.  ``masks`` counts the masks the tilt was learnt
+    is relative to the still world, in pixels in the time of the last step between two frames.
+    ``tilt`` is the estimate of how far the axis leans, in radians, and ``angle`` what is used of
+    it.  ``masks`` counts the masks the tilt was learnt
     from; ``mask_height`` is the height at the last mask.  ``template`` is the template, (h, w)
     uint8, that came with ``mask``, None if none did; ``learnt`` counts the masks that the colours
     were learnt from, ``moves`` counts the frames that the velocity was learnt from.

@@ -186,6 +186,9 @@ class Target:
         body: NDArray[np.uint8],
     ) -> tuple[float, float]:
         person, pace = self.person, self._memory.pace
+        # Of the step between the frames before, which need not have been as long.
+        ratio = self.world.step_ratio
+        person.velocity = (ratio * person.velocity[0], ratio * person.velocity[1])
         measured = self.world.body_shift(body, person.velocity) if self._visibility.well else None
         if measured is None:
             # Also because the edge of what hides the person moves otherwise.

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -37,6 +38,9 @@ _MOTION_GAP = 4
 
 _MOVING_GAP = 3
 """Frames between the two that are compared to find what moves against the world."""
+
+_SHORTEST_STEP_S, _LONGEST_STEP_S = 0.005, 1.0
+"""Seconds between two frames in which somebody is taken to go on as before."""
 
 _AHEAD_X, _AHEAD_Y = 0.27, 0.22
 """
@@ -112,6 +116,18 @@ class World:
         if len(self.history) < 2:
             return 0.0
         return (self.history[-1].image.stamp_ns - self.history[-2].image.stamp_ns) / 1e9
+
+    @property
+    def step_ratio(self) -> float:
+        """Return how long the step to the newest frame was over the one before, 1 if unknown."""
+        stamps = [each.image.stamp_ns for each in self.history][-3:]
+        if len(stamps) < 3:
+            return 1.0
+        before, now = (
+            min(max((second - first) / 1e9, _SHORTEST_STEP_S), _LONGEST_STEP_S)
+            for first, second in pairwise(stamps)
+        )
+        return now / before
 
     def advance(
         self,

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import cv2
@@ -265,3 +266,20 @@ def test_the_box_of_somebody_at_the_border_ends_there_and_the_body_does_not() ->
     assert result.body is not None
     assert result.box.right <= WIDTH
     assert result.body.right > result.box.right
+
+
+@pytest.mark.parametrize('pattern', [(1, 2), (1, 1, 4), (1, 1, 1, 1, 8)])
+def test_frames_that_are_missing_do_not_leave_a_fast_person_behind(
+    pattern: tuple[int, ...],
+) -> None:
+    told = Told()
+    told.start(Figure(30))
+    steps = itertools.cycle(pattern)
+    x = 30.0
+    while x < 290:
+        [result] = told.show(Figure(x))
+        assert result.box is not None
+        assert abs(result.box.center_x - x) < 3
+        step = next(steps)
+        x += 12.0 * step
+        told.frames += step - 1
