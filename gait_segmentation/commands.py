@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from importlib import import_module
 from types import FrameType, ModuleType
 
@@ -27,7 +28,7 @@ __all__ = [
 ]
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_INTERRUPTED = 130
+_WRONG, _INTERRUPTED = 2, 130
 _LOST_IN = ('_raw_object_cache', '__del__')
 """Beginnings of names of functions that the compiler (llvmlite) and the interpreter call back."""
 _AGAIN_S = 0.02
@@ -80,6 +81,8 @@ def source() -> int:
 
 def _run_tool(name: str) -> int:
     """Run a command that says so and returns 130 when it is interrupted."""
+    if not _arguments_are_text(f'gait_{name}'):
+        return _WRONG
     before = {number: signal.getsignal(number) for number in _SIGNALS}
     text = f'gait_{name}: interrupted\n'
     module = _imported(f'gait_segmentation.cli.{name}', text, _INTERRUPTED)
@@ -118,7 +121,21 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 
 def _run_node(name: str) -> int:
     """Run a node, for which to be interrupted is the usual end; it sets handlers of its own."""
+    if not _arguments_are_text(f'gait_{name}'):
+        return _WRONG
     return int(_imported(f'gait_segmentation.nodes.{name}_node', '', 0).main())
+
+
+def _arguments_are_text(name: str) -> bool:
+    """Return whether the command line is UTF-8, and say if not: OpenCV crashes on such names."""
+    for argument in sys.argv[1:]:
+        try:
+            argument.encode()
+        except UnicodeEncodeError:
+            shown = os.fsencode(argument).decode('utf-8', 'replace')
+            print(f'{name}: error: {shown} is not UTF-8: rename it', file=sys.stderr)
+            return False
+    return True
 
 
 def _imported(module: str, text: str, code: int) -> ModuleType:

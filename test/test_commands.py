@@ -65,6 +65,15 @@ def test_a_signal_during_the_imports_ends_a_command_quietly(
     assert said == text
 
 
+@pytest.mark.parametrize('name', ['replay', 'tracker'])
+def test_arguments_that_are_no_text_are_refused(name: str, monkeypatch, capsys) -> None:
+    monkeypatch.setattr(sys, 'argv', ['command', 'clip\udcff.mp4'])
+    assert getattr(commands, name)() == 2
+    assert (
+        capsys.readouterr().err == f'gait_{name}: error: clip\ufffd.mp4 is not UTF-8: rename it\n'
+    )
+
+
 @pytest.mark.parametrize('name', commands.__all__)
 def test_every_command_runs_its_module(name: str, monkeypatch) -> None:
     found = []

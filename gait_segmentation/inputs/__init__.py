@@ -27,6 +27,11 @@ def open_input(
     :param count: number of frames wanted, None for all that follow.
     :raises SequenceError: if the input is missing, holds no images, or has no such frames.
     """
+    try:
+        str(path).encode()
+    except UnicodeEncodeError as error:
+        # OpenCV crashes.
+        raise SequenceError(f'{str(path)!a} is not UTF-8: rename it') from error
     if path.is_char_device() or (path.name.isdigit() and not path.exists()):
         raise SequenceError(
             f'{path} is a camera and no recording: its driver publishes it, such as '

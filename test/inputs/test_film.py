@@ -39,6 +39,11 @@ def test_a_camera_is_no_recording(camera: str, tmp_path: Path, monkeypatch) -> N
         open_input(Path(camera))
 
 
+def test_a_name_that_is_no_text_is_refused() -> None:
+    with pytest.raises(SequenceError, match='is not UTF-8: rename it'):
+        open_input(Path('clip\udcff.mp4'))
+
+
 def test_images_numbered_without_zeros_are_read_in_the_order_of_numbers(tmp_path: Path) -> None:
     for number in range(12):
         picture = np.full((20, 30, 3), number, np.uint8)
