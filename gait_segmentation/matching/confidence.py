@@ -37,7 +37,9 @@ def phase_near(belief: NDArray[np.float64], phase: float) -> tuple[float, float]
     away = np.abs((at - mean + 0.25) % 0.5 - 0.25)
     # A bin that reaches over the tolerance counts by the share of it within.
     share = np.minimum(np.maximum((_TOLERANCE - away) * len(belief) + 0.5, 0.0), 1.0)
-    return mean % 1.0, float(belief @ share)
+    mean %= 1.0
+    # What is next to nothing below 0 comes out as 1.
+    return (mean if mean < 1.0 else 0.0), float(belief @ share)
 
 
 @lru_cache(maxsize=4)

@@ -79,8 +79,20 @@ def test_a_path_that_meets_a_known_one_goes_on_with_it():
     np.testing.assert_array_equal(traced(data, path[-1], known), known)
 
 
-def test_the_nearest_placement_takes_over_where_the_box_jumped_away():
+@pytest.mark.parametrize(
+    ('jump', 'nearest'),
+    [
+        ((0, 9, 0), [1, 1, 2]),
+        ((0, -9, 0), [1, 0, 2]),
+        ((9, 0, 0), [1, 0, 2]),
+        ((-9, 0, -1), [0, 0, 1]),
+        ((0, 0, 9), [1, 0, 2]),
+        ((0, 0, -9), [1, 0, 0]),
+    ],
+)
+def test_the_nearest_placement_takes_over_where_the_box_jumped_away(jump, nearest):
     data = clip(1, frames=2)
-    data[4][data[1][1]] = 0, 9, 0
+    data[4][data[1][1]] = jump
     path = traced(data, (0, 1, 1, 0, 2))
-    assert path[0].tolist()[2:] == [1, 1, 2]
+    step = int(data[2][data[1][1], :2].argmin())
+    assert path[0].tolist() == [0, (1 - step) % 3, *nearest]

@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+import itertools
+
 import numpy as np
 import pytest
 
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.matching import MatchingConfig
-from gait_segmentation.matching.build_choice import BuildChoice
+from gait_segmentation.matching.build_choice import BuildChoice, _best_near
 from gait_segmentation.matching.placements import Sampled
 from gait_segmentation.matching.tanimoto import WindowGrid
 from gait_segmentation.matching.views import Views
@@ -117,3 +119,37 @@ def test_neighbours_of_where_the_path_leads_are_compared(bank, axis):
     for k in range(10):
         builds.update(sampled(template(6), row, column), LEADER, 0.1 * k)
     assert builds.only == WIDE
+
+
+@pytest.mark.parametrize('masked', [False, True])
+def test_the_best_about_a_place_is_that_of_trying_all(masked):
+    rng = np.random.default_rng(4)
+    templates = rng.integers(0, 256, (4, 7, 12, 10), dtype=np.uint8)
+    image, views = rng.integers(0, 256, GRID.image_shape, dtype=np.uint8), np.array([3, 0, 1])
+    known = np.full_like(image, 255)
+    if masked:
+        known[:5] = 0
+        image &= known
+
+    def similarity(view, phase, row, column):
+        part = GRID.part(row, column)
+        own = templates[view, phase % 7] & known[part]
+        return np.minimum(own, image[part]).sum(dtype=int) / np.maximum(own, image[part]).sum(
+            dtype=int
+        )
+
+    for phase, row, column in itertools.product(range(7), range(3), range(3)):
+        tried = {
+            similarity(view, phase + off, row, column): (view, phase + off)
+            for view in views
+            for off in range(-2, 3)
+        }
+        beside = [(row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1)]
+        beside = [place for place in beside if min(place) >= 0 and max(place) < 3]
+        best = max(tried)
+        expected = max([best, *(similarity(*tried[best], *place) for place in beside)])
+        windows = GRID.rows, GRID.columns, GRID.step
+        found = _best_near(
+            templates, views, phase, (row, column), windows, image, known, not masked
+        )
+        assert found == pytest.approx(expected, rel=1e-6)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import numpy as np
 import pytest
+from hypothesis import example, given, strategies as st
 
 from gait_segmentation.matching.confidence import phase_near
 
@@ -36,3 +37,13 @@ def test_phases_lie_between_bins():
     belief = np.zeros(PHASES)
     belief[[6, 7]] = 0.25, 0.75
     assert phase_near(belief, 0.2)[0] == pytest.approx(6.75 / PHASES, abs=1e-3)
+
+
+@given(st.lists(st.floats(0, 1), min_size=PHASES, max_size=PHASES), st.floats(-9, 9))
+@example([1.0, *[0.0] * (PHASES - 1)], 0.0)
+@example([0.0, *[1.0] * (PHASES - 1)], 1e-17)
+def test_phase_and_probability_are_shares(weights, phase):
+    belief = np.array(weights) + 1e-9
+    found, sure = phase_near(belief / belief.sum(), phase)
+    assert 0 <= found < 1
+    assert 0 <= sure <= 1 + 1e-9

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from hypothesis import given, strategies as st
 
 from gait_segmentation.matching.near_leg import NearLeg
 
@@ -49,3 +50,14 @@ def test_expects_a_steady_walk():
     assert near.expected(2.1, 0.9) == pytest.approx(0.79)
     near.reset()
     assert near.expected(3.0, 0.9) is None
+
+
+@given(
+    st.lists(
+        st.tuples(st.floats(0, 1, exclude_max=True), st.floats(-math.pi, math.pi)), max_size=9
+    )
+)
+def test_phases_are_shares_of_a_stride(walk):
+    near = NearLeg()
+    for number, (phase, azimuth) in enumerate(walk):
+        assert 0 <= near.update(phase, azimuth, 0.1 * number) < 1

@@ -60,7 +60,8 @@ def test_grows_and_keeps_what_is_there():
 
 def test_scores_of_what_was_not_searched_are_at_the_floor():
     values = np.arange(2 * 2 * 3, dtype=np.int16).reshape(2, 2, 3)
-    found = Scores(values, np.array([1, -1], np.int32))
+    found = Scores(values, np.array([1, -1, 0], np.int32))
     assert found.of(0, 1).tolist() == values[1, 1].tolist()
     assert found.at(0, 1, 2) == values[1, 1, 2]
     assert found.at(1, 1, 2) == FLOOR
+    assert found.at(2, 1, 2) == values[0, 1, 2]

@@ -53,3 +53,11 @@ def test_jumps_are_taken_at_once():
     steady.reset()
     tall = BodyFrame(50.0, 80.0, 200.0)
     assert astuple(steady.update(tall, 41 / FPS)) == pytest.approx(astuple(tall))
+
+
+def test_what_was_before_a_pause_says_nothing():
+    steady = SteadyBody()
+    for t, _, body in walk((80.0, 0.0)):
+        steady.update(body, t)
+    after = BodyFrame(body.center_x + 9.0, 81.0, 103.0, 0.1)
+    assert astuple(steady.update(after, t + 0.9)) == pytest.approx(astuple(after))

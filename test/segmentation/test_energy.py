@@ -99,3 +99,8 @@ def test_the_shape_term_is_on_all_links_of_open_pixels() -> None:
     assert np.count_nonzero(links) == 8
     assert links[0, 1, 1] == CAPACITY
     assert links[0, 0, 0] == 0
+
+
+def test_the_mean_contrast_of_two_pixels_is_that_of_their_link() -> None:
+    image = np.array([[[1, 2, 3], [5, 2, 0]]], np.uint8)
+    assert mean_contrast(open_graph(np.zeros((1, 2), np.int8)), image) == 25
