@@ -4,15 +4,16 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+import math
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.background_kernels import SURE_COUNT
-from gait_segmentation.tracking.outline import halved, thinned
+from gait_segmentation.tracking.outline import halved
 from gait_segmentation.tracking.records import Record
 
 __all__ = ['Beside']
@@ -22,9 +23,10 @@ class Beside:
     """
     What is strange about people who are tracked, and where they are themselves.
 
-    All are (h, w) uint8 at half the working size, of every second pixel: ``strange`` is 255 on
-    what is not the known background, ``masks`` non-zero on who is tracked, ``people`` on that with
-    a margin, ``templates`` on the bodies that were matched.
+    All are (h, w) uint8 0/255 at half the working size, of every second pixel: ``strange`` is what
+    is not the known background, ``masks`` who is tracked, ``people`` that with a margin,
+    ``templates`` the bodies that were matched, ``moving`` what moves against the still world.
+    They are known in the windows about people.
     """
 
     def __init__(
@@ -36,14 +38,15 @@ class Beside:
         :param record: the frame.
         :param people: (H, W) uint8 of the working image, non-zero where people may be.
         :param moving: (H, W) uint8, non-zero on people and what else moves, None if that is not
-            known.
+            known: then all may move.
         """
         height, width = people.shape
         self.record = record
         self.shape = (height // 2, width // 2)
-        self._moving = moving
-        self.people = people[: height // 2 * 2 : 2, : width // 2 * 2 : 2]
-        self.strange, self.masks, self.templates = (np.zeros(self.shape, np.uint8) for _ in 'abc')
+        self._people, self._moving = people, moving
+        self.strange, self.masks, self.people, self.templates, self.moving = (
+            np.zeros(self.shape, np.uint8) for _ in range(5)
+        )
 
     def add(
         self,
@@ -59,37 +62,76 @@ class Beside:
         :param strange: (h, w) uint8 0/1 of the window, what is not the known background.
         :param mask, template: (H, W) uint8 of the working image.
         """
-        half = halved(window)
-        every = _every(half)
-        found = np.multiply(strange[thinned(window, half)], np.uint8(255))
-        if self._moving is not None:
+        rows, columns = halved(window)
+        _thin(
+            (rows.start, rows.stop, columns.start, columns.stop),
+            (window[0].start, window[1].start),
+            strange,
+            mask,
+            template,
+            self._people,
+            self._people if self._moving is None else self._moving,
+            self._moving is not None,
+            self.record.background.sums,
+            (self.strange, self.masks, self.people, self.templates, self.moving),
+        )
+
+    def far(self, window: Window, margin: float) -> NDArray[np.uint8]:
+        """
+        Return which pixels of rows and columns are far from all templates.
+
+        :param margin: in pixels of half the size.
+        :returns: (h, w) uint8 0/255.
+        """
+        (top, bottom), (left, right) = ((side.start, side.stop) for side in window)
+        reach = math.ceil(margin)
+        first, start = max(top - reach, 0), max(left - reach, 0)
+        about = self.templates[first : bottom + reach, start : right + reach]
+        if not about.any():
+            return np.full((bottom - top, right - left), 255, np.uint8)
+        distance = cv2.distanceTransform(cv2.bitwise_not(about), cv2.DIST_L2, 3)
+        part = distance[top - first : bottom - first, left - start : right - start]
+        return np.asarray(cv2.inRange(part, margin, math.inf))
+
+
+@njit(cache=True, nogil=True)
+def _thin(
+    part: tuple[int, int, int, int],
+    corner: tuple[int, int],
+    strange: NDArray[np.uint8],
+    mask: NDArray[np.uint8],
+    template: NDArray[np.uint8],
+    people: NDArray[np.uint8],
+    moving: NDArray[np.uint8],
+    moving_known: bool,
+    sums: NDArray[np.float32],
+    out: tuple[
+        NDArray[np.uint8],
+        NDArray[np.uint8],
+        NDArray[np.uint8],
+        NDArray[np.uint8],
+        NDArray[np.uint8],
+    ],
+) -> None:
+    """
+    Fill in every second pixel of a window.
+
+    :param part: first row and the one after the last at half size, and the same of the columns.
+    :param corner: row and column in the image in which ``strange`` begins.
+    :param out: what is strange, of people, of people with a margin, of templates, and moves.
+    """
+    top, bottom, left, right = part
+    on, off = np.uint8(255), np.uint8(0)
+    for row in range(top, bottom):
+        y = 2 * row
+        for col in range(left, right):
+            x = 2 * col
+            moves = not moving_known or moving[y, x] != 0
+            found = strange[y - corner[0], x - corner[1]] != 0
             # What moves where nothing is known yet.
-            unknown = self.record.background.count[every] < SURE_COUNT
-            found[unknown & (self._moving[every] > 0)] = 255
-        self.strange[half] |= found
-        self.masks[half] |= mask[every]
-        self.templates[half] |= cv2.inRange(np.ascontiguousarray(template[every]), 128, 255)
-
-    @cached_property
-    def distance(self) -> NDArray[np.float32]:
-        """Return how far pixels are from all templates, in pixels of half the size."""
-        if not self.templates.any():
-            return np.full(self.shape, np.float32(np.inf))
-        return np.asarray(cv2.distanceTransform(cv2.bitwise_not(self.templates), cv2.DIST_L2, 3))
-
-    def far(self, window: Window, margin: float) -> NDArray[np.bool_]:
-        """Return which pixels of rows and columns are farther than that from all templates."""
-        return self.distance[window] > np.float32(margin)
-
-    def moves(self, window: Window, part: NDArray[np.bool_]) -> float:
-        """Return the share of a part of some rows and columns that moves, 1 if it is not known."""
-        if self._moving is None:
-            return 1.0
-        moving = self._moving[_every(window)] > 0
-        return float(np.count_nonzero(moving & part)) / max(int(np.count_nonzero(part)), 1)
-
-
-def _every(half: Window) -> Window:
-    """Return the rows and columns of the working image that stand for some at half the size."""
-    rows, columns = (slice(2 * side.start, 2 * side.stop, 2) for side in half)
-    return rows, columns
+            found |= moving_known and moves and sums[y, x, 3] < SURE_COUNT
+            out[0][row, col] |= on if found else off
+            out[1][row, col] |= on if mask[y, x] != 0 else off
+            out[2][row, col] |= on if people[y, x] != 0 else off
+            out[3][row, col] |= on if template[y, x] > 127 else off
+            out[4][row, col] |= on if moves else off

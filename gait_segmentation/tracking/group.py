@@ -17,6 +17,7 @@ from gait_segmentation.tracking.competition import Claim, compete, leave_to
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood import likelihood_image
 from gait_segmentation.tracking.newcomers import Neighbour
+from gait_segmentation.tracking.outline import Outline
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.target import Learnt, Target
 from gait_segmentation.tracking.world import World
@@ -96,8 +97,8 @@ def judge(
         likelihoods[target.track_id] = likelihood
         if target.state == TRACKED:
             cover = _cover(target, masks, claim.window)
-            for mask in passing:
-                part = mask[claim.window]
+            for outline in passing:
+                part = outline.enlarged(claim.window)
                 cover = part if cover is None else cv2.bitwise_or(cover, part)
             target.assess(likelihood, claim, cover)
     if any(target.state == LOST and target.lost_s > 0 for target in targets):
@@ -149,8 +150,8 @@ def learn(
 
 def _contested(
     world: World, present: Sequence[tuple[Target, Claim]]
-) -> tuple[list[NDArray[np.float32]], list[NDArray[np.uint8]]]:
-    """Return the log ratios of people in competition, and the masks of who passes by."""
+) -> tuple[list[NDArray[np.float32]], list[Outline]]:
+    """Return the log ratios of people in competition, and what is seen of who passes by."""
     claims, others = [claim for _, claim in present], world.passers_by
     for target, claim in present:
         if others.known and target.person.learnt == 0:
@@ -160,8 +161,8 @@ def _contested(
     people, config = [target.person for target, _ in present], present[0][0].config
     passing = others.claims(world.now, world.pending, people, config)
     logits = compete([*claims, *passing.values()])
-    seen = others.note(world.now, passing, logits[len(claims) :], config.shadow_floor)
-    return logits[: len(claims)], seen
+    others.note(world.now, passing, logits[len(claims) :], config.shadow_floor)
+    return logits[: len(claims)], list(world.now.passers_by.values())
 
 
 def _learn_passers_by(

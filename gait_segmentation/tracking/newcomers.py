@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.appearance import Appearance, colour_signature
 from gait_segmentation.tracking.beside import Beside
-from gait_segmentation.tracking.outline import Outline, doubled, halved
+from gait_segmentation.tracking.outline import Outline, doubled, every, halved
 from gait_segmentation.tracking.person import Person
 
 __all__ = ['Neighbour', 'newcomers']
@@ -77,17 +77,19 @@ def newcomers(
     # From here on all is in pixels of half the size.
     height = person.height / 2
     least = _LEAST_AREA * height**2
-    strange = cv2.subtract(
-        beside.strange[window], 255 * (beside.people[window] != 0).view(np.uint8)
-    )
-    if cv2.countNonZero(strange) < least:
+    if window[0].start >= window[0].stop or window[1].start >= window[1].stop:
+        return []
+    others = cv2.bitwise_not(beside.people[window])
+    strange = np.asarray(cv2.bitwise_and(beside.strange[window], others))
+    moving = beside.moving[window]
+    if not _enough(strange, moving, least):
         return []
     sure = neighbour.whole and neighbour.inside
     if sure:
-        strange[~beside.far(window, _APART * height)] = 0
+        strange &= beside.far(window, _APART * height)
     for outline, margin in known:
         strange[_grown(outline.seen_in(window), margin) > 0] = 0
-    if cv2.countNonZero(strange) < least:
+    if not _enough(strange, moving, least):
         return []
     size = max(1, round(_BRIDGED * height))
     strange = cv2.morphologyEx(strange, cv2.MORPH_CLOSE, _square(size))
@@ -104,7 +106,7 @@ def newcomers(
         ):
             continue
         part = parts == number
-        if beside.moves(window, part) < _MOVING:
+        if np.count_nonzero(moving[part]) < _MOVING * area:
             continue
         if not sure and _touches(beside, window, part, height):
             continue
@@ -121,17 +123,24 @@ def newcomers(
     return [Outline.of(255 * part.view(np.uint8), top, first) for _, part in found]
 
 
+def _enough(strange: NDArray[np.uint8], moving: NDArray[np.uint8], least: float) -> bool:
+    """Return whether so much is strange, and moves, that it can be somebody."""
+    if cv2.countNonZero(strange) < least:
+        return False
+    return cv2.countNonZero(cv2.bitwise_and(strange, moving)) >= _MOVING * least
+
+
 def _touches(beside: Beside, window: Window, part: NDArray[np.bool_], height: float) -> bool:
     """Return whether something is so near a person that it may be what is seen of the rest."""
-    taken = beside.people[window] != 0
-    taken |= ~beside.far(window, _APART * height)
-    return bool((_grown(taken.view(np.uint8), _GAP * height)[part] > 0).any())
+    near = cv2.bitwise_not(beside.far(window, _APART * height))
+    taken = cv2.bitwise_or(beside.people[window], near)
+    return bool(_grown(np.asarray(taken), _GAP * height)[part].any())
 
 
 def _alike(beside: Beside, neighbour: Neighbour, window: Window, part: NDArray[np.bool_]) -> bool:
     """Return whether something looks like the person, as beyond a pole it would."""
     whole = doubled(window)
-    lab = np.ascontiguousarray(beside.record.image.lab_about(whole)[whole][::2, ::2])
+    lab = np.ascontiguousarray(beside.record.image.lab_about(whole)[every(window)])
     rows = np.ascontiguousarray(neighbour.person.rows(whole)[::2, ::2])
     inside = np.uint8(255) * part.view(np.uint8)
     signature = colour_signature(lab, inside, rows)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gait_segmentation.images import Window, bounding_box
 from gait_segmentation.tracking.competition import overlap
 
-__all__ = ['Outline', 'doubled', 'halved', 'thinned']
+__all__ = ['Outline', 'doubled', 'every', 'halved']
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,15 @@ class Outline:
             out[_within(shared, window)] = self.inside[_within(shared, self.window)]
         return out
 
+    def enlarged(self, window: Window) -> NDArray[np.uint8]:
+        """Return the mask in rows and columns of the working image, (h, w) uint8."""
+        (top, bottom), (left, right) = ((side.start, side.stop) for side in window)
+        first, start = top // 2, left // 2
+        half = self.seen_in((slice(first, (bottom + 1) // 2), slice(start, (right + 1) // 2)))
+        rows = slice(top - 2 * first, bottom - 2 * first)
+        columns = slice(left - 2 * start, right - 2 * start)
+        return half.repeat(2, axis=0).repeat(2, axis=1)[rows, columns]
+
 
 def _within(part: Window, window: Window) -> Window:
     """Return the rows and columns of a part of the image in a window of it."""
@@ -103,20 +112,13 @@ def halved(window: Window) -> Window:
     return rows, columns
 
 
-def doubled(window: Window) -> Window:
-    """Return the rows and columns of the working image of some at half size."""
-    rows, columns = (slice(2 * side.start, 2 * side.stop) for side in window)
+def every(half: Window) -> Window:
+    """Return the rows and columns of the working image that stand for some at half size."""
+    rows, columns = (slice(2 * side.start, 2 * side.stop, 2) for side in half)
     return rows, columns
 
 
-def thinned(window: Window, half: Window) -> Window:
-    """
-    Return where in a window of the working image the pixels lie that stand for half the size.
-
-    :param half: the rows and columns at half size, as of :func:`halved`.
-    """
-    rows, columns = (
-        slice(2 * small.start - side.start, 2 * small.stop - side.start, 2)
-        for side, small in zip(window, half, strict=True)
-    )
+def doubled(window: Window) -> Window:
+    """Return the rows and columns of the working image of some at half size."""
+    rows, columns = (slice(2 * side.start, 2 * side.stop) for side in window)
     return rows, columns

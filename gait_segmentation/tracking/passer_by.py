@@ -22,7 +22,7 @@ from gait_segmentation.tracking.competition import Claim, overlap
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood import log_ratio
 from gait_segmentation.tracking.nearness import REACH, Nearness, nearness
-from gait_segmentation.tracking.outline import Outline, doubled, halved
+from gait_segmentation.tracking.outline import Outline, doubled, every, halved
 from gait_segmentation.tracking.person import Person
 from gait_segmentation.tracking.records import Record, body_over
 
@@ -151,7 +151,7 @@ class PasserBy:
         """
         if not (self.proven and outline.inside.size):
             return None
-        shape = now.image.gray.shape
+        shape = (now.image.gray.shape[0], now.image.gray.shape[1])
         half = (shape[0] // 2, shape[1] // 2)
         room = _shared(outline.about(REACH * self.height / 2, half), people, shape)
         if room is None or not _meets(outline, people, _MEETING * self.height):
@@ -182,21 +182,17 @@ class PasserBy:
         :param logit: (h, w) float32 of the window of the claim, after the competition.
         :param shadow_floor: darkest shadow, as a share of the lightness of the background.
         """
-        top, left = (side.start for side in claim.window)
+        top, left = (side.start // 2 for side in claim.window)
         if claim.near is None:
-            return Outline(top // 2, left // 2, np.empty((0, 0), np.uint8))
+            return Outline(top, left, np.empty((0, 0), np.uint8))
         rows, columns = claim.near.part
-        likely = logit[rows.start : rows.stop : 2, columns.start : columns.stop : 2] > 0
+        likely = logit[rows, columns][::2, ::2] > 0
         likely &= claim.near.distance[::2, ::2] > -_GROWTH * self.height
-        top, left = top + rows.start, left + columns.start
-        every = (
-            slice(top, top + rows.stop - rows.start, 2),
-            slice(left, left + columns.stop - columns.start, 2),
-        )
-        lab = np.ascontiguousarray(now.image.lab_about(claim.window)[every])
-        other = now.strange(every, shadow_floor, lab) > 0
-        likely &= other | (now.background.count[every] < SURE_COUNT)
-        return Outline(top // 2, left // 2, np.uint8(255) * likely.view(np.uint8))
+        top, left = top + rows.start // 2, left + columns.start // 2
+        part = (slice(top, top + likely.shape[0]), slice(left, left + likely.shape[1]))
+        other = now.strange(every(part), shadow_floor, _lab(now, part)) > 0
+        likely &= other | (now.background.count[every(part)] < SURE_COUNT)
+        return Outline(top, left, np.uint8(255) * likely.view(np.uint8))
 
     def learn(self, beside: Beside, pending: Sequence[Record]) -> bool:
         """
@@ -211,16 +207,9 @@ class PasserBy:
         self.outline = self.outline.shifted(*shift)
         if self.still:
             return True
-        size = max(1, round(JOINED * self.height / 2))
-        window = self.outline.about(size, beside.shape)
-        clear = beside.far(window, _CLEAR * self.height / 2)
-        seen = cv2.dilate(self.outline.seen_in(window), _square(size))
-        seen &= beside.strange[window]
-        seen[~clear] = 0
-        if self.number in record.passers_by:
-            seen |= record.passers_by[self.number].seen_in(window)
-        seen[beside.masks[window] > 0] = 0
-        area = int(cv2.countNonZero(seen)) if seen.size else 0
+        window = self.outline.about(JOINED * self.height / 2, beside.shape)
+        seen, clear = self._seen(beside, window)
+        area = cv2.countNonZero(seen)
         stamp_ns = record.image.stamp_ns
         if area >= _SEEN * self.usual_area:
             self.seen_ns = stamp_ns
@@ -229,10 +218,26 @@ class PasserBy:
             self.usual_area += _AREA_RATE * (area - self.usual_area)
             self.usual_area = max(self.usual_area, float(area))
             self.outline = Outline.of(seen, window[0].start, window[1].start)
-            seen[~clear] = 0
+            seen &= clear
             if cv2.countNonZero(seen) > _MOSTLY * area:
-                self.learn_colours(record, pending, Outline.of(seen, *_corner(window)))
+                clear_part = Outline.of(seen, window[0].start, window[1].start)
+                self.learn_colours(record, pending, clear_part)
         return stamp_ns - self.seen_ns < _PATIENCE_S * 1e9 and self.outline.inside.size > 0
+
+    def _seen(self, beside: Beside, window: Window) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+        """Return what is seen in a window, and what of it is clear of who is tracked, 0/255."""
+        inside = self.outline.seen_in(window)
+        if not inside.any():
+            return inside, inside
+        clear = beside.far(window, _CLEAR * self.height / 2)
+        margin = max(1, round(JOINED * self.height / 2))
+        seen = cv2.dilate(inside, np.ones((2 * margin + 1, 2 * margin + 1), np.uint8))
+        seen &= beside.strange[window]
+        seen &= clear
+        if self.number in beside.record.passers_by:
+            seen |= beside.record.passers_by[self.number].seen_in(window)
+        seen &= cv2.bitwise_not(beside.masks[window])
+        return np.asarray(seen), clear
 
     def learn_colours(self, record: Record, pending: Sequence[Record], of: Outline) -> None:
         """
@@ -240,11 +245,10 @@ class PasserBy:
 
         :param pending: the frames since.
         """
-        window = doubled(of.window)
-        lab = np.ascontiguousarray(record.image.lab_about(window)[window][::2, ::2])
-        rows = self._rows(window, body_over(pending, self.number))[::2, ::2]
-        rows = np.ascontiguousarray(rows)
-        self.colours.learn(colour_bins(lab), rows, of.inside > 0, _COLOUR_RATE)
+        bins = colour_bins(_lab(record, of.window))
+        rows = self._rows(doubled(of.window), body_over(pending, self.number))
+        rows = np.ascontiguousarray(rows[::2, ::2])
+        self.colours.learn(bins, rows, of.inside > 0, _COLOUR_RATE)
 
     def _rows(
         self, window: Window, shift: tuple[float, float] = (0.0, 0.0)
@@ -255,9 +259,14 @@ class PasserBy:
         return body_rows(shape, (window[1].start, window[0].start), center, self.height)
 
 
-def _shared(window: Window, people: Sequence[Person], shape: tuple[int, ...]) -> Window | None:
+def _lab(record: Record, half: Window) -> NDArray[np.uint8]:
+    """Return the pixels that stand for a window at half size in Lab, (h, w, 3) uint8."""
+    return np.ascontiguousarray(record.image.lab_about(doubled(half))[every(half)])
+
+
+def _shared(window: Window, people: Sequence[Person], shape: tuple[int, int]) -> Window | None:
     """Return the part at half size of a window that lies in those about people."""
-    parts = [overlap(window, halved(person.window((shape[0], shape[1])))) for person in people]
+    parts = [overlap(window, halved(person.window(shape))) for person in people]
     found = [part for part in parts if part is not None]
     if not found:
         return None
@@ -315,13 +324,3 @@ def _matched(
     unlike = cv2.matchTemplate(room, before[part], cv2.TM_SQDIFF, mask=outline.seen_in(part))
     row, column = divmod(int(unlike.argmin()), unlike.shape[1])
     return 2.0 * (x + column - side), 2.0 * (y + row - side)
-
-
-def _corner(window: Window) -> tuple[int, int]:
-    """Return the row and the column a window begins in."""
-    return window[0].start, window[1].start
-
-
-def _square(margin: int) -> NDArray[np.uint8]:
-    """Return what widens a mask by a margin."""
-    return np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)

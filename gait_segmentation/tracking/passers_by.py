@@ -22,7 +22,7 @@ from gait_segmentation.tracking.beside import Beside
 from gait_segmentation.tracking.competition import Claim, overlap
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.newcomers import Neighbour, newcomers
-from gait_segmentation.tracking.outline import Outline, doubled, halved
+from gait_segmentation.tracking.outline import Outline, halved
 from gait_segmentation.tracking.passer_by import JOINED, PasserBy
 from gait_segmentation.tracking.person import Person, new_colours
 from gait_segmentation.tracking.records import Record
@@ -77,24 +77,16 @@ class PassersBy:
         claims: Mapping[int, Claim],
         logits: Sequence[NDArray[np.float32]],
         shadow_floor: float,
-    ) -> list[NDArray[np.uint8]]:
+    ) -> None:
         """
         Note in the newest frame what everybody got that is not the known background.
 
         :param logits: of the claims, in their order.
         :param shadow_floor: darkest shadow, as a share of the lightness of the background.
-        :returns: it as (h, w) uint8 of the working image.
         """
         known = {each.number: each for each in self.known}
-        seen = []
         for (number, claim), logit in zip(claims.items(), logits, strict=True):
-            won = known[number].won(now, claim, logit, shadow_floor)
-            now.passers_by[number] = won
-            mask = np.zeros(now.image.gray.shape, np.uint8)
-            if won.inside.size:
-                mask[doubled(won.window)] = won.inside.repeat(2, 0).repeat(2, 1)
-            seen.append(mask)
-        return seen
+            now.passers_by[number] = known[number].won(now, claim, logit, shadow_floor)
 
     def skip(self, record: Record) -> None:
         """Let go of a frame that is never learnt: only its motion counts."""

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -92,8 +93,7 @@ class Person:
 
     def window(self, shape: tuple[int, int]) -> Window:
         """Return the rows and columns in which pixels are judged."""
-        window = body_window(self.center_x, self.center_y, self.height, self.box)
-        return window.slices(shape[1], shape[0])
+        return _window(self.center_x, self.center_y, self.height, self.left, self.right, shape)
 
     def rows(self, window: Window) -> NDArray[np.float32]:
         """Return how far down the body each pixel of a window lies."""
@@ -271,6 +271,20 @@ class Person:
         window = self.window(mask.shape)
         area = cv2.countNonZero(mask[window])
         return bool(area > max(_LEAST_AREA * count_likely(prior[window]), 9))
+
+
+@lru_cache(maxsize=64)
+def _window(
+    center_x: float,
+    center_y: float,
+    height: float,
+    left: float,
+    right: float,
+    shape: tuple[int, int],
+) -> Window:
+    """Return the rows and columns about a person; asked for again until the person moves."""
+    box = Box(center_x - left, center_y - height / 2, left + right, height)
+    return body_window(center_x, center_y, height, box).slices(shape[1], shape[0])
 
 
 def new_colours(config: TrackingConfig) -> tuple[ColourModel, ColourModel]:

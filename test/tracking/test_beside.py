@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.tracking.beside import Beside
@@ -27,7 +26,7 @@ def beside(moving: np.ndarray | None = None, count: float = 30.0) -> Beside:
 def test_images_of_odd_size_lose_their_last_line() -> None:
     made = beside()
     assert made.shape == (30, 40)
-    assert made.people.shape == made.strange.shape == made.distance.shape == made.shape
+    assert made.people.shape == made.strange.shape == made.moving.shape == made.shape
 
 
 def test_windows_may_begin_anywhere() -> None:
@@ -64,9 +63,13 @@ def test_distances_are_those_from_templates() -> None:
     assert not far[15, 20]
 
 
-def test_the_share_that_moves_is_one_if_it_is_not_known() -> None:
-    part = np.ones((30, 40), np.bool_)
-    assert beside().moves(EVERYWHERE, part) == 1
-    moving = np.zeros(SHAPE, np.uint8)
+def test_all_may_move_if_it_is_not_known() -> None:
+    nothing = np.zeros(SHAPE, np.uint8)
+    made = beside()
+    made.add((slice(0, 61), slice(0, 81)), nothing, nothing, nothing)
+    assert made.moving.all()
+    moving = nothing.copy()
     moving[:30] = 1
-    assert beside(moving).moves(EVERYWHERE, part) == pytest.approx(0.5)
+    made = beside(moving)
+    made.add((slice(0, 61), slice(0, 81)), nothing, nothing, nothing)
+    assert np.count_nonzero(made.moving) == 15 * 40

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -97,3 +99,9 @@ def test_what_touches_somebody_seen_in_part_may_be_the_rest() -> None:
     assert len(newcomers(look(both, both), neighbour(), [])) == 1
     assert newcomers(look(both, both), neighbour(whole=False), []) == []
     assert newcomers(look(both, both), neighbour(inside=False), []) == []
+
+
+def test_nobody_is_beside_somebody_out_of_the_image() -> None:
+    both = drawn(OWN, OTHER)
+    out = replace(neighbour(), window=(slice(120, 120), slice(0, 80)))
+    assert newcomers(look(both, both), out, []) == []

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gait_segmentation.tracking.outline import Outline, doubled, halved, thinned
+from gait_segmentation.tracking.outline import Outline, doubled, halved
 
 
 def block(top: int, left: int, height: int, width: int) -> Outline:
@@ -58,12 +58,17 @@ def test_the_window_about_an_outline_ends_with_the_image() -> None:
     assert columns.stop >= 21
 
 
-def test_what_stands_for_half_the_size_is_every_second_pixel() -> None:
-    image = np.arange(30 * 20).reshape(30, 20)
+def test_windows_at_half_size_lie_within() -> None:
     for window in ((slice(3, 17), slice(4, 11)), (slice(4, 18), slice(5, 12))):
-        half = halved(window)
-        rows, columns = doubled(half)
+        rows, columns = doubled(halved(window))
         assert window[0].start <= rows.start <= rows.stop <= window[0].stop
         assert window[1].start <= columns.start <= columns.stop <= window[1].stop
-        part = image[window][thinned(window, half)]
-        assert (part == image[::2, ::2][half]).all()
+        assert rows.start % 2 == columns.start % 2 == 0
+
+
+def test_an_outline_is_enlarged_into_any_window() -> None:
+    outline = block(5, 7, 3, 4)
+    whole = np.zeros((80, 120), np.uint8)
+    whole[10:16, 14:22] = 255
+    for window in ((slice(0, 80), slice(0, 120)), (slice(11, 40), slice(3, 20))):
+        assert (outline.enlarged(window) == whole[window]).all()

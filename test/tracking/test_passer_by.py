@@ -9,6 +9,7 @@ import pytest
 
 from gait_segmentation.ego_motion.estimator import Motion
 from gait_segmentation.tracking.background import BackgroundModel
+from gait_segmentation.tracking.beside import Beside
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.outline import Outline
 from gait_segmentation.tracking.passer_by import PasserBy
@@ -74,3 +75,19 @@ def test_nobody_claims_pixels_before_having_gone_some_way() -> None:
     figure = Figure(100, BLUE)
     other = passer_by(figure)
     assert other.claim(frame(figure, 0), other.outline, [], TrackingConfig()) is None
+
+
+def test_who_left_the_image_is_forgotten_in_time() -> None:
+    figure = Figure(100, BLUE)
+    other = passer_by(figure)
+    other.outline = other.outline.shifted(2 * WIDTH, 0)
+    kept = []
+    for number in range(40):
+        record = frame(figure, number)
+        record.bodies[-1] = (0.0, 0.0)
+        beside = Beside(record, np.zeros((HEIGHT, WIDTH), np.uint8), None)
+        assert other.claim(record, other.outline, [], TrackingConfig()) is None
+        kept.append(other.learn(beside, []))
+    assert kept[0]
+    assert not kept[-1]
+    assert not other.well_seen
