@@ -75,17 +75,17 @@ def fill_holes(labels: NDArray[np.bool_], largest: float) -> NDArray[np.bool_]:
         return labels
     # Beyond one pixel about the labels nothing is enclosed.
     part = found.padded(1, 1).slices(labels.shape[1], labels.shape[0])
-    count, parts, stats, _ = cv2.connectedComponentsWithStats(
+    _, parts, stats, _ = cv2.connectedComponentsWithStats(
         (~labels[part]).view(np.uint8), connectivity=8
     )
-    if count <= 2:
-        return labels
     height, width = parts.shape
     left, top = stats[:, cv2.CC_STAT_LEFT], stats[:, cv2.CC_STAT_TOP]
     right, bottom = left + stats[:, cv2.CC_STAT_WIDTH], top + stats[:, cv2.CC_STAT_HEIGHT]
     hole = (stats[:, cv2.CC_STAT_AREA] <= largest) & (left > 0) & (top > 0)
     hole &= (right < width) & (bottom < height)
     hole[0] = False
+    if not hole.any():
+        return labels
     filled = labels.copy()
     filled[part] |= hole[parts]
     return filled

@@ -2,7 +2,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import cv2
 import numpy as np
+from hypothesis import example, given, strategies as st
+from hypothesis.extra.numpy import arrays
 
 from gait_segmentation.segmentation.components import fill_holes, keep_supported
 
@@ -41,3 +44,60 @@ def test_only_small_inner_holes_are_filled() -> None:
     assert filled[3, 3]
     assert not filled[10, 10]
     assert not filled[0, 10]
+
+
+def parts_of(labels: np.ndarray, diagonal: bool) -> list[np.ndarray]:
+    """Return each component of a mask, found by growing it step by step."""
+    rest, found = labels.copy(), []
+    shape = cv2.MORPH_RECT if diagonal else cv2.MORPH_CROSS
+    kernel = cv2.getStructuringElement(shape, (3, 3))
+    while rest.any():
+        part = np.zeros(labels.shape, np.uint8)
+        part.flat[int(rest.argmax())] = 1
+        while not np.array_equal(part, grown := cv2.dilate(part, kernel) & labels):
+            part = grown
+        found.append(part > 0)
+        rest &= part == 0
+    return found
+
+
+MASKS = arrays(np.bool_, st.tuples(st.integers(1, 7), st.integers(1, 7)))
+
+
+@given(MASKS, st.integers(0, 5))
+@example(np.pad(np.zeros((1, 2), np.bool_), 2, constant_values=True), 2)
+def test_holes_are_what_the_border_cannot_be_reached_from(
+    labels: np.ndarray, largest: int
+) -> None:
+    border = np.ones(labels.shape, np.bool_)
+    border[1:-1, 1:-1] = False
+    expected = labels.copy()
+    for part in parts_of(~labels, diagonal=True):
+        if not (part & border).any() and part.sum() <= largest:
+            expected |= part
+    assert np.array_equal(fill_holes(labels, largest), expected)
+
+
+@given(MASKS, st.integers(0, 2**32), st.floats(0, 4))
+def test_parts_are_kept_by_their_support_and_by_where_they_lie(
+    labels: np.ndarray, seed: int, reach: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    support = (rng.integers(0, 9, labels.shape) / 8).astype(np.float32)
+    evidence = rng.integers(200, 256, labels.shape).astype(np.uint8)
+    body = rng.random(labels.shape) < 0.2
+    parts = parts_of(labels, diagonal=False)
+    if len(parts) < 2 or not body.any():
+        return
+    near = cv2.distanceTransform((~body).view(np.uint8), cv2.DIST_L2, 3) <= reach
+    for part in parts:
+        near |= part & (evidence[part].mean() >= 245)
+    worth = [float((support * near)[part].sum()) for part in parts]
+    expected = np.zeros_like(labels)
+    for part, own in zip(parts, worth, strict=True):
+        well = own > 0.04 * max(worth) and own > 0.4 * part.sum()
+        if (well and near[part].mean() >= 0.5) or own == max(worth):
+            expected |= part
+    if worth.count(max(worth)) == 1:
+        found = keep_supported(labels, support, body, reach, evidence)
+        assert np.array_equal(found, expected)

@@ -4,6 +4,7 @@
 
 import cv2
 import numpy as np
+import pytest
 
 from gait_segmentation.segmentation.local_colours import add_odds, discriminant
 from gait_segmentation.segmentation.refinement import refine
@@ -70,12 +71,15 @@ def test_a_mask_with_only_one_side_says_nothing():
         assert not discriminant(small(scene()), labels, np.ones_like(labels)).any()
 
 
-def test_it_is_that_of_the_neighbourhood_wherever_it_is_wanted():
+@pytest.mark.parametrize('part', [False, True])
+def test_it_is_that_of_the_neighbourhood_wherever_it_is_wanted(part):
     rng = np.random.default_rng(2)
     image = rng.integers(0, 256, (32, 48, 3)).astype(np.uint8)
     labels = np.zeros((32, 48), bool)
     labels[8:26, 12:30] = True
     wanted = rng.random((32, 48)) < 0.5
+    if part:
+        wanted[:9] = wanted[24:] = wanted[:, :10] = wanted[:, 30:] = False
     line = discriminant(image, labels, wanted)
     person, ground = np.zeros_like(labels), np.ones_like(labels)
     person[9:25, 13:29] = True

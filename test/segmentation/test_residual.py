@@ -90,3 +90,23 @@ def test_phases_are_remembered_apart() -> None:
     second = shape.probability(NOTHING, BODY, 0.5)
     assert first[60, 30] > 0.8 > 0.3 > second[60, 30]
     assert second[60, 70] > 0.8 > 0.3 > first[60, 70]
+
+
+def test_new_masks_outweigh_old_ones() -> None:
+    shape = PersonalShape()
+    for x in (20, 50):
+        for _ in range(60):
+            shown(shape, block(x), NOTHING, 0.0)
+    # In the phase they were seen in, and in one that has never been.
+    for phase in (0.0, 0.5):
+        expected = shape.probability(NOTHING, BODY, phase)
+        assert expected[60, 70] > 0.8 > 0.2 > expected[60, 30]
+
+
+def test_phases_next_to_each_other_share_what_they_know() -> None:
+    shape = PersonalShape()
+    for _ in range(20):
+        shown(shape, block(20), NOTHING, 0.99)
+        shown(shape, block(50), NOTHING, 0.5)
+    assert shape.probability(NOTHING, BODY, 0.01)[60, 30] > 0.8
+    assert shape.probability(NOTHING, BODY, 0.25)[60, 30] < 0.7
