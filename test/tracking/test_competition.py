@@ -2,11 +2,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.tracking.competition import Claim, compete, leave_to, overlap
-from gait_segmentation.tracking.nearness import nearness
+from gait_segmentation.tracking.competition import (
+    _FARTHEST,
+    Claim,
+    _falloff,
+    compete,
+    leave_to,
+    overlap,
+)
+from gait_segmentation.tracking.nearness import REACH, nearness
 
 SHAPE = (60, 100)
 
@@ -101,3 +109,20 @@ def test_a_mask_that_has_taken_in_somebody_does_not_keep_them() -> None:
     assert left[30, 14] < -1
     assert left[30, 26] == 3
     assert (one.logit == 3).all()
+
+
+@pytest.mark.parametrize('part', [np.s_[5:55, 12:28], np.s_[40:44, 30:40], np.s_[0:3, 0:4]])
+@pytest.mark.parametrize('height', [20.0, 50.0])
+def test_what_is_expected_falls_off_with_the_distance_from_the_mask(
+    part: tuple[slice, slice], height: float
+) -> None:
+    mask = np.zeros((60, 40), np.uint8)
+    mask[part] = 255
+    everywhere = (slice(0, 60), slice(0, 40))
+    logit = np.zeros((60, 40), np.float32)
+    one = Claim(everywhere, logit, mask, nearness(mask, height), 50.0, height, False)
+    distance = cv2.distanceTransform(255 - mask, cv2.DIST_L2, 3)
+    expected = np.maximum(_FARTHEST * distance / (REACH * height), _FARTHEST)
+    np.testing.assert_allclose(_falloff(one), expected, atol=1e-2)
+    nowhere = Claim(everywhere, logit, mask * 0, nearness(mask * 0, height), 50.0, height, False)
+    assert (_falloff(nowhere) == _FARTHEST).all()
