@@ -2,12 +2,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import itertools
+
 import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.tracking.competition import (
     _FARTHEST,
+    _NEARER,
     Claim,
     _falloff,
     compete,
@@ -126,3 +129,34 @@ def test_what_is_expected_falls_off_with_the_distance_from_the_mask(
     np.testing.assert_allclose(_falloff(one), expected, atol=1e-2)
     nowhere = Claim(everywhere, logit, mask * 0, nearness(mask * 0, height), 50.0, height, False)
     assert (_falloff(nowhere) == _FARTHEST).all()
+
+
+def test_several_compete_as_their_densities_say() -> None:
+    """By plain sums over all pixels of the image, window after window."""
+    rng = np.random.default_rng(5)
+    feet = {0: 50.0, 9: 55.0, 30: 52.0}
+    claims = [claim(left, 0.0, below) for left, below in feet.items()]
+    for each in claims:
+        each.logit[:] = rng.normal(0, 3, each.logit.shape)
+    expected = []
+    for one in claims:
+        rivals = np.zeros(SHAPE)
+        for other in claims:
+            if other is not one:
+                depth = _NEARER if other.feet > one.feet else -_NEARER
+                rivals[other.window] += np.exp(other.logit + _falloff(other) + depth)
+        expected.append(one.logit - np.log1p(rivals[one.window]))
+    for first, second in itertools.combinations(range(3), 2):
+        here, there = (np.full(SHAPE, -np.inf) for _ in range(2))
+        favour = [np.full(SHAPE, -np.inf) for _ in range(2)]
+        for k, image, own in ((first, here, favour[0]), (second, there, favour[1])):
+            image[claims[k].window] = expected[k]
+            own[claims[k].window] = expected[k] + _falloff(claims[k])
+        both = (here > 0) & (there > 0)
+        there[both & (favour[0] >= favour[1])] = here[both & (favour[0] < favour[1])] = -0.5
+        expected[first], expected[second] = (
+            here[claims[first].window],
+            there[claims[second].window],
+        )
+    for found, wanted in zip(compete(claims), expected, strict=True):
+        np.testing.assert_allclose(found, wanted, atol=0.02)
