@@ -52,14 +52,20 @@ _LEAST_RATIO, _TRUNK_NOISE = 1.1, 0.1
 
 _LEAST_LEGS, _MOST_LEGS = 0.55, 2.2
 _MOST_PLAIN = 0.82
+_VERY_SURE, _SURE_PLAIN = 1.3, 0.88
+"""How much more like a walker something must be to look as plain as small people do."""
+
 _LEAST_COVER = 0.7
 _MOST_WIDTH = 1.1
 _SURE, _SURE_RATIO, _SURE_LEGS, _SURE_SLACK = 1.2, 0.9, 0.42, 0.12
 """How much more like a walker something must be than the least, for the limits that follow to do
 for it: people from the front swing less, and show more of the trunk."""
 
-_AGREE = 2
-"""Matches in a row that must say the same."""
+_AGREE, _DOUBTED_AGREE = 2, 4
+"""Matches in a row that must say the same, and of what is hardly enough like a walker."""
+
+_DOUBTED = 1.12
+"""How much more like a walker than the least something must be not to be doubted."""
 
 _BORDER_PX = 1.0
 _SLACK = 0.05
@@ -145,7 +151,8 @@ class Watch:
             return None
         found = self._judge(likelihood, candidate, result)
         self._agreed = self._agreed + 1 if found is not None else 0
-        return found if self._agreed >= _AGREE else None
+        doubted = self.similarity < _DOUBTED * self._config.least_similarity
+        return found if self._agreed >= (_DOUBTED_AGREE if doubted else _AGREE) else None
 
     def _misses(
         self, likelihood: NDArray[np.uint8], candidate: Candidate, result: MatchResult
@@ -164,13 +171,14 @@ class Watch:
         self.gait = gait = gait_of([shape for _, _, shape in self._seen])
         self.similarity = float(np.mean([match.similarity for _, match, _ in self._seen]))
         sure = self.similarity >= _SURE * config.least_similarity
+        very = self.similarity >= _VERY_SURE * config.least_similarity
         ratio, least_legs = (_SURE_RATIO, _SURE_LEGS) if sure else (_LEAST_RATIO, _LEAST_LEGS)
         walks = (
             self.similarity >= config.least_similarity
             and gait.swing >= _LEAST_SWING
             and gait.swing >= ratio * (gait.trunk + _TRUNK_NOISE)
             and least_legs <= gait.legs <= _MOST_LEGS
-            and gait.plain <= _MOST_PLAIN
+            and gait.plain <= (_SURE_PLAIN if very else _MOST_PLAIN)
             and candidate.distance() >= config.least_way
         )
         if not walks or result.body is None:
