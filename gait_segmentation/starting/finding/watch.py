@@ -61,11 +61,12 @@ _SURE, _SURE_RATIO, _SURE_LEGS, _SURE_SLACK = 1.2, 0.9, 0.42, 0.12
 """How much more like a walker something must be than the least, for the limits that follow to do
 for it: people from the front swing less, and show more of the trunk."""
 
-_AGREE, _DOUBTED_AGREE = 2, 4
-"""Matches in a row that must say the same, and of what is hardly enough like a walker."""
+_AGREE = 2
+"""Matches in a row that must say the same."""
 
-_DOUBTED = 1.12
-"""How much more like a walker than the least something must be not to be doubted."""
+_DOUBTED, _DOUBT_S = 1.12, 0.18
+"""How much more like a walker than the least something must be not to be doubted, and for how
+long matches must say the same of what is."""
 
 _BORDER_PX = 1.0
 _SLACK = 0.05
@@ -93,7 +94,7 @@ class Watch:
         self._blob = candidate.box
         self._box = candidate.box if box is None else box
         self._seen: deque[tuple[float, MatchResult, Shape]] = deque()
-        self._agreed = 0
+        self._agreed, self._since = 0, 0.0
         self._missed = 0
         self.begun = candidate.seen
         self.last = 0.0
@@ -150,9 +151,15 @@ class Watch:
         if seconds - self._seen[0][0] < self._config.watch - _PERIOD_S:
             return None
         found = self._judge(likelihood, candidate, result)
-        self._agreed = self._agreed + 1 if found is not None else 0
+        if found is None:
+            self._agreed = 0
+            return None
+        if self._agreed == 0:
+            self._since = seconds
+        self._agreed += 1
         doubted = self.similarity < _DOUBTED * self._config.least_similarity
-        return found if self._agreed >= (_DOUBTED_AGREE if doubted else _AGREE) else None
+        sure = not doubted or seconds - self._since >= _DOUBT_S
+        return found if sure and self._agreed >= _AGREE else None
 
     def _misses(
         self, likelihood: NDArray[np.uint8], candidate: Candidate, result: MatchResult

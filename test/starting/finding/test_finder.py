@@ -72,6 +72,20 @@ def test_smaller_people_are_found_where_there_may_be_several(people: int, found:
     assert len(boxes) == found
 
 
+def test_several_people_are_found_soon_at_a_low_frame_rate() -> None:
+    finder, place = WalkerFinder(small_bank(), people=4), scene((480, 960))
+    boxes: list[Box] = []
+    for frame in list(clip(pan=0.0, frames=44))[::3]:
+        small = cv2.resize(frame.image, None, fx=0.75, fy=0.75, interpolation=cv2.INTER_AREA)
+        rows, columns = small.shape[:2]
+        image = place.copy()
+        for left in range(0, 960 - columns + 1, columns):
+            for top in range(0, 480 - rows + 1, rows):
+                image[top : top + rows, left : left + columns] = small
+        boxes += finder.update(noisy(image, 1), frame.stamp_ns)
+    assert len(boxes) >= 6
+
+
 def test_who_has_a_slot_is_not_found_again() -> None:
     frames = clip(pan=0.0, frames=40)
     finder = WalkerFinder(small_bank())
