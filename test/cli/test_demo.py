@@ -201,14 +201,13 @@ def test_what_became_of_lost_frames_is_told(tmp_path: Path) -> None:
     ('options', 'reason'),
     [
         (['--clip', 'no_such.mp4', '--box', '1', '1', '9', '9'], 'does not exist'),
-        (['--clip', 'film'], 'needs --box'),
         (['--box', '1', '1', '9', '9'], 'give --clip'),
         (['--clip', 'film', '--box', '9999', '1', '9', '9'], 'must not lie outside of the image'),
         (['--clip', 'film', '--box', '1', '1', '0', '9'], 'must be positive'),
         (['--clip', 'film', '--box', '1', '1', 'nine'], 'four numbers X Y W H, or auto'),
         (['--clip', 'film', '--box', '1', '1', '9', '9', '--people', '0'], 'from 1 to 16'),
         (['--clip', 'film', '--box', '1', '1', '9', '9', '--width', '3'], 'at least 64'),
-        (['--clip', 'film', '--box', 'auto', '--out', 'letter/x'], 'nothing can be written'),
+        (['--clip', 'film', '--out', 'letter/x'], 'nothing can be written'),
         (['--clip', 'film', '--box', 'auto', '--out', 'letter'], 'nothing can be written'),
     ],
 )
