@@ -22,9 +22,9 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image, JointState
 
 from gait_segmentation.geometry import Box
+from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.people import slot_name
 from gait_segmentation.ros.executor import MessageExecutor
-from gait_segmentation.ros.image import read_mono8
 from gait_segmentation.ros.messages import read_box, read_gait, stamp_of
 
 __all__ = ['Record', 'Recorder', 'Seen']

@@ -15,13 +15,13 @@ from sensor_msgs.msg import Image, RegionOfInterest
 from std_msgs.msg import Header
 
 from gait_segmentation.config import StageConfig
+from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import MatchResult, TrackResult
 from gait_segmentation.ros.camera import claimed_shape
 from gait_segmentation.ros.config import BankConfig, NodeConfig, SizeConfig
 from gait_segmentation.ros.fields import check_size
-from gait_segmentation.ros.image import read_mono8
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_box, stamp_of

@@ -12,11 +12,11 @@ from geometry_msgs.msg import PolygonInstanceStamped
 from sensor_msgs.msg import CompressedImage, Image, JointState
 
 from gait_segmentation.config import StageConfig
+from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.camera import CameraSubscription, claimed_shape, decode
 from gait_segmentation.ros.config import CameraConfig, SegmenterNodeConfig
-from gait_segmentation.ros.image import read_mono8
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_body, read_gait, stamp_of

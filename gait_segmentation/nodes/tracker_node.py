@@ -13,12 +13,12 @@ from sensor_msgs.msg import Image
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.camera_node import CameraMessage, CameraNode
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import Feedback
 from gait_segmentation.ros.camera import claimed_shape, decode
 from gait_segmentation.ros.config import BankConfig
-from gait_segmentation.ros.image import read_mono8
 from gait_segmentation.ros.in_flight import InFlight
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.messages import read_body, stamp_of

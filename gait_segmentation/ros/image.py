@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Image messages to arrays and back.
+Arrays as image messages; the other way is in ``inputs.encodings``.
 
 Assigning an array to ``Image.data`` costs rclpy a check of every byte, so nothing here does.
 """
@@ -15,27 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import Image
 
-from gait_segmentation.inputs.encodings import (
-    ENCODINGS,
-    Encoding,
-    pixels,
-    read_bgr,
-    read_compressed,
-    read_mono8,
-)
-
 if TYPE_CHECKING:
     from std_msgs.msg import Header
 
-__all__ = [
-    'ENCODINGS',
-    'Encoding',
-    'image_message',
-    'pixels',
-    'read_bgr',
-    'read_compressed',
-    'read_mono8',
-]
+__all__ = ['image_message']
 
 
 def image_message(image: NDArray[np.uint8], header: Header) -> Image:

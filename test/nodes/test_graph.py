@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import Image, RegionOfInterest
 
+from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
-from gait_segmentation.ros.image import image_message, read_mono8
+from gait_segmentation.ros.image import image_message
 from test.nodes.bench import OUTPUTS, Bench, frame, header
 from test.walkers import couple
 

@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import Image
 
+from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.pipeline import Pipeline
-from gait_segmentation.ros.image import image_message, read_mono8
+from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.messages import stamp_of
 from test.nodes.bench import Bench, header
 from test.walkers import clip, overlap, small_bank

@@ -20,12 +20,13 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image, RegionOfInterest
 from std_msgs.msg import String
 
+from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes import pipeline_node
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
-from gait_segmentation.ros.image import image_message, read_mono8
+from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.messages import box_message
 from gait_segmentation.ros.qos import LATCHED
 from test.nodes.bench import DEEP, Bench, frame, header

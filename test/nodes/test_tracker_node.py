@@ -16,10 +16,11 @@ from std_srvs.srv import SetBool, Trigger
 
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.geometry import Box
+from gait_segmentation.inputs.encodings import read_bgr, read_mono8
 from gait_segmentation.nodes import camera_node
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros import outputs
-from gait_segmentation.ros.image import image_message, read_bgr, read_mono8
+from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.messages import box_message
 from gait_segmentation.tracking import TrackingConfig
 from test.nodes.bench import OUTPUTS, Bench, frame, header

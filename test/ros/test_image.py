@@ -13,14 +13,14 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.ros.image import (
+from gait_segmentation.inputs.encodings import (
     ENCODINGS,
-    image_message,
     pixels,
     read_bgr,
     read_compressed,
     read_mono8,
 )
+from gait_segmentation.ros.image import image_message
 
 BLUE, GREEN, RED = (255, 0, 0), (0, 255, 0), (0, 0, 255)
 
