@@ -165,7 +165,9 @@ class ImageSource(ABC):
 
     def _scaled_shape(self, shape: Shape) -> Shape:
         factor = self._factor(shape[1])
-        return (round(shape[0] * factor), round(shape[1] * factor))
+        if min(shape) == 0:
+            return shape
+        return (max(round(shape[0] * factor), 1), max(round(shape[1] * factor), 1))
 
     def _scaled(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         shape = self._scaled_shape((image.shape[0], image.shape[1]))

@@ -52,6 +52,9 @@ _ALONE = 0.9
 _FOUND_PART = 0.12
 """Share that somebody lost must show who is hidden by the background."""
 
+_LEAST_STEP_S = 0.005
+"""Frames whose stamps are closer have not been taken in so short a time: no pace is learnt."""
+
 _MOST_MEAN_SHIFT = 0.05
 """Largest mean shift in a frame, in body heights."""
 
@@ -194,7 +197,7 @@ class Target:
             # Also because the edge of what hides the person moves otherwise.
             person.velocity = (pace[0] * seconds, pace[1] * seconds)
         shift = person.predict(world, measured)
-        if measured is not None and seconds > 0:
+        if measured is not None and seconds > _LEAST_STEP_S:
             self._memory.learn_pace(shift, world, seconds)
         return shift
 

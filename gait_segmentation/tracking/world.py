@@ -39,8 +39,11 @@ _MOTION_GAP = 4
 _MOVING_GAP = 3
 """Frames between the two that are compared to find what moves against the world."""
 
-_SHORTEST_STEP_S, _LONGEST_STEP_S = 0.005, 1.0
-"""Seconds between two frames in which somebody is taken to go on as before."""
+_SHORTEST_STEP_S, _LONGEST_STEP_S = 0.02, 1.0
+"""
+Seconds between two frames in which somebody is taken to go on as before.  Of frames that seem to
+come faster, as after a hiccup, stamps often tell when they arrived.
+"""
 
 _AHEAD_X, _AHEAD_Y = 0.27, 0.22
 """

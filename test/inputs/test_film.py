@@ -64,6 +64,13 @@ def test_frames_are_scaled_down_and_never_up(folder: Path) -> None:
     assert open_input(folder, width=600).size == (60, 40)
 
 
+def test_nothing_is_scaled_down_to_nothing(tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / '1.png'), np.zeros((1, 90, 3), np.uint8))
+    film = open_input(tmp_path, width=9)
+    assert film.size == (9, 1)
+    assert [image.shape for image in film.images()] == [(1, 9, 3)]
+
+
 def test_a_film_file_is_read(tmp_path: Path) -> None:
     path = tmp_path / 'film.mp4'
     codec = int.from_bytes(b'mp4v', 'little')

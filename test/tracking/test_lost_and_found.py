@@ -13,7 +13,18 @@ import pytest
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import TrackResult
-from test.tracking.figures import BLUE, GREEN, RED, WIDTH, Figure, Told, picture, walk, wall
+from test.tracking.figures import (
+    BLUE,
+    GREEN,
+    RED,
+    STEP_NS,
+    WIDTH,
+    Figure,
+    Told,
+    picture,
+    walk,
+    wall,
+)
 
 BOARD = (130, 190)
 
@@ -283,3 +294,29 @@ def test_frames_that_are_missing_do_not_leave_a_fast_person_behind(
         step = next(steps)
         x += 12.0 * step
         told.frames += step - 1
+
+
+def test_stamps_of_frames_that_arrive_together_do_not_tell_a_pace() -> None:
+    class Hurried(Told):
+        """Of every eight frames three come late, a millisecond apart."""
+
+        @property
+        def stamp_ns(self) -> int:
+            late = self.frames % 8 - 4
+            stamp_ns = super().stamp_ns
+            return stamp_ns + (2 - late) * (STEP_NS - 1_000_000) if late in (0, 1, 2) else stamp_ns
+
+    told = Hurried()
+    first = Figure(40)
+    told.start(first)
+    for number, figure in enumerate(walk(first, 27, 6.0)):
+        [result] = told.show(figure)
+        assert result.box is not None
+        assert abs(result.box.center_x - figure.x) < 3, number
+    # Hidden as the last of them comes, somebody goes on no faster than before.
+    last = figure
+    for _ in range(5):
+        [result] = told.show(boards=[(0, WIDTH)])
+    for number in range(6, 9):
+        [result] = told.show(replace(last, x=last.x + 6.0 * number))
+    assert (result.track_id, result.state) == (1, 'tracked')
