@@ -49,8 +49,11 @@ def follow(
     :param heat: P(person) from elsewhere, uint8 of any size.
     """
     bodies = [target.carried_mask() for target in targets]
+    parts = [target.carried_part() for target in targets]
     masks = list(zip(targets, bodies, strict=True))
-    visible = [_uncovered(target, body, masks) for target, body in masks]
+    visible = [
+        _uncovered(target, part, masks) for target, part in zip(targets, parts, strict=True)
+    ]
     others = world.passers_by
     motion = world.advance(
         image,
@@ -132,9 +135,8 @@ def learn(
             continue
         feedback = by_track.get(target.track_id)
         alone = not any(target.meets(other) for other in targets if other is not target)
-        learnt = None if feedback is None else target.learn(record, feedback, alone=alone)
+        learnt = target.learn(record, feedback, alone=alone)
         if learnt is None:
-            target.skip(record)
             people[target.person.area.slices(world.shape[1], world.shape[0])] = 255
         else:
             people[learnt.window] |= learnt.margin[learnt.window]

@@ -18,7 +18,7 @@ from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.person import Person
 from gait_segmentation.warping import warp_window
 
-__all__ = ['WholeArea', 'grown', 'is_covered', 'without_world', 'working_masks']
+__all__ = ['WholeArea', 'grown', 'without_world', 'working_masks']
 
 _STAYS, _OUTSIDE = -0.5, 0.06
 _MOVES, _FAR_OUTSIDE = 0.5, 0.1
@@ -42,9 +42,6 @@ _AREA_RATE, _CORRECTION_RATE = 0.03, 0.2
 
 _HIDDEN_FOR = 15
 """Masks after somebody was hidden from which nothing is learnt unless they are whole."""
-
-_COVERED = 0.25
-"""Share of the template that looks like the known background of somebody hidden in part."""
 
 _UNSURE = 30
 """Masks in which the usual area may still be that of a first mask that was far too large."""
@@ -166,21 +163,6 @@ def grown(
     out = np.zeros(mask.shape, np.uint8)
     out[part] = cv2.dilate(mask[part], kernel)
     return out
-
-
-def is_covered(
-    mask: NDArray[np.uint8], prior: NDArray[np.uint8], still: NDArray[np.bool_]
-) -> bool:
-    """
-    Return whether what is known to stand there covers much of a template.
-
-    :param mask, prior: (h, w) uint8 of a window, the mask 0/255 and the template.
-    :param still: (h, w), whether pixels look like the known background.
-    """
-    # Without the rim, where templates are wrong most often.
-    inner = cv2.erode(cv2.inRange(prior, 128, 255), np.ones((3, 3), np.uint8)) > 0
-    covered = np.count_nonzero(inner & still & (mask == 0))
-    return bool(covered > _COVERED * np.count_nonzero(inner))
 
 
 class WholeArea:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import cv2
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, Box, body_window
-from gait_segmentation.images import Bounds, Window, bounding_box, count_likely
+from gait_segmentation.images import Bounds, Window, bounding_box, count_likely, shift_whole
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.extent import axis_tilt, extent_of
 from gait_segmentation.tracking.samples import samples
@@ -50,8 +50,10 @@ class Person:
     ``tilt`` is the estimate of how far the axis leans, in radians, and ``angle`` what is used of
     it.  ``masks`` counts the masks the tilt was learnt
     from; ``mask_height`` is the height at the last mask.  ``template`` is the template, (h, w)
-    uint8, that came with ``mask``, None if none did; ``learnt`` counts the masks that the colours
-    were learnt from, ``moves`` counts the frames that the velocity was learnt from.
+    uint8, that came with ``mask``, None if none did; ``part`` is (h, w) uint8, what can be
+    followed of what the very last mask showed, while ``mask`` is the last of all of the person;
+    ``rest`` is by how much they lag behind the body, in pixels.  ``learnt`` counts the masks that
+    the colours were learnt from, ``moves`` the frames that the velocity was learnt from.
     """
 
     track_id: int
@@ -69,12 +71,15 @@ class Person:
     masks: int = 0
     mask_height: float = 0.0
     template: NDArray[np.uint8] | None = None
+    part: NDArray[np.uint8] = field(init=False)
+    rest: tuple[float, float] = (0.0, 0.0)
     learnt: int = 0
     moves: int = 0
 
     def __post_init__(self) -> None:
-        """Take the first height for that of the first mask."""
+        """Take the first height for that of the first mask, which is followed at first."""
         self.mask_height = self.height
+        self.part = self.mask
 
     @property
     def box(self) -> Box:
@@ -114,6 +119,31 @@ class Person:
         """Move the person."""
         self.center_x += dx
         self.center_y += dy
+
+    def carry(self, dx: float, dy: float) -> None:
+        """Carry mask and template on by whole pixels; what is left over counts the next time."""
+        x, y = self.rest[0] + dx, self.rest[1] + dy
+        whole = (round(x), round(y))
+        self.rest = (x - whole[0], y - whole[1])
+        self.mask, self.part = shift_whole(self.mask, *whole), shift_whole(self.part, *whole)
+        if self.template is not None:
+            self.template = shift_whole(self.template, *whole)
+
+    def take(
+        self,
+        mask: NDArray[np.uint8],
+        template: NDArray[np.uint8] | None,
+        part: NDArray[np.uint8] | None = None,
+    ) -> None:
+        """
+        Take over a mask of all of the person.
+
+        :param mask, template: (h, w) uint8, the mask 0/255.
+        :param part: what of it can be followed, if not all.
+        """
+        self.mask, self.template = mask, template
+        self.part = mask if part is None else part
+        self.rest = (0.0, 0.0)
 
     def predict(
         self, world: tuple[float, float], body: tuple[float, float] | None

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import cv2
 import numpy as np
@@ -19,11 +20,11 @@ from gait_segmentation.tracking.appearance import Appearance
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector
+from gait_segmentation.tracking.hiding import Hiding
 from gait_segmentation.tracking.judgement import judge, view_of
 from gait_segmentation.tracking.learning import (
     WholeArea,
     grown,
-    is_covered,
     without_world,
     working_masks,
 )
@@ -48,6 +49,9 @@ _REACH = 0.7
 
 _ALONE = 0.9
 """Share that must not be hidden by others, so that what hides the rest is the background."""
+
+_ALL = 0.95
+"""Share of the usual area from which nothing hides any of the person."""
 
 _FOUND_PART = 0.12
 """Share that somebody lost must show who is hidden by the background."""
@@ -117,6 +121,7 @@ class Target:
         self._box: Box | None = None
         self._area = WholeArea(self.person)
         self._visibility = Visibility()
+        self._uncovered = True
         self._memory = LostAndFound(self.person, world.now)
 
     @property
@@ -163,6 +168,13 @@ class Target:
         window = self.person.window(self.world.shape)
         return self.world.carried(self.person.mask, self.track_id, window)
 
+    def carried_part(self) -> NDArray[np.uint8]:
+        """Return what of the person can be followed, as the last mask showed it, carried along."""
+        if self.state == LOST:
+            return self.carried_mask()
+        window = self.person.window(self.world.shape)
+        return self.world.carried(self.person.part, self.track_id, window)
+
     # Each frame: move, judge, assess, and if lost, recover.
 
     def move(self, motion: Motion, body: NDArray[np.uint8]) -> None:
@@ -192,9 +204,10 @@ class Target:
         # Of the step between the frames before, which need not have been as long.
         ratio = self.world.step_ratio
         person.velocity = (ratio * person.velocity[0], ratio * person.velocity[1])
-        measured = self.world.body_shift(body, person.velocity) if self._visibility.well else None
+        # Of somebody behind others it may be their motion.
+        follow = self._visibility.well or self._uncovered
+        measured = self.world.body_shift(body, person.velocity) if follow else None
         if measured is None:
-            # Also because the edge of what hides the person moves otherwise.
             person.velocity = (pace[0] * seconds, pace[1] * seconds)
         shift = person.predict(world, measured)
         if measured is not None and seconds > _LEAST_STEP_S:
@@ -234,8 +247,9 @@ class Target:
         values = likelihood[window]
         sight = Sight.of(values, claim.mask[window], cover)
         self.confidence = sight.confidence
+        self._uncovered = sight.share > _ALONE
         clear = 0.0
-        if sight.seen < LOST_BELOW and sight.share > _ALONE:
+        if sight.seen < LOST_BELOW and self._uncovered:
             clear = self._before(sight, values, window).seen
         inside = self.person.share_inside(self.world.shape)
         if not self._visibility.update(sight.seen, inside, clear):
@@ -344,7 +358,7 @@ class Target:
         if not found:
             return False
         dx, dy = self.world.since_mask(self.track_id)
-        self.person.mask = _shifted(claim.mask, -dx, -dy)
+        self.person.take(shift_whole(claim.mask, round(-dx), round(-dy)), None)
         self.state = TRACKED
         self._visibility.seen = sight.seen
         self._box = self._box_of(values, sight, claim)
@@ -370,15 +384,14 @@ class Target:
 
     def skip(self, record: Record) -> None:
         """Let go of a frame that is never learnt: only its motion counts."""
-        person = self.person
         if self.track_id in record.bodies and self.state == TRACKED:
-            person.mask = _shifted(person.mask, *record.bodies[self.track_id])
-            if person.template is not None:
-                person.template = _shifted(person.template, *record.bodies[self.track_id])
+            self.person.carry(*record.bodies[self.track_id])
 
-    def learn(self, record: Record, feedback: Feedback, *, alone: bool = True) -> Learnt | None:
+    def learn(
+        self, record: Record, feedback: Feedback | None, *, alone: bool = True
+    ) -> Learnt | None:
         """
-        Learn from the mask of a frame just taken out of the world.
+        Learn from the mask of a frame just taken out of the world, if one came back.
 
         Nothing is learnt from a mask that shows only part of somebody who is not at the border.
 
@@ -386,8 +399,13 @@ class Target:
         :returns: what it told; None if the mask says nothing.
         """
         person, config = self.person, self.config
+        if feedback is None or self.state == LOST:
+            self.skip(record)
+            return None
         mask, prior = working_masks(feedback, self.world.shape)
-        if self.state == LOST or not person.teaches(mask, prior):
+        if not person.teaches(mask, prior):
+            self.skip(record)
+            person.part = mask
             return None
         dx, dy = self.world.since_mask(self.track_id)
         person.shift(-dx, -dy)
@@ -395,13 +413,20 @@ class Target:
         lab = record.image.lab_part(window)
         strange = record.strange(window, config.shadow_floor, lab)
 
-        def hidden() -> bool:
+        @cache
+        def hiding() -> Hiding:
             still = record.background.is_sure(window) & (strange == 0)
-            return is_covered(mask[window], prior[window], still)
+            for other in record.passers_by.values():
+                still |= other.enlarged(window) > 0
+            return Hiding.of(window, mask, prior, still)
 
-        if not self._area.update(mask, prior, person, alone=alone, hidden=hidden):
+        whole = self._area.update(mask, prior, person, alone=alone, hidden=lambda: hiding().much)
+        intact = self._area.share > _ALL
+        if not whole:
             person.shift(dx, dy)
-            return self._around_part(record, mask, prior) if alone else None
+            self.skip(record)
+            person.part = mask if intact else hiding().away(mask)
+            return self._around_part(window, mask, prior, strange) if alone else None
         moving = record.moving.get(self.track_id)
         mask = without_world(mask, prior, moving, person.height, settled=self._area.settled)
         if config.use_feature_selection:
@@ -413,28 +438,25 @@ class Target:
         person.learn_place(mask, body, bounds, record.rows.get(self.track_id))
         if config.use_tilt:
             person.learn_angle(mask, bounds)
-        person.mask, person.template = mask, prior
+        person.take(mask, prior, None if intact else hiding().away(mask))
         self._memory.learn_look(person, record, bounds)
         person.shift(dx, dy)
         return Learnt(window, mask, margin, prior, strange, self._area.share)
 
     def _around_part(
-        self, record: Record, mask: NDArray[np.uint8], prior: NDArray[np.uint8]
+        self,
+        window: Window,
+        mask: NDArray[np.uint8],
+        prior: NDArray[np.uint8],
+        strange: NDArray[np.uint8],
     ) -> Learnt:
         """
         Return where somebody half hidden may be: in this mask, the last whole one, the template.
 
         What the person uncovers meanwhile is learnt as background, or it would trail behind.
         """
-        self.skip(record)
         person = self.person
-        window = person.window(self.world.shape)
         where = np.zeros(self.world.shape, np.uint8)
         where[window] = person.mask[window] | mask[window] | cv2.inRange(prior[window], 128, 255)
-        strange = record.strange(window, self.config.shadow_floor)
         margin = grown(where, person.height)
         return Learnt(window, mask, margin, prior, strange, self._area.share)
-
-
-def _shifted(mask: NDArray[np.uint8], dx: float, dy: float) -> NDArray[np.uint8]:
-    return shift_whole(mask, round(dx), round(dy))

@@ -12,7 +12,6 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.learning import (
     WholeArea,
     grown,
-    is_covered,
     without_world,
     working_masks,
 )
@@ -123,12 +122,3 @@ def test_half_a_body_behind_something_known_teaches_no_size() -> None:
         assert not area.update(half, half, person)
     assert area.update(block(20, 10, 40, 48), whole, person)
     assert area.update(half, half, person)
-
-
-def test_what_is_known_to_stand_there_covers_a_template() -> None:
-    whole, half = block(20, 10, 40, 50), block(20, 10, 30, 50)
-    still = block(30, 0, 60, 60) > 0
-    assert is_covered(half, whole, still)
-    assert not is_covered(whole, whole, still)
-    assert not is_covered(half, whole, np.zeros_like(still))
-    assert not is_covered(half, half, still)
