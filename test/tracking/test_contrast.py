@@ -51,6 +51,15 @@ def test_no_order_of_levels_changes_and_none_is_lost_at_the_ends() -> None:
     assert curve[255] > curve[200] > curve[150]
 
 
+def test_levels_that_count_are_spread_evenly_and_the_rest_keeps_its_shares() -> None:
+    curve = contrast_curve(np.repeat(np.arange(100, 141, dtype=np.uint8), 9).reshape(-1, 9, 1))
+    assert curve is not None
+    # 40 levels become 128; of the 127 left 100 / 215 lie below.
+    expected = 127 * 100 / 215 + 3.2 * np.arange(41)
+    assert curve[100:141] == pytest.approx(expected, abs=0.51)
+    assert curve[50] == pytest.approx(127 * 50 / 215, abs=0.51)
+
+
 def test_the_first_picture_decides_for_all_that_follow() -> None:
     contrast = Contrast()
     first = contrast.curve_for(picture(40, 100))

@@ -110,3 +110,8 @@ def test_rows_reach_as_far_as_likely_pixels_about_the_mask() -> None:
     turned = likely_rows(values.T.copy(), nearness(mask.T.copy(), 30), (20, 15), 30, -np.pi / 2)
     assert turned == pytest.approx((-12, 8), abs=0.6)
     assert likely_rows(block(0, 38, 30, 40), near, (15, 20), 30, 0.0) is None
+    # Far from the borders of a larger image they are the same.
+    wide = [np.pad(each, ((50, 60), (70, 80))) for each in (values, mask)]
+    for angle in (0.0, 1e-6):
+        moved = likely_rows(wide[0], nearness(wide[1], 30), (85, 70), 30, angle)
+        assert moved == pytest.approx((-12, 8), abs=1e-3)
