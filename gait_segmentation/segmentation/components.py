@@ -14,6 +14,15 @@ __all__ = ['fill_holes', 'keep_supported']
 
 _LEAST_OVERLAP = 0.04
 _LEAST_COVER = 0.4
+
+_LEAST_SURE = 0.02
+"""Least overlap of what lies on the body or is all but certain: a foot that the cut parted from
+its leg, or a case in a hand."""
+
+_ON, _APART = 0.03, 0.12
+"""Distances from the body, in body heights, up to which a part lies on it, and from which it is
+apart from it."""
+
 _CERTAIN = 245.0
 """Mean likelihood (0..255) from which a part may lie anywhere: colours never seen give less."""
 
@@ -25,39 +34,48 @@ def keep_supported(
     labels: NDArray[np.bool_],
     support: NDArray[np.float32],
     body: NDArray[np.bool_] | None = None,
-    reach: float = 0.0,
+    height: float = 0.0,
     evidence: NDArray[np.uint8] | None = None,
 ) -> NDArray[np.bool_]:
     """
     Keep the component with the most support, and others that are well supported.
 
     What lies apart from the body does not count unless it is all but certain: colours that are not
-    known make it likely, too, when somebody else passes by.
+    known make it likely, too, when somebody else passes by.  What lies on the body or is all but
+    certain may be small.
 
     :param labels: (h, w) bool, the cut.
     :param support: (h, w) float32 in 0..1, where the person is expected.
     :param body: (h, w) bool, where the body is expected; None if that is not known.
+    :param height: height of the body in pixels.
     :param evidence: (h, w) uint8, the likelihood.
-    :param reach: distance from the body in pixels from which pixels are apart.
     :returns: the component with the largest summed support and those with more than 4 % of that
-        sum whose mean support is above 0.4; of the others only what lies mostly near the body.
+        sum, 2 % on the body or all but certain, whose mean support is above 0.4; of the others
+        only what lies mostly near the body.
     """
     count, parts = cv2.connectedComponents(labels.view(np.uint8), connectivity=4)
     if count <= 2:
         return labels
     area = np.bincount(parts.ravel(), minlength=count)
     close = area
+    least = np.full(count, _LEAST_OVERLAP)
     if body is not None and body.any():
-        near = cv2.distanceTransform((~body).view(np.uint8), cv2.DIST_L2, 3) <= reach
+        away = cv2.distanceTransform((~body).view(np.uint8), cv2.DIST_L2, 3)
+        on = np.bincount(parts.ravel(), (away <= _ON * height).ravel(), count)
+        sure = on > _LEAST_CLOSE * area
+        near = away <= _APART * height
         if evidence is not None:
             likely = np.bincount(parts.ravel(), evidence.ravel(), count)
-            near |= (likely >= _CERTAIN * area)[parts]
+            certain = likely >= _CERTAIN * area
+            sure |= certain
+            near |= certain[parts]
+        least[sure] = _LEAST_SURE
         support = support * near
         close = np.bincount(parts.ravel(), near.ravel(), count)
     overlap = np.bincount(parts.ravel(), support.ravel(), count)
     overlap[0] = 0
     best = overlap.max()
-    keep = (overlap > _LEAST_OVERLAP * best) & (overlap > _LEAST_COVER * area)
+    keep = (overlap > least * best) & (overlap > _LEAST_COVER * area)
     keep &= close >= _LEAST_CLOSE * area
     keep[int(overlap.argmax())] = True
     keep[0] = False

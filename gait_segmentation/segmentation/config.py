@@ -50,7 +50,13 @@ class SegmentationConfig(StageConfig):
     )
     template_slope: float = parameter(
         0.02,
-        "Distance over which the template's log-odds change by one.",
+        "Distance over which the template's log-odds change by one, outside of it.",
+        minimum=0.002,
+        maximum=0.5,
+    )
+    template_depth: float = parameter(
+        0.008,
+        "Distance over which the template's log-odds change by one, inside: limbs are thin.",
         minimum=0.002,
         maximum=0.5,
     )
@@ -134,7 +140,7 @@ class SegmentationConfig(StageConfig):
         maximum=100.0,
     )
     paper_background: float = parameter(
-        0.2,
+        0.4,
         'Distance outside of the template from which on all is background for the paper prior.',
         minimum=0.005,
         maximum=10.0,

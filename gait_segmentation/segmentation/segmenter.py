@@ -39,9 +39,6 @@ _FULL_CONTRAST_PX = 128.0
 _LEAST_AREA = 0.25
 """A mask smaller than this share of the template teaches nothing."""
 
-_APART = 0.12
-"""Distance from the template, in body heights, from which a part of its own is not the person."""
-
 _LOGIT = np.log((np.arange(256) + 0.5) / (255.5 - np.arange(256))).astype(np.float32)
 
 
@@ -165,7 +162,7 @@ class Segmenter:
         if terms.psi is not None:
             support = (support + prior / np.float32(255)) / 2
         known = None if terms.psi is None else prior > 127
-        labels = keep_supported(labels, support, known, _APART * body.height, evidence)
+        labels = keep_supported(labels, support, known, body.height, evidence)
         likely = logit > (0 if terms.logit is None else terms.logit)
         return fill_holes(labels, self.config.hole_area * body.height**2), logit, likely
 
@@ -220,7 +217,7 @@ class Segmenter:
         personal = None
         if self.config.use_residual and self._personal.ready:
             personal = self._personal.probability(prior, body, phase)
-        return shape_terms(prior, body.height, personal, self.config)
+        return shape_terms(prior, body, personal, self.config)
 
     def _contrast(self, body: BodyFrame) -> float:
         """Return the weight of the contrast term: of what is small, the outline is the more."""

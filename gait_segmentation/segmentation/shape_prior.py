@@ -4,12 +4,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.images import signed_distance
 from gait_segmentation.segmentation.config import SegmentationConfig
 
@@ -17,6 +19,12 @@ __all__ = ['ShapeTerms', 'log_odds', 'shape_terms']
 
 _LIMIT = 3.0
 """Largest log-odds a shape gives."""
+
+_LEG_LIMIT = 1.25
+"""Largest log-odds it gives at the height of the legs: a leg may be a phase ahead."""
+
+_HIP, _KNEE = 0.15, 0.3
+"""Body heights below the middle of the body where that begins, and where it holds in full."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +48,7 @@ def log_odds(probability: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def shape_terms(
     prior: NDArray[np.uint8],
-    height: float,
+    body: BodyFrame,
     personal: NDArray[np.float32] | None,
     config: SegmentationConfig,
 ) -> ShapeTerms:
@@ -48,24 +56,28 @@ def shape_terms(
     Return the terms of a warped template.
 
     The unary term is that of PoseCut (Bray, Kohli, Torr, ECCV 2006) in log-odds, linear in the
-    signed distance and limited; the pairwise cost is Freedman and Zhang's, saturated.
+    signed distance on either side of the outline and limited; the pairwise cost is Freedman and
+    Zhang's, saturated.
 
     :param prior: (h, w) uint8, the template in the window, 255 inside.
-    :param height: height of the body in pixels.
+    :param body: the body in the window's pixels.
     :param personal: (h, w) float32 in 0..1, the person's own mean shape, None if unknown.
     """
     if config.prior == 'none' or not (prior > 127).any():
         return ShapeTerms(None, None)
     distance = signed_distance(prior > 127)
     psi, logit = np.empty_like(distance), np.empty_like(distance)
-    share = 0.0 if personal is None else config.residual_share
+    height = body.height
     _terms(
         distance,
         distance if personal is None else log_odds(personal),
+        (-math.sin(body.angle) / height, math.cos(body.angle) / height),
+        (body.center_x - 0.5, body.center_y - 0.5),
         np.float32(config.distance_reach * height),
         np.float32(config.template_slope * height),
+        np.float32(config.template_depth * height),
         np.float32(config.template_margin * height),
-        np.float32(share),
+        np.float32(0.0 if personal is None else config.residual_share),
         np.float32(config.template_weight),
         psi,
         logit,
@@ -77,20 +89,34 @@ def shape_terms(
 def _terms(
     distance: NDArray[np.float32],
     personal: NDArray[np.float32],
+    axis: tuple[float, float],
+    center: tuple[float, float],
     reach: float,
     slope: float,
+    depth: float,
     margin: float,
     share: float,
     weight: float,
     psi: NDArray[np.float32],
     logit: NDArray[np.float32],
 ) -> None:
+    """
+    Fill in both terms.
+
+    :param axis: what of a step right and of one down goes along the body, in body heights.
+    :param center: the middle of the body, in pixels.
+    """
     one, limit = np.float32(1), np.float32(_LIMIT)
+    eased = np.float32(_LIMIT - _LEG_LIMIT)
     for row in range(distance.shape[0]):
         for col in range(distance.shape[1]):
-            depth = distance[row, col]
-            psi[row, col] = min(abs(depth) / reach, one)
-            odds = min(max((depth + margin) / slope, -limit), limit)
+            away = distance[row, col]
+            psi[row, col] = min(abs(away) / reach, one)
+            away += margin
+            down = axis[0] * (col - center[0]) + axis[1] * (row - center[1])
+            legs = min(max(np.float32((down - _HIP) / (_KNEE - _HIP)), np.float32(0)), one)
+            most = limit - legs * eased
+            odds = min(max(away / (depth if away > 0 else slope), -most), most)
             if share > 0:
                 odds = (one - share) * odds + share * personal[row, col]
             logit[row, col] = weight * odds

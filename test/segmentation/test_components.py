@@ -29,6 +29,18 @@ def test_a_well_supported_second_part_stays() -> None:
     assert np.array_equal(kept, labels)
 
 
+def test_what_lies_on_the_body_may_be_small() -> None:
+    labels = np.zeros((60, 40), np.bool_)
+    labels[5:45, 10:25] = True
+    labels[48:51, 12:17] = True  # a shoe
+    labels[48:51, 33:38] = True  # a bright stone
+    body = np.zeros(labels.shape, np.bool_)
+    body[5:52, 10:25] = True
+    kept = keep_supported(labels, np.ones(labels.shape, np.float32), body, 47.0)
+    assert kept[49, 14]
+    assert not kept[49, 35]
+
+
 def test_nothing_stays_nothing() -> None:
     labels = np.zeros((5, 5), np.bool_)
     assert not keep_supported(labels, np.ones((5, 5), np.float32)).any()
@@ -78,9 +90,9 @@ def test_holes_are_what_the_border_cannot_be_reached_from(
     assert np.array_equal(fill_holes(labels, largest), expected)
 
 
-@given(MASKS, st.integers(0, 2**32), st.floats(0, 4))
+@given(MASKS, st.integers(0, 2**32), st.floats(0, 40))
 def test_parts_are_kept_by_their_support_and_by_where_they_lie(
-    labels: np.ndarray, seed: int, reach: float
+    labels: np.ndarray, seed: int, height: float
 ) -> None:
     rng = np.random.default_rng(seed)
     support = (rng.integers(0, 9, labels.shape) / 8).astype(np.float32)
@@ -89,15 +101,18 @@ def test_parts_are_kept_by_their_support_and_by_where_they_lie(
     parts = parts_of(labels, diagonal=False)
     if len(parts) < 2 or not body.any():
         return
-    near = cv2.distanceTransform((~body).view(np.uint8), cv2.DIST_L2, 3) <= reach
-    for part in parts:
-        near |= part & (evidence[part].mean() >= 245)
+    away = cv2.distanceTransform((~body).view(np.uint8), cv2.DIST_L2, 3)
+    certain = [evidence[part].mean() >= 245 for part in parts]
+    near = away <= 0.12 * height
+    for part, sure in zip(parts, certain, strict=True):
+        near |= part & sure
     worth = [float((support * near)[part].sum()) for part in parts]
     expected = np.zeros_like(labels)
-    for part, own in zip(parts, worth, strict=True):
-        well = own > 0.04 * max(worth) and own > 0.4 * part.sum()
+    for part, own, sure in zip(parts, worth, certain, strict=True):
+        least = 0.02 if sure or (away <= 0.03 * height)[part].mean() > 0.5 else 0.04
+        well = own > least * max(worth) and own > 0.4 * part.sum()
         if (well and near[part].mean() >= 0.5) or own == max(worth):
             expected |= part
     if worth.count(max(worth)) == 1:
-        found = keep_supported(labels, support, body, reach, evidence)
+        found = keep_supported(labels, support, body, height, evidence)
         assert np.array_equal(found, expected)
