@@ -16,6 +16,9 @@ from gait_segmentation.tracking.nearness import Nearness
 
 __all__ = ['Extent', 'axis_tilt', 'extent_of', 'likely_extent']
 
+_STEPS = 8
+"""Parts of a pixel in which places on tilted bodies are counted."""
+
 _OUTERMOST = 0.005
 """Share of the pixels at each end that does not count."""
 
@@ -54,14 +57,13 @@ def extent_of(
     """
     first, upper, width, height = bounding_box(mask) if bounds is None else bounds
     at_bottom = height > 0 and upper + height >= mask.shape[0] - 1
-    if angle:
-        rows, columns = np.nonzero(mask)
-        x, y = columns + 0.5 - center[0], rows + 0.5 - center[1]
-        cos, sin = math.cos(angle), math.sin(angle)
-        top, bottom = np.quantile(cos * y - sin * x, (_OUTERMOST, 1 - _OUTERMOST))
-        left, axis, right = np.quantile(cos * x + sin * y, (_OUTERMOST, 0.5, 1 - _OUTERMOST))
-        return Extent(top - 0.5, bottom + 0.5, left - 0.5, right + 0.5, axis, at_bottom)
     part = np.ascontiguousarray(mask[upper : upper + height, first : first + width])
+    if angle:
+        x, y = center[0] - first, center[1] - upper
+        top, bottom, left, axis, right = _tilted(
+            part, x, y, math.cos(angle), math.sin(angle), _OUTERMOST
+        )
+        return Extent(top - 0.5, bottom + 0.5, left - 0.5, right + 0.5, axis, at_bottom)
     _, top, bottom, left, axis, right = _upright(part, _OUTERMOST)
     center = (center[0] - first, center[1] - upper)
     return Extent(
@@ -123,6 +125,41 @@ def _tilt(mask: NDArray[np.uint8]) -> float:
         return 0.0
     spread = (squared_down - down * down / ones) - (squared_across - across * across / ones)
     return 0.5 * math.atan2(-2 * (product - across * down / ones), spread)
+
+
+@njit(cache=True, nogil=True)
+def _tilted(
+    mask: NDArray[np.uint8], x: float, y: float, cos: float, sin: float, share: float
+) -> tuple[float, float, float, float, float]:
+    """
+    Return how far pixels reach from a point along a tilted body and across, but for a share.
+
+    That is from the top to the bottom, and to the left, the middle and the right; to a sixteenth
+    of a pixel, since places are counted in steps.
+    """
+    height, width = mask.shape
+    reach = height + width + 2
+    along, across = np.zeros(2 * reach * _STEPS, np.int32), np.zeros(2 * reach * _STEPS, np.int32)
+    # Counted from the middle of the mask, from where nothing is far.
+    middle_x, middle_y = width / 2, height / 2
+    for row in range(height):
+        down = row + 0.5 - middle_y
+        for col in range(width):
+            if mask[row, col] != 0:
+                right = col + 0.5 - middle_x
+                along[int((cos * down - sin * right + reach) * _STEPS)] += 1
+                across[int((cos * right + sin * down + reach) * _STEPS)] += 1
+    _, top, bottom, left, axis, right_end = _places(along, across, share)
+    off_x, off_y = middle_x - x, middle_y - y
+    start_along = cos * off_y - sin * off_x - reach + 0.5 / _STEPS
+    start_across = cos * off_x + sin * off_y - reach + 0.5 / _STEPS
+    return (
+        top / _STEPS + start_along,
+        bottom / _STEPS + start_along,
+        left / _STEPS + start_across,
+        axis / _STEPS + start_across,
+        right_end / _STEPS + start_across,
+    )
 
 
 @njit(cache=True, nogil=True)

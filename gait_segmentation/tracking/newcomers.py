@@ -76,20 +76,19 @@ def newcomers(
     window = halved(neighbour.window)
     # From here on all is in pixels of half the size.
     height = person.height / 2
-    least = _LEAST_AREA * height**2
     if window[0].start >= window[0].stop or window[1].start >= window[1].stop:
         return []
     others = cv2.bitwise_not(beside.people[window])
     strange = np.asarray(cv2.bitwise_and(beside.strange[window], others))
     moving = beside.moving[window]
-    if not _enough(strange, moving, least):
+    if not _enough(strange, moving, height):
         return []
     sure = neighbour.whole and neighbour.inside
     if sure:
         strange &= beside.far(window, _APART * height)
     for outline, margin in known:
         strange[_grown(outline.seen_in(window), margin) > 0] = 0
-    if not _enough(strange, moving, least):
+    if not _enough(strange, moving, height):
         return []
     size = max(1, round(_BRIDGED * height))
     strange = cv2.morphologyEx(strange, cv2.MORPH_CLOSE, _square(size))
@@ -101,7 +100,7 @@ def newcomers(
         left, _, width, tall, area = stats[number]
         if (
             tall < _LEAST_HEIGHT * height
-            or area < least
+            or area < _LEAST_AREA * height**2
             or abs(centers[number][0] - axis) < _ASIDE * height
         ):
             continue
@@ -123,11 +122,12 @@ def newcomers(
     return [Outline.of(255 * part.view(np.uint8), top, first) for _, part in found]
 
 
-def _enough(strange: NDArray[np.uint8], moving: NDArray[np.uint8], least: float) -> bool:
-    """Return whether so much is strange, and moves, that it can be somebody."""
-    if cv2.countNonZero(strange) < least:
+def _enough(strange: NDArray[np.uint8], moving: NDArray[np.uint8], height: float) -> bool:
+    """Return whether enough is strange, and moves in enough rows, to be somebody."""
+    if cv2.countNonZero(strange) < _LEAST_AREA * height**2:
         return False
-    return cv2.countNonZero(cv2.bitwise_and(strange, moving)) >= _MOVING * least
+    rows = cv2.reduce(cv2.bitwise_and(strange, moving), 1, cv2.REDUCE_MAX)
+    return cv2.countNonZero(rows) >= _LEAST_HEIGHT * height
 
 
 def _touches(beside: Beside, window: Window, part: NDArray[np.bool_], height: float) -> bool:
