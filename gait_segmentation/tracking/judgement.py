@@ -6,11 +6,13 @@ from __future__ import annotations
 
 import math
 
+import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import colour_bins
-from gait_segmentation.images import Window
+from gait_segmentation.images import Window, shift_whole
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import add_motion, add_propagation
 from gait_segmentation.tracking.features import STEP, FeatureSelector, View
@@ -20,6 +22,7 @@ from gait_segmentation.tracking.person import Person
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.spreading import spread_evidence
 from gait_segmentation.tracking.world import World
+from gait_segmentation.warping import warp_window
 
 __all__ = ['judge', 'view_of']
 
@@ -31,6 +34,21 @@ _FADE, _FADED = 10.0, 0.05
 Masks after which spread evidence weighs 1/e of what it does at first, since the colours are better
 then; and the share at which it is left out.
 """
+
+_UNCOVERED = -1.0
+"""Evidence from motion (-2..2) where the body has uncovered the world."""
+
+_FOUND, _SETTLED = 4, 20
+"""
+Masks after which what the first one missed has mostly been found by its motion, and until which
+there may be ghosts: later a body that was hidden would be taken for one when it comes forth.
+"""
+
+_UNSEEN = 0.5
+"""Times that a pixel of the background was seen up to which it is unknown."""
+
+_GONE = 0.5
+"""The same from which what was at a place is not there any more."""
 
 _THIN = (slice(None, None, STEP), slice(None, None, STEP))
 
@@ -123,8 +141,76 @@ def _add_motion(
         return None
     body = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
     moving = add_motion(logit, record.image.gray, earlier.image.gray, camera, body, window, weight)
+    people, sums = earlier.people, record.background.sums
+    place = window[0].start, window[1].start
+    early = _FOUND <= person.learnt <= _SETTLED
+    if people is not None and early and _may_be_new(moving, sums, *place):
+        there = warp_window(people, camera, window, cv2.BORDER_CONSTANT)
+        along = shift_whole(people, round(dx), round(dy), window)
+        way = round(person.center_x - stays_x), round(person.center_y - stays_y)
+        before = moving.copy()
+        _take_back_uncovered(there, along, sums, *place, way, before, weight, moving, logit)
     record.moving[person.track_id] = (window, moving)
     return moving
+
+
+@njit(cache=True, nogil=True)
+def _may_be_new(
+    moving: NDArray[np.float32], sums: NDArray[np.float32], top: int, left: int
+) -> bool:
+    """Return whether something that seems to move has a background that was never seen."""
+    most, none = np.float32(_UNSEEN), np.float32(0)
+    for row in range(moving.shape[0]):
+        line, evidence = sums[top + row], moving[row]
+        for col in range(evidence.size):
+            if evidence[col] > none and line[left + col, 3] < most:
+                return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def _take_back_uncovered(
+    there: NDArray[np.uint8],
+    along: NDArray[np.uint8],
+    sums: NDArray[np.float32],
+    top: int,
+    left: int,
+    way: tuple[int, int],
+    before: NDArray[np.float32],
+    weight: float,
+    moving: NDArray[np.float32],
+    logit: NDArray[np.float32],
+) -> None:
+    """
+    Take back what motion says for the person where the body has uncovered something unknown.
+
+    That it looks otherwise than an earlier frame did there tells nothing, since somebody was in
+    front of it.  If the body brought it along, it was in the mask then; or else, if the mask
+    missed it, it is gone from where it was.
+
+    :param there: (h, w) uint8, above 127 where people may have been in the earlier frame, carried
+        with the camera.
+    :param along: (H, W) uint8, the same of the whole image, carried with the body.
+    :param sums: (H, W, 4) float32 of the background, whose window begins at ``top`` and ``left``.
+    :param way: of the body against the world since then, x and y in pixels.
+    :param before: (h, w) float32, the evidence (-2..2) that pixels move with the body.
+    :param weight: that it was added to ``logit`` with, (h, w) float32, changed.
+    :param moving: (h, w) float32, the same as ``before``, changed.
+    """
+    gain, uncovered, gone = np.float32(weight), np.float32(_UNCOVERED), np.float32(_GONE)
+    most, none = np.float32(_UNSEEN), np.float32(0)
+    height, width = moving.shape
+    across, down = way
+    for row in range(height):
+        was, now, known = there[row], along[top + row], sums[top + row]
+        evidence, line = moving[row], logit[row]
+        source = before[min(max(row - down, 0), height - 1)]
+        for col in range(width):
+            if was[col] <= 127 or evidence[col] <= none or now[left + col] > 127:
+                continue
+            if known[left + col, 3] < most and source[min(max(col - across, 0), width - 1)] < gone:
+                line[col] += gain * (uncovered - evidence[col])
+                evidence[col] = uncovered
 
 
 def _add_spread(

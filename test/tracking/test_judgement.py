@@ -7,6 +7,7 @@ import numpy as np
 
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import Feedback
+from gait_segmentation.tracking.judgement import _take_back_uncovered
 from test.tracking.figures import HEIGHT, STEP_NS, WIDTH, Figure, Told, walk
 
 BOARD = (42, 42, 205)
@@ -64,3 +65,31 @@ def test_of_somebody_who_stands_nothing_is_doubted() -> None:
     without = ghost_after(3, 0, held=False, spread_weight=0.0)
     assert ghost_after(3, 0, held=False) == without
     assert ghost_after(3, 3, held=False) != ghost_after(3, 3, held=False, spread_weight=0.0)
+
+
+def taken_back(*, seen: float = 0.0, gone: float = 0.0) -> np.ndarray:
+    """
+    Return the evidence that pixels move with a body that has gone from the left to the right.
+
+    :param seen: how often the background was seen.
+    :param gone: evidence on the left of where the body was.
+    """
+    there, along = (np.zeros((4, 60), np.uint8) for _ in range(2))
+    there[:, 20:30], along[:, 30:40] = 255, 255
+    moving = np.full((4, 60), 2, np.float32)
+    moving[:, :20] = gone
+    logit = moving * np.float32(0.5)
+    sums = np.full((4, 60, 4), seen, np.float32)
+    _take_back_uncovered(there, along, sums, 0, 0, (10, 0), moving.copy(), 0.5, moving, logit)
+    assert np.allclose(logit, 0.5 * moving)
+    return moving
+
+
+def test_what_the_body_uncovers_does_not_move_with_it() -> None:
+    assert taken_back()[:, 20:30].max() < 0
+    assert taken_back()[:, 30:].min() == 2
+
+
+def test_a_part_that_the_mask_missed_and_what_is_before_a_known_wall_may_move() -> None:
+    assert taken_back(gone=2)[:, 20:30].min() == 2
+    assert taken_back(seen=1)[:, 20:30].min() == 2
