@@ -85,6 +85,7 @@ class OverlayOutput(Output):
         # No other backend: for a name it does not know OpenCV's next one throws, aloud.
         self._film = cv2.VideoWriter(str(self.work), cv2.CAP_FFMPEG, _MP4V, fps, size)
         if not self._film.isOpened():
+            self.lock.release()
             raise SequenceError(f'{path} cannot be written as a film; use a name such as walk.mp4')
 
     def add(self, replayed: Replayed) -> None:

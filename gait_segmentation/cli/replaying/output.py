@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import re
 import shutil
 from abc import ABC, abstractmethod
@@ -45,6 +46,29 @@ def remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
+class _Lock:
+    """Keeps other processes from making the same output; the end of a process frees it."""
+
+    def __init__(self, path: Path) -> None:
+        """
+        Lock the place of an output.
+
+        :raises SequenceError: if another process has it.
+        """
+        self._path = path.with_name(f'.{path.name}.lock')
+        self._file = open(self._path, 'w')  # noqa: SIM115
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            self._file.close()
+            raise SequenceError(f'{path} is just being made by another process') from error
+
+    def release(self) -> None:
+        """Let others have it."""
+        self._path.unlink(missing_ok=True)
+        self._file.close()
+
+
 class Output(ABC):
     """
     A file or folder of results.
@@ -60,7 +84,8 @@ class Output(ABC):
         """
         Begin an empty output in place of what an earlier attempt left.
 
-        :raises SequenceError: if the place is taken by what looks like something else.
+        :raises SequenceError: if the place is taken by what looks like something else, or another
+            process is just making the output.
         """
         if self.files is None and path.is_dir():
             raise SequenceError(f'{path} is a folder, not a file, and is not replaced; remove it')
@@ -68,12 +93,13 @@ class Output(ABC):
             raise SequenceError(f'{path} is a file, not a folder, and is not replaced; remove it')
         if path.is_dir():
             self._check_folder(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
         self._closed = False
         self.path = path
+        self.lock = _Lock(path)
         self.work = work_path(path)
         for old in (self.work, partial_path(path)):
             remove(old)
-        path.parent.mkdir(parents=True, exist_ok=True)
 
     @classmethod
     def is_there(cls, path: Path) -> bool:
@@ -123,6 +149,7 @@ class Output(ABC):
             if self.made().exists():
                 self.made().replace(partial_path(self.path))
         remove(self.work)
+        self.lock.release()
         self._closed = True
 
     def made(self) -> Path:
