@@ -135,23 +135,10 @@ class PathSearch:
             searched = slice(0, self._shape[0])
         started = bool(self._slots)
         passed = seconds - self._seconds[-1] if started else 0.0
-        while self._slots and (
-            len(self._slots) == len(self._where)
-            or (len(self._slots) > config.lag + 1 and seconds - self._seconds[1] > config.window)
-        ):
-            self._store.give_back(self._where[self._slots[0]])
-            del self._slots[0], self._seconds[0]
-            self._traced = self._traced[1:]
+        self._make_room(seconds)
         before, jumped = self._where[self._slots[-1]] if started else self._nothing, self._nothing
         if any(jump) and started:
-            first, stop = (
-                min(max(height - jump[0], 0), self._shape[0])
-                for height in (self._searched.start, self._searched.stop)
-            )
-            jumped = self._store.take(before >= 0, slice(first, stop))
-            shift = np.array(jump, np.int64)
-            shifted(self._store.rows, before, jumped, self._shape, shift, first, stop - 1)
-            before = jumped
+            before = jumped = self._moved(before, jump)
         cost = phase_costs(
             len(self._costs[0]),
             passed,
@@ -187,6 +174,28 @@ class PathSearch:
         self._shifts[slot] = jump
         self._best = int(self.leading.max())
         self._leader = None
+
+    def _make_room(self, seconds: float) -> None:
+        """Let go of the oldest frames, so that one of a time can be taken in."""
+        config = self._config
+        while self._slots and (
+            len(self._slots) == len(self._where)
+            or (len(self._slots) > config.lag + 1 and seconds - self._seconds[1] > config.window)
+        ):
+            self._store.give_back(self._where[self._slots[0]])
+            del self._slots[0], self._seconds[0]
+            self._traced = self._traced[1:]
+
+    def _moved(self, before: NDArray[np.int32], jump: tuple[int, int, int]) -> NDArray[np.int32]:
+        """Return rows with the scores of the frame before, moved along with a box that jumped."""
+        first, stop = (
+            min(max(height - jump[0], 0), self._shape[0])
+            for height in (self._searched.start, self._searched.stop)
+        )
+        rows = self._store.take(before >= 0, slice(first, stop))
+        shift = np.array(jump, np.int64)
+        shifted(self._store.rows, before, rows, self._shape, shift, first, stop - 1)
+        return rows
 
     def leader(self) -> tuple[int, int, int, int, int]:
         """
