@@ -271,11 +271,11 @@ def test_memory_does_not_grow(bank):
             stamp = 10**9 + number * 10**9 // FPS
             matcher.update(image, box, stamp, track_id=1, source_size=SIZE)
 
-    go(0, 60)
+    go(0, 50)
     tracemalloc.start()
-    go(60, 120)
+    go(50, 70)
     before = tracemalloc.get_traced_memory()[0]
-    go(120, 300)
+    go(70, 130)
     after = tracemalloc.get_traced_memory()[0]
     tracemalloc.stop()
-    assert after - before < 50_000
+    assert after - before < 20_000
