@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.colour import body_rows
-from gait_segmentation.starting.colours import SoftColours
+from gait_segmentation.starting.colours import SoftColours, _alike_nearby
 
 SHAPE = (40, 40)
 FLOOR = 1e-4
@@ -101,3 +101,21 @@ def test_learning_anew_forgets_what_was_learnt() -> None:
         colours.learn(person, 1 - person, 0.7)
     assert used.logit() == pytest.approx(fresh.logit(), abs=1e-5)
     assert used.overlap() == pytest.approx(fresh.overlap(), abs=1e-6)
+
+
+@pytest.mark.parametrize('radius', [1, 2, 9])
+def test_all_who_are_alike_and_near_are_found(radius: int) -> None:
+    rng = np.random.default_rng(6)
+    bins = rng.integers(0, 2, (5, 7)).astype(np.uint16)
+    inside = rng.random(bins.shape) < 0.7
+    first, places = _alike_nearby(bins, inside, radius)
+    for pixel, (row, col) in enumerate(np.ndindex(5, 7)):
+        expected = [
+            7 * r + c
+            for r, c in np.ndindex(5, 7)
+            if max(abs(r - row), abs(c - col)) <= radius
+            and inside[row, col]
+            and inside[r, c]
+            and bins[r, c] == bins[row, col]
+        ]
+        assert places[first[pixel] : first[pixel + 1]].tolist() == expected

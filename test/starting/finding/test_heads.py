@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.starting.finding.heads import columns_of_people
+from gait_segmentation.starting.finding.heads import _DEEP, _gap, columns_of_people
 
 
 def people(*middles: int, size: tuple[int, int] = (100, 120)) -> np.ndarray:
@@ -46,3 +46,14 @@ def test_what_is_lower_than_a_head_is_none() -> None:
 def test_of_the_small_nothing_is_said() -> None:
     small = people(20, 60)[::4, ::4]
     assert columns_of_people(small) == [(0, small.shape[1])]
+
+
+def test_a_gap_lies_deep_below_the_lower_of_two_heads() -> None:
+    for deep, found in ((1.2, True), (0.8, False)):
+        top = np.full(60, 10 + deep * _DEEP * 100, int)
+        top[10:20], top[40:50] = 0, 10
+        for one, two in ((15, 45), (45, 15)):
+            gap = _gap(top, one, two, 100)
+            assert (gap is not None) == found
+            if gap is not None:
+                assert 29 <= gap <= 31
