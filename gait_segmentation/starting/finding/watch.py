@@ -64,7 +64,7 @@ for it: people from the front swing less, and show more of the trunk."""
 _AGREE = 2
 """Matches in a row that must say the same."""
 
-_DOUBTED, _DOUBT_S = 1.12, 0.18
+_DOUBTED, _DOUBT_S = 1.12, 0.12
 """How much more like a walker than the least something must be not to be doubted, and for how
 long matches must say the same of what is."""
 
