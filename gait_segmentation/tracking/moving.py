@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import cv2
 import numpy as np
@@ -12,15 +13,46 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
+from gait_segmentation.tracking.records import Record, camera_over
 from gait_segmentation.warping import warp_window
 
-__all__ = ['moving_pixels']
+__all__ = ['add_moving', 'moving_pixels']
+
+_GAP = 3
+"""Frames between the two that are compared."""
 
 _LEVEL, _SPREADS = 6.0, 2.0
 """Change that is motion: grey levels, and spreads of a still pixel on top."""
 
 _SIDE, _REACH = 5, 2
 """Side in pixels of the squares that changes are averaged over and that motion is widened by."""
+
+
+def add_moving(
+    people: NDArray[np.uint8], record: Record, frames: Iterable[Record], spread: float
+) -> None:
+    """
+    Add to people what else moves against the world, in the windows of a frame.
+
+    :param people: (H, W) uint8, non-zero where people may be.
+    :param record: the frame.
+    :param frames: those kept, oldest first; nothing is added if none of them is earlier.
+    :param spread: of a still pixel about its mean, in grey levels.
+    """
+    kept = list(frames)
+    index = next((k for k, each in enumerate(kept) if each is record), 0)
+    if index == 0:
+        return
+    first = max(0, index - _GAP)
+    earlier = kept[first]
+    camera = camera_over(kept[first + 1 : index + 1])
+    for window in record.windows:
+        moving = moving_pixels(record.image.gray, earlier.image.gray, camera, window, spread)
+        if earlier.people is not None:
+            # What people have just uncovered has changed but is background.
+            left = warp_window(earlier.people, camera, window, cv2.BORDER_CONSTANT)
+            moving &= cv2.inRange(left, 0, 0)
+        people[window] |= moving
 
 
 def moving_pixels(

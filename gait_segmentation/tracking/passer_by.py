@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.ego_motion.estimator import Motion
-from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.background_kernels import SURE_COUNT
 from gait_segmentation.tracking.beside import Beside
+from gait_segmentation.tracking.block_matching import matched_shift
 from gait_segmentation.tracking.competition import Claim, overlap
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood import log_ratio
@@ -120,7 +120,7 @@ class PasserBy:
             shift = world
         elif self.well_seen:
             reach = (_SLOWER if self.followed else _FASTEST) * self.height
-            shift = _matched(last.image.pyramid, now.image.pyramid, outline, shift, reach)
+            shift = matched_shift(last.image.pyramid, now.image.pyramid, outline, shift, reach)
             gain = _VELOCITY_RATE if self.followed else 1.0
             self.velocity = (
                 self.velocity[0] + gain * (shift[0] - world[0] - self.velocity[0]),
@@ -298,29 +298,3 @@ def _nearness(mask: NDArray[np.uint8], height: float) -> Nearness | None:
     size = (columns.stop - columns.start, rows.stop - rows.start)
     distance = cv2.resize(near.distance, size, interpolation=cv2.INTER_LINEAR)
     return Nearness((rows, columns), np.asarray(np.multiply(distance, np.float32(2))))
-
-
-def _matched(
-    last: Pyramid,
-    now: Pyramid,
-    outline: Outline,
-    guess: tuple[float, float],
-    reach: float,
-) -> tuple[float, float]:
-    """Return the shift that makes what is in an outline look most alike in two frames."""
-    before, after = last.image(1), now.image(1)
-    part = outline.about(0, before.shape)
-    rows, columns = part
-    if rows.start >= rows.stop or columns.start >= columns.stop:
-        return guess
-    x, y, side = round(guess[0] / 2), round(guess[1] / 2), max(1, round(reach / 2))
-    margin = side + max(abs(x), abs(y))
-    room = cv2.copyMakeBorder(after, margin, margin, margin, margin, cv2.BORDER_REPLICATE)
-    top, left = rows.start + margin + y - side, columns.start + margin + x - side
-    room = room[
-        top : top + rows.stop - rows.start + 2 * side,
-        left : left + columns.stop - columns.start + 2 * side,
-    ]
-    unlike = cv2.matchTemplate(room, before[part], cv2.TM_SQDIFF, mask=outline.seen_in(part))
-    row, column = divmod(int(unlike.argmin()), unlike.shape[1])
-    return 2.0 * (x + column - side), 2.0 * (y + row - side)

@@ -20,13 +20,13 @@ from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.contrast import Contrast
 from gait_segmentation.tracking.exposure import Exposure
-from gait_segmentation.tracking.moving import moving_pixels
+from gait_segmentation.tracking.moving import add_moving
 from gait_segmentation.tracking.passers_by import PassersBy
 from gait_segmentation.tracking.records import Record, Shift, body_over, camera_over
 from gait_segmentation.tracking.registration import remaining_shift
 from gait_segmentation.tracking.tone import tone_curve
+from gait_segmentation.tracking.windows import windows_about
 from gait_segmentation.tracking.working import WorkingImage, working_scale, working_shape
-from gait_segmentation.warping import warp_window
 
 __all__ = ['World']
 
@@ -36,19 +36,10 @@ _MOST_PENDING = 15
 _MOTION_GAP = 4
 """Frames between the two that the cue from motion compares."""
 
-_MOVING_GAP = 3
-"""Frames between the two that are compared to find what moves against the world."""
-
 _SHORTEST_STEP_S, _LONGEST_STEP_S = 0.02, 1.0
 """
 Seconds between two frames in which somebody is taken to go on as before.  Of frames that seem to
 come faster, as after a hiccup, stamps often tell when they arrived.
-"""
-
-_AHEAD_X, _AHEAD_Y = 0.27, 0.22
-"""
-Share of a person's height by which the area of the person is widened for the background: 0.1
-more than where pixels are judged, so that it is known before the person comes there.
 """
 
 _SMALLEST, _LARGEST = 0.7, 2.0
@@ -165,8 +156,8 @@ class World:
         for area in areas:
             people[area.slices(self.shape[1], self.shape[0])] = 1
         motion = self._estimator.update(frame.pyramid, people, None, camera=camera)
-        about = self._windows(areas, motion)
-        windows = self._windows([], motion) if everywhere else about
+        about = windows_about(areas, motion, self.shape)
+        windows = windows_about([], motion, self.shape) if everywhere else about
         # Tone and the last tenths of a pixel are measured about people only, which is cheaper.
         background = self._background_now(motion.camera, about, self._spare)
         if background is self._spare:
@@ -309,28 +300,9 @@ class World:
         self._background.measure_noise(lab, people, around)
         if gate:
             people = people.copy()
-            self._add_moving(record, people)
+            add_moving(people, record, self.history, self._background.sigma)
         self._background.learn(lab, people, record.windows)
         return people if gate else None
-
-    def _add_moving(self, record: Record, people: NDArray[np.uint8]) -> None:
-        """Add to people what else moves against the world."""
-        frames = list(self.history)
-        index = next((k for k, each in enumerate(frames) if each is record), 0)
-        if index == 0:
-            return
-        first = max(0, index - _MOVING_GAP)
-        earlier = frames[first]
-        camera = camera_over(frames[first + 1 : index + 1])
-        for window in record.windows:
-            moving = moving_pixels(
-                record.image.gray, earlier.image.gray, camera, window, self._background.sigma
-            )
-            if earlier.people is not None:
-                # What people have just uncovered has changed but is background.
-                left = warp_window(earlier.people, camera, window, cv2.BORDER_CONSTANT)
-                moving &= cv2.inRange(left, 0, 0)
-            people[window] |= moving
 
     def _skip(self) -> Record:
         record = self.pending.popleft()
@@ -347,24 +319,6 @@ class World:
         """Return the background model as it looks in the newest frame."""
         motions = [*(each.camera for each in self.pending), newest]
         return self._background.moved(motions, windows, into=into)
-
-    def _windows(self, areas: list[Box], motion: Motion) -> list[Window]:
-        """Return disjoint windows with room about people, as the camera moved them."""
-        height, width = self.shape
-        if not areas:
-            return [(slice(0, height), slice(0, width))]
-        boxes: list[Box] = []
-        for area in areas:
-            x, y = motion.carry(area.center_x, area.center_y)
-            moved = area.shifted(x - area.center_x, y - area.center_y)
-            box = moved.padded(_AHEAD_X * area.height, _AHEAD_Y * area.height)
-            while touching := [other for other in boxes if other.iou(box) > 0]:
-                boxes = [other for other in boxes if other not in touching]
-                for other in touching:
-                    box = box.union(other)
-            boxes.append(box)
-        windows = (box.slices(width, height) for box in boxes)
-        return [w for w in windows if w[0].start < w[0].stop and w[1].start < w[1].stop]
 
 
 def _lab_of(image: WorkingImage, windows: Sequence[Window]) -> NDArray[np.uint8]:

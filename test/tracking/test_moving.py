@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import scaling
-from gait_segmentation.tracking.moving import moving_pixels
+from gait_segmentation.tracking.background import BackgroundModel
+from gait_segmentation.tracking.moving import add_moving, moving_pixels
+from gait_segmentation.tracking.records import Record
+from gait_segmentation.tracking.working import WorkingImage
 from gait_segmentation.warping import warp_window
 
 WINDOW = (slice(10, 70), slice(10, 90))
@@ -57,3 +60,25 @@ def test_squares_are_marked_about_squares_that_changed(
     np.testing.assert_array_equal(found, expected)
     if shape == (60, 80):
         assert 0.02 < found.mean() < 0.98
+
+
+def test_what_moves_is_added_but_not_what_people_have_uncovered() -> None:
+    def record(block: int, stamp: int) -> Record:
+        image = np.full((80, 100, 3), 120, np.uint8)
+        image[30:50, block : block + 10] = 20
+        working = WorkingImage.of(image, stamp, (80, 100))
+        return Record(working, None, BackgroundModel((80, 100)), 0, [WINDOW])
+
+    earlier, now = record(20, 1), record(50, 2)
+    people = np.zeros((80, 100), np.uint8)
+    add_moving(people, now, [now], 2.0)
+    assert not people.any()
+    add_moving(people, now, [earlier, now], 2.0)
+    assert people[40, 25]
+    assert people[40, 55]
+    earlier.people = np.zeros((80, 100), np.uint8)
+    earlier.people[25:55, 15:35] = 1
+    people[:] = 0
+    add_moving(people, now, [earlier, now], 2.0)
+    assert not people[40, 25]
+    assert people[40, 55]
