@@ -65,3 +65,11 @@ def test_nothing_to_learn_changes_nothing() -> None:
     )
     assert np.all(colours.table == np.float32(1e-4))
     assert colours.whole().sum() == 0
+
+
+@pytest.mark.parametrize('angle', [0.0, 0.4, -1.2])
+def test_rows_count_down_the_axis_of_the_body_wherever_the_window_begins(angle: float) -> None:
+    found = body_rows((5, 7), (30, 12), (33.0, 16.0), 20.0, angle)
+    y, x = np.mgrid[12:17, 30:37] + 0.5
+    expected = 0.5 + (np.cos(angle) * (y - 16) - np.sin(angle) * (x - 33)) / 20
+    np.testing.assert_allclose(found, expected, atol=1e-6)

@@ -100,3 +100,18 @@ def test_boxes_about_the_image_can_be_matched(box: Box) -> None:
 def test_absurd_boxes_cannot(box: Box) -> None:
     with pytest.raises(InputError, match=r'0\.5 to 2560 pixels large .* of 320 x 240, got x '):
         check_matched_box(box, (320, 240))
+
+
+def test_padding_is_added_on_all_sides() -> None:
+    assert Box(10, 20, 30, 40).padded(1, 2) == Box(9, 18, 32, 44)
+    assert Box(10, 20, 30, 40).padded(-1, -2) == Box(11, 22, 28, 36)
+
+
+@pytest.mark.parametrize(('dx', 'dy'), [(799, 0), (0, 799), (-799, -799)])
+def test_boxes_to_match_may_be_as_far_from_the_middle_on_all_sides(dx: float, dy: float) -> None:
+    box = Box.from_center(50 + dx, 30 + dy, 10, 20)
+    check_matched_box(box, (100, 60))
+    with pytest.raises(InputError, match='at most 800 pixels'):
+        check_matched_box(
+            box.shifted(math.copysign(2, dx) if dx else 0, 2 if dx == 0 else 0), (100, 60)
+        )
