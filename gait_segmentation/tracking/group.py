@@ -15,11 +15,12 @@ from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.tracking.beside import Beside
 from gait_segmentation.tracking.competition import Claim, compete, leave_to
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.learner import Learnt
 from gait_segmentation.tracking.likelihood import likelihood_image
 from gait_segmentation.tracking.newcomers import Neighbour
 from gait_segmentation.tracking.outline import Outline
 from gait_segmentation.tracking.records import Record
-from gait_segmentation.tracking.target import Learnt, Target
+from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
 
 __all__ = ['follow', 'judge', 'learn']

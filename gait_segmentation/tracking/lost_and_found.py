@@ -34,6 +34,9 @@ __all__ = ['FOUND_SHARE', 'LostAndFound']
 FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.3, 0.5, 0.35
 """What somebody lost must show to be found: uncovered share, likelihood, and contrast."""
 
+_FOUND_PART = 0.12
+"""Share that somebody lost must show who is hidden by the background."""
+
 _SEARCH_HEIGHT = 32
 """Height of the body in the image that is searched, in pixels."""
 
@@ -143,19 +146,22 @@ class LostAndFound:
         self,
         person: Person,
         sight: Sight,
+        part: Sight | None,
         likely: NDArray[np.uint8],
         now: Record,
-        least: float = FOUND_SHARE,
     ) -> bool:
         """
         Return whether what is seen at a place is the person.
 
+        :param part: the sight of what stands out before the known background, of somebody who
+            may be beside or above something that stands there; None of somebody behind others.
         :param likely: (h, w) uint8 of the working image, above 127 on what is likely and
             uncovered.
-        :param least: share that must be uncovered.
         """
-        contrast = sight.inside - sight.outside
-        if sight.share < least or sight.inside < _FOUND_INSIDE or contrast < _FOUND_CONTRAST:
+        stands_out = _stands_out(sight, FOUND_SHARE) or (
+            part is not None and _stands_out(part, _FOUND_PART)
+        )
+        if not stands_out:
             return False
         return self.appearance.similarity(_signature(person, likely, now)) >= SAME_COLOURS
 
@@ -213,6 +219,12 @@ class LostAndFound:
         if found is None or found[2] < _SEARCH_SCORE:
             return None
         return step * (found[0] - place[0]), step * (found[1] - place[1])
+
+
+def _stands_out(sight: Sight, least: float) -> bool:
+    """Return whether at least a share is seen, likely, and more so than what is around."""
+    contrast = sight.inside - sight.outside
+    return sight.share >= least and sight.inside >= _FOUND_INSIDE and contrast >= _FOUND_CONTRAST
 
 
 def _signature(person: Person, mask: NDArray[np.uint8], record: Record) -> NDArray[np.float32]:

@@ -4,30 +4,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cache
-
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.estimator import Motion
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window, bounding_box, shift_whole
+from gait_segmentation.images import Window, shift_whole
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.appearance import Appearance
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector
-from gait_segmentation.tracking.hiding import Hiding
 from gait_segmentation.tracking.judgement import judge, view_of
-from gait_segmentation.tracking.learning import (
-    WholeArea,
-    grown,
-    without_world,
-    working_masks,
-)
+from gait_segmentation.tracking.learner import Learner, Learnt
 from gait_segmentation.tracking.likelihood import likelihood_image
 from gait_segmentation.tracking.lost_and_found import LostAndFound
 from gait_segmentation.tracking.mean_shift import mean_shift
@@ -42,19 +32,13 @@ from gait_segmentation.tracking.visibility import (
 )
 from gait_segmentation.tracking.world import World
 
-__all__ = ['Learnt', 'Target']
+__all__ = ['Target']
 
 _REACH = 0.7
 """How far about the middle of the body the window may reach, in body heights."""
 
 _ALONE = 0.9
 """Share that must not be hidden by others, so that what hides the rest is the background."""
-
-_ALL = 0.95
-"""Share of the usual area from which nothing hides any of the person."""
-
-_FOUND_PART = 0.12
-"""Share that somebody lost must show who is hidden by the background."""
 
 _LEAST_STEP_S = 0.005
 """Frames whose stamps are closer have not been taken in so short a time: no pace is learnt."""
@@ -63,25 +47,6 @@ _MOST_MEAN_SHIFT = 0.05
 """Largest mean shift in a frame, in body heights."""
 
 Likelihood = NDArray[np.uint8]
-
-
-@dataclass(frozen=True)
-class Learnt:
-    """
-    What a mask that was learnt from told, in the frame it belongs to.
-
-    ``mask``, ``margin`` (the mask with a margin: where the person may be) and ``template`` are
-    (H, W) uint8 of the working image, ``strange`` (h, w) uint8 of the window about the person,
-    non-zero on what is not the known background.  ``share`` is the area of the mask over what is
-    usual.
-    """
-
-    window: Window
-    mask: NDArray[np.uint8]
-    margin: NDArray[np.uint8]
-    template: NDArray[np.uint8]
-    strange: NDArray[np.uint8]
-    share: float
 
 
 class Target:
@@ -119,10 +84,10 @@ class Target:
         world.now.bodies[track_id] = (0.0, 0.0)
         self._first = True
         self._box: Box | None = None
-        self._area = WholeArea(self.person)
         self._visibility = Visibility()
         self._uncovered = True
         self._memory = LostAndFound(self.person, world.now)
+        self._learner = Learner(self.person, world, self.features, self._memory)
 
     @property
     def box(self) -> Box:
@@ -275,7 +240,7 @@ class Target:
         self.state = LOST
         self.person.template = None
         self._memory.begin_search()
-        self._area.hide()
+        self._learner.hide()
         self._visibility.restart()
         self._box = None
 
@@ -350,12 +315,8 @@ class Target:
         self.confidence = sight.confidence
         likely = np.zeros(self.world.shape, np.uint8)
         likely[window] = np.where(values > 127, sight.uncovered, 0)
-        found = self._memory.is_found(self.person, sight, likely, self.world.now)
-        if not found and sight.share > _ALONE:
-            # Some of the person beside or above something that stands there.
-            part = self._before(sight, values, window)
-            found = self._memory.is_found(self.person, part, likely, self.world.now, _FOUND_PART)
-        if not found:
+        part = self._before(sight, values, window) if sight.share > _ALONE else None
+        if not self._memory.is_found(self.person, sight, part, likely, self.world.now):
             return False
         dx, dy = self.world.since_mask(self.track_id)
         self.person.take(shift_whole(claim.mask, round(-dx), round(-dy)), None)
@@ -384,8 +345,8 @@ class Target:
 
     def skip(self, record: Record) -> None:
         """Let go of a frame that is never learnt: only its motion counts."""
-        if self.track_id in record.bodies and self.state == TRACKED:
-            self.person.carry(*record.bodies[self.track_id])
+        if self.state == TRACKED:
+            self._learner.skip(record)
 
     def learn(
         self, record: Record, feedback: Feedback | None, *, alone: bool = True
@@ -393,70 +354,10 @@ class Target:
         """
         Learn from the mask of a frame just taken out of the world, if one came back.
 
-        Nothing is learnt from a mask that shows only part of somebody who is not at the border.
-
         :param alone: whether nobody else is near.
         :returns: what it told; None if the mask says nothing.
         """
-        person, config = self.person, self.config
         if feedback is None or self.state == LOST:
             self.skip(record)
             return None
-        mask, prior = working_masks(feedback, self.world.shape)
-        if not person.teaches(mask, prior):
-            self.skip(record)
-            person.part = mask
-            return None
-        dx, dy = self.world.since_mask(self.track_id)
-        person.shift(-dx, -dy)
-        window = person.window(self.world.shape)
-        lab = record.image.lab_part(window)
-        strange = record.strange(window, config.shadow_floor, lab)
-
-        @cache
-        def hiding() -> Hiding:
-            still = record.background.is_sure(window) & (strange == 0)
-            for other in record.passers_by.values():
-                still |= other.enlarged(window) > 0
-            return Hiding.of(window, mask, prior, still)
-
-        whole = self._area.update(mask, prior, person, alone=alone, hidden=lambda: hiding().much)
-        intact = self._area.share > _ALL
-        if not whole:
-            person.shift(dx, dy)
-            self.skip(record)
-            person.part = mask if intact else hiding().away(mask)
-            return self._around_part(window, mask, prior, strange) if alone else None
-        moving = record.moving.get(self.track_id)
-        mask = without_world(mask, prior, moving, person.height, settled=self._area.settled)
-        if config.use_feature_selection:
-            self.features.learn(view_of(record, window), mask[window], config.colour_rate)
-        person.learn_colours(lab, window, mask, prior, config.colour_rate, strange)
-        bounds = bounding_box(mask)
-        margin = grown(mask, person.height, bounds)
-        body = None if feedback.body is None else feedback.body.scaled(self.world.scale)
-        person.learn_place(mask, body, bounds, record.rows.get(self.track_id))
-        if config.use_tilt:
-            person.learn_angle(mask, bounds)
-        person.take(mask, prior, None if intact else hiding().away(mask))
-        self._memory.learn_look(person, record, bounds)
-        person.shift(dx, dy)
-        return Learnt(window, mask, margin, prior, strange, self._area.share)
-
-    def _around_part(
-        self,
-        window: Window,
-        mask: NDArray[np.uint8],
-        prior: NDArray[np.uint8],
-        strange: NDArray[np.uint8],
-    ) -> Learnt:
-        """
-        Return where somebody half hidden may be: in this mask, the last whole one, the template.
-
-        What the person uncovers meanwhile is learnt as background, or it would trail behind.
-        """
-        person = self.person
-        where = np.zeros(self.world.shape, np.uint8)
-        where[window] = person.mask[window] | mask[window] | cv2.inRange(prior[window], 128, 255)
-        margin = grown(where, person.height)
-        return Learnt(window, mask, margin, prior, strange, self._area.share)
+        return self._learner.learn(record, feedback, self.config, alone=alone)

@@ -1,0 +1,184 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One person taught by the masks that come back: colours, place, size, outline and look."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.images import Window, bounding_box
+from gait_segmentation.results import Feedback
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.features import FeatureSelector
+from gait_segmentation.tracking.hiding import Hiding
+from gait_segmentation.tracking.judgement import view_of
+from gait_segmentation.tracking.learning import (
+    WholeArea,
+    grown,
+    without_world,
+    working_masks,
+)
+from gait_segmentation.tracking.lost_and_found import LostAndFound
+from gait_segmentation.tracking.person import Person
+from gait_segmentation.tracking.records import Record
+from gait_segmentation.tracking.world import World
+
+__all__ = ['Learner', 'Learnt']
+
+_ALL = 0.95
+"""Share of the usual area from which nothing hides any of the person."""
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """
+    What a mask that was learnt from told, in the frame it belongs to.
+
+    ``mask``, ``margin`` (the mask with a margin: where the person may be) and ``template`` are
+    (H, W) uint8 of the working image, ``strange`` (h, w) uint8 of the window about the person,
+    non-zero on what is not the known background.  ``share`` is the area of the mask over what is
+    usual.
+    """
+
+    window: Window
+    mask: NDArray[np.uint8]
+    margin: NDArray[np.uint8]
+    template: NDArray[np.uint8]
+    strange: NDArray[np.uint8]
+    share: float
+
+
+@dataclass(frozen=True)
+class _Lesson:
+    """
+    A mask that came back, and its frame about the person.
+
+    ``lab`` is (h, w, 3) uint8 and ``strange`` (h, w) uint8 of the window, ``mask`` and
+    ``template`` are (H, W) uint8.
+    """
+
+    record: Record
+    window: Window
+    lab: NDArray[np.uint8]
+    strange: NDArray[np.uint8]
+    mask: NDArray[np.uint8]
+    template: NDArray[np.uint8]
+
+    @cached_property
+    def hiding(self) -> Hiding:
+        """Return what stands before the person: the known background, or who passes by."""
+        window = self.window
+        before = self.record.background.is_sure(window) & (self.strange == 0)
+        for other in self.record.passers_by.values():
+            before |= other.enlarged(window) > 0
+        return Hiding.of(window, self.mask, self.template, before)
+
+
+class Learner:
+    """
+    Takes in the masks of a person who is tracked.
+
+    Nothing is learnt of colours, size and look from a mask that shows only part of somebody who
+    is not at the border, but the person is followed by that part.
+    """
+
+    def __init__(
+        self, person: Person, world: World, features: FeatureSelector, memory: LostAndFound
+    ) -> None:
+        """Begin with the person's first mask."""
+        self._person = person
+        self._world = world
+        self._features = features
+        self._memory = memory
+        self._area = WholeArea(person)
+
+    def hide(self) -> None:
+        """Take the next masks for those of somebody hidden in part, until one is whole."""
+        self._area.hide()
+
+    def skip(self, record: Record) -> None:
+        """Let go of a frame that is never learnt: only its motion counts."""
+        if self._person.track_id in record.bodies:
+            self._person.carry(*record.bodies[self._person.track_id])
+
+    def learn(
+        self, record: Record, feedback: Feedback, config: TrackingConfig, *, alone: bool
+    ) -> Learnt | None:
+        """
+        Learn from the mask of a frame just taken out of the world.
+
+        :param alone: whether nobody else is near.
+        :returns: what it told; None if the mask says nothing.
+        """
+        person, world = self._person, self._world
+        mask, prior = working_masks(feedback, world.shape)
+        if not person.teaches(mask, prior):
+            self.skip(record)
+            person.part = mask
+            return None
+        dx, dy = world.since_mask(person.track_id)
+        person.shift(-dx, -dy)
+        window = person.window(world.shape)
+        lab = record.image.lab_part(window)
+        strange = record.strange(window, config.shadow_floor, lab)
+        lesson = _Lesson(record, window, lab, strange, mask, prior)
+        whole = self._area.update(
+            mask, prior, person, alone=alone, hidden=lambda: lesson.hiding.much
+        )
+        if whole:
+            moving = record.moving.get(person.track_id)
+            mask = without_world(mask, prior, moving, person.height, settled=self._area.settled)
+            lesson = replace(lesson, mask=mask)
+        part = mask if self._area.share > _ALL else lesson.hiding.away(mask)
+        if whole:
+            body = None if feedback.body is None else feedback.body.scaled(world.scale)
+            person.take(mask, prior, part)
+            margin = self._learn_all(lesson, body, config)
+        else:
+            self.skip(record)
+            person.part = part
+            margin = self._about_part(lesson)
+        person.shift(dx, dy)
+        if not (whole or alone):
+            return None
+        return Learnt(window, mask, margin, prior, strange, self._area.share)
+
+    def _learn_all(
+        self, lesson: _Lesson, body: BodyFrame | None, config: TrackingConfig
+    ) -> NDArray[np.uint8]:
+        """
+        Learn from a mask of all of the person.
+
+        :param body: the matched body in working pixels.
+        :returns: the mask with a margin.
+        """
+        person, record, window = self._person, lesson.record, lesson.window
+        mask, rate = lesson.mask, config.colour_rate
+        if config.use_feature_selection:
+            self._features.learn(view_of(record, window), mask[window], rate)
+        person.learn_colours(lesson.lab, window, mask, lesson.template, rate, lesson.strange)
+        bounds = bounding_box(mask)
+        margin = grown(mask, person.height, bounds)
+        person.learn_place(mask, body, bounds, record.rows.get(person.track_id))
+        if config.use_tilt:
+            person.learn_angle(mask, bounds)
+        self._memory.learn_look(person, record, bounds)
+        return margin
+
+    def _about_part(self, lesson: _Lesson) -> NDArray[np.uint8]:
+        """
+        Return where somebody half hidden may be: in this mask, the last whole one, the template.
+
+        What the person uncovers meanwhile is learnt as background, or it would trail behind.
+        """
+        window = lesson.window
+        where = np.zeros(self._world.shape, np.uint8)
+        about = self._person.mask[window] | lesson.mask[window]
+        where[window] = about | cv2.inRange(lesson.template[window], 128, 255)
+        return grown(where, self._person.height)
