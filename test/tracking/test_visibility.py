@@ -114,4 +114,4 @@ def test_rows_reach_as_far_as_likely_pixels_about_the_mask() -> None:
     wide = [np.pad(each, ((50, 60), (70, 80))) for each in (values, mask)]
     for angle in (0.0, 1e-6):
         moved = likely_rows(wide[0], nearness(wide[1], 30), (85, 70), 30, angle)
-        assert moved == pytest.approx((-12, 8), abs=1e-3)
+        assert moved == pytest.approx((-12, 8), abs=1 / 16 + 1e-6)
