@@ -19,7 +19,6 @@ from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import Feedback
 from gait_segmentation.ros.camera import claimed_shape, decode
 from gait_segmentation.ros.config import BankConfig
-from gait_segmentation.ros.in_flight import InFlight
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.messages import read_body, stamp_of
 from gait_segmentation.ros.outputs import DebugOutput, TrackOutputs
@@ -33,9 +32,6 @@ __all__ = ['TrackerNode', 'main']
 
 _FEEDBACK_KEPT = 30
 """Incomplete feedback kept; the tracker itself keeps fewer frames to learn from."""
-
-_MOST_AHEAD = 8
-"""Frames tracked before their feedback has come; the tracker learns from the last 15."""
 
 _FEEDBACK = {'mask': Image, 'shape_prior': Image, 'matched_box': PolygonInstanceStamped}
 
@@ -52,7 +48,6 @@ class TrackerNode(CameraNode):
         """Make the node, unconfigured."""
         super().__init__('gait_tracker', **options)
         self._tracker: PeopleTracker | None = None
-        self._in_flight = InFlight(_MOST_AHEAD)
 
     def build(self) -> None:
         """Make the stage, compile it and make the publishers."""
@@ -98,22 +93,12 @@ class TrackerNode(CameraNode):
         if self._tracker is not None:
             self._tracker.reset()
             self.intake.forget()
-            self._in_flight.clear()
             self.show(())
 
     def start_over(self) -> None:
         """Forget everybody, but not the boxes that wait."""
         assert self._tracker is not None
         self._tracker.reset()
-        self._in_flight.clear()
-
-    def held(self) -> bool:
-        """Return whether too many frames are ahead of their feedback."""
-        return self._in_flight.full
-
-    def give_up(self) -> None:
-        """Go on without feedback."""
-        self._in_flight.give_up()
 
     def process(self, frame: CameraMessage) -> None:
         """Track a frame."""
@@ -123,7 +108,6 @@ class TrackerNode(CameraNode):
         self.intake.take(image, stamp_ns)
         tracks = self._tracker.update(image, stamp_ns)
         self.show(tracks)
-        self._in_flight.add(stamp_ns)
         self._results.publish(tracks, image.shape[:2], frame.header)
         if self._debug.wanted:
             self._debug.publish(tracking_picture(image, tracks), frame.header)
@@ -136,11 +120,10 @@ class TrackerNode(CameraNode):
     def _feedback(self, part: str, message: Any) -> None:
         parts = self._join.add(part, stamp_of(message.header), message)
         if parts is not None and self.enabled:
-            self.later(lambda: self._learn(stamp_of(message.header), parts))
+            self.later(lambda: self._learn(parts))
 
-    def _learn(self, stamp_ns: int, parts: dict[str, Any]) -> None:
+    def _learn(self, parts: dict[str, Any]) -> None:
         assert self._tracker is not None
-        self._in_flight.answered(stamp_ns)
         try:
             feedback = [read_feedback(parts, slot) for slot in range(self._slots)]
             self._tracker.learn([each for each in feedback if each is not None])

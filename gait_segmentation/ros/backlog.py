@@ -12,9 +12,6 @@ from typing import Any
 __all__ = ['Backlog', 'Worker']
 
 
-_PATIENCE_S = 1.0
-
-
 class Backlog:
     """
     A bounded queue of frames that prefers the newest, and a lane of calls that go first.
@@ -24,21 +21,9 @@ class Backlog:
     counted.
     """
 
-    def __init__(
-        self,
-        limit: int,
-        held: Callable[[], bool] = lambda: False,
-        give_up: Callable[[], None] = lambda: None,
-    ) -> None:
-        """
-        Make an empty backlog for ``limit`` waiting frames.
-
-        :param held: says whether frames are to wait for a call that is to come first (worker).
-        :param give_up: called when none has come for a second; the frames then go on (worker).
-        """
+    def __init__(self, limit: int) -> None:
+        """Make an empty backlog for ``limit`` waiting frames."""
         self.limit = limit
-        self._held = held
-        self._give_up = give_up
         self.dropped = 0
         self._frames: deque[Any] = deque()
         self._calls: deque[Callable[[], None]] = deque()
@@ -74,10 +59,6 @@ class Backlog:
             self._busy = False
             self._changed.notify_all()
             self._changed.wait_for(lambda: self._calls or self._frames or self._closed)
-            if self._held() and not self._changed.wait_for(
-                lambda: self._calls or self._closed, _PATIENCE_S
-            ):
-                self._give_up()
             if self._closed:
                 return None
             self._busy = True

@@ -103,13 +103,6 @@ class GaitNode(LifecycleNode):
     def apply(self, group: str, config: StageConfig) -> None:
         """Put a changed configuration into force (worker)."""
 
-    def held(self) -> bool:
-        """Return whether frames are to wait until something is learnt (worker)."""
-        return False
-
-    def give_up(self) -> None:
-        """Let frames go on, because there was nothing to be learnt for a while (worker)."""
-
     def finish(self) -> None:
         """Publish what is held back, before the node is deactivated (worker)."""
 
@@ -236,8 +229,7 @@ class GaitNode(LifecycleNode):
         with compiling(self._inform):
             self.build()
         take_ahead()
-        backlog = Backlog(config.backlog, self.held, self.give_up)
-        self._worker = Worker(backlog, self._work, self._worker_failed)
+        self._worker = Worker(Backlog(config.backlog), self._work, self._worker_failed)
 
     def _inform(self, text: str) -> None:
         if self.context.ok():

@@ -72,34 +72,6 @@ def test_feedback_of_one_stamp_is_learnt(bench: Bench, monkeypatch) -> None:
     np.testing.assert_array_equal(feedback.mask, mask)
 
 
-def test_frames_wait_for_feedback_that_is_late(bench: Bench) -> None:
-    node = bench.add(TrackerNode, initial_box=BOX)
-    bench.record_outputs('person_0/box')
-    camera = bench.publisher(Image, 'image', 1)
-    back = {
-        'mask': bench.publisher(Image, 'person_0/mask', 1),
-        'shape_prior': bench.publisher(Image, 'person_0/shape_prior', 1),
-        'matched_box': bench.publisher(PolygonInstanceStamped, 'person_0/matched_box', 1),
-    }
-
-    def answer(index: int) -> None:
-        black = np.zeros((120, 160), np.uint8)
-        back['mask'].publish(image_message(black, header(index)))
-        back['shape_prior'].publish(image_message(black, header(index)))
-        back['matched_box'].publish(box_message((), 0, header(index)))
-
-    bench.feed(camera, [frame(0)])
-    answer(0)
-    bench.until(lambda: node._in_flight._answered, 'feedback')
-    bench.feed(camera, [frame(index) for index in range(1, 9)])
-    assert node.held()
-    camera.publish(frame(9))
-    bench.until(lambda: bool(node._worker.backlog._frames), 'the frame')
-    answer(5)
-    bench.until(lambda: len(bench.received['person_0/box']) == 10, 'its box')
-    assert len(node._in_flight._stamps) == 4
-
-
 def test_feedback_that_does_not_fit_is_ignored(bench: Bench) -> None:
     node = bench.add(TrackerNode, initial_box=BOX)
     bench.record_outputs('person_0/box')

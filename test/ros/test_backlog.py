@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 
-from gait_segmentation.ros import backlog as module
 from gait_segmentation.ros.backlog import Backlog, Worker
 
 TIMEOUT_S = 10.0
@@ -46,26 +45,6 @@ def test_calls_go_first_and_are_never_dropped() -> None:
     backlog.take()()
     assert done == ['first', 'second']
     assert backlog.take() == ('b',)
-
-
-def test_frames_that_are_held_wait_for_a_call() -> None:
-    waits = [True]
-    backlog = Backlog(3, held=lambda: waits[0], give_up=lambda: waits.append(True))
-    backlog.put('a')
-    threading.Timer(0.05, backlog.call, [lambda: waits.insert(0, False)]).start()
-    backlog.take()()
-    assert backlog.take() == ('a',)
-    assert waits == [False, True]
-
-
-def test_frames_that_are_held_in_vain_go_on(monkeypatch) -> None:
-    monkeypatch.setattr(module, '_PATIENCE_S', 0.05)
-    tired: list[bool] = []
-    backlog = Backlog(3, held=lambda: not tired, give_up=lambda: tired.append(True))
-    backlog.put('a')
-    backlog.put('b')
-    assert [backlog.take(), backlog.take()] == [('a',), ('b',)]
-    assert tired == [True]
 
 
 def test_closed_backlogs_give_nothing() -> None:
