@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.appearance import Appearance, colour_signature
 from gait_segmentation.tracking.beside import Beside
-from gait_segmentation.tracking.outline import Outline, doubled, every, halved
+from gait_segmentation.tracking.outline import Outline, doubled, halved, lab_of
 from gait_segmentation.tracking.person import Person
 
 __all__ = ['Neighbour', 'newcomers']
@@ -139,9 +139,8 @@ def _touches(beside: Beside, window: Window, part: NDArray[np.bool_], height: fl
 
 def _alike(beside: Beside, neighbour: Neighbour, window: Window, part: NDArray[np.bool_]) -> bool:
     """Return whether something looks like the person, as beyond a pole it would."""
-    whole = doubled(window)
-    lab = np.ascontiguousarray(beside.record.image.lab_about(whole)[every(window)])
-    rows = np.ascontiguousarray(neighbour.person.rows(whole)[::2, ::2])
+    lab = lab_of(beside.record.image, window)
+    rows = np.ascontiguousarray(neighbour.person.rows(doubled(window))[::2, ::2])
     inside = np.uint8(255) * part.view(np.uint8)
     signature = colour_signature(lab, inside, rows)
     return neighbour.appearance.similarity(signature) >= _ALIKE

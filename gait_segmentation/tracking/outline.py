@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, bounding_box
 from gait_segmentation.tracking.competition import overlap
+from gait_segmentation.tracking.working import WorkingImage
 
-__all__ = ['Outline', 'doubled', 'every', 'halved']
+__all__ = ['Outline', 'doubled', 'every', 'halved', 'lab_of']
 
 
 @dataclass(frozen=True)
@@ -122,3 +123,9 @@ def doubled(window: Window) -> Window:
     """Return the rows and columns of the working image of some at half size."""
     rows, columns = (slice(2 * side.start, 2 * side.stop) for side in window)
     return rows, columns
+
+
+def lab_of(image: WorkingImage, half: Window) -> NDArray[np.uint8]:
+    """Return the pixels that stand for rows and columns at half size in Lab, (h, w, 3) uint8."""
+    # As a rule the window is in Lab already, unlike with WorkingImage.lab_every.
+    return np.ascontiguousarray(image.lab_about(doubled(half))[every(half)])

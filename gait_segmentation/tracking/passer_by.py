@@ -22,7 +22,7 @@ from gait_segmentation.tracking.competition import Claim, overlap
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood import log_ratio
 from gait_segmentation.tracking.nearness import REACH, Nearness, nearness
-from gait_segmentation.tracking.outline import Outline, doubled, every, halved
+from gait_segmentation.tracking.outline import Outline, doubled, every, halved, lab_of
 from gait_segmentation.tracking.person import Person
 from gait_segmentation.tracking.records import Record, body_over
 
@@ -190,7 +190,7 @@ class PasserBy:
         likely &= claim.near.distance[::2, ::2] > -_GROWTH * self.height
         top, left = top + rows.start // 2, left + columns.start // 2
         part = (slice(top, top + likely.shape[0]), slice(left, left + likely.shape[1]))
-        other = now.strange(every(part), shadow_floor, _lab(now, part)) > 0
+        other = now.strange(every(part), shadow_floor, lab_of(now.image, part)) > 0
         likely &= other | (now.background.count[every(part)] < SURE_COUNT)
         return Outline(top, left, np.uint8(255) * likely.view(np.uint8))
 
@@ -245,7 +245,7 @@ class PasserBy:
 
         :param pending: the frames since.
         """
-        bins = colour_bins(_lab(record, of.window))
+        bins = colour_bins(lab_of(record.image, of.window))
         rows = self._rows(doubled(of.window), body_over(pending, self.number))
         rows = np.ascontiguousarray(rows[::2, ::2])
         self.colours.learn(bins, rows, of.inside > 0, _COLOUR_RATE)
@@ -257,11 +257,6 @@ class PasserBy:
         shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)
         center = (self.center_x - shift[0], self.center_y - shift[1])
         return body_rows(shape, (window[1].start, window[0].start), center, self.height)
-
-
-def _lab(record: Record, half: Window) -> NDArray[np.uint8]:
-    """Return the pixels that stand for a window at half size in Lab, (h, w, 3) uint8."""
-    return np.ascontiguousarray(record.image.lab_about(doubled(half))[every(half)])
 
 
 def _shared(window: Window, people: Sequence[Person], shape: tuple[int, int]) -> Window | None:
