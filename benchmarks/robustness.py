@@ -1,0 +1,171 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+What is left of the quality when sequences are made harder.
+
+Clips are made in memory of the sequences given: starts from every tenth frame, boxes drawn less
+carefully, the film backwards, every second frame only, turned, dark, grey, noisy, ... cameras,
+people before other backgrounds, a second person who crosses, poles and benches in front.  Prints
+how many clips a kind has, their mean and worst J, and which one is the worst.  Usage::
+
+    python benchmarks/robustness.py FOLDER ... [--kinds two hidden ...] [--boxes 3] [--each]
+        [--set STAGE.PARAMETER=VALUE] [--sheets DIR] [--json FILE] [--processes N]
+
+Single clips may go one of two ways with a box one pixel larger: ``--boxes N`` runs every clip
+with N start boxes moved a little, which says more than one run of each.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+from itertools import permutations
+from pathlib import Path
+
+import cv2
+from tqdm import tqdm
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.evaluation.output import tile, write_image
+from gait_segmentation.evaluation.report import aligned
+from gait_segmentation.evaluation.runner import Outcome, run
+from gait_segmentation.evaluation.sequence import Sequence
+from gait_segmentation.evaluation.settings import overridden
+from gait_segmentation.evaluation.variants import (
+    KINDS,
+    PAIRED,
+    MadeClip,
+    moved_boxes,
+    variants_of,
+)
+from gait_segmentation.geometry import Box
+from gait_segmentation.pipeline import Pipeline, PipelineConfig
+from gait_segmentation.sheets import contact_sheet
+
+TILES = 28
+
+
+@dataclass(frozen=True)
+class Job:
+    """What a kind makes of one sequence (and another one), run with some settings."""
+
+    kind: str
+    folders: tuple[str, ...]
+    only: str
+    boxes: int
+    settings: tuple[str, ...]
+    sheets: Path | None
+
+
+@dataclass(frozen=True)
+class Score:
+    """Mean J of a clip from each of its start boxes."""
+
+    kind: str
+    name: str
+    js: tuple[float, ...]
+
+    @property
+    def j(self) -> float:
+        """Return the mean over the boxes."""
+        return statistics.fmean(self.js)
+
+
+@cache
+def clip_of(folder: str) -> MadeClip | None:
+    return MadeClip.of(Sequence.load(folder))
+
+
+def scores_of(job: Job) -> list[Score]:
+    cv2.setNumThreads(1)
+    read = [clip_of(folder) for folder in job.folders]
+    clips = variants_of(job.kind, [clip for clip in read if clip is not None])
+    return [score_of(job, clip) for clip in clips if job.only in clip.name]
+
+
+def score_of(job: Job, clip: MadeClip) -> Score:
+    config = overridden(PipelineConfig(), job.settings)
+    starts = moved_boxes(clip, job.boxes) if job.boxes else [clip]
+    js = []
+    for start in starts:
+        outcomes = list(
+            run(Pipeline(config), start, start.numbers, start.box, clock=time.perf_counter)
+        )
+        js.append(statistics.fmean(each.score.j for each in outcomes if each.score is not None))
+    if job.sheets is not None:
+        name = clip.name.replace('/', '_')
+        write_image(job.sheets / f'{job.kind}_{name}.png', sheet_of(clip, outcomes))
+    return Score(job.kind, clip.name, tuple(js))
+
+
+def sheet_of(clip: MadeClip, outcomes: list[Outcome]) -> cv2.typing.MatLike:
+    step = max(1, -(-len(outcomes) // TILES))
+    tiles = []
+    for outcome in outcomes[::step]:
+        image = clip.image(outcome.number)
+        box = outcome.box or Box(0, 0, image.shape[1], image.shape[0])
+        height = 1.5 * max(box.height, box.width)
+        region = Box.from_center(box.center_x, box.center_y, height * 200 / 256, height)
+        tiles.append(tile(image, outcome, clip.truth(outcome.number), region))
+    return contact_sheet(tiles, 7)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(
+        description=__doc__.split('\n\n')[0],
+        epilog=f'kinds: {", ".join([*KINDS, *PAIRED])}',
+    )
+    parser.add_argument('folders', nargs='+', metavar='FOLDER', help='sequences with truth')
+    parser.add_argument(
+        '--kinds', nargs='+', choices=[*KINDS, *PAIRED], metavar='KIND', help='only these'
+    )
+    parser.add_argument('--only', default='', metavar='TEXT', help='clips whose name has it')
+    parser.add_argument('--boxes', type=int, default=0, help='start boxes a clip, moved a little')
+    parser.add_argument('--each', action='store_true', help='print every clip, too')
+    parser.add_argument('--set', action='append', default=[], metavar='STAGE.PARAMETER=VALUE')
+    parser.add_argument('--sheets', type=Path, metavar='DIR', help='a contact sheet of each clip')
+    parser.add_argument('--json', type=Path, metavar='FILE', help='write the figures here')
+    parser.add_argument('--processes', type=int, default=2)
+    options = parser.parse_args()
+    overridden(PipelineConfig(), options.set)
+    if options.sheets is not None:
+        options.sheets.mkdir(parents=True, exist_ok=True)
+    kinds = options.kinds or [*KINDS, *PAIRED]
+    singles = [(folder,) for folder in options.folders]
+    jobs = [
+        Job(kind, folders, options.only, options.boxes, tuple(options.set), options.sheets)
+        for kind in kinds
+        for folders in (singles if kind in KINDS else permutations(options.folders, 2))
+    ]
+    with ProcessPoolExecutor(options.processes) as pool:
+        made = pool.map(scores_of, jobs)
+        bar = tqdm(made, total=len(jobs), disable=None, leave=False)
+        scores = [score for some in bar for score in some]
+    if options.each:
+        rows = [[s.kind, s.name, f'{s.j:.4f}', f'{min(s.js):.4f}'] for s in scores]
+        print(aligned([['kind', 'clip', 'J', 'worst box'], *rows]) + '\n')
+    rows = [['kind', 'clips', 'J', 'worst', 'clip']]
+    for kind in kinds:
+        of_kind = [score for score in scores if score.kind == kind]
+        if of_kind:
+            worst = min(of_kind, key=lambda score: score.j)
+            mean = statistics.fmean(score.j for score in of_kind)
+            rows.append([kind, str(len(of_kind)), f'{mean:.4f}', f'{worst.j:.4f}', worst.name])
+    print(aligned(rows))
+    if options.json is not None:
+        report = [{'kind': s.kind, 'clip': s.name, 'j': s.js} for s in scores]
+        options.json.write_text(json.dumps(report, indent=1) + '\n')
+    return 0
+
+
+if __name__ == '__main__':
+    sys.exit(run_tool('robustness.py', main))

@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A clip with truth in memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.evaluation.metrics import start_box
+from gait_segmentation.evaluation.sequence import Sequence
+from gait_segmentation.geometry import Box
+
+__all__ = ['MadeClip']
+
+STILL = 6.0
+"""Median difference of first and last background below which a camera stands still, levels."""
+
+Frame = tuple[NDArray[np.uint8], NDArray[np.uint8] | None]
+
+
+@dataclass(frozen=True)
+class MadeClip:
+    """
+    Frames, their truth, and the box that a track of the person starts from.
+
+    ``frames`` are pairs of an image, (H, W, 3) uint8 BGR, and its truth, (H, W) uint8 (255 the
+    person, 0 background, anything else ambiguous) or None; frame numbers count from 0.
+    """
+
+    name: str
+    fps: float
+    frames: tuple[Frame, ...] = field(repr=False)
+    box: Box
+
+    @classmethod
+    def of(cls, sequence: Sequence) -> MadeClip | None:
+        """Read a sequence from its first box on; None if it has no box for one person."""
+        if sequence.initial_box is None:
+            return None
+        frames = tuple((sequence.image(n), sequence.truth(n)) for n in sequence.numbers)
+        return cls(sequence.name, sequence.fps, frames, sequence.initial_box)
+
+    @property
+    def numbers(self) -> list[int]:
+        """Return the frame numbers."""
+        return list(range(len(self.frames)))
+
+    def stamp_ns(self, number: int) -> int:
+        """Return the stamp of a frame in nanoseconds."""
+        return 1_000_000_000 + round(number * 1e9 / self.fps)
+
+    def image(self, number: int) -> NDArray[np.uint8]:
+        """Return a frame as (H, W, 3) uint8 BGR."""
+        return self.frames[number][0]
+
+    def truth(self, number: int) -> NDArray[np.uint8] | None:
+        """Return the truth of a frame as (H, W) uint8."""
+        return self.frames[number][1]
+
+    @cached_property
+    def still(self) -> bool:
+        """Return whether the camera stands still, to judge by the first and last frame."""
+        known = [(image, truth) for image, truth in self.frames if truth is not None]
+        (first, one), (last, other) = known[0], known[-1]
+        free = (one == 0) & (other == 0)
+        return float(np.median(np.abs(first.astype(int) - last)[free])) <= STILL
+
+    def changed(self, name: str, change: Callable[[int, Frame], Frame]) -> MadeClip | None:
+        """
+        Return the clip with every frame changed, and the box that then is about the person.
+
+        :param name: what is added to the clip's name.
+        :param change: makes the new frame of its number and the old one.
+        :returns: None if the first frame's truth shows nobody any more.
+        """
+        return self.with_frames(name, [change(n, frame) for n, frame in enumerate(self.frames)])
+
+    def with_frames(self, name: str, frames: list[Frame]) -> MadeClip | None:
+        """
+        Return a clip of other frames; those before the first that shows the person are left out.
+
+        :returns: None if the person is in fewer than two of them.
+        """
+        boxes = [None if truth is None else start_box(truth) for _, truth in frames]
+        seen = [number for number, box in enumerate(boxes) if box is not None]
+        if len(seen) < 2:
+            return None
+        box = boxes[seen[0]]
+        assert box is not None
+        name = f'{self.name}/{name}' if name else self.name
+        return replace(self, name=name, frames=tuple(frames[seen[0] :]), box=box)
