@@ -139,11 +139,7 @@ def _background(clip: MadeClip) -> Image | None:
     known = [(image, truth) for image, truth in clip.frames if truth is not None][::2]
     images = np.stack([image for image, _ in known])
     free = np.stack([truth for _, truth in known]) == 0
-    values = np.where(free[..., None], images, np.nan)
-    with np.errstate(all='ignore'):
-        background = np.nanmedian(values, axis=0)
-    unseen = np.isnan(background[..., 0])
-    background = np.nan_to_num(background).astype(np.uint8)
-    return np.asarray(
-        cv2.inpaint(background, unseen.astype(np.uint8), 3, cv2.INPAINT_TELEA), np.uint8
-    )
+    hidden = np.broadcast_to(~free[..., None], images.shape)
+    background = np.ma.median(np.ma.array(images, mask=hidden), axis=0).filled(0).astype(np.uint8)
+    unseen = np.where(free.any(axis=0), 0, 255).astype(np.uint8)
+    return np.asarray(cv2.inpaint(background, unseen, 3, cv2.INPAINT_TELEA), np.uint8)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,8 +18,8 @@ from gait_segmentation.geometry import Box
 
 __all__ = ['MadeClip']
 
-STILL = 6.0
-"""Median difference of first and last background below which a camera stands still, levels."""
+STILL_PX, STILL_FRAMES = 1.0, 6
+"""Median way of background corners over so many frames up to which a camera stands still."""
 
 Frame = tuple[NDArray[np.uint8], NDArray[np.uint8] | None]
 
@@ -64,11 +65,17 @@ class MadeClip:
 
     @cached_property
     def still(self) -> bool:
-        """Return whether the camera stands still, to judge by the first and last frame."""
+        """Return whether the camera stands still, by the corners of the first frames."""
         known = [(image, truth) for image, truth in self.frames if truth is not None]
-        (first, one), (last, other) = known[0], known[-1]
-        free = (one == 0) & (other == 0)
-        return float(np.median(np.abs(first.astype(int) - last)[free])) <= STILL
+        (first, truth), (later, _) = known[0], known[min(STILL_FRAMES, len(known) - 1)]
+        grey = [cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) for image in (first, later)]
+        background = np.where(truth == 0, 255, 0).astype(np.uint8)
+        corners = cv2.goodFeaturesToTrack(grey[0], 200, 0.01, 5, mask=background)
+        if corners is None:
+            return True
+        moved, found, _ = cv2.calcOpticalFlowPyrLK(grey[0], grey[1], corners, corners.copy())
+        way = np.linalg.norm(moved - corners, axis=-1)[found > 0]
+        return way.size > 0 and float(np.median(way)) <= STILL_PX
 
     def changed(self, name: str, change: Callable[[int, Frame], Frame]) -> MadeClip | None:
         """
