@@ -9,7 +9,10 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ['Backlog', 'Worker']
+__all__ = ['CAUGHT_UP', 'Backlog', 'Worker']
+
+CAUGHT_UP = 10
+"""Frames in a row after which nothing waited, for the work to have caught up."""
 
 
 class Backlog:
@@ -17,28 +20,34 @@ class Backlog:
     A bounded queue of frames that prefers the newest, and a lane of calls that go first.
 
     Short hiccups lose nothing: up to ``limit`` frames wait and are worked on in order.  When
-    more come, the work cannot keep up, and everything but the newest frame is dropped and
-    counted.
+    more come, the work cannot keep up: all but the newest frame are dropped and counted, and
+    until the work has caught up only the newest one waits.  What comes out of an overloaded
+    computer then is late by a frame's work rather than by a full backlog's, and evenly spaced
+    rather than in bursts with gaps, which is easier to track.
     """
 
     def __init__(self, limit: int) -> None:
         """Make an empty backlog for ``limit`` waiting frames."""
         self.limit = limit
         self.dropped = 0
+        self._behind = False
+        self._in_time = 0
         self._frames: deque[Any] = deque()
         self._calls: deque[Callable[[], None]] = deque()
         self._changed = threading.Condition()
-        self._busy = False
+        self._busy = self._on_frame = False
         self._closed = False
 
     def put(self, frame: Any) -> int:
         """Add a frame; return how many were dropped for it."""
         with self._changed:
             dropped = 0
-            if len(self._frames) >= self.limit:
+            if len(self._frames) >= (1 if self._behind else self.limit):
                 dropped = len(self._frames)
                 self._frames.clear()
                 self.dropped += dropped
+                self._behind = True
+                self._in_time = 0
             self._frames.append(frame)
             self._changed.notify_all()
             return dropped
@@ -56,13 +65,22 @@ class Backlog:
         :returns: a call, a frame in a tuple of one, or None when closed.
         """
         with self._changed:
-            self._busy = False
+            if self._on_frame:
+                self._note_pace()
+            self._busy = self._on_frame = False
             self._changed.notify_all()
             self._changed.wait_for(lambda: self._calls or self._frames or self._closed)
             if self._closed:
                 return None
             self._busy = True
+            self._on_frame = not self._calls
             return self._calls.popleft() if self._calls else (self._frames.popleft(),)
+
+    def _note_pace(self) -> None:
+        """Count frames after which nothing waited: so many in a row, and all may wait again."""
+        self._in_time = 0 if self._frames else self._in_time + 1
+        if self._in_time >= CAUGHT_UP:
+            self._behind = False
 
     def drain(self, timeout_s: float) -> bool:
         """Wait until everything taken in is done; return whether it is."""

@@ -33,7 +33,8 @@ class NodeConfig(StageConfig):
     backlog: int = parameter(
         10,
         'Frames that may wait when the work falls behind; when more come, all but the newest '
-        'are dropped. Raising it loses less and lets the delay grow.',
+        'are dropped, and only one waits until the work has caught up. Raising it loses less '
+        'in hiccups.',
         unit='frames',
         minimum=1,
         maximum=1000,

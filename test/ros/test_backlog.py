@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 
-from gait_segmentation.ros.backlog import Backlog, Worker
+from gait_segmentation.ros.backlog import CAUGHT_UP, Backlog, Worker
 
 TIMEOUT_S = 10.0
 
@@ -29,9 +29,54 @@ def test_up_to_the_limit_nothing_is_lost_and_the_order_is_kept() -> None:
 
 def test_overflow_leaves_the_newest_and_counts_the_rest() -> None:
     backlog = Backlog(3)
-    assert [backlog.put(n) for n in range(5)] == [0, 0, 0, 3, 0]
+    assert [backlog.put(n) for n in range(4)] == [0, 0, 0, 3]
     assert backlog.dropped == 3
-    assert taken(backlog) == [3, 4]
+    assert taken(backlog) == [3]
+
+
+def test_who_cannot_keep_up_gets_evenly_spaced_new_frames() -> None:
+    backlog = Backlog(5)
+    worked: list[tuple[int, int]] = []
+    for number in range(60):
+        backlog.put(number)
+        if number % 3 == 2:
+            taken_now = backlog.take()
+            assert isinstance(taken_now, tuple)
+            worked.append((number, taken_now[0]))
+    settled = worked[len(worked) // 2 :]
+    assert all(now == frame for now, frame in settled)
+    assert len(worked) + backlog.dropped + len(taken(backlog)) == 60
+
+
+def keep_up(backlog: Backlog, frames: int) -> None:
+    for number in range(frames):
+        backlog.put(number)
+        backlog.take()
+        backlog.call(lambda: None)
+        backlog.take()
+
+
+def test_after_the_work_has_caught_up_frames_wait_again() -> None:
+    backlog = Backlog(3)
+    for number in range(4):
+        backlog.put(number)
+    backlog.take()
+    keep_up(backlog, CAUGHT_UP - 2)
+    assert [backlog.put(n) for n in range(3)] == [0, 1, 1]
+    backlog.take()
+    keep_up(backlog, CAUGHT_UP)
+    assert [backlog.put(n) for n in range(3)] == [0, 0, 0]
+
+
+def test_calls_do_not_count_as_keeping_up() -> None:
+    backlog = Backlog(2)
+    for number in range(3):
+        backlog.put(number)
+    backlog.take()
+    for _ in range(2 * CAUGHT_UP):
+        backlog.call(lambda: None)
+        backlog.take()
+    assert [backlog.put(n) for n in range(2)] == [0, 1]
 
 
 def test_calls_go_first_and_are_never_dropped() -> None:
