@@ -35,7 +35,10 @@ FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.3, 0.5, 0.35
 """What somebody lost must show to be found: uncovered share, likelihood, and contrast."""
 
 _FOUND_PART = 0.12
-"""Share that somebody lost must show who is hidden by the background."""
+"""
+Share that somebody lost must show who is hidden by the background; and so what a search must
+score, since what is hidden adds nothing.
+"""
 
 _SEARCH_HEIGHT = 32
 """Height of the body in the image that is searched, in pixels."""
@@ -45,6 +48,8 @@ _SEARCH_OFTEN_S = 0.5
 """Frames of which one is searched all over, and time for which it is every one."""
 
 _SEARCH_SCORE = 0.3
+"""What a search scores from which what is seen need not stand out before the known background."""
+
 _COAST_S, _STOP_S = 1.0, 0.5
 """Time for which a hidden person is taken to walk on, and in which they are then to stop."""
 
@@ -149,6 +154,8 @@ class LostAndFound:
         part: Sight | None,
         likely: NDArray[np.uint8],
         now: Record,
+        *,
+        partly: bool = False,
     ) -> bool:
         """
         Return whether what is seen at a place is the person.
@@ -157,22 +164,22 @@ class LostAndFound:
             may be beside or above something that stands there; None of somebody behind others.
         :param likely: (h, w) uint8 of the working image, above 127 on what is likely and
             uncovered.
+        :param partly: whether only ``part`` counts.
         """
-        stands_out = _stands_out(sight, FOUND_SHARE) or (
-            part is not None and _stands_out(part, _FOUND_PART)
-        )
-        if not stands_out:
+        stands_out = part is not None and _stands_out(part, _FOUND_PART)
+        if not (stands_out or (not partly and _stands_out(sight, FOUND_SHARE))):
             return False
         return self.appearance.similarity(_signature(person, likely, now)) >= SAME_COLOURS
 
     def search(
         self, person: Person, world: World, taken: NDArray[np.uint8], config: TrackingConfig
-    ) -> tuple[float, float] | None:
+    ) -> tuple[float, float, bool] | None:
         """
         Look for the silhouette all over the newest frame, at low resolution, now and then.
 
         :param taken: (h, w) uint8, non-zero where others are.
-        :returns: how far from the expected place the person seems to be, in working pixels.
+        :returns: how far from the expected place the person seems to be, in working pixels, and
+            whether only a part is seen there, if at all.
         """
         due = self._looked_for % _SEARCH_EVERY == 0 or self.lost_s < _SEARCH_OFTEN_S
         self._looked_for += 1
@@ -216,9 +223,10 @@ class LostAndFound:
         likelihood[taken[every] > 0] = 0
         place = (place[0] - origin[0], place[1] - origin[1])
         found = find_silhouette(likelihood, mask, place, reach, height)
-        if found is None or found[2] < _SEARCH_SCORE:
+        if found is None or found[2] < _FOUND_PART:
             return None
-        return step * (found[0] - place[0]), step * (found[1] - place[1])
+        x, y, score = found
+        return step * (x - place[0]), step * (y - place[1]), score < _SEARCH_SCORE
 
 
 def _stands_out(sight: Sight, least: float) -> bool:

@@ -294,19 +294,31 @@ class Target:
         bodies = self.world.now.bodies
         before = (self.person.center_x, self.person.center_y)
         body = bodies[self.track_id]
-        self._shift_now(*place)
+        dx, dy, partly = place
+        self._shift_now(dx, dy)
         claim = self.judge()
         if claim is not None:
             likelihood = likelihood_image(claim.logit, claim.window, self.world.shape)
             likelihood[taken > 0] = 0
-            if self._shows(claim, likelihood, taken):
+            if self._shows(claim, likelihood, taken, partly=partly):
                 return likelihood
         self.person.center_x, self.person.center_y = before
         bodies[self.track_id] = body
         return None
 
-    def _shows(self, claim: Claim, likelihood: Likelihood, taken: NDArray[np.uint8]) -> bool:
-        """Return whether the person, and nobody else, can be seen at the place."""
+    def _shows(
+        self,
+        claim: Claim,
+        likelihood: Likelihood,
+        taken: NDArray[np.uint8],
+        *,
+        partly: bool = False,
+    ) -> bool:
+        """
+        Return whether the person, and nobody else, can be seen at the place.
+
+        :param partly: whether only what stands out before the known background counts.
+        """
         if self.person.share_inside(self.world.shape) < LOST_BELOW:
             return False
         window = claim.window
@@ -316,7 +328,8 @@ class Target:
         likely = np.zeros(self.world.shape, np.uint8)
         likely[window] = np.where(values > 127, sight.uncovered, 0)
         part = self._before(sight, values, window) if sight.share > _ALONE else None
-        if not self._memory.is_found(self.person, sight, part, likely, self.world.now):
+        now = self.world.now
+        if not self._memory.is_found(self.person, sight, part, likely, now, partly=partly):
             return False
         dx, dy = self.world.since_mask(self.track_id)
         self.person.take(shift_whole(claim.mask, round(-dx), round(-dy)), None)

@@ -89,6 +89,19 @@ def test_somebody_is_followed_while_an_eighth_stands_out_beside_a_wide_pole() ->
     assert hidden_share(figure) > 0.87
 
 
+def test_somebody_who_turned_back_while_hidden_is_found_by_a_part_of_the_body() -> None:
+    told = Told()
+    path = [figure for figure in walk(Figure(40), 40) if hidden_share(figure) < 0.99]
+    told.start(path[0])
+    for figure in [*path, *[path[-1]] * 35]:
+        result = told.show(figure, boards=[BOARD])[0]
+    assert result.state == 'lost'
+    for figure in walk(path[-1], 20, speed=-1.0):
+        result = told.show(figure, boards=[BOARD])[0]
+        assert result.state == 'tracked' or hidden_share(figure) > 0.75
+    assert hidden_share(figure) < 0.5
+
+
 def test_what_somebody_half_hidden_uncovers_is_learnt() -> None:
     told = Told()
     path = walk(Figure(108), 63, speed=0.5)
