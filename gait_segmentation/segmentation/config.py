@@ -121,7 +121,7 @@ class SegmentationConfig(StageConfig):
         'one.',
     )
     paper_weight: float = parameter(
-        1.0,
+        2.0,
         'Weight of the paper prior on the n-links: raising it pulls the outline to the template.',
         minimum=0.0,
         maximum=100.0,
