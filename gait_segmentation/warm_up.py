@@ -85,6 +85,7 @@ def warm_up_tracker(
     from gait_segmentation.starting import StartingConfig
     from gait_segmentation.tracking import PeopleTracker
     from gait_segmentation.tracking.background import BackgroundModel
+    from gait_segmentation.tracking.extent import extent_of
 
     starting = starting or StartingConfig()
     tracker = PeopleTracker(bank, config, max_people=min(max_people, 2), starting=starting)
@@ -108,6 +109,9 @@ def warm_up_tracker(
         tracker.learn([each for each in feedback if each.track_id])
     # What is looked at only where the camera's motion was measured badly for some time.
     BackgroundModel((16, 16)).slopes((slice(0, 8), slice(0, 8)))
+    # What is looked at only of bodies that lean.
+    person = scene.people[0]
+    extent_of(person.mask, (person.body.center_x, person.body.center_y), 0.2)
 
 
 def warm_up_matcher(bank: TemplateBank, config: MatchingConfig) -> None:
