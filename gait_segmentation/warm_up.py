@@ -84,7 +84,6 @@ def warm_up_tracker(
     """
     from gait_segmentation.starting import StartingConfig
     from gait_segmentation.tracking import PeopleTracker
-    from gait_segmentation.tracking.background import BackgroundModel
     from gait_segmentation.tracking.extent import extent_of
 
     starting = starting or StartingConfig()
@@ -107,8 +106,6 @@ def warm_up_tracker(
             )
         seen = bool(tracks[0].track_id)
         tracker.learn([each for each in feedback if each.track_id])
-    # What is looked at only where the camera's motion was measured badly for some time.
-    BackgroundModel((16, 16)).slopes((slice(0, 8), slice(0, 8)))
     # What is looked at only of bodies that lean.
     person = scene.people[0]
     extent_of(person.mask, (person.body.center_x, person.body.center_y), 0.2)

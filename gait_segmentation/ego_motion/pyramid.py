@@ -54,7 +54,8 @@ class Pyramid:
     @cached_property
     def is_blank(self) -> bool:
         """Return whether nothing can be seen, as when something covers the lens."""
-        return int(self.cells.max()) - int(self.cells.min()) < _LEAST_RANGE
+        darkest, brightest, *_ = cv2.minMaxLoc(self.cells)
+        return brightest - darkest < _LEAST_RANGE
 
     def padded(self, level: int) -> NDArray[np.uint8]:
         """Return the image of a level with its border continued by :data:`BORDER` pixels."""

@@ -18,7 +18,6 @@ from gait_segmentation.tracking.background_kernels import (
     count_misplacements,
     count_residuals,
     place_in,
-    square_slopes,
     update_sums,
 )
 from gait_segmentation.tracking.resampling import resample
@@ -183,18 +182,6 @@ class BackgroundModel:
         other.sigma, other.misplacement = self.sigma, self.misplacement
         for window in self._all if windows is None else windows:
             resample(self.sums, motion, decay, window, other.sums)
-
-    def slopes(self, window: Window) -> NDArray[np.float32]:
-        """
-        Return how steep the background is, (2, h, w) float32.
-
-        :param window: rows and columns to look at.
-        :returns: squared change per pixel of lightness and of chroma, zero where unknown.
-        """
-        sums, top, left = self.part(window)
-        out = np.empty((2, *self.count[window].shape), np.float32)
-        square_slopes(sums, top, left, out)
-        return out
 
     def learn(
         self,

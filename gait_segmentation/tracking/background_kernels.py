@@ -15,7 +15,6 @@ __all__ = [
     'count_misplacements',
     'count_residuals',
     'place_in',
-    'square_slopes',
     'update_sums',
 ]
 
@@ -26,7 +25,6 @@ _HIDDEN_DECAY = 0.995
 SURE_COUNT = 2.0
 """Times a pixel was seen to be sure what is there."""
 
-_KNOWN_COUNT = 0.25
 PLACE_STEPS = 16
 """Parts of a pixel in which misplacements are counted."""
 
@@ -61,71 +59,6 @@ def update_sums(
                 place = 4 * col + channel
                 line[place] = keep * line[place] + gain * np.float32(pixels[3 * col + channel])
             line[4 * col + 3] = keep * count + gain
-
-
-@njit(nogil=True, fastmath=True, error_model='numpy', inline='always')
-def _means_of_row(
-    line: NDArray[np.float32],
-    light: NDArray[np.float32],
-    a: NDArray[np.float32],
-    b: NDArray[np.float32],
-    known: NDArray[np.float32],
-) -> None:
-    """Fill in the means of a row of pixels, and 1 where they are known, else 0."""
-    zero, one, least = np.float32(0), np.float32(1), np.float32(_KNOWN_COUNT)
-    for col in range(known.size):
-        count = line[4 * col + 3]
-        share = one / max(count, least)
-        light[col] = line[4 * col] * share
-        a[col] = line[4 * col + 1] * share
-        b[col] = line[4 * col + 2] * share
-        known[col] = one if count >= least else zero
-
-
-@njit(nogil=True, fastmath=True, inline='always')
-def _add_slopes(
-    above: NDArray[np.float32],
-    here: NDArray[np.float32],
-    below: NDArray[np.float32],
-    use: NDArray[np.float32],
-    out: NDArray[np.float32],
-) -> None:
-    """Add the squared slopes of a row, but for its ends."""
-    half = np.float32(0.5)
-    columns = out.size
-    left, right, up, down = here[: columns - 2], here[2:], above[1:-1], below[1:-1]
-    inner, weight = out[1:-1], use[1:-1]
-    for col in range(columns - 2):
-        x, y = half * (right[col] - left[col]), half * (down[col] - up[col])
-        inner[col] += weight[col] * (x * x + y * y)
-
-
-@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
-def square_slopes(
-    sums: NDArray[np.float32], top: int, left: int, out: NDArray[np.float32]
-) -> None:
-    """Fill in the squared slopes of lightness and of chroma, zero next to what is unknown."""
-    rows, columns = out.shape[1], out.shape[2]
-    out[:] = np.float32(0)
-    if rows < 3 or columns < 3:
-        return
-    # Of three rows: lightness, a, b and where they are known.
-    means = np.empty((3, 4, columns), np.float32)
-    use = np.zeros(columns, np.float32)
-    span = slice(4 * left, 4 * (left + columns))
-    for row in range(2):
-        each, line = means[row], sums[top + row].reshape(-1)[span]
-        _means_of_row(line, each[0], each[1], each[2], each[3])
-    for row in range(1, rows - 1):
-        above, here, below = means[(row - 1) % 3], means[row % 3], means[(row + 1) % 3]
-        line = sums[top + row + 1].reshape(-1)[span]
-        _means_of_row(line, below[0], below[1], below[2], below[3])
-        over, under, known = above[3], below[3], here[3]
-        for col in range(1, columns - 1):
-            use[col] = over[col] * under[col] * known[col - 1] * known[col + 1]
-        for channel in range(3):
-            place = out[min(channel, 1), row]
-            _add_slopes(above[channel], here[channel], below[channel], use, place)
 
 
 @njit(nogil=True, fastmath=True, error_model='numpy', inline='always')

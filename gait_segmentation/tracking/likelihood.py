@@ -56,7 +56,6 @@ def log_ratio(
     """
     out = np.empty(bins.shape, np.float32)
     misplacement = background.misplacement if background.misplacement > _LEAST_MISPLACED else 0.0
-    slopes = background.slopes(window) if misplacement else np.empty((2, 0, 0), np.float32)
     sums, top, left = background.part(window)
     ratios(
         lab,
@@ -65,7 +64,6 @@ def log_ratio(
         sums,
         top,
         left,
-        slopes,
         misplacement,
         person.table,
         surroundings.table,
@@ -110,8 +108,6 @@ def likelihood_image(
     :param window: the window's rows and columns.
     :param shape: (h, w) of the working image.
     """
-    inside = np.empty(logit.shape, np.uint8)
-    probabilities(logit, SIGMOID, inside)
     image = np.zeros(shape, np.uint8)
-    image[window] = inside
+    probabilities(logit, SIGMOID, window[0].start or 0, window[1].start or 0, image)
     return image

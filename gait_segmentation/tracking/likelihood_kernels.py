@@ -82,6 +82,86 @@ def _look_up(
         of_surroundings[col] = surroundings[bins[col], band]
 
 
+@njit(nogil=True, fastmath=True, error_model='numpy', inline='always')
+def _means_of_row(
+    line: NDArray[np.float32],
+    light: NDArray[np.float32],
+    a: NDArray[np.float32],
+    b: NDArray[np.float32],
+    known: NDArray[np.float32],
+) -> None:
+    """Fill in the means of a row of pixels, and 1 where they are known, else 0."""
+    zero, one, least = np.float32(0), np.float32(1), np.float32(_LEAST_COUNT)
+    for col in range(known.size):
+        count = line[4 * col + 3]
+        share = one / max(count, least)
+        light[col] = line[4 * col] * share
+        a[col] = line[4 * col + 1] * share
+        b[col] = line[4 * col + 2] * share
+        known[col] = one if count >= least else zero
+
+
+@njit(nogil=True, fastmath=True, inline='always')
+def _add_slopes(
+    above: NDArray[np.float32],
+    here: NDArray[np.float32],
+    below: NDArray[np.float32],
+    use: NDArray[np.float32],
+    out: NDArray[np.float32],
+) -> None:
+    """Add the squared slopes of a row, but for its ends."""
+    half = np.float32(0.5)
+    columns = out.size
+    left, right, up, down = here[: columns - 2], here[2:], above[1:-1], below[1:-1]
+    inner, weight = out[1:-1], use[1:-1]
+    for col in range(columns - 2):
+        x, y = half * (right[col] - left[col]), half * (down[col] - up[col])
+        inner[col] += weight[col] * (x * x + y * y)
+
+
+@njit(nogil=True, fastmath=True, error_model='numpy', inline='always')
+def _slopes_of_row(
+    sums: NDArray[np.float32],
+    top: int,
+    left: int,
+    height: int,
+    row: int,
+    means: NDArray[np.float32],
+    use: NDArray[np.float32],
+    steep: NDArray[np.float32],
+    steep_chroma: NDArray[np.float32],
+) -> None:
+    """
+    Fill in the squared slopes of lightness and of chroma, zero next to what is unknown.
+
+    Rows are to be asked for one after the other; those at the window's edge are zero, too.
+
+    :param sums: of the whole image, in which a window begins at ``top`` and ``left``.
+    :param height: rows of the window, of which ``row`` is asked for.
+    :param means: (3, 4, w) float32, of three rows: lightness, a, b and where they are known.
+    :param use: (w,) float32, zero at both ends, for what is calculated on the way.
+    """
+    steep[:] = np.float32(0)
+    steep_chroma[:] = np.float32(0)
+    columns = steep.size
+    if height < 3 or columns < 3:
+        return
+    if row + 1 < height:
+        span = slice(4 * left, 4 * (left + columns))
+        for other in range(row if row == 0 else row + 1, row + 2):
+            each, line = means[other % 3], sums[top + other].reshape(-1)[span]
+            _means_of_row(line, each[0], each[1], each[2], each[3])
+    if row == 0 or row + 1 == height:
+        return
+    above, here, below = means[(row - 1) % 3], means[row % 3], means[(row + 1) % 3]
+    over, under, known = above[3], below[3], here[3]
+    for col in range(1, columns - 1):
+        use[col] = over[col] * under[col] * known[col - 1] * known[col + 1]
+    _add_slopes(above[0], here[0], below[0], use, steep)
+    for channel in range(1, 3):
+        _add_slopes(above[channel], here[channel], below[channel], use, steep_chroma)
+
+
 @njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
 def ratios(
     lab: NDArray[np.uint8],
@@ -90,7 +170,6 @@ def ratios(
     sums: NDArray[np.float32],
     top: int,
     left: int,
-    slopes: NDArray[np.float32],
     misplacement: float,
     person: NDArray[np.float32],
     surroundings: NDArray[np.float32],
@@ -111,8 +190,7 @@ def ratios(
     up, then all that is calculated.
 
     :param sums: of the whole image, in which the window begins at ``top`` and ``left``.
-    :param slopes: what :meth:`BackgroundModel.slopes` says of the window; not read if nothing
-        is misplaced.
+    :param misplacement: of the background, in pixels; slopes do not count if it is zero.
     """
     zero, one = np.float32(0), np.float32(1)
     doubt = np.float32(_DOUBT + misplacement)
@@ -132,10 +210,12 @@ def ratios(
     width = out.shape[1]
     of_person, of_surroundings = np.empty(width, np.float32), np.empty(width, np.float32)
     wider, wider_chroma = np.ones(width, np.float32), np.ones(width, np.float32)
+    steep, steep_chroma = np.empty(width, np.float32), np.empty(width, np.float32)
+    means, use = np.empty((3, 4, width), np.float32), np.zeros(width, np.float32)
     for row in range(out.shape[0]):
         _look_up(bins[row], rows[row], person, surroundings, of_person, of_surroundings)
         if misplaced > zero:
-            steep, steep_chroma = slopes[0, row], slopes[1, row]
+            _slopes_of_row(sums, top, left, out.shape[0], row, means, use, steep, steep_chroma)
             for col in range(width):
                 wider[col] = one + misplaced * steep[col]
                 wider_chroma[col] = one + misplaced * steep_chroma[col]
@@ -197,15 +277,20 @@ SIGMOID = np.rint(255 / (1 + np.exp(-np.linspace(-8, 8, 2 * 8 * _SIGMOID_STEPS +
 
 @njit(cache=True, nogil=True, fastmath=True)
 def probabilities(
-    logit: NDArray[np.float32], table: NDArray[np.uint8], out: NDArray[np.uint8]
+    logit: NDArray[np.float32],
+    table: NDArray[np.uint8],
+    top: int,
+    left: int,
+    out: NDArray[np.uint8],
 ) -> None:
-    """Fill in the probabilities of log ratios, as 0..255, by :data:`SIGMOID`."""
+    """Fill in the probabilities of log ratios, as 0..255, by :data:`SIGMOID`, from a pixel on."""
     limit, steps = np.float32(_SIGMOID_LIMIT), np.float32(_SIGMOID_STEPS)
     half = np.float32(0.5)
     for row in range(logit.shape[0]):
-        for col in range(logit.shape[1]):
-            value = min(max(logit[row, col], -limit), limit)
-            out[row, col] = table[int((value + limit) * steps + half)]
+        line, result = logit[row], out[top + row, left : left + logit.shape[1]]
+        for col in range(line.size):
+            value = min(max(line[col], -limit), limit)
+            result[col] = table[int((value + limit) * steps + half)]
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model='numpy')

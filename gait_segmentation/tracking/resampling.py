@@ -16,7 +16,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import invert, pixel_affine
 from gait_segmentation.images import Window
 
 __all__ = ['resample']
@@ -32,6 +31,7 @@ _SHARPNESS = -0.75
 """Slope of the cubic kernel at a distance of one pixel, as in OpenCV."""
 
 Weights = tuple[np.float32, np.float32, np.float32, np.float32]
+Row = tuple[float, float, float]
 
 
 def resample(
@@ -55,19 +55,23 @@ def resample(
     size = (columns.stop - columns.start, rows.stop - rows.start)
     if min(size) <= 0:
         return
-    matrix = pixel_affine(motion)
-    matrix[:, 2] -= (columns.start, rows.start)
-    back = invert(matrix)
-    bend = max(abs(back[0, 0] - 1), abs(back[1, 0]))
+    # In plain numbers, as a 2 x 3 matrix of pixel indices and back again.
+    (a, b, x), (c, d, y) = motion.tolist()
+    x, y = x + (0.5 * (a + b) - 0.5), y + (0.5 * (c + d) - 0.5)
+    x, y = x - columns.start, y - rows.start
+    scale = 1 / (a * d - b * c)
+    across = (d * scale, -b * scale, (b * y - d * x) * scale)
+    down = (-c * scale, a * scale, (c * x - a * y) * scale)
+    bend = max(abs(across[0] - 1), abs(down[0]))
     run = _LONGEST if bend * _LONGEST <= 2 * _MOST_OFF else int(2 * _MOST_OFF / bend)
     if run < _SHORTEST:
+        matrix = np.array([[a, b, x], [c, d, y]])
         part = np.asarray(cv2.warpAffine(sums, matrix, size, flags=cv2.INTER_CUBIC))
         _scale(part, np.float32(factor))
         out[window] = part
         return
-    _resample_runs(
-        _lines(sums), back, np.float32(factor), run, rows.start, columns.start, size, _lines(out)
-    )
+    start = (rows.start, columns.start)
+    _resample_runs(_lines(sums), across, down, factor, run, start, size, _lines(out))
 
 
 def _lines(image: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -170,11 +174,11 @@ def _mix_rows_at_border(
 @njit(cache=True, nogil=True)
 def _resample_runs(
     lines: NDArray[np.float32],
-    back: NDArray[np.float64],
-    factor: np.float32,
+    across: Row,
+    down: Row,
+    share: float,
     run: int,
-    top: int,
-    left: int,
+    start: tuple[int, int],
     size: tuple[int, int],
     out: NDArray[np.float32],
 ) -> None:
@@ -182,9 +186,13 @@ def _resample_runs(
     Fill in a part of an image.
 
     :param lines: (h, 4 w), the image.
-    :param back: 2 x 3 transform of pixel indices from the part to the image.
-    :param top, left, size: where the part begins in the result, and its width and height.
+    :param across, down: what columns and rows of the part and one make of the column and the row
+        in the image.
+    :param start: row and column of the result in which the part begins.
+    :param size: its width and height.
     """
+    factor = np.float32(share)
+    top, left = start
     width, height = size
     rows, columns = lines.shape[0], lines.shape[1] // _CHANNELS
     mixed = np.empty(_CHANNELS * (_LONGEST + 3), np.float32)
@@ -192,15 +200,16 @@ def _resample_runs(
         for col in range(0, width, run):
             count = min(run, width - col)
             half = (count - 1) / 2
-            x = back[0, 0] * (col + half) + back[0, 1] * row + back[0, 2] - half
-            y = back[1, 0] * (col + half) + back[1, 1] * row + back[1, 2]
+            x = across[0] * (col + half) + across[1] * row + across[2] - half
+            y = down[0] * (col + half) + down[1] * row + down[2]
             from_x, from_y = int(np.floor(x)), int(np.floor(y))
-            across, down = _weights(np.float32(x - from_x)), _weights(np.float32(y - from_y))
+            by_column = _weights(np.float32(x - from_x))
+            by_row = _weights(np.float32(y - from_y))
             from_x, from_y = from_x - 1, from_y - 1
             wide = _CHANNELS * (count + 3)
             if 0 <= from_x <= columns - count - 3 and 0 <= from_y <= rows - 4:
-                _mix_rows(lines, from_y, _CHANNELS * from_x, down, mixed, wide)
+                _mix_rows(lines, from_y, _CHANNELS * from_x, by_row, mixed, wide)
             else:
-                _mix_rows_at_border(lines, from_y, from_x, down, mixed[:wide])
+                _mix_rows_at_border(lines, from_y, from_x, by_row, mixed[:wide])
             first = _CHANNELS * (left + col)
-            _mix_pixels(mixed, across, factor, out, top + row, first, _CHANNELS * count)
+            _mix_pixels(mixed, by_column, factor, out, top + row, first, _CHANNELS * count)

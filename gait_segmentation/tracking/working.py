@@ -32,9 +32,13 @@ class _Parts:
         self._made: list[Window] = []
 
     def about(
-        self, window: Window, make: Callable[[Window], NDArray[np.uint8]]
+        self, window: Window, make: Callable[[Window, NDArray[np.uint8]], object]
     ) -> NDArray[np.uint8]:
-        """Return the image, made at least in a window; elsewhere it may be anything."""
+        """
+        Return the image, made at least in a window; elsewhere it may be anything.
+
+        :param make: fills in a window of the image.
+        """
         rows, columns = window
         for made_rows, made_columns in self._made:
             if (
@@ -45,7 +49,7 @@ class _Parts:
             ):
                 return self._pixels
         if rows.start < rows.stop and columns.start < columns.stop:
-            self._pixels[window] = make(window)
+            make(window, self._pixels[window])
             self._made.append(window)
         return self._pixels
 
@@ -129,7 +133,7 @@ class WorkingImage:
 
     def bgr_about(self, window: Window) -> NDArray[np.uint8]:
         """Return an image like :attr:`bgr` that is made at least in a window."""
-        return self._colours if self._curve is None else self._bgr.about(window, self._bgr_of)
+        return self._colours if self._curve is None else self._bgr.about(window, self._make_bgr)
 
     @property
     def lab(self) -> NDArray[np.uint8]:
@@ -138,7 +142,7 @@ class WorkingImage:
 
     def lab_about(self, window: Window) -> NDArray[np.uint8]:
         """Return an image like :attr:`lab` that is made at least in a window."""
-        return self._lab.about(window, self._lab_of)
+        return self._lab.about(window, self._make_lab)
 
     def lab_part(self, window: Window) -> NDArray[np.uint8]:
         """Return a window in Lab, (h, w, 3) uint8, its rows contiguous as kernels want them."""
@@ -152,26 +156,30 @@ class WorkingImage:
         """
         if self.textured:
             return np.ascontiguousarray(self.lab[every])
-        return np.asarray(
-            cv2.cvtColor(np.ascontiguousarray(self._bgr_of(every)), cv2.COLOR_BGR2Lab)
-        )
+        part = np.ascontiguousarray(self._colours[every])
+        if self._curve is not None:
+            part = np.asarray(cv2.LUT(part, self._curve))
+        return np.asarray(cv2.cvtColor(part, cv2.COLOR_BGR2Lab))
 
     @property
     def _all(self) -> Window:
         return slice(0, self.gray.shape[0]), slice(0, self.gray.shape[1])
 
-    def _bgr_of(self, window: Window) -> NDArray[np.uint8]:
-        part = self._colours[window]
-        return part if self._curve is None else np.asarray(cv2.LUT(part, self._curve))
+    def _make_bgr(self, window: Window, out: NDArray[np.uint8]) -> None:
+        assert self._curve is not None
+        cv2.LUT(self._colours[window], self._curve, out)
 
-    def _lab_of(self, window: Window) -> NDArray[np.uint8]:
+    def _make_lab(self, window: Window, out: NDArray[np.uint8]) -> None:
         if not self.textured:
-            return np.asarray(cv2.cvtColor(self.bgr_about(window)[window], cv2.COLOR_BGR2Lab))
+            cv2.cvtColor(self.bgr_about(window)[window], cv2.COLOR_BGR2Lab, out)
+            return
         # The energy at the window's edge depends on what lies beyond.
         top, left = (max(side.start - REACH, 0) for side in window)
         rows, columns = window
         lab = gray_lab(self.gray[top : rows.stop + REACH, left : columns.stop + REACH])
-        return lab[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
+        out[:] = lab[
+            rows.start - top : rows.stop - top, columns.start - left : columns.stop - left
+        ]
 
 
 def _both(

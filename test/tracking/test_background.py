@@ -147,20 +147,6 @@ def test_misplacement_is_measured_where_the_background_is_steep(shift, low, high
     assert low <= model.misplacement <= high
 
 
-def test_slopes_are_those_of_the_known_mean() -> None:
-    model = BackgroundModel((10, 12))
-    lab = np.zeros((10, 12, 3), np.uint8)
-    lab[..., 0] = 10 * np.arange(12)
-    lab[..., 1] = 4 * np.arange(10)[:, None]
-    hidden = np.zeros((10, 12), np.uint8)
-    hidden[5, 5] = 255
-    model.learn(lab, hidden)
-    slopes = model.slopes((slice(0, 10), slice(0, 12)))
-    assert slopes[:, 2, 3] == pytest.approx([100.0, 16.0])
-    assert slopes[:, 5, 4] == pytest.approx([0.0, 0.0])
-    assert slopes[:, 0, 3] == pytest.approx([0.0, 0.0])
-
-
 def test_what_is_known_from_elsewhere_counts_where_less_is_known() -> None:
     model = BackgroundModel((4, 6))
     model.learn(np.full((4, 6, 3), 50, np.uint8), np.zeros((4, 6), np.uint8))

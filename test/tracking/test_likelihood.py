@@ -120,12 +120,25 @@ def test_the_likelihood_image_is_the_sigmoid_in_the_window() -> None:
     assert result.sum() == result[window].sum()
 
 
+def _square_slopes(model: BackgroundModel) -> np.ndarray:
+    """Return the squared slopes of lightness and of chroma, zero next to what is unknown."""
+    known = model.count >= 0.25
+    mean = np.where(known[..., None], model.mean, 0)
+    across, down = np.zeros_like(mean), np.zeros_like(mean)
+    across[:, 1:-1] = (mean[:, 2:] - mean[:, :-2]) / 2
+    down[1:-1] = (mean[2:] - mean[:-2]) / 2
+    use = np.zeros(known.shape)
+    use[1:-1, 1:-1] = known[2:, 1:-1] & known[:-2, 1:-1] & known[1:-1, 2:] & known[1:-1, :-2]
+    square = use[..., None] * (across**2 + down**2)
+    return np.stack((square[..., 0], square[..., 1] + square[..., 2]))
+
+
 def _plainly(
     lab: np.ndarray, rows: np.ndarray, model: BackgroundModel, config: TrackingConfig
 ) -> np.ndarray:
     """Return the log-likelihood ratios of the formula, pixel by pixel."""
     person, surroundings = models()
-    slopes, sigma = model.slopes(WINDOW), model.sigma
+    slopes, sigma = _square_slopes(model), model.sigma
     bins = colour_bins(lab)
     out = np.empty(SHAPE)
     for place in np.ndindex(SHAPE):
