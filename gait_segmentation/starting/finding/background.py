@@ -33,6 +33,9 @@ Time for which a pixel must have been seen not to be young: it may show somebody
 when the search began, and has left a place of which nothing is known.
 """
 
+_KNOWN_S = 0.48
+"""Time for which a pixel must have been seen for its background to be beyond doubt."""
+
 _USUAL_PERIOD_S = 0.04
 _LEAST_FRAMES, _MOST_FRAMES = 3, 200
 """Time between two frames while it is not known, and the limits of times counted in frames."""
@@ -192,6 +195,24 @@ class MotionBackground:
         """Return the least difference that counts, in grey levels."""
         return _DETECT * self._sigma
 
+    @property
+    def colours(self) -> NDArray[np.uint8]:
+        """Return what the background looks like, (h, w, 3) uint8, lightness first."""
+        return self._state[:, :, :3]
+
+    @property
+    def count(self) -> NDArray[np.uint8]:
+        """Return how often each pixel was seen, (h, w) uint8, 0 where nothing is known."""
+        return self._state[:, :, 3]
+
+    def well_known(self, period: float) -> NDArray[np.uint8]:
+        """
+        Return what was seen for long enough not to be somebody, (h, w) uint8 0/255.
+
+        :param period: time between two frames in seconds, 0 if it is not known.
+        """
+        return cv2.compare(np.ascontiguousarray(self.count), _frames(_KNOWN_S, period), cv2.CMP_GE)
+
     def compare(self, canvas: NDArray[np.uint8], moving: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """
         Return how surely each pixel is no background, (h, w) uint8.
@@ -261,6 +282,10 @@ class MotionBackground:
         self._state = cv2.warpAffine(
             self._state, pixel_affine(motion), size, flags=cv2.INTER_LINEAR
         )
+        # At the rim it is mixed with nothing.
+        full = np.full(self._state.shape[:2], 255, np.uint8)
+        inside = cv2.warpAffine(full, pixel_affine(motion), size, flags=cv2.INTER_LINEAR)
+        self._state[inside < 255] = 0
         self._rival = np.zeros_like(self._rival)
 
 

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import compose
+from gait_segmentation.geometry import compose, pixel_affine
 from gait_segmentation.images import shift_whole
 
 __all__ = ['RecentFrames']
@@ -78,11 +78,22 @@ class RecentFrames:
             each.offset = each.offset[0] + dx, each.offset[1] + dy
 
     def warp(self, motion: NDArray[np.float64]) -> None:
-        """Move with a canvas that is laid anew, by the whole pixels of its transform."""
+        """Resample for a canvas that is laid anew by a 2 x 3 transform of positions."""
         for each in self._frames:
             dx, dy = each.offset
             moved = compose(motion, np.array([[1.0, 0, dx], [0, 1.0, dy]]))
-            each.offset = round(float(moved[0, 2])), round(float(moved[1, 2]))
+            # What of the offset is whole pixels stays one, for the rim that is not compared.
+            dx, dy = each.offset = round(float(moved[0, 2])), round(float(moved[1, 2]))
+            moved = compose(np.array([[1.0, 0, -dx], [0, 1.0, -dy]]), moved)
+            each.gray = np.asarray(
+                cv2.warpAffine(
+                    each.gray,
+                    pixel_affine(moved),
+                    each.gray.shape[::-1],
+                    flags=cv2.INTER_LINEAR,
+                    borderMode=cv2.BORDER_REPLICATE,
+                )
+            )
 
 
 def _blank_rim(moving: NDArray[np.uint8], dx: int, dy: int) -> None:

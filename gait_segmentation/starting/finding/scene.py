@@ -25,6 +25,7 @@ from gait_segmentation.images import Window
 from gait_segmentation.starting.finding.background import MotionBackground
 from gait_segmentation.starting.finding.blobs import Blob, find_blobs
 from gait_segmentation.starting.finding.difference import RecentFrames
+from gait_segmentation.starting.finding.exposure import Exposure
 from gait_segmentation.starting.finding.hollow import fill_hollow
 from gait_segmentation.warping import warp_window
 
@@ -106,6 +107,7 @@ class MotionScene:
     def _forget(self) -> None:
         self._background = MotionBackground(self._shape)
         self._recent = RecentFrames()
+        self._exposure = Exposure()
         self._to_image: NDArray[np.float64] = _IDENTITY
         self._last_step: NDArray[np.float64] | None = None
         self._keep = np.zeros(self._shape, np.uint8)
@@ -121,6 +123,7 @@ class MotionScene:
         :param taken: boxes in the image in which nobody is looked for, because it is known who
             is there.
         """
+        colours = self._exposure.undo(colours)
         gray = np.ascontiguousarray(colours[:, :, 0])
         camera = self._estimator.update(Pyramid(gray), self._keep, None).camera
         total = self._register(gray, camera)
@@ -128,6 +131,8 @@ class MotionScene:
         self._last_step = compose(total, invert(self._to_image)) if moved else None
         shift = self._follow(total)
         canvas = cv2.blur(self._laid(colours), (3, 3))
+        background = self._background
+        canvas = self._exposure.settle(canvas, background.colours, background.count, self._keep)
         gray = np.ascontiguousarray(canvas[:, :, 0])
         moving = self._recent.update(gray, seconds, self._background.level)
         period = self._recent.period
@@ -136,7 +141,12 @@ class MotionScene:
         for window in windows:
             likelihood[window] = moving[window] = 0
         _, evidence = cv2.threshold(likelihood, 127, 255, cv2.THRESH_BINARY)
-        evidence = cv2.bitwise_or(evidence, moving)
+        # What moves and looks like a background known for long is the background: uncovered, or
+        # misplaced by less than a pixel.
+        same = cv2.bitwise_and(
+            cv2.compare(likelihood, 0, cv2.CMP_EQ), background.well_known(period)
+        )
+        evidence = cv2.bitwise_or(evidence, cv2.bitwise_and(moving, cv2.bitwise_not(same)))
         fresh = cv2.countNonZero(evidence) > _BROKEN * evidence.size
         if fresh:
             self._forget()
