@@ -31,8 +31,8 @@ _LEAST_MOTION = 0.02
 
 _FADE, _FADED = 10.0, 0.05
 """
-Masks after which spread evidence weighs 1/e of what it does at first, since the colours are better
-then; and the share at which it is left out.
+Masks after which spread evidence weighs 1/e of what it does at first, or when somebody was found
+again, since what surrounds the person is known better then; and the share at which it is left out.
 """
 
 _UNCOVERED = -1.0
@@ -143,7 +143,7 @@ def _add_motion(
     moving = add_motion(logit, record.image.gray, earlier.image.gray, camera, body, window, weight)
     people, sums = earlier.people, record.background.sums
     place = window[0].start, window[1].start
-    early = _FOUND <= person.learnt <= _SETTLED
+    early = _FOUND <= person.learnt_anew <= _SETTLED
     if people is not None and early and _may_be_new(moving, sums, *place):
         there = warp_window(people, camera, window, cv2.BORDER_CONSTANT)
         along = shift_whole(people, round(dx), round(dy), window)
@@ -226,7 +226,7 @@ def _add_spread(
 
     Not of somebody who stands: nothing is uncovered then, and clothes without edges are worn down.
     """
-    share = math.exp(-person.learnt / _FADE)
+    share = math.exp(-person.learnt_anew / _FADE)
     if person.template is None or share < _FADED or not config.spread_weight:
         return
     record = world.now

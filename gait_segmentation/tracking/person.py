@@ -59,7 +59,8 @@ class Person:
     uint8, that came with ``mask``, None if none did; ``part`` is (h, w) uint8, what can be
     followed of what the very last mask showed, while ``mask`` is the last of all of the person;
     ``rest`` is by how much they lag behind the body, in pixels.  ``learnt`` counts the masks that
-    the colours were learnt from, ``moves`` the frames that the velocity was learnt from.
+    the colours were learnt from, ``learnt_anew`` those since the person was found again, if
+    ever, ``moves`` the frames that the velocity was learnt from.
     """
 
     track_id: int
@@ -80,6 +81,7 @@ class Person:
     part: NDArray[np.uint8] = field(init=False)
     rest: tuple[float, float] = (0.0, 0.0)
     learnt: int = 0
+    learnt_anew: int = 0
     moves: int = 0
 
     def __post_init__(self) -> None:
@@ -201,6 +203,7 @@ class Person:
         self.person.learn(bins, rows, inside, rate)
         self.surroundings.learn(bins, rows, outside, rate)
         self.learnt += 1
+        self.learnt_anew += 1
 
     def learn_first_colours(self, lab: NDArray[np.uint8], votes: NDArray[np.float32]) -> None:
         """

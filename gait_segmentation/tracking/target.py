@@ -334,6 +334,7 @@ class Target:
         dx, dy = self.world.since_mask(self.track_id)
         self.person.take(shift_whole(claim.mask, round(-dx), round(-dy)), None)
         self.state = TRACKED
+        self.person.learnt_anew = 0
         self._visibility.seen = sight.seen
         self._box = self._box_of(values, sight, claim)
         return True
