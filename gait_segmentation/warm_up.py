@@ -21,7 +21,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.geometry import BodyFrame, Box, scaling
 from gait_segmentation.results import Feedback, MatchResult
 
 if TYPE_CHECKING:
@@ -82,6 +82,7 @@ def warm_up_tracker(
     :param starting: how people are found; as by default if None.
     :param max_people: number of slots; with one nobody competes.
     """
+    from gait_segmentation.ego_motion.ground import ground_of
     from gait_segmentation.starting import StartingConfig
     from gait_segmentation.tracking import PeopleTracker
     from gait_segmentation.tracking.extent import extent_of
@@ -109,6 +110,9 @@ def warm_up_tracker(
     # What is looked at only of bodies that lean.
     person = scene.people[0]
     extent_of(person.mask, (person.body.center_x, person.body.center_y), 0.2)
+    # What is looked at only where corners lie beside somebody's legs.
+    corners = np.zeros((8, 2), np.float32)
+    ground_of(corners, corners, scaling(1.0), (0.0, 1.0))
 
 
 def warm_up_matcher(bank: TemplateBank, config: MatchingConfig) -> None:

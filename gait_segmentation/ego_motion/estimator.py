@@ -9,6 +9,7 @@ camera's motion as a robust similarity, those on the person the body's shift.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -18,9 +19,10 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.corners import strength_of, strongest
 from gait_segmentation.ego_motion.flow import followed
+from gait_segmentation.ego_motion.ground import Ground, GroundFinder
 from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.ego_motion.similarity import camera_motion
-from gait_segmentation.geometry import compose
+from gait_segmentation.geometry import Box, compose, scaling
 from gait_segmentation.images import bounding_box
 
 __all__ = ['Motion', 'MotionEstimator']
@@ -61,18 +63,29 @@ class Motion:
 
     ``camera`` is the 2 x 3 transform of positions of the still world, None when it did not move.
     ``body`` is the shift (dx, dy) of the person's body in the image, None if it could not be
-    measured.
+    measured.  ``ground`` is how the ground about people moves, None if as the world does.
     """
 
     camera: NDArray[np.float64] | None
     body: tuple[float, float] | None
+    ground: Ground | None = None
 
-    def corrected(self, shift: tuple[float, float] | None) -> Motion:
-        """Return the motion with a further shift of the still world, if there is one."""
-        if shift is None:
+    def corrected(
+        self, shift: tuple[float, float] | None, low: tuple[float, float] | None = None
+    ) -> Motion:
+        """
+        Return the motion with a further shift of the still world, if there is one.
+
+        :param low: of the ground, if that moves otherwise.
+        """
+        if shift is None and low is None:
             return self
-        step = np.array([[1.0, 0.0, shift[0]], [0.0, 1.0, shift[1]]])
-        return replace(self, camera=step if self.camera is None else compose(step, self.camera))
+        camera, ground = self.camera, self.ground
+        if shift is not None:
+            camera = _step(shift) if camera is None else compose(_step(shift), camera)
+        if low is not None and ground is not None:
+            ground = replace(ground, motion=compose(_step(low), ground.motion))
+        return replace(self, camera=camera, ground=ground)
 
     def carry(self, x: float, y: float) -> tuple[float, float]:
         """Return where the camera's motion moves a position of the still world."""
@@ -80,6 +93,10 @@ class Motion:
             return x, y
         (a, b, dx), (c, d, dy) = self.camera.tolist()
         return a * x + b * y + dx, c * x + d * y + dy
+
+
+def _step(shift: tuple[float, float]) -> NDArray[np.float64]:
+    return np.array([[1.0, 0.0, shift[0]], [0.0, 1.0, shift[1]]])
 
 
 class MotionEstimator:
@@ -92,6 +109,7 @@ class MotionEstimator:
 
     def __init__(self) -> None:
         """Start without a last frame."""
+        self._finder = GroundFinder()
         self.reset()
 
     def reset(self) -> None:
@@ -100,6 +118,7 @@ class MotionEstimator:
         self._now: Pyramid | None = None
         self._around = np.empty((0, 2), np.float32)
         self._age = 0
+        self._finder.reset()
 
     def update(
         self,
@@ -129,6 +148,27 @@ class MotionEstimator:
             return Motion(None, None)
         transform = self._follow_world(self._last, frame, people) if camera else None
         return Motion(transform, None if body is None else self.body_shift(body, transform))
+
+    def with_ground(
+        self, motion: Motion, people: NDArray[np.uint8], areas: Sequence[Box]
+    ) -> Motion:
+        """
+        Return the motion of the camera with that of the ground, if it is another.
+
+        Then the camera moves, however little can be seen of that on the world.
+
+        :param motion: what :meth:`update` returned.
+        :param people: (h, w) uint8 of the last frame, non-zero where people may be.
+        :param areas: about them, in pixels.
+        """
+        if self._last is None or self._now is None or not areas or not self._finder.is_due():
+            return motion
+        clear = _away_from(people, self._last.image(_LEVELS_WORLD.start).shape)
+        ground = self._finder.find((self._last, self._now), motion.camera, clear, areas)
+        if ground is None:
+            return motion
+        camera = scaling(1.0) if motion.camera is None else motion.camera
+        return replace(motion, camera=camera, ground=ground)
 
     def body_shift(
         self,

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.ego_motion.ground import Ground
 from gait_segmentation.geometry import compose
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.background_kernels import (
@@ -21,6 +22,7 @@ from gait_segmentation.tracking.background_kernels import (
     update_sums,
 )
 from gait_segmentation.tracking.resampling import resample
+from gait_segmentation.tracking.windows import parted
 
 __all__ = ['BackgroundModel']
 
@@ -126,6 +128,7 @@ class BackgroundModel:
         windows: Sequence[Window] | None = None,
         *,
         into: BackgroundModel | None = None,
+        ground: Ground | None = None,
     ) -> BackgroundModel:
         """
         Return the model as it looks after some motions of the camera; this one stays.
@@ -133,6 +136,7 @@ class BackgroundModel:
         :param motions: transforms as for :meth:`move`, oldest first.
         :param windows: the rows and columns to keep, all if None.
         :param into: a model of the same size that is no longer needed, to be filled in anew.
+        :param ground: how the ground moved over all of them, None if as the camera did.
         """
         made = [motion for motion in motions if motion is not None]
         if not made:
@@ -141,11 +145,14 @@ class BackgroundModel:
         for motion in made[1:]:
             total = compose(motion, total)
         other = BackgroundModel((0, 0)) if into is None or into is self else into
-        self._carry(total, _WARP_DECAY ** len(made), windows, other)
+        self._carry(total, ground, _WARP_DECAY ** len(made), windows, other)
         return other
 
     def move(
-        self, motion: NDArray[np.float64] | None, windows: Sequence[Window] | None = None
+        self,
+        motion: NDArray[np.float64] | None,
+        windows: Sequence[Window] | None = None,
+        ground: Ground | None = None,
     ) -> None:
         """
         Carry the model along with the camera.
@@ -153,9 +160,10 @@ class BackgroundModel:
         :param motion: 2 x 3 transform of positions from the last frame to this one, None for a
             camera that stands still (nothing is resampled then).
         :param windows: the rows and columns to keep, all if None; when nothing moves, all are.
+        :param ground: how the ground moved, None if as the camera did.
         """
         if motion is not None:
-            self.sums = self.moved([motion], windows).sums
+            self.sums = self.moved([motion], windows, ground=ground).sums
 
     @property
     def _all(self) -> list[Window]:
@@ -164,6 +172,7 @@ class BackgroundModel:
     def _carry(
         self,
         motion: NDArray[np.float64],
+        ground: Ground | None,
         decay: float,
         windows: Sequence[Window] | None,
         other: BackgroundModel,
@@ -180,8 +189,12 @@ class BackgroundModel:
                     other.sums[part] = 0
         other._known = wanted
         other.sigma, other.misplacement = self.sigma, self.misplacement
-        for window in self._all if windows is None else windows:
+        upper, lower = parted(self._all if windows is None else windows, ground)
+        for window in upper:
             resample(self.sums, motion, decay, window, other.sums)
+        for window in lower:
+            assert ground is not None
+            resample(self.sums, ground.motion, decay, window, other.sums)
 
     def learn(
         self,

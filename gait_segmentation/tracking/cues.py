@@ -8,9 +8,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.ego_motion.ground import Ground
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.nearness import Nearness
-from gait_segmentation.warping import warp_window
+from gait_segmentation.warping import warp_parts, warp_window
 
 __all__ = ['add_motion', 'add_propagation']
 
@@ -87,6 +88,7 @@ def add_motion(
     body: NDArray[np.float64],
     window: Window,
     weight: float,
+    ground: Ground | None = None,
 ) -> NDArray[np.float32]:
     """
     Add the evidence that pixels move with the body rather than stay with the world.
@@ -100,9 +102,11 @@ def add_motion(
     :param camera: 2 x 3 transform of positions of the still world from then to now.
     :param body: the same of the body.
     :param window: the window's rows and columns.
+    :param ground: of the ground, None if it moves as the rest of the world.
     :returns: the evidence itself, (h, w) float32 within +-2.
     """
-    stays, moves = warp_window(earlier, camera, window), warp_window(earlier, body, window)
+    stays = warp_parts(earlier, camera, ground, window)
+    moves = warp_window(earlier, body, window)
     evidence = np.empty(logit.shape, np.float32)
     top, left = window[0].start, window[1].start
     _add_difference(gray, top, left, stays, moves, weight, logit, evidence)

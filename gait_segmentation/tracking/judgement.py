@@ -22,7 +22,7 @@ from gait_segmentation.tracking.person import Person
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.spreading import spread_evidence
 from gait_segmentation.tracking.world import World
-from gait_segmentation.warping import warp_window
+from gait_segmentation.warping import warp_parts
 
 __all__ = ['judge', 'view_of']
 
@@ -132,20 +132,28 @@ def _add_motion(
     motions = world.motions_of(person.track_id)
     if motions is None:
         return None
-    earlier, camera, (dx, dy) = motions
+    earlier, camera, (dx, dy), ground = motions
     (a, b, x), (c, d, y) = camera.tolist()
     then_x, then_y = person.center_x - dx, person.center_y - dy
     stays_x, stays_y = a * then_x + b * then_y + x, c * then_x + d * then_y + y
     off = math.hypot(person.center_x - stays_x, person.center_y - stays_y)
+    if ground is not None:
+        # The ground may pass under somebody who stays before the houses far behind.
+        (g, h, left), (k, m, down) = ground.motion.tolist()
+        soles = then_y + person.height / 2
+        x, y = g * then_x + h * soles + left, k * then_x + m * soles + down
+        off = max(off, math.hypot(then_x + dx - x, soles + dy - y))
     if off < _LEAST_MOTION * person.height:
         return None
     body = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
-    moving = add_motion(logit, record.image.gray, earlier.image.gray, camera, body, window, weight)
+    moving = add_motion(
+        logit, record.image.gray, earlier.image.gray, camera, body, window, weight, ground
+    )
     people, sums = earlier.people, record.background.sums
     place = window[0].start, window[1].start
     early = _FOUND <= person.learnt_anew <= _SETTLED
     if people is not None and early and _may_be_new(moving, sums, *place):
-        there = warp_window(people, camera, window, cv2.BORDER_CONSTANT)
+        there = warp_parts(people, camera, ground, window, cv2.BORDER_CONSTANT)
         along = shift_whole(people, round(dx), round(dy), window)
         way = round(person.center_x - stays_x), round(person.center_y - stays_y)
         before = moving.copy()

@@ -12,9 +12,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.ego_motion.ground import Ground, ground_over
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.records import Record, camera_over
-from gait_segmentation.warping import warp_window
+from gait_segmentation.warping import warp_parts
 
 __all__ = ['add_moving', 'moving_pixels']
 
@@ -46,11 +47,14 @@ def add_moving(
     first = max(0, index - _GAP)
     earlier = kept[first]
     camera = camera_over(kept[first + 1 : index + 1])
+    ground = ground_over((each.camera, each.ground) for each in kept[first + 1 : index + 1])
     for window in record.windows:
-        moving = moving_pixels(record.image.gray, earlier.image.gray, camera, window, spread)
+        moving = moving_pixels(
+            record.image.gray, earlier.image.gray, camera, window, spread, ground
+        )
         if earlier.people is not None:
             # What people have just uncovered has changed but is background.
-            left = warp_window(earlier.people, camera, window, cv2.BORDER_CONSTANT)
+            left = warp_parts(earlier.people, camera, ground, window, cv2.BORDER_CONSTANT)
             moving &= cv2.inRange(left, 0, 0)
         people[window] |= moving
 
@@ -61,6 +65,7 @@ def moving_pixels(
     camera: NDArray[np.float64],
     window: Window,
     spread: float,
+    ground: Ground | None = None,
 ) -> NDArray[np.uint8]:
     """
     Return where something moves against the still world, (h, w) uint8, 1 where it does.
@@ -70,8 +75,9 @@ def moving_pixels(
     :param camera: 2 x 3 transform of positions of the still world from then to now.
     :param window: rows and columns to look at.
     :param spread: of a still pixel about its mean, in grey levels.
+    :param ground: of the ground, None if it moves as the rest.
     """
-    then = warp_window(earlier, camera, window)
+    then = warp_parts(earlier, camera, ground, window)
     height, width = then.shape
     if then.size == 0:
         return np.zeros(then.shape, np.uint8)

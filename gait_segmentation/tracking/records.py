@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.ego_motion.ground import Ground
 from gait_segmentation.geometry import compose, scaling
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.background import BackgroundModel
@@ -36,6 +37,7 @@ class Record:
     some tracks' bodies they are likely.  ``people`` is (h, w) uint8, non-zero where people
     were when the frame was learnt; None before.  ``passers_by`` has what is seen
     of people without a slot, by their numbers.  ``version`` counts what the background had learnt.
+    ``ground`` is how the ground moved, None if as the camera shows the world.
     """
 
     image: WorkingImage
@@ -49,6 +51,7 @@ class Record:
     rows: dict[int, tuple[float, float]] = field(default_factory=dict)
     moving: dict[int, tuple[Window, NDArray[np.float32]]] = field(default_factory=dict)
     passers_by: dict[int, Outline] = field(default_factory=dict)
+    ground: Ground | None = None
 
     def strange(
         self, window: Window, shadow_floor: float, lab: NDArray[np.uint8] | None = None

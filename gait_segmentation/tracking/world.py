@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.estimator import Motion, MotionEstimator
+from gait_segmentation.ego_motion.ground import Ground, ground_over
 from gait_segmentation.geometry import Box, invert
 from gait_segmentation.images import Window, shift_whole
 from gait_segmentation.starting.finding.recollection import Recollection
@@ -25,7 +26,7 @@ from gait_segmentation.tracking.passers_by import PassersBy
 from gait_segmentation.tracking.records import Record, Shift, body_over, camera_over
 from gait_segmentation.tracking.registration import remaining_shift
 from gait_segmentation.tracking.tone import tone_curve
-from gait_segmentation.tracking.windows import windows_about
+from gait_segmentation.tracking.windows import parted, windows_about
 from gait_segmentation.tracking.working import WorkingImage, working_scale, working_shape
 
 __all__ = ['World']
@@ -156,24 +157,29 @@ class World:
         for area in areas:
             people[area.slices(self.shape[1], self.shape[0])] = 1
         motion = self._estimator.update(frame.pyramid, people, None, camera=camera)
+        if camera:
+            motion = self._estimator.with_ground(motion, people, areas)
         about = windows_about(areas, motion, self.shape)
         windows = windows_about([], motion, self.shape) if everywhere else about
         # Tone and the last tenths of a pixel are measured about people only, which is cheaper.
-        background = self._background_now(motion.camera, about, self._spare)
+        background = self._background_now(motion, about, self._spare)
         if background is self._spare:
             self._spare = None
         if tone and about and not frame.pyramid.is_blank:
             frame = self._toned(frame, background, people, about)
-        shift = None
+        shift = low = None
         if camera and about:
             lab = _lab_of(frame, about)
-            shift = remaining_shift(background.sums, lab, people, about)
-            motion = motion.corrected(shift)
-        if shift is not None or windows != about:
-            background = self._background_now(motion.camera, windows, background)
+            upper, lower = parted(about, motion.ground)
+            shift = remaining_shift(background.sums, lab, people, upper)
+            low = remaining_shift(background.sums, lab, people, lower)
+            motion = motion.corrected(shift, low)
+        if shift is not None or low is not None or windows != about:
+            background = self._background_now(motion, windows, background)
         if heat is not None:
             heat = np.asarray(cv2.resize(heat, self.shape[::-1], interpolation=cv2.INTER_LINEAR))
         record = Record(frame, motion.camera, background, self._version, windows, heat)
+        record.ground = motion.ground
         self.pending.append(record)
         self.history.append(record)
         return motion
@@ -226,17 +232,22 @@ class World:
             every = (slice(0, self.shape[0]), slice(0, self.shape[1]))
             self._background.recall(np.rint(ahead.mean).astype(np.uint8), count, every)
 
-    def motions_of(self, track_id: int) -> tuple[Record, NDArray[np.float64], Shift] | None:
+    def motions_of(
+        self, track_id: int
+    ) -> tuple[Record, NDArray[np.float64], Shift, Ground | None] | None:
         """
         Return how camera and body moved over the frames kept in which a track was there.
 
-        :returns: the first of these frames, and the motion of the camera (2 x 3) and the shift
-            of the body from it to the newest; None if there is but one.
+        :returns: the first of these frames, and from it to the newest the motion of the camera
+            (2 x 3), the shift of the body, and the motion of the ground, None if that moved as
+            the rest of the world; None if there is but one frame.
         """
         frames = [each for each in self.history if track_id in each.bodies]
         if len(frames) < 2:
             return None
-        return frames[0], camera_over(frames[1:]), body_over(frames[1:], track_id)
+        since = frames[1:]
+        ground = ground_over((each.camera, each.ground) for each in since)
+        return frames[0], camera_over(since), body_over(since, track_id), ground
 
     def since_mask(self, track_id: int) -> Shift:
         """Return how far a body went since the last frame that was learnt."""
@@ -272,7 +283,7 @@ class World:
             if record.background is not self._background:
                 self._spare, self._background = self._background, record.background
         else:
-            self._background.move(record.camera, record.windows)
+            self._background.move(record.camera, record.windows, record.ground)
         self._version += 1
         return skipped, record
 
@@ -306,19 +317,21 @@ class World:
 
     def _skip(self) -> Record:
         record = self.pending.popleft()
-        self._background.move(record.camera, record.windows)
+        self._background.move(record.camera, record.windows, record.ground)
         self.passers_by.skip(record)
         return record
 
     def _background_now(
         self,
-        newest: NDArray[np.float64] | None,
+        newest: Motion,
         windows: list[Window],
         into: BackgroundModel | None = None,
     ) -> BackgroundModel:
         """Return the background model as it looks in the newest frame."""
-        motions = [*(each.camera for each in self.pending), newest]
-        return self._background.moved(motions, windows, into=into)
+        steps = [*((each.camera, each.ground) for each in self.pending)]
+        steps.append((newest.camera, newest.ground))
+        cameras, ground = [camera for camera, _ in steps], ground_over(steps)
+        return self._background.moved(cameras, windows, into=into, ground=ground)
 
 
 def _lab_of(image: WorkingImage, windows: Sequence[Window]) -> NDArray[np.uint8]:
