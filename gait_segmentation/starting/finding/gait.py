@@ -45,13 +45,15 @@ class Gait:
     ``swing`` is the standard deviation of the pixels of the legs over time, as a share of the
     legs' mean area, ``trunk`` the same of the trunk.  ``legs`` is the area of the legs over that
     of the trunk, ``plain`` the overlap of a shape with an ellipse or a rectangle, whichever fits
-    better.
+    better.  ``rigid`` is by how much the legs are more like those of the other times than like
+    those of the matched templates, as Tanimoto similarities.
     """
 
     swing: float
     trunk: float
     legs: float
     plain: float
+    rigid: float
 
 
 @dataclass(frozen=True)
@@ -59,16 +61,19 @@ class Shape:
     """
     What moves about a body, in the body's frame.
 
-    ``likelihood`` is (48, 36) uint8, the body upright in 90 % of the rows; ``plain`` how well an
-    ellipse or a rectangle fits it.
+    ``likelihood`` is (48, 36) uint8, the body upright in 90 % of the rows, ``template`` the same
+    of the matched template; ``plain`` how well an ellipse or a rectangle fits the shape.
     """
 
     likelihood: NDArray[np.uint8]
+    template: NDArray[np.uint8]
     plain: float
 
     @classmethod
-    def of(cls, likelihood: NDArray[np.uint8], body: BodyFrame) -> Shape:
-        """Cut the shape out of a likelihood image."""
+    def of(
+        cls, likelihood: NDArray[np.uint8], template: NDArray[np.uint8], body: BodyFrame
+    ) -> Shape:
+        """Cut the shape out of a likelihood image, and the template out of another one."""
         step = body.height / (_FILL * _ROWS)
         matrix = np.array(
             [
@@ -78,7 +83,8 @@ class Shape:
         )
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         part = cv2.warpAffine(likelihood, matrix, (_COLUMNS, _ROWS), flags=flags)
-        return cls(part, _plainness(part > 127))
+        expected = cv2.warpAffine(template, matrix, (_COLUMNS, _ROWS), flags=flags)
+        return cls(part, expected, _plainness(part > 127))
 
 
 def gait_of(shapes: Sequence[Shape]) -> Gait:
@@ -95,7 +101,23 @@ def gait_of(shapes: Sequence[Shape]) -> Gait:
         float(spread[_TRUNK].sum()) / max(trunk, 255.0),
         legs / max(trunk, 255.0),
         float(np.median([shape.plain for shape in shapes[-3:]])),
+        _rigidity(stack[:, _LEGS], np.stack([shape.template[_LEGS] for shape in shapes])),
     )
+
+
+def _rigidity(legs: NDArray[np.float32], templates: NDArray[np.uint8]) -> float:
+    """Return by how much legs are more like those of the other times than like templates."""
+    if len(legs) < 2:
+        return 0.0
+    others = (legs.sum(axis=0) - legs) / (len(legs) - 1)
+    return _similarity(legs, others) - _similarity(legs, templates.astype(np.float32))
+
+
+def _similarity(shapes: NDArray[np.float32], others: NDArray[np.float32]) -> float:
+    """Return the mean Tanimoto similarity of pairs of (n, h, w) images."""
+    both = (shapes * others).sum(axis=(1, 2))
+    either = (shapes**2).sum(axis=(1, 2)) + (others**2).sum(axis=(1, 2)) - both
+    return float((both / np.maximum(either, 1.0)).mean())
 
 
 def _plainness(found: NDArray[np.bool_]) -> float:

@@ -55,6 +55,9 @@ _MOST_PLAIN = 0.82
 _VERY_SURE, _SURE_PLAIN = 1.3, 0.88
 """How much more like a walker something must be to look as plain as small people do."""
 
+_MOST_RIGID = 0.22
+"""How much more the legs may be like those of other times than like those of a walker."""
+
 _LEAST_COVER = 0.7
 _MOST_WIDTH = 1.1
 _SURE, _SURE_RATIO, _SURE_LEGS, _SURE_SLACK = 1.2, 0.9, 0.42, 0.12
@@ -145,7 +148,8 @@ class Watch:
         assert body is not None
         self._missed = self._missed + 1 if self._misses(likelihood, candidate, result) else 0
         self._box = _between(self._box, body, candidate.box)
-        self._seen.append((seconds, result, Shape.of(likelihood, body)))
+        shape = Shape.of(likelihood, result.shape_prior, body)
+        self._seen.append((seconds, result, shape))
         while seconds - self._seen[0][0] > self._config.watch + _PERIOD_S:
             self._seen.popleft()
         if seconds - self._seen[0][0] < self._config.watch - _PERIOD_S:
@@ -186,6 +190,7 @@ class Watch:
             and gait.swing >= ratio * (gait.trunk + _TRUNK_NOISE)
             and least_legs <= gait.legs <= _MOST_LEGS
             and gait.plain <= (_SURE_PLAIN if very else _MOST_PLAIN)
+            and gait.rigid <= _MOST_RIGID
             and candidate.distance() >= config.least_way
         )
         if not walks or result.body is None:

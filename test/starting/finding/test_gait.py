@@ -31,17 +31,27 @@ def match(prior: np.ndarray) -> MatchResult:
 
 
 def test_the_legs_of_a_walker_swing_and_the_trunk_does_not() -> None:
-    gait = gait_of([Shape.of(walker(0.06 * step), BODY) for step in range(9)])
+    shapes = [walker(0.06 * step) for step in range(9)]
+    gait = gait_of([Shape.of(shape, shape, BODY) for shape in shapes])
     assert gait.swing > 0.4
     assert gait.swing > 2 * gait.trunk
     assert 0.6 < gait.legs < 2.0
     assert gait.plain < 0.8
+    assert gait.rigid < 0
 
 
 @pytest.mark.parametrize('phase', [0.0, 0.25])
 def test_a_figure_on_wheels_does_not_swing(phase: float) -> None:
-    gait = gait_of([Shape.of(walker(phase), BODY)] * 8)
+    gait = gait_of([Shape.of(walker(phase), walker(phase), BODY)] * 8)
     assert gait.swing == gait.trunk == 0
+
+
+def test_what_stays_as_it_is_while_templates_walk_is_rigid() -> None:
+    stiff = scene(np.full((90, 30), 255, np.uint8))
+    walking = [walker(0.06 * step) for step in range(9)]
+    gait = gait_of([Shape.of(stiff, template, BODY) for template in walking])
+    assert gait.rigid > 0.3
+    assert gait_of([Shape.of(stiff, walking[0], BODY)]).rigid == 0
 
 
 def test_rectangles_and_ellipses_are_plain() -> None:
@@ -49,9 +59,9 @@ def test_rectangles_and_ellipses_are_plain() -> None:
     box[15:105, 60:100] = 255
     rows, columns = np.mgrid[:120, :160]
     oval = np.where(((rows - 60) / 45) ** 2 + ((columns - 80) / 18) ** 2 < 1, 255, 0)
-    assert Shape.of(box, BODY).plain > 0.9
-    assert Shape.of(oval.astype(np.uint8), BODY).plain > 0.9
-    assert Shape.of(np.zeros_like(box), BODY).plain == 0
+    assert Shape.of(box, box, BODY).plain > 0.9
+    assert Shape.of(oval.astype(np.uint8), box, BODY).plain > 0.9
+    assert Shape.of(np.zeros_like(box), box, BODY).plain == 0
 
 
 def test_the_box_is_tight_about_what_moves_at_the_template() -> None:
