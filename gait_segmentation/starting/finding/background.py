@@ -181,7 +181,8 @@ class MotionBackground:
     """
     What each pixel of the canvas shows while nothing moves there.
 
-    ``level`` is the least difference that counts, in grey levels, by the noise that is measured.
+    ``level`` is the least difference that counts, in grey levels, by the noise that is measured,
+    ``travelled`` whether the camera has moved by a pixel.
     """
 
     def __init__(self, shape: tuple[int, int]) -> None:
@@ -189,6 +190,7 @@ class MotionBackground:
         self._state = np.zeros((*shape, 4), np.uint8)
         self._rival = np.zeros((*shape, 2), np.uint8)
         self._sigma = _SIGMA_START
+        self.travelled = False
 
     @property
     def level(self) -> float:
@@ -273,11 +275,13 @@ class MotionBackground:
 
     def shift(self, dx: int, dy: int) -> None:
         """Move by whole pixels."""
+        self.travelled = True
         self._state = shift_whole(self._state, dx, dy)
         self._rival = shift_whole(self._rival, dx, dy)
 
     def warp(self, motion: NDArray[np.float64]) -> None:
         """Resample for a canvas that is laid anew by a 2 x 3 transform of positions."""
+        self.travelled = True
         size = self._state.shape[1::-1]
         self._state = cv2.warpAffine(
             self._state, pixel_affine(motion), size, flags=cv2.INTER_LINEAR

@@ -141,12 +141,13 @@ class MotionScene:
         for window in windows:
             likelihood[window] = moving[window] = 0
         _, evidence = cv2.threshold(likelihood, 127, 255, cv2.THRESH_BINARY)
-        # What moves and looks like a background known for long is the background: uncovered, or
-        # misplaced by less than a pixel.
-        same = cv2.bitwise_and(
-            cv2.compare(likelihood, 0, cv2.CMP_EQ), background.well_known(period)
-        )
-        evidence = cv2.bitwise_or(evidence, cv2.bitwise_and(moving, cv2.bitwise_not(same)))
+        if background.travelled:
+            # What moves and looks like a background known for long is the background, misplaced
+            # by less than a pixel.
+            same = cv2.compare(likelihood, 0, cv2.CMP_EQ)
+            same = cv2.bitwise_and(same, background.well_known(period))
+            moving = cv2.bitwise_and(moving, cv2.bitwise_not(same))
+        evidence = cv2.bitwise_or(evidence, moving)
         fresh = cv2.countNonZero(evidence) > _BROKEN * evidence.size
         if fresh:
             self._forget()
