@@ -71,10 +71,15 @@ class _Lesson:
     template: NDArray[np.uint8]
 
     @cached_property
+    def familiar(self) -> NDArray[np.bool_]:
+        """Return where the window looks as the background is known to, or as its shadow."""
+        return self.record.background.is_sure(self.window) & (self.strange == 0)
+
+    @cached_property
     def hiding(self) -> Hiding:
         """Return what stands before the person: the known background, or who passes by."""
         window = self.window
-        before = self.record.background.is_sure(window) & (self.strange == 0)
+        before = self.familiar.copy()
         for other in self.record.passers_by.values():
             before |= other.enlarged(window) > 0
         return Hiding.of(window, self.mask, self.template, before)
@@ -162,7 +167,9 @@ class Learner:
         mask, rate = lesson.mask, config.colour_rate
         if config.use_feature_selection:
             self._features.learn(view_of(record, window), mask[window], rate)
-        person.learn_colours(lesson.lab, window, mask, lesson.template, rate, lesson.strange)
+        person.learn_colours(
+            lesson.lab, window, mask, lesson.template, rate, lesson.strange, lesson.familiar
+        )
         bounds = bounding_box(mask)
         margin = grown(mask, person.height, bounds)
         person.learn_place(mask, body, bounds, record.rows.get(person.track_id))

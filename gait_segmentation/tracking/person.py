@@ -182,6 +182,7 @@ class Person:
         prior: NDArray[np.uint8] | None,
         rate: float,
         strange: NDArray[np.uint8] | None = None,
+        familiar: NDArray[np.bool_] | None = None,
     ) -> None:
         """
         Learn the colours of person and surroundings from a mask.
@@ -195,11 +196,12 @@ class Person:
         :param prior: (H, W) uint8, the template; what of the mask lies far outside is not learnt.
         :param strange: (h, w) uint8, non-zero where the surroundings are known
             to look otherwise.
+        :param familiar: (h, w) bool, where they are known to look like this.
         """
         part = mask[window]
         bins, rows = colour_bins(np.ascontiguousarray(lab)), self.rows(window)
         template = None if prior is None else prior[window]
-        inside, outside = samples(part, template, strange, _GUARD * self.height)
+        inside, outside = samples(part, template, strange, _GUARD * self.height, familiar)
         self.person.learn(bins, rows, inside, rate)
         self.surroundings.learn(bins, rows, outside, rate)
         self.learnt += 1

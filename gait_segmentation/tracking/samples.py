@@ -21,18 +21,22 @@ def samples(
     template: NDArray[np.uint8] | None,
     strange: NDArray[np.uint8] | None,
     guard: float,
+    familiar: NDArray[np.bool_] | None = None,
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """
     Return which pixels of a window show the person, and which the surroundings.
 
-    The person's are those of the mask near the template; the surroundings' those that do not
-    touch the mask and are not known to be something else.
+    The person's are those of the mask near the template, outside of which they must not look as
+    the surroundings do there, or as a shadow on them: a mask that takes in the shadow at the feet
+    would teach that it is the person's, and take in more of it.  The surroundings' are those that
+    do not touch the mask and are not known to be something else.
 
     :param mask: (h, w) uint8, above 127 on the person.
     :param template: (h, w) uint8, above 127 on the body; None or without a body, all of the mask
         is the person's.
     :param strange: (h, w) uint8, non-zero where the surroundings are known to look otherwise.
     :param guard: distance from the template in pixels up to which a pixel is near.
+    :param familiar: (h, w) bool, where the surroundings are known to look like this.
     """
     inside, outside = np.empty(mask.shape, np.bool_), np.empty(mask.shape, np.bool_)
     bounds = _part(np.ascontiguousarray(mask), inside, outside)
@@ -40,6 +44,8 @@ def samples(
         outside &= strange == 0
     if template is not None:
         _keep_near(inside, bounds, template, guard)
+        if familiar is not None:
+            inside &= ~(familiar & (template <= 127))
     return inside, outside
 
 

@@ -44,3 +44,14 @@ def test_what_is_known_to_be_something_else_is_not_of_the_surroundings() -> None
     _, every = samples(mask, None, None, 3.0)
     _, outside = samples(mask, None, strange, 3.0)
     np.testing.assert_array_equal(outside, every & (strange == 0))
+
+
+def test_a_shadow_on_known_ground_is_the_persons_only_inside_the_template() -> None:
+    mask, template = blob(1), blob(2)
+    familiar = blob(5) > 0
+    every, outside = samples(mask, template, None, 3.0)
+    inside, still_outside = samples(mask, template, None, 3.0, familiar)
+    np.testing.assert_array_equal(inside, every & ~(familiar & (template == 0)))
+    np.testing.assert_array_equal(still_outside, outside)
+    assert inside.sum() < every.sum()
+    assert (inside & familiar).any()
