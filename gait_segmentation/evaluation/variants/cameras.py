@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.evaluation.metrics import true_box
 from gait_segmentation.evaluation.truth import AMBIGUOUS
 from gait_segmentation.evaluation.variants.made_clip import Frame, MadeClip
 
@@ -25,6 +26,7 @@ __all__ = [
     'half_size',
     'low_contrast',
     'noisy',
+    'shaded',
     'tilted',
 ]
 
@@ -42,6 +44,9 @@ BLUR = 0.012
 
 QUALITY = 15
 """JPEG quality of compressed frames."""
+
+SHADES, SHADE_EDGE = (0.6, 0.4), 0.03
+"""Light that is left in the shade; width of its edge, in heights of the person."""
 
 GAIN, GAIN_SECONDS = 0.25, 1.6
 """How far and how fast a changing gain goes up and down."""
@@ -110,6 +115,25 @@ def blurred(clip: MadeClip) -> list[MadeClip | None]:
     """Return the clip out of focus."""
     sigma = max(BLUR * clip.box.height, 0.5)
     return [_each(clip, lambda _, image: _levels(cv2.GaussianBlur(image, (0, 0), sigma)))]
+
+
+def shaded(clip: MadeClip) -> list[MadeClip | None]:
+    """Return the clip with a shade beyond the middle of the person's way, lighter and darker."""
+    feet = [box for _, truth in clip.frames if truth is not None and (box := true_box(truth))]
+    if not feet:
+        return []
+    (x, y), (to_x, to_y) = ((box.center_x, box.bottom) for box in (feet[0], feet[-1]))
+    way = max(math.hypot(to_x - x, to_y - y), 1.0)
+    height, width = clip.image(0).shape[:2]
+    rows, columns = np.mgrid[:height, :width]
+    along = (columns - (x + to_x) / 2) * (to_x - x) + (rows - (y + to_y) / 2) * (to_y - y)
+    beyond = 1 / (1 + np.exp(np.clip(-along / (way * SHADE_EDGE * clip.box.height), -50, 50)))
+
+    def under(light: float) -> MadeClip | None:
+        share = (1 - (1 - light) * beyond)[..., None]
+        return clip.changed(f'{light:g}', lambda _, f: (_levels(f[0] * share), f[1]))
+
+    return [under(light) for light in SHADES]
 
 
 def changing_gain(clip: MadeClip) -> list[MadeClip | None]:

@@ -51,6 +51,7 @@ KINDS: dict[str, Maker] = {
     'noise': cameras.noisy,
     'blur': cameras.blurred,
     'gain': cameras.changing_gain,
+    'shade': cameras.shaded,
     'hidden': hiding.hidden,
 }
 """What a kind makes of one clip, by the kind's name."""

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.evaluation.metrics import start_box
+from gait_segmentation.evaluation.metrics import start_box, true_box
 from gait_segmentation.evaluation.truth import AMBIGUOUS, PERSON
 from gait_segmentation.evaluation.variants import (
     KINDS,
@@ -76,6 +76,23 @@ def test_a_turned_camera_turns_the_truth_and_does_not_know_the_corners() -> None
         assert truth is not None
         assert truth[0, 0] == AMBIGUOUS
         assert size_of(truth) == pytest.approx(size_of(clip.truth(0)), rel=0.05)
+
+
+def test_the_far_end_of_the_way_is_in_the_shade() -> None:
+    clip = clip_of()
+    for shaded in variants_of('shade', [clip]):
+        light = float(shaded.name.rpartition('/')[2])
+        last = len(clip.frames) - 1
+        ends = [
+            true_box(truth) for truth in (clip.truth(0), clip.truth(last)) if truth is not None
+        ]
+        (start, end) = ((round(box.bottom) - 1, round(box.center_x)) for box in ends if box)
+        far = 2 * end[1] - start[1], 2 * start[1] - end[1]
+        sums = [
+            shaded.image(0)[:, column].sum() / clip.image(0)[:, column].sum() for column in far
+        ]
+        assert sums[0] == pytest.approx(light, abs=0.05)
+        assert sums[1] == pytest.approx(1.0, abs=0.05)
 
 
 def test_who_is_behind_loses_no_pixel_to_the_second_person_and_who_is_not_does() -> None:
