@@ -25,6 +25,7 @@ __all__ = [
     'RESTART_EVERY',
     'RESTART_FRAMES',
     'Clip',
+    'NumberedClip',
     'Outcome',
     'Runnable',
     'StartScore',
@@ -75,6 +76,14 @@ class Clip(Protocol):
 
     def truth(self, number: int) -> NDArray[np.uint8] | None:
         """Return the truth of a frame."""
+
+
+class NumberedClip(Clip, Protocol):
+    """A sequence that knows its frames."""
+
+    @property
+    def numbers(self) -> list[int]:
+        """Return the frame numbers, ascending."""
 
 
 @dataclass(frozen=True)
@@ -256,7 +265,7 @@ class StartScore:
     j0: float
 
 
-def restart_starts(sequence: Sequence) -> list[int]:
+def restart_starts(sequence: NumberedClip) -> list[int]:
     """Return every tenth frame with a person in its truth and at least five frames to follow."""
     numbers = sequence.numbers
     starts = []

@@ -178,8 +178,9 @@ class World:
             background = self._background_now(motion, windows, background)
         if heat is not None:
             heat = np.asarray(cv2.resize(heat, self.shape[::-1], interpolation=cv2.INTER_LINEAR))
-        record = Record(frame, motion.camera, background, self._version, windows, heat)
-        record.ground = motion.ground
+        record = Record(
+            frame, motion.camera, background, self._version, windows, heat, ground=motion.ground
+        )
         self.pending.append(record)
         self.history.append(record)
         return motion

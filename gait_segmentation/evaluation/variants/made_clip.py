@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.evaluation.metrics import start_box
-from gait_segmentation.evaluation.sequence import Sequence
+from gait_segmentation.evaluation.sequence import FIRST_STAMP_NS, Sequence
 from gait_segmentation.geometry import Box
 
 __all__ = ['MadeClip']
@@ -53,7 +53,7 @@ class MadeClip:
 
     def stamp_ns(self, number: int) -> int:
         """Return the stamp of a frame in nanoseconds."""
-        return 1_000_000_000 + round(number * 1e9 / self.fps)
+        return FIRST_STAMP_NS + round(number * 1e9 / self.fps)
 
     def image(self, number: int) -> NDArray[np.uint8]:
         """Return a frame as (H, W, 3) uint8 BGR."""
@@ -83,7 +83,7 @@ class MadeClip:
 
         :param name: what is added to the clip's name.
         :param change: makes the new frame of its number and the old one.
-        :returns: None if the first frame's truth shows nobody any more.
+        :returns: what :meth:`with_frames` makes of them.
         """
         return self.with_frames(name, [change(n, frame) for n, frame in enumerate(self.frames)])
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gait_segmentation.evaluation.metrics import start_box
-from gait_segmentation.evaluation.runner import RESTART_EVERY, RESTART_FRAMES, RESTART_LEAST
+from gait_segmentation.evaluation.runner import RESTART_FRAMES, restart_starts
 from gait_segmentation.evaluation.variants.made_clip import MadeClip
 
 __all__ = ['backwards', 'every_second', 'starts']
@@ -16,7 +16,7 @@ __all__ = ['backwards', 'every_second', 'starts']
 def starts(clip: MadeClip) -> list[MadeClip]:
     """Return the runs of the restart score: 14 frames from every tenth on."""
     made = []
-    for first in range(0, len(clip.frames) - RESTART_LEAST, RESTART_EVERY):
+    for first in restart_starts(clip):
         truth = clip.truth(first)
         box = None if truth is None else start_box(truth)
         if box is not None:
