@@ -82,7 +82,7 @@ def warm_up_tracker(
     :param starting: how people are found; as by default if None.
     :param max_people: number of slots; with one nobody competes.
     """
-    from gait_segmentation.ego_motion.ground import ground_of
+    from gait_segmentation.ego_motion.ground_finder import ground_of
     from gait_segmentation.starting import StartingConfig
     from gait_segmentation.tracking import PeopleTracker
     from gait_segmentation.tracking.extent import extent_of

@@ -9,11 +9,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.ground import Ground
 from gait_segmentation.geometry import pixel_affine
 from gait_segmentation.images import Window
 
-__all__ = ['warp_parts', 'warp_window']
+__all__ = ['warp_window']
 
 _STILL = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
 
@@ -58,28 +57,6 @@ def warp_window(
     return np.asarray(
         cv2.warpAffine(image, matrix, size, flags=cv2.INTER_LINEAR, borderMode=border)
     )
-
-
-def warp_parts(
-    image: NDArray[np.uint8],
-    motion: NDArray[np.float64],
-    ground: Ground | None,
-    window: Window,
-    border: int = cv2.BORDER_REPLICATE,
-) -> NDArray[np.uint8]:
-    """
-    Do the same with another transform from the row on from which the ground is seen.
-
-    :param ground: of the ground, None if there is no other.
-    """
-    rows, columns = window
-    if ground is None or ground.row >= rows.stop:
-        return warp_window(image, motion, window, border)
-    if ground.row <= rows.start:
-        return warp_window(image, ground.motion, window, border)
-    upper = warp_window(image, motion, (slice(rows.start, ground.row), columns), border)
-    lower = warp_window(image, ground.motion, (slice(ground.row, rows.stop), columns), border)
-    return np.concatenate([upper, lower])
 
 
 @njit(cache=True, nogil=True, error_model='numpy')

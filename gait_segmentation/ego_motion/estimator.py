@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.corners import strength_of, strongest
 from gait_segmentation.ego_motion.flow import followed
-from gait_segmentation.ego_motion.ground import Ground, GroundFinder
+from gait_segmentation.ego_motion.ground import Ground
+from gait_segmentation.ego_motion.ground_finder import GroundFinder
 from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.ego_motion.similarity import camera_motion
-from gait_segmentation.geometry import Box, compose, scaling
+from gait_segmentation.geometry import Box, carry, compose, scaling
 from gait_segmentation.images import bounding_box
 
 __all__ = ['Motion', 'MotionEstimator']
@@ -91,8 +92,7 @@ class Motion:
         """Return where the camera's motion moves a position of the still world."""
         if self.camera is None:
             return x, y
-        (a, b, dx), (c, d, dy) = self.camera.tolist()
-        return a * x + b * y + dx, c * x + d * y + dy
+        return carry(self.camera, x, y)
 
 
 def _step(shift: tuple[float, float]) -> NDArray[np.float64]:
@@ -161,7 +161,7 @@ class MotionEstimator:
         :param people: (h, w) uint8 of the last frame, non-zero where people may be.
         :param areas: about them, in pixels.
         """
-        if self._last is None or self._now is None or not areas or not self._finder.is_due():
+        if self._last is None or self._now is None or not areas or not self._finder.take_turn():
             return motion
         clear = _away_from(people, self._last.image(_LEVELS_WORLD.start).shape)
         ground = self._finder.find((self._last, self._now), motion.camera, clear, areas)
@@ -256,10 +256,9 @@ def _body_shift(
         return None
     expected = velocity
     if camera is not None:
-        (a, b, dx), (c, d, dy) = camera.tolist()
         x, y = left + width / 2, top + height / 2
-        carried = (a * x + b * y + dx - x, c * x + d * y + dy - y)
-        expected = (carried[0] + velocity[0], carried[1] + velocity[1])
+        stays_x, stays_y = carry(camera, x, y)
+        expected = (stays_x - x + velocity[0], stays_y - y + velocity[1])
     # With what the strength at the body's outline depends on.
     rows = slice(max(top - _ABOUT_CORNER, 0), top + height + _ABOUT_CORNER)
     columns = slice(max(left - _ABOUT_CORNER, 0), left + width + _ABOUT_CORNER)

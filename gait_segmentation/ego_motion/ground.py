@@ -1,73 +1,21 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""
-The ground about people's feet, where it moves otherwise than the world far behind them.
-
-A camera that goes along with somebody sees the ground at their feet pass by, while houses behind
-them hardly move: no similarity is both.  What the world's motion leaves over of corners beside
-the legs is taken to change evenly from row to row, as it does on a plane seen from the side, and
-to vanish where the ground ends.
-"""
+"""Motion of a world whose ground moves otherwise than what is far behind: images in two parts."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.corners import strength_of, strongest
-from gait_segmentation.ego_motion.flow import followed
-from gait_segmentation.ego_motion.pyramid import Pyramid
-from gait_segmentation.geometry import Box, compose, scaling
-from gait_segmentation.images import bounding_box
+from gait_segmentation.geometry import compose
+from gait_segmentation.images import Window
+from gait_segmentation.warping import warp_window
 
-__all__ = ['Ground', 'GroundFinder', 'ground_of', 'ground_over']
-
-_STILL = scaling(1.0)
-
-_ASIDE, _FROM, _TO = 1.05, -0.05, 0.6
-"""
-Where corners of the ground are sought, in body heights from the middle of the body: to both
-sides, and from which row to which.
-"""
-
-_ENDS_FROM, _ENDS_TO = -0.3, 0.15
-"""Rows between which the ground ends, likewise."""
-
-_CORNERS, _CELL, _LEAST_STRENGTH = 32, 8, 5e-5
-"""Corners wanted, the side of the cells with one each, and the least strength: roads are plain."""
-
-_LEVELS = range(1, 5)
-
-_SEEK_EVERY, _GOES_ON = 4, 4
-"""
-Frames between two in which ground is sought that is not known to move, and frames for which it is
-taken to go on as before while it is not seen well.
-"""
-
-_LEAST = 8
-"""Corners needed."""
-
-_REACH_PX = 1.0
-"""How far off a corner may be that still counts, though next to nothing."""
-
-_SAMPLES, _ROUNDS, _LEAST_APART = 60, 4, 4.0
-"""Pairs of corners tried, rounds of fitting, and rows between the two corners of a pair."""
-
-_LEAST_AGREEING, _GAIN = 0.5, 0.25
-"""Share of the corners that must agree, and by how much that must be more than without."""
-
-_ALIKE_PX = 1.0
-"""
-Most by which the shift at the feet may change from frame to frame, and the largest where the
-ground ends: legs of somebody who passes by move evenly, or for a moment only.
-"""
-
-_STEEPEST = 0.25
-"""Largest change of the shift from row to row."""
+__all__ = ['Ground', 'ground_over', 'parted', 'warp_parts']
 
 
 @dataclass(frozen=True)
@@ -76,6 +24,12 @@ class Ground:
 
     motion: NDArray[np.float64]
     row: int
+
+    def split(self, window: Window) -> tuple[Window, Window]:
+        """Return the parts of a window above the ground and on it, one of which may be empty."""
+        rows, columns = window
+        row = min(max(self.row, rows.start), rows.stop)
+        return (slice(rows.start, row), columns), (slice(row, rows.stop), columns)
 
 
 def ground_over(
@@ -96,204 +50,41 @@ def ground_over(
     return None if total is None or row is None else Ground(total, row)
 
 
-class GroundFinder:
-    """Finds the motion of the ground from frame to frame; cheap where there is none."""
-
-    def __init__(self) -> None:
-        """Start without any."""
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget the last frames."""
-        self._last: tuple[NDArray[np.float64], int] | None = None
-        self._sure = False
-        self._unseen = 0
-        self._wait = 0
-
-    def is_due(self) -> bool:
-        """Return whether to look in this frame."""
-        self._wait -= 1
-        return self._last is not None or self._wait < 0
-
-    def find(
-        self,
-        frames: tuple[Pyramid, Pyramid],
-        camera: NDArray[np.float64] | None,
-        clear: NDArray[np.uint8],
-        areas: Sequence[Box],
-    ) -> Ground | None:
-        """
-        Return how the ground about people moves, None if as the world does.
-
-        :param frames: the last frame and this one.
-        :param camera: 2 x 3, the world's motion between the two; None if it stands still.
-        :param clear: (h, w) uint8 of half the last frame, non-zero away from people.
-        :param areas: about the people in the last frame, in pixels of full size.
-        """
-        self._wait = _SEEK_EVERY
-        world = _STILL if camera is None else camera
-        lowest = max(areas, key=lambda area: area.bottom)
-        points = _corners(frames[0].image(_LEVELS.start), clear, areas)
-        (a, b, x), (c, d, y) = world.tolist()
-        at_x, at_y = lowest.center_x, lowest.center_y
-        expected = (a * at_x + b * at_y + x - at_x, c * at_x + d * at_y + y - at_y)
-        before, after = followed(*frames, points, _LEVELS, expected)
-        tall = lowest.height
-        ends = at_y + _ENDS_FROM * tall, at_y + _ENDS_TO * tall
-        found = ground_of(before, after, world, ends)
-        return self._believed(found, world, np.array([at_x, lowest.bottom, 1.0]))
-
-    def _believed(
-        self, found: Ground | None, world: NDArray[np.float64], feet: NDArray[np.float64]
-    ) -> Ground | None:
-        """
-        Return what was found if it is as in the frame before, or for some frames what was so.
-
-        :param world: 2 x 3, its motion.
-        :param feet: x, y and 1 of the last frame.
-        """
-        last = self._last
-        if found is not None:
-            off = found.motion - world
-            alike = last is not None and np.hypot(*((off - last[0]) @ feet)) < _ALIKE_PX
-            if alike or not self._sure:
-                self._last, self._sure, self._unseen = (off, found.row), alike, 0
-                return found if alike else None
-        if last is None or not self._sure:
-            self._last = None
-            return None
-        self._unseen += 1
-        if self._unseen >= _GOES_ON:
-            self._last, self._sure = None, False
-        return Ground(world + last[0], last[1])
+def parted(windows: Sequence[Window], ground: Ground | None) -> tuple[list[Window], list[Window]]:
+    """Return the parts of windows above where the ground ends, and those of the ground."""
+    if ground is None:
+        return list(windows), []
+    parts = [ground.split(window) for window in windows]
+    upper = [above for above, _ in parts if _rows(above)]
+    return upper, [below for _, below in parts if _rows(below)]
 
 
-def _corners(
-    half: NDArray[np.uint8], clear: NDArray[np.uint8], areas: Sequence[Box]
-) -> NDArray[np.float32]:
-    """Return corners beside the legs of people, (n, 2) float32 in pixels of full size."""
-    where = np.zeros(half.shape, np.uint8)
-    for area in areas:
-        tall = area.height
-        box = Box(
-            area.center_x - _ASIDE * tall,
-            area.center_y + _FROM * tall,
-            2 * _ASIDE * tall,
-            (_TO - _FROM) * tall,
-        )
-        part = box.scaled(0.5).slices(half.shape[1], half.shape[0])
-        where[part] = clear[part]
-    left, top, width, height = bounding_box(where)
-    part = slice(top, top + height), slice(left, left + width)
-    strength = strength_of(np.ascontiguousarray(half[part]))
-    where = np.ascontiguousarray(where[part])
-    points = strongest(strength, where, _CELL, _LEAST_STRENGTH, _CORNERS)
-    return 2 * (points + np.array([left, top], np.float32))
-
-
-def ground_of(
-    before: NDArray[np.float32],
-    after: NDArray[np.float32],
+def warp_parts(
+    image: NDArray[np.uint8],
     camera: NDArray[np.float64],
-    ends: tuple[float, float],
-) -> Ground | None:
+    ground: Ground | None,
+    window: Window,
+    border: int = cv2.BORDER_REPLICATE,
+) -> NDArray[np.uint8]:
     """
-    Return how the ground moves, None if it moves as everything else does or is not seen well.
+    Warp an image by the motion of the world, and of the ground from where that begins.
 
-    :param before, after: (n, 2) float32, positions (x, y) of corners of the ground.
-    :param camera: 2 x 3, the motion of the world.
-    :param ends: rows between which the ground ends.
+    :param image: (H, W) or (H, W, C) uint8.
+    :param camera: 2 x 3 transform of positions of the world from the image to the result.
+    :param ground: of the ground, None if it moves as the world does.
+    :param window: the rows and columns to compute.
+    :param border: what lies outside of the image, a ``cv2.BORDER_`` constant.
     """
-    if len(before) < _LEAST:
-        return None
-    off = (after - (before @ camera[:, :2].T + camera[:, 2])).astype(np.float64)
-    line = np.zeros(4)
-    share, without = _agreed(before[:, 1].astype(np.float64), off, line)
-    if share < max(_LEAST_AGREEING, without + _GAIN):
-        return None
-    x, across, y, along = line.tolist()
-    square = across * across + along * along
-    end = -(x * across + y * along) / square if square > 0 else ends[0]
-    row = min(max(end, ends[0]), ends[1])
-    if np.hypot(x + across * row, y + along * row) > _ALIKE_PX:
-        return None
-    motion = camera + np.array([[0.0, across, x], [0.0, along, y]])
-    return Ground(motion, round(row))
+    if ground is None:
+        return warp_window(image, camera, window, border)
+    upper, lower = ground.split(window)
+    if not _rows(lower):
+        return warp_window(image, camera, window, border)
+    below = warp_window(image, ground.motion, lower, border)
+    if not _rows(upper):
+        return below
+    return np.concatenate([warp_window(image, camera, upper, border), below])
 
 
-@njit(cache=True, nogil=True)
-def _agreed(
-    rows: NDArray[np.float64], off: NDArray[np.float64], line: NDArray[np.float64]
-) -> tuple[float, float]:
-    """
-    Fill in what most corners agree on, by samples of two (RANSAC).
-
-    :param off: (n, 2), what is left over of the corners.
-    :param line: filled in: x in row 0, its change from row to row, and the same of y.
-    :returns: the share of the corners that agree on it, and on nothing being left over.
-    """
-    count = rows.size
-    weights, best, trial = np.zeros(count), np.zeros(count), np.zeros(4)
-    without = _weigh(rows, off, trial, weights)
-    most = 0.0
-    state = np.uint32(1)
-    for _ in range(_SAMPLES):
-        # A linear congruential generator (Numerical Recipes): the same samples in every run.
-        state = np.uint32(state * np.uint32(1664525) + np.uint32(1013904223))
-        first = int(state >> np.uint32(8)) % count
-        state = np.uint32(state * np.uint32(1664525) + np.uint32(1013904223))
-        second = int(state >> np.uint32(8)) % count
-        apart = rows[second] - rows[first]
-        if abs(apart) < _LEAST_APART:
-            continue
-        for axis in range(2):
-            slope = (off[second, axis] - off[first, axis]) / apart
-            slope = min(max(slope, -_STEEPEST), _STEEPEST)
-            trial[2 * axis] = off[first, axis] - slope * rows[first]
-            trial[2 * axis + 1] = slope
-        total = _weigh(rows, off, trial, weights)
-        if total > most:
-            most = total
-            best[:] = weights
-    if most > 0:
-        weights[:] = best
-        for _ in range(_ROUNDS):
-            _fit(rows, off, weights, line)
-            most = _weigh(rows, off, line, weights)
-    return most / count, without / count
-
-
-@njit(cache=True, nogil=True)
-def _weigh(
-    rows: NDArray[np.float64],
-    off: NDArray[np.float64],
-    line: NDArray[np.float64],
-    weights: NDArray[np.float64],
-) -> float:
-    """Fill in how well a line explains what is left of each corner, 1 to 0; return the sum."""
-    total = 0.0
-    for k in range(rows.size):
-        x = line[0] + line[1] * rows[k] - off[k, 0]
-        y = line[2] + line[3] * rows[k] - off[k, 1]
-        weights[k] = max(1 - (x * x + y * y) / (_REACH_PX * _REACH_PX), 0.0)
-        total += weights[k]
-    return total
-
-
-@njit(cache=True, nogil=True)
-def _fit(
-    rows: NDArray[np.float64],
-    off: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    line: NDArray[np.float64],
-) -> None:
-    """Fill in the line of weighted least squares."""
-    total = max(weights.sum(), 1e-9)
-    middle = (weights * rows).sum() / total
-    square = max((weights * (rows - middle) ** 2).sum(), 1.0)
-    for axis in range(2):
-        mean = (weights * off[:, axis]).sum() / total
-        slope = (weights * (rows - middle) * (off[:, axis] - mean)).sum() / square
-        slope = min(max(slope, -_STEEPEST), _STEEPEST)
-        line[2 * axis] = mean - slope * middle
-        line[2 * axis + 1] = slope
+def _rows(window: Window) -> int:
+    return int(window[0].stop - window[0].start)

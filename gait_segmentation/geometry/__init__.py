@@ -25,6 +25,7 @@ from __future__ import annotations
 from gait_segmentation.geometry.bodies import BodyFrame, Placement, body_window
 from gait_segmentation.geometry.boxes import Box, check_matched_box, check_start_box
 from gait_segmentation.geometry.transforms import (
+    carry,
     compose,
     invert,
     pixel_affine,
@@ -38,6 +39,7 @@ __all__ = [
     'Box',
     'Placement',
     'body_window',
+    'carry',
     'check_matched_box',
     'check_start_box',
     'compose',

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.ground import Ground
+from gait_segmentation.ego_motion.ground import Ground, parted
 from gait_segmentation.geometry import compose
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.background_kernels import (
@@ -22,7 +22,6 @@ from gait_segmentation.tracking.background_kernels import (
     update_sums,
 )
 from gait_segmentation.tracking.resampling import resample
-from gait_segmentation.tracking.windows import parted
 
 __all__ = ['BackgroundModel']
 

@@ -8,10 +8,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.ground import Ground
+from gait_segmentation.ego_motion.ground import Ground, warp_parts
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.nearness import Nearness
-from gait_segmentation.warping import warp_parts, warp_window
+from gait_segmentation.warping import warp_window
 
 __all__ = ['add_motion', 'add_propagation']
 

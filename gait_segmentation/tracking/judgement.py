@@ -12,6 +12,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import colour_bins
+from gait_segmentation.ego_motion.ground import warp_parts
+from gait_segmentation.geometry import carry
 from gait_segmentation.images import Window, shift_whole
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import add_motion, add_propagation
@@ -22,7 +24,6 @@ from gait_segmentation.tracking.person import Person
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.spreading import spread_evidence
 from gait_segmentation.tracking.world import World
-from gait_segmentation.warping import warp_parts
 
 __all__ = ['judge', 'view_of']
 
@@ -133,15 +134,13 @@ def _add_motion(
     if motions is None:
         return None
     earlier, camera, (dx, dy), ground = motions
-    (a, b, x), (c, d, y) = camera.tolist()
     then_x, then_y = person.center_x - dx, person.center_y - dy
-    stays_x, stays_y = a * then_x + b * then_y + x, c * then_x + d * then_y + y
+    stays_x, stays_y = carry(camera, then_x, then_y)
     off = math.hypot(person.center_x - stays_x, person.center_y - stays_y)
     if ground is not None:
         # The ground may pass under somebody who stays before the houses far behind.
-        (g, h, left), (k, m, down) = ground.motion.tolist()
         soles = then_y + person.height / 2
-        x, y = g * then_x + h * soles + left, k * then_x + m * soles + down
+        x, y = carry(ground.motion, then_x, soles)
         off = max(off, math.hypot(then_x + dx - x, soles + dy - y))
     if off < _LEAST_MOTION * person.height:
         return None

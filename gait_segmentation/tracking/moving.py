@@ -12,10 +12,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.ground import Ground, ground_over
+from gait_segmentation.ego_motion.ground import Ground, ground_over, warp_parts
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.records import Record, camera_over
-from gait_segmentation.warping import warp_parts
 
 __all__ = ['add_moving', 'moving_pixels']
 

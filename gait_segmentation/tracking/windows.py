@@ -4,14 +4,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from gait_segmentation.ego_motion.estimator import Motion
-from gait_segmentation.ego_motion.ground import Ground
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window
 
-__all__ = ['parted', 'windows_about']
+__all__ = ['windows_about']
 
 _AHEAD_X, _AHEAD_Y = 0.27, 0.22
 """
@@ -43,17 +42,3 @@ def windows_about(areas: Iterable[Box], motion: Motion, shape: tuple[int, int]) 
         return [(slice(0, height), slice(0, width))]
     windows = (box.slices(width, height) for box in boxes)
     return [w for w in windows if w[0].start < w[0].stop and w[1].start < w[1].stop]
-
-
-def parted(windows: Sequence[Window], ground: Ground | None) -> tuple[list[Window], list[Window]]:
-    """Return the parts of windows above where the ground ends, and those of the ground."""
-    if ground is None:
-        return list(windows), []
-    upper, lower = [], []
-    for rows, columns in windows:
-        row = min(max(ground.row, rows.start), rows.stop)
-        if row > rows.start:
-            upper.append((slice(rows.start, row), columns))
-        if row < rows.stop:
-            lower.append((slice(row, rows.stop), columns))
-    return upper, lower

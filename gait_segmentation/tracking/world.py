@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.estimator import Motion, MotionEstimator
-from gait_segmentation.ego_motion.ground import Ground, ground_over
+from gait_segmentation.ego_motion.ground import Ground, ground_over, parted
 from gait_segmentation.geometry import Box, invert
 from gait_segmentation.images import Window, shift_whole
 from gait_segmentation.starting.finding.recollection import Recollection
@@ -26,7 +26,7 @@ from gait_segmentation.tracking.passers_by import PassersBy
 from gait_segmentation.tracking.records import Record, Shift, body_over, camera_over
 from gait_segmentation.tracking.registration import remaining_shift
 from gait_segmentation.tracking.tone import tone_curve
-from gait_segmentation.tracking.windows import parted, windows_about
+from gait_segmentation.tracking.windows import windows_about
 from gait_segmentation.tracking.working import WorkingImage, working_scale, working_shape
 
 __all__ = ['World']

@@ -6,70 +6,15 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.ego_motion.estimator import MotionEstimator
-from gait_segmentation.ego_motion.ground import Ground, ground_of, ground_over
-from gait_segmentation.ego_motion.pyramid import Pyramid
-from gait_segmentation.geometry import Box, scaling
+from gait_segmentation.ego_motion.ground import Ground, ground_over, parted, warp_parts
+from gait_segmentation.warping import warp_window
 
-END, SLOPE = 120, 0.05
-PERSON = Box(120, 64, 90, 128)
+CAMERA = np.array([[1.0, 0.0, 3.0], [0.0, 1.0, 0.0]])
+COLUMNS = slice(10, 60)
 
 
-def texture(seed: int) -> np.ndarray:
-    rng = np.random.default_rng(seed)
-    small = rng.integers(0, 255, (60, 100)).astype(np.uint8)
-    return cv2.resize(small, (400, 240), interpolation=cv2.INTER_CUBIC)
-
-
-def followed_by(frame: int, slope: float = SLOPE) -> np.ndarray:
-    """Return a wall that stands still, and before it ground that passes faster the nearer."""
-    y, x = np.mgrid[:240, :400].astype(np.float32)
-    off = np.float32(slope * frame) * np.maximum(y - END, 0)
-    return cv2.remap(texture(1), x - off, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT)
-
-
-def found(frames: list[np.ndarray]) -> list[Ground | None]:
-    estimator = MotionEstimator()
-    people = np.zeros((240, 400), np.uint8)
-    people[PERSON.slices(400, 240)] = 1
-    out = []
-    for frame in frames:
-        motion = estimator.update(Pyramid(frame), people, None)
-        out.append(estimator.with_ground(motion, people, [PERSON]).ground)
-    return out
-
-
-def test_ground_that_passes_before_a_wall_is_found_with_its_end() -> None:
-    first, second, *grounds = found([followed_by(k) for k in range(5)])
-    assert first is None
-    # What is seen for a single moment may be the legs of a passer-by.
-    assert second is None
-    for ground in grounds:
-        assert ground is not None
-        for row in (140, 180):
-            there = ground.motion @ [200, row, 1]
-            assert there == pytest.approx([200 + SLOPE * (row - END), row], abs=0.4)
-        assert abs(ground.row - END) < 12
-
-
-def test_where_all_stands_still_there_is_no_other_ground() -> None:
-    assert found([followed_by(0)] * 7) == [None] * 7
-
-
-def test_ground_not_seen_for_a_moment_goes_on_as_before() -> None:
-    plain = followed_by(4)
-    plain[END + 5 :] = 128
-    grounds = found([followed_by(k) for k in range(4)] + [plain])[1:]
-    assert grounds[2] is not None
-    assert grounds[3] is not None
-    assert grounds[3].row == grounds[2].row
-    at = [200, 180, 1]
-    assert grounds[3].motion @ at == pytest.approx(grounds[2].motion @ at, abs=0.2)
-
-
-def test_few_corners_say_nothing() -> None:
-    before = np.array([[k, 10.0 * k] for k in range(7)], np.float32)
-    assert ground_of(before, before + np.float32(3), scaling(1.0), (0, 50)) is None
+def ground_from(row: int) -> Ground:
+    return Ground(np.array([[1.0, 0.0625, -4.0], [0.0, 1.0, 0.0]]), row)
 
 
 def test_motions_of_the_ground_add_up_and_the_world_takes_its_place_where_there_is_none() -> None:
@@ -80,3 +25,25 @@ def test_motions_of_the_ground_add_up_and_the_world_takes_its_place_where_there_
     assert total is not None
     assert total.row == 40
     assert total.motion @ [5, 20, 1] == pytest.approx([5 + 2.0 - 1.0 + 2.0, 20])
+
+
+def test_windows_are_parted_at_the_row_from_which_the_ground_is_seen() -> None:
+    windows = [(slice(0, 30), COLUMNS), (slice(20, 50), COLUMNS), (slice(40, 60), COLUMNS)]
+    assert parted(windows, None) == (windows, [])
+    upper, lower = parted(windows, ground_from(40))
+    assert upper == [windows[0], (slice(20, 40), COLUMNS)]
+    assert lower == [(slice(40, 50), COLUMNS), windows[2]]
+
+
+@pytest.mark.parametrize('row', [0, 20, 33, 50, 70])
+@pytest.mark.parametrize('border', [cv2.BORDER_REPLICATE, cv2.BORDER_CONSTANT])
+def test_both_parts_of_an_image_are_warped_by_motions_of_their_own(row: int, border: int) -> None:
+    image = np.random.default_rng(1).integers(0, 255, (64, 80)).astype(np.uint8)
+    window, ground = (slice(20, 50), COLUMNS), ground_from(row)
+    made = warp_parts(image, CAMERA, ground, window, border)
+    above = warp_window(image, CAMERA, window, border)
+    below = warp_window(image, ground.motion, window, border)
+    cut = min(max(row - 20, 0), 30)
+    np.testing.assert_array_equal(made[:cut], above[:cut])
+    np.testing.assert_array_equal(made[cut:], below[cut:])
+    np.testing.assert_array_equal(warp_parts(image, CAMERA, None, window, border), above)
