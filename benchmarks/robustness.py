@@ -35,7 +35,7 @@ from tqdm import tqdm
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from gait_segmentation.cli.tool import run_tool
-from gait_segmentation.evaluation.output import tile, write_image
+from gait_segmentation.evaluation.output import TILE_SIZE, tile, write_image
 from gait_segmentation.evaluation.report import aligned
 from gait_segmentation.evaluation.runner import Outcome, run
 from gait_segmentation.evaluation.sequence import Sequence
@@ -49,7 +49,7 @@ from gait_segmentation.evaluation.variants import (
 )
 from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
-from gait_segmentation.sheets import contact_sheet
+from gait_segmentation.sheets import contact_sheet, region_about
 
 TILES = 28
 
@@ -113,8 +113,7 @@ def sheet_of(clip: MadeClip, outcomes: list[Outcome]) -> cv2.typing.MatLike:
     for outcome in outcomes[::step]:
         image = clip.image(outcome.number)
         box = outcome.box or Box(0, 0, image.shape[1], image.shape[0])
-        height = 1.5 * max(box.height, box.width)
-        region = Box.from_center(box.center_x, box.center_y, height * 200 / 256, height)
+        region = region_about(box, 1.5 * max(box.height, box.width), TILE_SIZE)
         tiles.append(tile(image, outcome, clip.truth(outcome.number), region))
     return contact_sheet(tiles, 7)
 

@@ -28,14 +28,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.drawing import Image
 from gait_segmentation.evaluation.metrics import PhaseScore, phase_score
-from gait_segmentation.evaluation.output import tile, write_image
+from gait_segmentation.evaluation.output import TILE_HEIGHT, TILE_SIZE, tile, write_image
 from gait_segmentation.evaluation.report import aligned
 from gait_segmentation.evaluation.runner import Outcome, run
 from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.gait_model import FIGURES
 from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import Pipeline
-from gait_segmentation.sheets import contact_sheet
+from gait_segmentation.sheets import contact_sheet, region_about
 
 LEAST_MEAN, LEAST_WORST = 0.93, 0.85
 DIRECTIONS = (0.0, math.pi, 0.6, math.pi - 0.6, 1.4, -1.4)
@@ -69,8 +69,7 @@ def phase_of(outcomes: list[Outcome], clip: SyntheticSequence) -> PhaseScore | N
 def picture_of(outcome: Outcome, clip: SyntheticSequence) -> Image:
     frame = clip.frame(outcome.number)
     box = frame.boxes[0] or Box(0, 0, frame.image.shape[1], frame.image.shape[0])
-    height = 1.35 * box.height
-    region = Box.from_center(box.center_x, box.center_y, height * 200 / 256, height)
+    region = region_about(box, TILE_HEIGHT * box.height, TILE_SIZE)
     return tile(frame.image, outcome, frame.truths[0], region)
 
 

@@ -14,7 +14,17 @@ from gait_segmentation.drawing import BACKDROP, Image
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 
-__all__ = ['contact_sheet', 'crop']
+__all__ = ['contact_sheet', 'crop', 'region_about']
+
+
+def region_about(box: Box, height: float, size: tuple[int, int]) -> Box:
+    """
+    Return what to show of the surroundings of a box.
+
+    :param height: of the region, in the pixels of the box.
+    :param size: (width, height) of the picture it is for, whose proportions it has.
+    """
+    return Box.from_center(box.center_x, box.center_y, height * size[0] / size[1], height)
 
 
 def crop(image: Image, region: Box, size: tuple[int, int]) -> Image:

@@ -6,7 +6,7 @@ import pytest
 from gait_segmentation.drawing import BACKDROP
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
-from gait_segmentation.sheets import contact_sheet, crop
+from gait_segmentation.sheets import contact_sheet, crop, region_about
 
 
 def test_crops_have_the_size_asked_for():
@@ -18,6 +18,12 @@ def test_crops_have_the_size_asked_for():
     np.testing.assert_array_equal(beyond[4:, 5:], image[:4, :5])
     assert crop(image, Box(100, 100, 10, 8), (50, 40)).shape == (40, 50, 3)
     assert crop(image[..., 0], Box(-5, -4, 10, 8), (20, 16))[0, 0] == 0
+
+
+def test_what_is_shown_about_a_box_has_the_proportions_of_the_picture():
+    region = region_about(Box(40, 20, 10, 60), 90, (200, 300))
+    assert (region.width, region.height) == (60, 90)
+    assert (region.center_x, region.center_y) == (45, 50)
 
 
 def test_a_sheet_has_a_cell_for_every_picture():

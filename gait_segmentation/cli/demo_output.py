@@ -28,7 +28,7 @@ from gait_segmentation.drawing import (
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import Frame, ImageSource
-from gait_segmentation.sheets import contact_sheet, crop
+from gait_segmentation.sheets import contact_sheet, crop, region_about
 
 __all__ = [
     'FilmImages',
@@ -156,7 +156,7 @@ def write_sheet(path: Path, frames: Sequence[Shown], images: FilmImages) -> None
         image = images[shown.number]
         box = person.box or Box(0, 0, image.shape[1], image.shape[0])
         tall = 1.25 * max(box.height, box.width * _TILE[1] / _TILE[0])
-        region = Box.from_center(box.center_x, box.center_y, tall * _TILE[0] / _TILE[1], tall)
+        region = region_about(box, tall, _TILE)
         # Cropped and enlarged first, so that the outline is drawn at full sharpness.
         tile = crop(image, region, _TILE)
         mask = person_mask(shown.record.labels, slot)

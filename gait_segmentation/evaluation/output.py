@@ -16,9 +16,9 @@ from gait_segmentation.evaluation.metrics import true_box
 from gait_segmentation.evaluation.runner import Outcome
 from gait_segmentation.evaluation.truth import PERSON
 from gait_segmentation.geometry import Box
-from gait_segmentation.sheets import contact_sheet, crop
+from gait_segmentation.sheets import contact_sheet, crop, region_about
 
-__all__ = ['SequenceOutput', 'tile', 'write_image']
+__all__ = ['TILE_HEIGHT', 'TILE_SIZE', 'SequenceOutput', 'tile', 'write_image']
 
 TILES = 28
 """Frames on a contact sheet."""
@@ -35,7 +35,7 @@ FOUND = (60, 255, 60)
 TRUE = (255, 90, 255)
 """Colour of the true outline."""
 
-_TILE_HEIGHT = 1.35
+TILE_HEIGHT = 1.35
 """Height of the region shown, in heights of the person."""
 
 
@@ -112,9 +112,7 @@ class SequenceOutput:
             return
         box = None if truth is None else true_box(truth)
         self._box = box or outcome.box or self._box or Box(0, 0, image.shape[1], image.shape[0])
-        height = _TILE_HEIGHT * self._box.height
-        width = height * TILE_SIZE[0] / TILE_SIZE[1]
-        region = Box.from_center(self._box.center_x, self._box.center_y, width, height)
+        region = region_about(self._box, TILE_HEIGHT * self._box.height, TILE_SIZE)
         self._tiles.append(tile(image, outcome, truth, region))
 
     def close(self) -> None:
