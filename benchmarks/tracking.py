@@ -33,6 +33,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.evaluation.means import mean_tracking
 from gait_segmentation.evaluation.report import aligned, check_place, tracking_table, write_json
+from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.session import Session, load_sequences
 from gait_segmentation.evaluation.settings import overridden, replaced
 from gait_segmentation.evaluation.synthetic.scenes import SCENES, scene
@@ -105,9 +106,11 @@ DATA_BARS = {'box': (KEPT,), 'auto': (LOCK, NO_GHOST)}
 MEAN_BARS = {'box': (BOX,), 'auto': ()}
 
 
-def evaluate(folders: list[Path], config: PipelineConfig, auto: bool, fixed: Iterable[str]) -> Any:
+def evaluate(
+    sequences: list[Sequence], config: PipelineConfig, auto: bool, fixed: Iterable[str]
+) -> Any:
     session = Session(
-        load_sequences(folders),
+        sequences,
         lambda config: Pipeline(config, clock=time.process_time),
         time.perf_counter,
         auto=auto,
@@ -235,38 +238,41 @@ def main() -> None:
     options = parser.parse_args()
     cv2.setNumThreads(1)
     config = overridden(PipelineConfig(), options.set)
+    scenes = {
+        name if options.seeds == 1 else f'{name}-{seed}': (name, seed)
+        for name, seed in itertools.product(options.scenes, range(options.seeds))
+    }
     # Before all that takes long.
-    load_sequences(options.data)
+    data = load_sequences(options.data)
+    for sequence in data:
+        if sequence.name in scenes:
+            parser.error(f'{sequence.folder} has the name of a scene')
     if options.json is not None:
         check_place(options.json)
     fixed = [setting.partition('=')[0].strip() for setting in options.set]
     warm_up(config)
     report: Numbers = {'bars': []}
     with tempfile.TemporaryDirectory() as root:
-        folders = {}
-        for name, seed in itertools.product(options.scenes, range(options.seeds)):
-            key = name if options.seeds == 1 else f'{name}-{seed}'
-            folders[key] = name, Path(root) / key
-            scene(name, seed).write(folders[key][1])
+        for key, (name, seed) in scenes.items():
+            scene(name, seed).write(Path(root) / key)
+        made = load_sequences(Path(root) / key for key in scenes)
         for init in options.init:
-            chosen = {
-                key: path for key, (name, path) in folders.items()
-                if init == 'box' or name in AUTO_SCENES
-            }  # fmt: skip
-            paths = [*chosen.values(), *options.data]
-            if not paths:
+            chosen = [
+                each for each in made if init == 'box' or scenes[each.name][0] in AUTO_SCENES
+            ]
+            if not chosen and not data:
                 continue
-            report[init] = evaluate(paths, config, init == 'auto', fixed)
+            report[init] = evaluate([*chosen, *data], config, init == 'auto', fixed)
             print(f'init {init}\n{tracking_table(report[init])}\n')
             print('features of the first person: mean weight (variance ratio)')
             print(f'{feature_table(report[init]["sequences"])}\n')
             for key, numbers in report[init]['sequences'].items():
-                name = folders[key][0] if key in folders else None
-                bars = DATA_BARS[init] if name is None else BARS.get((name, init), ())
+                real = key not in scenes
+                bars = DATA_BARS[init] if real else BARS.get((scenes[key][0], init), ())
                 report['bars'] += check(key, init, numbers, bars)
-            data = [n for key, n in report[init]['sequences'].items() if key not in folders]
             if data:
-                mean = {'tracking': mean_tracking(numbers['tracking'] for numbers in data)}
+                found = [report[init]['sequences'][each.name] for each in data]
+                mean = {'tracking': mean_tracking(numbers['tracking'] for numbers in found)}
                 report['bars'] += check('mean of data', init, mean, MEAN_BARS[init])
     print(bar_table(report['bars']))
     if not options.no_cost:
