@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
 
-__all__ = ['IMAGE_SUFFIXES', 'by_number', 'images_in', 'read_image', 'read_unchanged']
+__all__ = ['IMAGE_SUFFIXES', 'by_number', 'images_in', 'read_grey', 'read_image', 'read_unchanged']
 
 IMAGE_SUFFIXES = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp')
 """Endings of the files taken for images."""
@@ -44,6 +44,15 @@ def read_image(path: Path) -> NDArray[np.uint8]:
     return _decoded(path, cv2.IMREAD_COLOR)
 
 
+def read_grey(path: Path) -> NDArray[np.uint8]:
+    """
+    Read an image of any kind as (H, W) uint8.
+
+    :raises SequenceError: if the file is not an image OpenCV can read.
+    """
+    return _decoded(path, cv2.IMREAD_GRAYSCALE)
+
+
 def read_unchanged(path: Path) -> NDArray[np.uint8]:
     """
     Read an image as it is: (H, W) or (H, W, channels), of 8 bits or more.
@@ -54,6 +63,7 @@ def read_unchanged(path: Path) -> NDArray[np.uint8]:
 
 
 def _decoded(path: Path, flags: int) -> NDArray[np.uint8]:
+    # Not by cv2.imread, which crashes at names that are not UTF-8.
     try:
         data = np.fromfile(path, dtype=np.uint8)
     except OSError as error:

@@ -20,9 +20,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import BankError
+from gait_segmentation.errors import BankError, SequenceError
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
-from gait_segmentation.image_files import IMAGE_SUFFIXES, images_in
+from gait_segmentation.image_files import IMAGE_SUFFIXES, images_in, read_grey
 
 __all__ = [
     'Cycle',
@@ -81,9 +81,10 @@ def read_silhouettes(folder: str | os.PathLike[str]) -> NDArray[np.uint8]:
         raise BankError(f'no images in {folder}: expected files ending in {endings}')
     images: list[NDArray[np.uint8]] = []
     for file in files:
-        image = cv2.imread(str(file), cv2.IMREAD_GRAYSCALE)
-        if image is None:
-            raise BankError(f'cannot read the image {file}')
+        try:
+            image = read_grey(file)
+        except SequenceError as error:
+            raise BankError(str(error)) from error
         if images and image.shape != images[0].shape:
             raise BankError(
                 f'{file} is {image.shape[1]} x {image.shape[0]}, the silhouettes before it are '
