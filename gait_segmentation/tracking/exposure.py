@@ -16,6 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.brightness import brightening
 from gait_segmentation.ego_motion.pyramid import Pyramid
 
 __all__ = ['Exposure']
@@ -66,12 +67,9 @@ class Exposure:
 
     def _judge(self, now: NDArray[np.uint8], last: NDArray[np.float32]) -> None:
         """Take over the factor of two frames if it is that of most cells."""
-        use = (now > _DARKEST) & (now < _BRIGHTEST) & (last > _DARKEST) & (last < _BRIGHTEST)
-        total = np.log(last[use] / now[use])
-        middle = float(np.median(total))
-        agree = np.count_nonzero(np.abs(total - middle) < _JUMP) / total.size
-        if abs(middle - math.log(self.gain)) > _JUMP and agree > _AGREE:
-            self.gain = math.exp(min(max(middle, -_MOST), _MOST))
+        total, agree, _ = brightening(last, now, (_DARKEST, _BRIGHTEST), _JUMP)
+        if abs(total - math.log(self.gain)) > _JUMP and agree > _AGREE:
+            self.gain = math.exp(min(max(total, -_MOST), _MOST))
 
 
 @njit(cache=True, nogil=True)

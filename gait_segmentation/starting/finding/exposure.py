@@ -13,13 +13,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.brightness import brightening
+
 __all__ = ['Exposure']
 
 _STEP = 4
 """Distance of the pixels that are compared."""
 
 _LEAST_PIXELS = 200
-_DARK, _BRIGHT = 24, 245
+_DARK, _BRIGHT = 23, 246
 """Lightness between which a pixel tells the exposure."""
 
 _JUMP, _ALIKE = 0.08, 0.05
@@ -37,6 +39,9 @@ _BETTER = 0.9
 
 _CUT = 24.0
 """Most that one pixel can say in that mean, in grey levels."""
+
+_FULL = 245
+"""Lightness from which a pixel may be as bright as can be."""
 
 _MOST = 1.0
 """Largest change undone, as a logarithm: beyond, too little is left of the image."""
@@ -59,12 +64,9 @@ class Exposure:
         gray = np.ascontiguousarray(colours[::_STEP, ::_STEP, 0])
         last, self._last = self._last, gray
         if last is not None:
-            change = _ratio(gray, last)
-            if change.size >= _LEAST_PIXELS:
-                jump = float(np.median(change))
-                same = np.count_nonzero(np.abs(change - jump) < _ALIKE)
-                if abs(jump) > _JUMP and same > _JUMP_SHARE * change.size:
-                    self._change(jump)
+            jump, share, pixels = brightening(gray, last, (_DARK, _BRIGHT), _ALIKE)
+            if pixels >= _LEAST_PIXELS and abs(jump) > _JUMP and share > _JUMP_SHARE:
+                self._change(jump)
         return _scaled(colours, -self._log)
 
     def settle(
@@ -85,16 +87,15 @@ class Exposure:
         part = slice(None, None, _STEP), slice(None, None, _STEP)
         known = (count[part] > 0) & (hidden[part] == 0)
         now, before = canvas[part][..., 0][known], background[part][..., 0][known]
-        change = _ratio(now, before)
-        if change.size >= _LEAST_PIXELS:
-            drift = float(np.median(change))
-            if abs(drift) > _DRIFT and _off(now, before, drift) < _BETTER * _off(now, before, 0):
-                log = self._log
-                self._change(drift)
-                canvas = _scaled(canvas, log - self._log)
+        drift, _, pixels = brightening(now, before, (_DARK, _BRIGHT), _ALIKE)
+        drifts = pixels >= _LEAST_PIXELS and abs(drift) > _DRIFT
+        if drifts and _off(now, before, drift) < _BETTER * _off(now, before, 0):
+            log = self._log
+            self._change(drift)
+            canvas = _scaled(canvas, log - self._log)
         if self._log > _DRIFT:
             # What is as bright as can be may be brighter.
-            full = canvas[:, :, 0] >= _BRIGHT * np.exp(-self._log)
+            full = canvas[:, :, 0] >= _FULL * np.exp(-self._log)
             full &= background[:, :, 0] > canvas[:, :, 0]
             canvas = np.where(full[:, :, None], background, canvas)
         return canvas
@@ -103,12 +104,6 @@ class Exposure:
         self._log = min(max(self._log + log, -_MOST), _MOST)
         if abs(self._log) < _DRIFT / 2:
             self._log = 0.0
-
-
-def _ratio(now: NDArray[np.uint8], before: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Return the logarithm of how much brighter pixels are, of those that tell it."""
-    use = (np.minimum(now, before) >= _DARK) & (np.maximum(now, before) <= _BRIGHT)
-    return np.log(now[use].astype(np.float32) / before[use].astype(np.float32))
 
 
 def _off(now: NDArray[np.uint8], before: NDArray[np.uint8], log: float) -> float:
