@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import compose
+from gait_segmentation.geometry import compose, scaling
 from gait_segmentation.images import Window
 from gait_segmentation.warping import warp_window
 
@@ -40,14 +40,16 @@ def ground_over(
 
     :param steps: the motions of world and ground from each frame to the next, oldest first.
     """
-    total, row = None, None
-    for camera, ground in steps:
+    made = list(steps)
+    rows = [ground.row for _, ground in made if ground is not None]
+    if not rows:
+        return None
+    total = scaling(1.0)
+    for camera, ground in made:
         motion = camera if ground is None else ground.motion
-        if ground is not None:
-            row = ground.row
         if motion is not None:
-            total = motion if total is None else compose(motion, total)
-    return None if total is None or row is None else Ground(total, row)
+            total = compose(motion, total)
+    return Ground(total, rows[-1])
 
 
 def parted(windows: Sequence[Window], ground: Ground | None) -> tuple[list[Window], list[Window]]:

@@ -22,9 +22,15 @@ def scaling(factor_x: float, factor_y: float | None = None) -> NDArray[np.float6
 
 def compose(outer: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the 2 x 3 transform that applies ``inner`` first and ``outer`` second."""
-    result = outer[:, :2] @ inner
-    result[:, 2] += outer[:, 2]
-    return np.asarray(result)
+    # In plain numbers, which takes a fifth of the time: dozens are made in every frame.
+    (a, b, x), (c, d, y) = outer.tolist()
+    (e, f, u), (g, h, v) = inner.tolist()
+    return np.array(
+        [
+            [a * e + b * g, a * f + b * h, a * u + b * v + x],
+            [c * e + d * g, c * f + d * h, c * u + d * v + y],
+        ]
+    )
 
 
 def carry(transform: NDArray[np.float64], x: float, y: float) -> tuple[float, float]:
