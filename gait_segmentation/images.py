@@ -19,7 +19,9 @@ __all__ = [
     'check_map',
     'check_stamp',
     'count_likely',
+    'placed',
     'shift_whole',
+    'shifted_part',
     'signed_distance',
 ]
 
@@ -155,24 +157,52 @@ def check_stamp(stamp_ns: int) -> None:
         raise InputError(f'stamp must be positive nanoseconds, got {stamp_ns}')
 
 
-def shift_whole(
-    image: NDArray[np.uint8], dx: int, dy: int, window: Window | None = None
-) -> NDArray[np.uint8]:
+def shift_whole(image: NDArray[np.uint8], dx: int, dy: int) -> NDArray[np.uint8]:
     """
     Shift an image by whole pixels, zero where nothing is known.
 
     :param image: (H, W) or (H, W, C) uint8.
-    :param window: rows and columns of the result that are asked for: elsewhere it is zero, too.
     :returns: an image of the same shape; ``image`` itself if nothing moves.
     """
     if dx == 0 and dy == 0:
         return image
     moved = np.zeros_like(image)
-    rows, columns = window or (slice(0, image.shape[0]), slice(0, image.shape[1]))
-    to_rows, from_rows = _overlap(dy, rows, image.shape[0])
-    to_columns, from_columns = _overlap(dx, columns, image.shape[1])
+    to_rows, from_rows = _overlap(dy, slice(0, image.shape[0]), image.shape[0])
+    to_columns, from_columns = _overlap(dx, slice(0, image.shape[1]), image.shape[1])
     moved[to_rows, to_columns] = image[from_rows, from_columns]
     return moved
+
+
+def shifted_part(image: NDArray[np.uint8], dx: int, dy: int, window: Window) -> NDArray[np.uint8]:
+    """
+    Return a window of an image shifted by whole pixels, zero where nothing is known.
+
+    :param image: (H, W) uint8.
+    :param window: rows and columns of the result, inside of the image.
+    :returns: (h, w) uint8, a part of ``image`` itself if nothing moves.
+    """
+    if dx == 0 and dy == 0:
+        return image[window]
+    rows, columns = window
+    part = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.uint8)
+    to_rows, from_rows = _overlap(dy, rows, image.shape[0])
+    to_columns, from_columns = _overlap(dx, columns, image.shape[1])
+    part[
+        to_rows.start - rows.start : to_rows.stop - rows.start,
+        to_columns.start - columns.start : to_columns.stop - columns.start,
+    ] = image[from_rows, from_columns]
+    return part
+
+
+def placed(part: NDArray[np.uint8], window: Window, shape: tuple[int, int]) -> NDArray[np.uint8]:
+    """
+    Return an image of a given (H, W) that is zero outside of a window.
+
+    :param part: (h, w) uint8, what is in it.
+    """
+    image = np.zeros(shape, np.uint8)
+    image[window] = part
+    return image
 
 
 def _overlap(step: int, wanted: slice, size: int) -> tuple[slice, slice]:

@@ -12,7 +12,9 @@ from gait_segmentation.images import (
     check_image,
     check_map,
     check_stamp,
+    placed,
     shift_whole,
+    shifted_part,
     signed_distance,
 )
 
@@ -67,11 +69,15 @@ def test_what_a_shift_brings_in_is_zero(shape: tuple[int, ...], dx: int, dy: int
             expected = image[row - dy, col - dx] if inside else np.zeros(shape[2:])
             assert np.array_equal(moved[row, col], expected)
     window = (slice(1, 4), slice(2, 7))
-    part = shift_whole(image, dx, dy, window)
-    if dx or dy:
-        assert np.array_equal(part[window], moved[window])
-        part[window] = 0
-        assert not part.any()
+    if image.ndim == 2:
+        assert np.array_equal(shifted_part(image, dx, dy, window), moved[window])
+
+
+def test_a_part_is_placed_in_an_empty_image() -> None:
+    window = (slice(1, 3), slice(2, 5))
+    image = placed(np.ones((2, 3), np.uint8), window, (4, 6))
+    assert image.shape == (4, 6)
+    assert image.sum() == image[window].sum() == 6
 
 
 @pytest.mark.parametrize(

@@ -175,18 +175,20 @@ class MotionEstimator:
         body: NDArray[np.uint8],
         camera: NDArray[np.float64] | None,
         velocity: tuple[float, float] = (0.0, 0.0),
+        corner: tuple[int, int] = (0, 0),
     ) -> tuple[float, float] | None:
         """
         Return the shift of one more body between the last two frames, None if it is not known.
 
-        :param body: (h, w) uint8 of the frame before the last, non-zero on the person.
+        :param body: (h, w) uint8 of the frame before the last, non-zero on the person; the part
+            of the image from some row and column on, ``corner``.
         :param camera: the camera's motion between the two, as :meth:`update` returned it.
         :param velocity: shift against the still world that is expected; fast bodies are
             followed from there.
         """
         if self._last is None or self._now is None:
             return None
-        return _body_shift(self._last, self._now, body, camera, velocity)
+        return _body_shift(self._last, self._now, body, camera, velocity, corner)
 
     def _follow_world(
         self, last: Pyramid, now: Pyramid, people: NDArray[np.uint8] | None
@@ -249,11 +251,14 @@ def _body_shift(
     body: NDArray[np.uint8],
     camera: NDArray[np.float64] | None,
     velocity: tuple[float, float],
+    corner: tuple[int, int],
 ) -> tuple[float, float] | None:
     """Return the median shift of the corners on the body, sought about the expected one."""
-    left, top, width, height = bounding_box(body)
+    first, start, width, height = bounding_box(body)
     if width == 0:
         return None
+    body = body[start : start + height, first : first + width]
+    left, top = corner[1] + first, corner[0] + start
     expected = velocity
     if camera is not None:
         x, y = left + width / 2, top + height / 2
@@ -263,7 +268,10 @@ def _body_shift(
     rows = slice(max(top - _ABOUT_CORNER, 0), top + height + _ABOUT_CORNER)
     columns = slice(max(left - _ABOUT_CORNER, 0), left + width + _ABOUT_CORNER)
     strength = strength_of(last.image(0)[rows, columns])
-    where = cv2.erode(body[rows, columns], _INNER)
+    where = np.zeros(strength.shape, np.uint8)
+    start, first = top - rows.start, left - columns.start
+    where[start : start + height, first : first + width] = body
+    where = cv2.erode(where, _INNER)
     points = strongest(strength, where, _CELL_ON_BODY, 0.0, _CORNERS_ON_BODY)
     points += np.array([columns.start, rows.start], np.float32)
     before, after = followed(last, now, points, _LEVELS_BODY, expected)

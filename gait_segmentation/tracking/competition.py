@@ -58,8 +58,8 @@ class Claim:
     """
     What one person makes of the pixels in a window.
 
-    ``logit`` is (h, w) float32 and ``mask`` (H, W) uint8, where the person is expected in the
-    image; ``near`` tells how near to that the pixels of the window are, None if it is elsewhere.
+    ``logit`` is (h, w) float32 and ``mask`` (h, w) uint8, where the person is expected;
+    ``near`` tells how near to that the pixels of the window are, None if it is elsewhere.
     ``feet`` is the row of the soles and ``height`` that of the body, in pixels.  Somebody
     ``hidden`` competes, too, so that nobody takes what is about to be seen of them.  Of who is not
     ``known`` it cannot be told who stands nearer.
@@ -143,14 +143,15 @@ def leave_to(
 
     :param strangers: (H, W) uint8, non-zero where others move.
     :param logit: (h, w) float32 of the window of the claim.
-    :param template: (H, W) uint8, the body as it is expected; the expected mask if None.
+    :param template: (h, w) uint8 of the window, the body as it is expected; the expected mask if
+        None.
     """
     others = strangers[claim.window] > 0
     if not others.any():
         return logit
     near = claim.near
     if template is not None:
-        near = nearness(template[claim.window], claim.height)
+        near = nearness(template, claim.height)
     theirs = others & (_falloff(claim, near) < _BESIDE)
     return np.where(theirs, np.minimum(logit, _LEFT), logit)
 

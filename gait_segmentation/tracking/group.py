@@ -10,15 +10,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window
+from gait_segmentation.images import Window, placed
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.tracking.beside import Beside
-from gait_segmentation.tracking.competition import Claim, compete, leave_to
+from gait_segmentation.tracking.competition import Claim, compete, leave_to, overlap
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.learner import Learnt
 from gait_segmentation.tracking.likelihood import likelihood_image
 from gait_segmentation.tracking.newcomers import Neighbour
-from gait_segmentation.tracking.outline import Outline
+from gait_segmentation.tracking.outline import Outline, within
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
@@ -32,6 +32,9 @@ part of the person.
 """
 
 Likelihoods = dict[int, NDArray[np.uint8]]
+
+Place = tuple[Target, Window, NDArray[np.uint8]]
+"""Where somebody is expected: rows and columns about them, and (h, w) uint8 0/255 of these."""
 
 
 def follow(
@@ -49,12 +52,11 @@ def follow(
     :param image: (H, W, 3) uint8 BGR.
     :param heat: P(person) from elsewhere, uint8 of any size.
     """
-    bodies = [target.carried_mask() for target in targets]
-    parts = [target.carried_part() for target in targets]
-    masks = list(zip(targets, bodies, strict=True))
-    visible = [
-        _uncovered(target, part, masks) for target, part in zip(targets, parts, strict=True)
-    ]
+    seen = [target for target in targets if target.state == TRACKED]
+    masks = [(target, target.window, target.carried_mask()) for target in seen]
+    visible = {
+        target.track_id: _uncovered(target, target.carried_part(), masks) for target in seen
+    }
     others = world.passers_by
     motion = world.advance(
         image,
@@ -66,8 +68,8 @@ def follow(
         everywhere=any(target.state == LOST for target in targets),
         heat=heat,
     )
-    for target, body in zip(targets, visible, strict=True):
-        target.move(motion, body)
+    for target in targets:
+        target.move(motion, visible.get(target.track_id))
     if others.known:
         others.follow(motion, world.history[-2], world.now, world.pending)
 
@@ -85,12 +87,12 @@ def judge(
     likelihoods: Likelihoods = {}
     judged = [(target, target.judge()) for target in targets]
     present = [(target, claim) for target, claim in judged if claim is not None]
-    masks = [(target, claim.mask) for target, claim in present]
+    masks = [(target, claim.window, claim.mask) for target, claim in present]
     logits, passing = _contested(world, present)
     if strangers is not None and present:
         strange = cv2.resize(strangers, world.shape[::-1], interpolation=cv2.INTER_NEAREST)
         logits = [
-            leave_to(strange, claim, logit, _template(target))
+            leave_to(strange, claim, logit, _template(target, claim.window))
             for (target, claim), logit in zip(present, logits, strict=True)
         ]
     for target, nothing in judged:
@@ -158,7 +160,7 @@ def _contested(
     claims, others = [claim for _, claim in present], world.passers_by
     for target, claim in present:
         if others.known and target.person.learnt == 0:
-            others.leave(claim.mask)
+            others.leave(placed(claim.mask, claim.window, world.shape))
     if not (others.known and claims):
         return compete(claims), []
     people, config = [target.person for target, _ in present], present[0][0].config
@@ -199,40 +201,34 @@ def _learn_passers_by(
         others.find(beside, neighbour, config)
 
 
-def _template(target: Target) -> NDArray[np.uint8] | None:
-    """Return the last matched body of a person, carried along, None if there is none."""
+def _template(target: Target, window: Window) -> NDArray[np.uint8] | None:
+    """Return the last matched body of a person in a window, carried along, None without one."""
     template = target.person.template
-    return None if template is None else target.world.carried(template, target.track_id)
+    return None if template is None else target.world.carried(template, target.track_id, window)
 
 
-def _cover(
-    target: Target, masks: Sequence[tuple[Target, NDArray[np.uint8]]], window: Window
-) -> NDArray[np.uint8] | None:
+def _cover(target: Target, masks: Sequence[Place], window: Window) -> NDArray[np.uint8] | None:
     """Return where in a window a person is hidden by those who stand nearer, None if nowhere."""
-    nearer = [
-        mask[window]
-        for other, mask in masks
-        if other.state == TRACKED and other.feet > target.feet and other.meets(target)
-    ]
-    if not nearer:
-        return None
-    cover = nearer[0]
-    for mask in nearer[1:]:
-        cover = cv2.bitwise_or(cover, mask)
+    cover = None
+    for other, about, mask in masks:
+        if not (other.state == TRACKED and other.feet > target.feet and other.meets(target)):
+            continue
+        shared = overlap(about, window)
+        if shared is None:
+            continue
+        if cover is None:
+            rows, columns = window
+            cover = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.uint8)
+        cover[within(shared, window)] |= mask[within(shared, about)]
     return cover
 
 
 def _uncovered(
-    target: Target, mask: NDArray[np.uint8], masks: Sequence[tuple[Target, NDArray[np.uint8]]]
+    target: Target, mask: NDArray[np.uint8], masks: Sequence[Place]
 ) -> NDArray[np.uint8]:
-    """Return the mask of a person without what others hide of it about the person."""
-    window = target.person.window(target.world.shape)
-    cover = _cover(target, masks, window)
-    if cover is None or not cover.any():
-        return mask
-    visible = mask.copy()
-    visible[window] &= ~cover
-    return visible
+    """Return the mask about a person without what others hide of it."""
+    cover = _cover(target, masks, target.window)
+    return mask if cover is None else np.asarray(cv2.bitwise_and(mask, cv2.bitwise_not(cover)))
 
 
 def _recover(
@@ -246,13 +242,18 @@ def _recover(
     taken = np.zeros(world.shape, np.uint8)
     for target in targets:
         if target.state == TRACKED:
-            likely = likelihoods[target.track_id] > 127
-            taken |= np.where(likely, target.carried_mask(), 0)
+            _take(taken, target, likelihoods[target.track_id])
     for target in lost:
         found = target.recover(
             claims.get(target.track_id), likelihoods.get(target.track_id), taken
         )
         if found is not None:
-            world.passers_by.leave(target.carried_mask())
+            world.passers_by.leave(placed(target.carried_mask(), target.window, world.shape))
             likelihoods[target.track_id] = found
-            taken |= np.where(found > 127, target.carried_mask(), 0)
+            _take(taken, target, found)
+
+
+def _take(taken: NDArray[np.uint8], target: Target, likelihood: NDArray[np.uint8]) -> None:
+    """Mark the likely pixels where somebody is expected, in images of the working size."""
+    likely = likelihood[target.window] > 127
+    taken[target.window] |= np.where(likely, target.carried_mask(), 0)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import colour_bins
 from gait_segmentation.ego_motion.ground import warp_parts
 from gait_segmentation.geometry import carry
-from gait_segmentation.images import Window, shift_whole
+from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import add_motion, add_propagation
 from gait_segmentation.tracking.features import STEP, FeatureSelector, View
@@ -67,7 +67,7 @@ def judge(
     """
     Judge the pixels of the newest frame in a window about a person.
 
-    :param expected: (h, w) uint8 0/255 of the working image, where the person is expected.
+    :param expected: (h, w) uint8 0/255 of that window, where the person is expected.
     :param seen: whether the person was seen until now: else nothing is known of the motion,
         and the features are not chosen anew.
     :param propagate: whether being expected somewhere is evidence.
@@ -109,10 +109,10 @@ def judge(
                 motion = np.float32(config.motion_weight) * moving[_THIN]
             return {'colour': colour, 'background': both - motion - colour, 'motion': motion}
 
-        features.add(logit, view_of(record, window), expected[window] if seen else None, evidence)
+        features.add(logit, view_of(record, window), expected if seen else None, evidence)
     if seen:
         _add_spread(logit, person, world, lab, window, config)
-    near = nearness(expected[window], person.height)
+    near = nearness(expected, person.height)
     if propagate:
         add_propagation(logit, near, person.height, config.propagation_weight)
     return window, logit, near
@@ -153,7 +153,7 @@ def _add_motion(
     early = _FOUND <= person.learnt_anew <= _SETTLED
     if people is not None and early and _may_be_new(moving, sums, *place):
         there = warp_parts(people, camera, ground, window, cv2.BORDER_CONSTANT)
-        along = shift_whole(people, round(dx), round(dy), window)
+        along = np.ascontiguousarray(shifted_part(people, round(dx), round(dy), window))
         way = round(person.center_x - stays_x), round(person.center_y - stays_y)
         before = moving.copy()
         _take_back_uncovered(there, along, sums, *place, way, before, weight, moving, logit)
@@ -197,7 +197,7 @@ def _take_back_uncovered(
 
     :param there: (h, w) uint8, above 127 where people may have been in the earlier frame, carried
         with the camera.
-    :param along: (H, W) uint8, the same of the whole image, carried with the body.
+    :param along: (h, w) uint8, the same carried with the body.
     :param sums: (H, W, 4) float32 of the background, whose window begins at ``top`` and ``left``.
     :param way: of the body against the world since then, x and y in pixels.
     :param before: (h, w) float32, the evidence (-2..2) that pixels move with the body.
@@ -209,11 +209,11 @@ def _take_back_uncovered(
     height, width = moving.shape
     across, down = way
     for row in range(height):
-        was, now, known = there[row], along[top + row], sums[top + row]
+        was, now, known = there[row], along[row], sums[top + row]
         evidence, line = moving[row], logit[row]
         source = before[min(max(row - down, 0), height - 1)]
         for col in range(width):
-            if was[col] <= 127 or evidence[col] <= none or now[left + col] > 127:
+            if was[col] <= 127 or evidence[col] <= none or now[col] > 127:
                 continue
             if known[left + col, 3] < most and source[min(max(col - across, 0), width - 1)] < gone:
                 line[col] += gain * (uncovered - evidence[col])
@@ -240,7 +240,7 @@ def _add_spread(
     moving = record.moving.get(person.track_id)
     if moving is None:
         return
-    template = np.ascontiguousarray(world.carried(person.template, person.track_id)[window])
+    template = np.ascontiguousarray(world.carried(person.template, person.track_id, window))
     evidence = spread_evidence(
         lab,
         record.background.sums,

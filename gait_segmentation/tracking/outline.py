@@ -14,7 +14,7 @@ from gait_segmentation.images import Window, bounding_box
 from gait_segmentation.tracking.competition import overlap
 from gait_segmentation.tracking.working import WorkingImage
 
-__all__ = ['Outline', 'doubled', 'every', 'halved', 'lab_of']
+__all__ = ['Outline', 'doubled', 'every', 'halved', 'lab_of', 'within']
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Outline:
         )
         shared = overlap(self.window, window)
         if shared is not None:
-            out[_within(shared, window)] = self.inside[_within(shared, self.window)]
+            out[within(shared, window)] = self.inside[within(shared, self.window)]
         return out
 
     def enlarged(self, window: Window) -> NDArray[np.uint8]:
@@ -98,7 +98,7 @@ class Outline:
         return half.repeat(2, axis=0).repeat(2, axis=1)[rows, columns]
 
 
-def _within(part: Window, window: Window) -> Window:
+def within(part: Window, window: Window) -> Window:
     """Return the rows and columns of a part of the image in a window of it."""
     rows, columns = (
         slice(side.start - whole.start, side.stop - whole.start)

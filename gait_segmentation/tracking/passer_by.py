@@ -170,7 +170,7 @@ class PasserBy:
             config,
         )
         near = _nearness(outline.seen_in(room), self.height)
-        mask = np.zeros(shape, np.uint8)
+        mask = np.zeros(logit.shape, np.uint8)
         return Claim(window, logit, mask, near, 0.0, self.height, known=False)
 
     def won(

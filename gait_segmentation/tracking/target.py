@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.estimator import Motion
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window, shift_whole
+from gait_segmentation.images import Window, placed, shift_whole
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.appearance import Appearance
@@ -126,34 +126,36 @@ class Target:
         """Return how alike (0..1) the colours of a first mask in a world's newest frame are."""
         return self._memory.likeness(start, world.now)
 
+    @property
+    def window(self) -> Window:
+        """Return the rows and columns about the person in the working image."""
+        return self.person.window(self.world.shape)
+
     def carried_mask(self) -> NDArray[np.uint8]:
-        """Return the last mask, carried along with the body, as far as it is about the person."""
+        """Return the last mask, carried along with the body, in the window about the person."""
         if self.state == LOST:
-            return self._memory.silhouette.placed(self.person, self.world.shape)
-        window = self.person.window(self.world.shape)
-        return self.world.carried(self.person.mask, self.track_id, window)
+            return self._memory.silhouette.placed(self.person, self.world.shape)[self.window]
+        return self.world.carried(self.person.mask, self.track_id, self.window)
 
     def carried_part(self) -> NDArray[np.uint8]:
-        """Return what of the person can be followed, as the last mask showed it, carried along."""
-        if self.state == LOST:
-            return self.carried_mask()
-        window = self.person.window(self.world.shape)
-        return self.world.carried(self.person.part, self.track_id, window)
+        """Return what of the person can be followed, as the last mask showed it, likewise."""
+        return self.world.carried(self.person.part, self.track_id, self.window)
 
     # Each frame: move, judge, assess, and if lost, recover.
 
-    def move(self, motion: Motion, body: NDArray[np.uint8]) -> None:
+    def move(self, motion: Motion, body: NDArray[np.uint8] | None) -> None:
         """
         Follow the body into the world's newest frame.
 
         :param motion: of the camera.
-        :param body: the mask carried to the frame before, without what others hid there.
+        :param body: what can be followed carried to the frame before, in the window about the
+            person, without what others hid there; None of somebody lost.
         """
         person = self.person
         x, y = motion.carry(person.center_x, person.center_y)
         world = (x - person.center_x, y - person.center_y)
         seconds = self.world.step_s
-        if self.state == LOST:
+        if body is None:
             shift = self._memory.coast(person, world, seconds, self.world.shape)
         else:
             shift = self._follow(world, seconds, body)
@@ -171,7 +173,9 @@ class Target:
         person.velocity = (ratio * person.velocity[0], ratio * person.velocity[1])
         # Of somebody behind others it may be their motion.
         follow = self._visibility.well or self._uncovered
-        measured = self.world.body_shift(body, person.velocity) if follow else None
+        measured = None
+        if follow:
+            measured = self.world.body_shift(body, self.window, person.velocity)
         if measured is None:
             person.velocity = (pace[0] * seconds, pace[1] * seconds)
         shift = person.predict(world, measured)
@@ -210,7 +214,7 @@ class Target:
         """
         window = claim.window
         values = likelihood[window]
-        sight = Sight.of(values, claim.mask[window], cover)
+        sight = Sight.of(values, claim.mask, cover)
         self.confidence = sight.confidence
         self._uncovered = sight.share > _ALONE
         clear = 0.0
@@ -323,7 +327,7 @@ class Target:
             return False
         window = claim.window
         values, rivals = likelihood[window], taken[window]
-        sight = Sight.of(values, claim.mask[window], rivals, rivals)
+        sight = Sight.of(values, claim.mask, rivals, rivals)
         self.confidence = sight.confidence
         likely = np.zeros(self.world.shape, np.uint8)
         likely[window] = np.where(values > 127, sight.uncovered, 0)
@@ -332,7 +336,8 @@ class Target:
         if not self._memory.is_found(self.person, sight, part, likely, now, partly=partly):
             return False
         dx, dy = self.world.since_mask(self.track_id)
-        self.person.take(shift_whole(claim.mask, round(-dx), round(-dy)), None)
+        expected = placed(claim.mask, window, self.world.shape)
+        self.person.take(shift_whole(expected, round(-dx), round(-dy)), None)
         self.state = TRACKED
         self.person.learnt_anew = 0
         self._visibility.seen = sight.seen

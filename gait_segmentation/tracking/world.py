@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gait_segmentation.ego_motion.estimator import Motion, MotionEstimator
 from gait_segmentation.ego_motion.ground import Ground, ground_over, parted
 from gait_segmentation.geometry import Box, invert
-from gait_segmentation.images import Window, shift_whole
+from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
@@ -196,14 +196,17 @@ class World:
         curve = tone_curve(background.sums, _lab_of(frame, windows), people, windows)
         return frame if curve is None else frame.toned(curve)
 
-    def body_shift(self, body: NDArray[np.uint8], velocity: Shift = (0.0, 0.0)) -> Shift | None:
+    def body_shift(
+        self, body: NDArray[np.uint8], window: Window, velocity: Shift = (0.0, 0.0)
+    ) -> Shift | None:
         """
         Return how far a body went from the last frame to this one, None if it cannot be seen.
 
-        :param body: (h, w) uint8, non-zero on the person in the last frame.
+        :param body: (h, w) uint8 of a window, non-zero on the person in the last frame.
         :param velocity: shift against the still world that is expected.
         """
-        return self._estimator.body_shift(body, self.now.camera, velocity)
+        corner = window[0].start, window[1].start
+        return self._estimator.body_shift(body, self.now.camera, velocity, corner)
 
     def clear(self, where: NDArray[np.uint8]) -> None:
         """
@@ -255,11 +258,15 @@ class World:
         return body_over(self.pending, track_id)
 
     def carried(
-        self, image: NDArray[np.uint8], track_id: int, window: Window | None = None
+        self, image: NDArray[np.uint8], track_id: int, window: Window
     ) -> NDArray[np.uint8]:
-        """Return an image of the last frame that was learnt, carried along with a body."""
+        """
+        Return a window of an image of the last frame that was learnt, carried along with a body.
+
+        :param image: (h, w) uint8 of the working image; what is returned may be a part of it.
+        """
         dx, dy = self.since_mask(track_id)
-        return shift_whole(image, round(dx), round(dy), window)
+        return shifted_part(image, round(dx), round(dy), window)
 
     def drop_old(self) -> list[Record]:
         """Let go of frames that feedback has not come for in time; return them."""

@@ -28,7 +28,8 @@ def claim(left: int, value: float, feet: float = 50.0, hidden: bool = False) -> 
     mask = np.zeros(SHAPE, np.uint8)
     mask[5:55, left + 12 : left + 28] = 255
     logit = np.full((60, 40), value, np.float32)
-    return Claim(window, logit, mask, nearness(mask[window], 50.0), feet, 50.0, hidden)
+    part = mask[window]
+    return Claim(window, logit, part, nearness(part, 50.0), feet, 50.0, hidden)
 
 
 def test_windows_overlap_in_what_they_share() -> None:
@@ -108,7 +109,7 @@ def test_a_mask_that_has_taken_in_somebody_does_not_keep_them() -> None:
     strangers, template = np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8)
     strangers[:, :20] = 255
     template[5:55, 24:28] = 255
-    left = leave_to(strangers, one, one.logit, template)
+    left = leave_to(strangers, one, one.logit, template[one.window])
     assert left[30, 14] < -1
     assert left[30, 26] == 3
     assert (one.logit == 3).all()

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gait_segmentation.images import placed
 from gait_segmentation.tracking import TrackingConfig, group
 from test.tracking.figures import BLUE, STEP_NS, Figure, Told, picture
 
@@ -44,13 +45,14 @@ def test_who_stands_nearer_hides_who_stands_behind() -> None:
     told.start(*people)
     told.show(*people)
     far, near = told.tracker._targets()
-    masks = [(each, each.carried_mask()) for each in (far, near)]
-    window = far.person.window(far.world.shape)
+    masks = [(each, each.window, each.carried_mask()) for each in (far, near)]
+    shape, window = far.world.shape, far.window
+    hidden, hiding = (placed(mask, about, shape) for _, about, mask in masks)
     cover = group._cover(far, masks, window)
     assert cover is not None
-    np.testing.assert_array_equal(cover, masks[1][1][window])
+    np.testing.assert_array_equal(cover, hiding[window])
     assert group._cover(near, masks, window) is None
-    visible = group._uncovered(far, masks[0][1], masks)
-    np.testing.assert_array_equal(visible, masks[0][1] & ~masks[1][1])
+    visible = group._uncovered(far, masks[0][2], masks)
+    np.testing.assert_array_equal(visible, (hidden & ~hiding)[window])
     assert visible.any()
-    assert group._uncovered(near, masks[1][1], masks) is masks[1][1]
+    assert group._uncovered(near, masks[1][2], masks) is masks[1][2]
