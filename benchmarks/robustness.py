@@ -39,6 +39,7 @@ from gait_segmentation.evaluation.output import TILE_SIZE, tile, write_image
 from gait_segmentation.evaluation.report import aligned
 from gait_segmentation.evaluation.runner import Outcome, run
 from gait_segmentation.evaluation.sequence import Sequence
+from gait_segmentation.evaluation.session import load_sequences
 from gait_segmentation.evaluation.settings import overridden
 from gait_segmentation.evaluation.variants import (
     KINDS,
@@ -81,14 +82,13 @@ class Score:
 
 
 @cache
-def clip_of(folder: str) -> MadeClip | None:
+def clip_of(folder: str) -> MadeClip:
     return MadeClip.of(Sequence.load(folder))
 
 
 def scores_of(job: Job) -> list[Score]:
     cv2.setNumThreads(1)
-    read = [clip_of(folder) for folder in job.folders]
-    clips = variants_of(job.kind, [clip for clip in read if clip is not None])
+    clips = variants_of(job.kind, [clip_of(folder) for folder in job.folders])
     return [score_of(job, clip) for clip in clips if job.only in clip.name]
 
 
@@ -135,7 +135,9 @@ def main() -> int:
     parser.add_argument('--json', type=Path, metavar='FILE', help='write the figures here')
     parser.add_argument('--processes', type=int, default=2)
     options = parser.parse_args()
+    # Before all that takes long.
     overridden(PipelineConfig(), options.set)
+    load_sequences(map(Path, options.folders))
     if options.sheets is not None:
         options.sheets.mkdir(parents=True, exist_ok=True)
     kinds = options.kinds or [*KINDS, *PAIRED]

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.metrics import start_box
 from gait_segmentation.evaluation.sequence import FIRST_STAMP_NS, Sequence
 from gait_segmentation.geometry import Box
@@ -39,10 +40,14 @@ class MadeClip:
     box: Box
 
     @classmethod
-    def of(cls, sequence: Sequence) -> MadeClip | None:
-        """Read a sequence from its first box on; None if it has no box for one person."""
+    def of(cls, sequence: Sequence) -> MadeClip:
+        """
+        Read a sequence from its first box on.
+
+        :raises SequenceError: if it has no box for one person, or an image cannot be read.
+        """
         if sequence.initial_box is None:
-            return None
+            raise SequenceError(f'{sequence.folder} has no initial_box: nobody to begin with')
         frames = tuple((sequence.image(n), sequence.truth(n)) for n in sequence.numbers)
         return cls(sequence.name, sequence.fps, frames, sequence.initial_box)
 
