@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 
 import numpy as np
 
@@ -36,34 +36,12 @@ def results_of(
     :param warn: told what is worth a warning.
     :raises DamagedError: where the input breaks off, after all results of the frames before.
     """
-    slots = pipeline.config.people.max_people
-    likelihood_shape = (0, 0)
-    # Frames whose results are not there yet, and whether there will be one.
-    waiting: deque[tuple[Frame, bool]] = deque()
-
-    def blank(frame: Frame) -> Replayed:
-        return Replayed(frame, _blank(frame, slots, likelihood_shape))
-
-    def complete(results: list[FrameResult]) -> Iterator[Replayed]:
-        nonlocal likelihood_shape
-        for result in results:
-            while True:
-                frame, usable = waiting.popleft()
-                if usable and frame.stamp_ns == result.stamp_ns:
-                    break
-                yield blank(frame)
-            likelihood = result.people[0].track.likelihood
-            likelihood_shape = (likelihood.shape[0], likelihood.shape[1])
-            yield Replayed(frame, result)
-        while waiting and not waiting[0][1]:
-            yield blank(waiting.popleft()[0])
-
+    answers = _Answers(pipeline.config.people.max_people)
     flushed: list[Replayed] = []
 
     def start_over() -> None:
-        flushed.extend(complete(pipeline.flush()))
-        flushed.extend(blank(frame) for frame, _ in waiting)
-        waiting.clear()
+        flushed.extend(answers.to(pipeline.flush()))
+        flushed.extend(answers.rest())
         pipeline.reset()
 
     intake = Intake(
@@ -83,8 +61,7 @@ def results_of(
             break
         if frame.image is None:
             warn(f'frame {frame.number} cannot be read: {frame.problem}')
-            waiting.append((frame, False))
-            yield from complete([])
+            yield from answers.without(frame)
             continue
         intake.take(frame.image, frame.stamp_ns)
         yield from flushed
@@ -93,15 +70,55 @@ def results_of(
             results = pipeline.update(frame.image, frame.stamp_ns)
         except InputError as error:
             warn(f'frame {frame.number} cannot be used: {error}')
-            waiting.append((frame, False))
-            yield from complete([])
+            yield from answers.without(frame)
             continue
-        waiting.append((frame, True))
-        yield from complete(results)
+        answers.expect(frame)
+        yield from answers.to(results)
     start_over()
     yield from flushed
     if damage is not None:
         raise damage
+
+
+class _Answers:
+    """Hands out what became of each frame, in order, also of those without a result."""
+
+    def __init__(self, slots: int) -> None:
+        self._slots = slots
+        self._likelihood_shape = (0, 0)
+        # Frames not answered yet, and whether there will be a result.
+        self._waiting: deque[tuple[Frame, bool]] = deque()
+
+    def expect(self, frame: Frame) -> None:
+        """Wait for the result of a frame."""
+        self._waiting.append((frame, True))
+
+    def without(self, frame: Frame) -> Iterator[Replayed]:
+        """Take in a frame that will have no result; yield what need not wait any more."""
+        self._waiting.append((frame, False))
+        return self.to([])
+
+    def to(self, results: Iterable[FrameResult]) -> Iterator[Replayed]:
+        """Yield results with their frames, and blank ones of frames without between them."""
+        for result in results:
+            while True:
+                frame, usable = self._waiting.popleft()
+                if usable and frame.stamp_ns == result.stamp_ns:
+                    break
+                yield self._blank(frame)
+            likelihood = result.people[0].track.likelihood
+            self._likelihood_shape = (likelihood.shape[0], likelihood.shape[1])
+            yield Replayed(frame, result)
+        while self._waiting and not self._waiting[0][1]:
+            yield self._blank(self._waiting.popleft()[0])
+
+    def rest(self) -> Iterator[Replayed]:
+        """Yield blank results of all frames that still wait: none will come."""
+        while self._waiting:
+            yield self._blank(self._waiting.popleft()[0])
+
+    def _blank(self, frame: Frame) -> Replayed:
+        return Replayed(frame, _blank(frame, self._slots, self._likelihood_shape))
 
 
 def _blank(frame: Frame, slots: int, likelihood_shape: tuple[int, int]) -> FrameResult:

@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every frame is answered once and in order, whatever becomes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gait_segmentation.cli.replaying.lockstep import results_of
+from gait_segmentation.cli.replaying.output import Replayed
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import Box
+from gait_segmentation.inputs import DamagedError, Frame
+from gait_segmentation.pipeline import FrameResult
+from test.cli.replaying.results import replayed
+
+MASK = np.full((8, 6), 255, np.uint8)
+READ = [replayed(index, [(1, MASK, 0.0)]) for index in range(8)]
+
+
+class LaggedPipeline:
+    """Returns the result of the frame before; refuses the frames it is told to."""
+
+    def __init__(self, refused: Iterable[int] = ()) -> None:
+        self.config = SimpleNamespace(people=SimpleNamespace(max_people=1))
+        self._refused = set(refused)
+        self._waiting: list[FrameResult] = []
+
+    def initialize(self, box: Box) -> None:
+        raise AssertionError('no box was given')
+
+    def reset(self) -> None:
+        self._waiting.clear()
+
+    def update(self, image: np.ndarray, stamp_ns: int) -> list[FrameResult]:
+        (shown,) = (each for each in READ if each.frame.stamp_ns == stamp_ns)
+        if shown.frame.number in self._refused:
+            raise InputError('no use')
+        done, self._waiting = self._waiting, [shown.result]
+        return done
+
+    def flush(self) -> list[FrameResult]:
+        done, self._waiting = self._waiting, []
+        return done
+
+
+def run(frames: list[Frame], pipeline: Any, damaged: bool = False) -> Iterator[Replayed]:
+    def read() -> Iterator[Frame]:
+        yield from frames
+        if damaged:
+            raise DamagedError('it breaks off')
+
+    source: Any = SimpleNamespace(frames=read)
+    return results_of(source, pipeline, None, lambda text: None)
+
+
+def numbers(answers: Iterable[Replayed]) -> tuple[list[int], list[int]]:
+    """Return the numbers of all frames, and of those in which somebody is seen."""
+    made = list(answers)
+    return (
+        [each.frame.number for each in made],
+        [each.frame.number for each in made if each.result.mask.any()],
+    )
+
+
+def test_frames_that_cannot_be_read_or_used_are_answered_in_their_place() -> None:
+    frames = [each.frame for each in READ[:6]]
+    frames[2] = replace(frames[2], image=None, problem='torn')
+    answers = list(run(frames, LaggedPipeline(refused=[0, 4])))
+    assert numbers(answers) == ([0, 1, 2, 3, 4, 5], [1, 3, 5])
+    assert answers[2].result.people[0].segmentation.reason == 'torn'
+    # Nobody is seen at the size at which others are.
+    assert answers[4].result.people[0].track.likelihood.shape == (4, 3)
+    assert answers[4].result.mask.shape == (8, 6)
+
+
+def test_what_waits_is_answered_before_time_jumps_back() -> None:
+    frames = [READ[k].frame for k in (3, 4, 1, 2)]
+    assert numbers(run(frames, LaggedPipeline())) == ([3, 4, 1, 2], [3, 4, 1, 2])
+
+
+def test_all_frames_before_a_damage_are_answered() -> None:
+    answers = run([each.frame for each in READ[:3]], LaggedPipeline(), damaged=True)
+    assert [next(answers).frame.number for _ in range(3)] == [0, 1, 2]
+    with pytest.raises(DamagedError, match='it breaks off'):
+        next(answers)
