@@ -44,8 +44,8 @@ class Beside:
         self.record = record
         self.shape = (height // 2, width // 2)
         self._people, self._moving = people, moving
-        self.strange, self.masks, self.people, self.templates, self.moving = (
-            np.zeros(self.shape, np.uint8) for _ in range(5)
+        self.strange, self.masks, self.people, self.templates, self.moving = np.zeros(
+            (5, *self.shape), np.uint8
         )
 
     def add(

@@ -142,7 +142,10 @@ def learn(
         if learnt is None:
             people[target.person.area.slices(world.shape[1], world.shape[0])] = 255
         else:
-            people[learnt.window] |= learnt.margin[learnt.window]
+            where, margin = learnt.margin
+            shared = overlap(where, learnt.window)
+            if shared is not None:
+                people[shared] |= margin[within(shared, where)]
             told.append((target, learnt))
     if not config.use_background:
         return

@@ -40,15 +40,15 @@ class Learnt:
     """
     What a mask that was learnt from told, in the frame it belongs to.
 
-    ``mask``, ``margin`` (the mask with a margin: where the person may be) and ``template`` are
-    (H, W) uint8 of the working image, ``strange`` (h, w) uint8 of the window about the person,
-    non-zero on what is not the known background.  ``share`` is the area of the mask over what is
-    usual.
+    ``mask`` and ``template`` are (H, W) uint8 of the working image, ``strange`` (h, w) uint8 of
+    the window about the person, non-zero on what is not the known background.  ``margin`` is a
+    window and (h, w) uint8 of it, the mask with a margin: where the person may be.  ``share`` is
+    the area of the mask over what is usual.
     """
 
     window: Window
     mask: NDArray[np.uint8]
-    margin: NDArray[np.uint8]
+    margin: tuple[Window, NDArray[np.uint8]]
     template: NDArray[np.uint8]
     strange: NDArray[np.uint8]
     share: float
@@ -138,8 +138,9 @@ class Learner:
         )
         if whole:
             moving = record.moving.get(person.track_id)
-            mask = without_world(mask, prior, moving, person.height, settled=self._area.settled)
-            lesson = replace(lesson, mask=mask)
+            without_world(mask, prior, moving, person.height, settled=self._area.settled)
+            # What hides the person was looked for with all of the mask.
+            lesson = replace(lesson)
         part = mask if self._area.share > _ALL else lesson.hiding.away(mask)
         if whole:
             body = None if feedback.body is None else feedback.body.scaled(world.scale)
@@ -156,7 +157,7 @@ class Learner:
 
     def _learn_all(
         self, lesson: _Lesson, body: BodyFrame | None, config: TrackingConfig
-    ) -> NDArray[np.uint8]:
+    ) -> tuple[Window, NDArray[np.uint8]]:
         """
         Learn from a mask of all of the person.
 
@@ -178,7 +179,7 @@ class Learner:
         self._memory.learn_look(person, record, bounds)
         return margin
 
-    def _about_part(self, lesson: _Lesson) -> NDArray[np.uint8]:
+    def _about_part(self, lesson: _Lesson) -> tuple[Window, NDArray[np.uint8]]:
         """
         Return where somebody half hidden may be: in this mask, the last whole one, the template.
 

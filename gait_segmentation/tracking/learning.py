@@ -100,11 +100,11 @@ def without_world(
     height: float,
     *,
     settled: bool,
-) -> NDArray[np.uint8]:
+) -> None:
     """
-    Return a mask without what is outside of the template and does not move with the body.
+    Take out of a mask what is outside of the template and does not move with the body.
 
-    :param mask, prior: (h, w) uint8, the mask 0/255 and the template.
+    :param mask, prior: (h, w) uint8, the mask 0/255, changed, and the template.
     :param moving: a window and the evidence (-2..2) that its pixels move with the body; None if
         that is not known.
     :param height: of the body in pixels.
@@ -112,12 +112,12 @@ def without_world(
         stay is taken out.
     """
     if moving is None:
-        return mask
+        return
     (rows, columns), evidence = moving
-    clean = mask.copy()
     # Only the part about the mask is touched.
     x, y, width, tall = bounding_box(mask[rows, columns])
-    part = np.ascontiguousarray(clean[rows, columns][y : y + tall, x : x + width])
+    about_mask = mask[rows, columns][y : y + tall, x : x + width]
+    part = np.ascontiguousarray(about_mask)
     evidence = np.ascontiguousarray(evidence[y : y + tall, x : x + width])
     rules = [(_STAYS, _OUTSIDE), (_MOVES, _FAR_OUTSIDE)]
     for most, distance in rules if settled else rules[:1]:
@@ -127,8 +127,7 @@ def without_world(
         near = cv2.dilate(about, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
         near = near[y - top : y - top + tall, x - left : x - left + width]
         _clear(part, np.ascontiguousarray(near), evidence, most)
-    clean[rows, columns][y : y + tall, x : x + width] = part
-    return clean
+    about_mask[:] = part
 
 
 @njit(cache=True, nogil=True)
@@ -145,11 +144,11 @@ def _clear(
 
 def grown(
     mask: NDArray[np.uint8], height: float, bounds: Bounds | None = None
-) -> NDArray[np.uint8]:
+) -> tuple[Window, NDArray[np.uint8]]:
     """
-    Return a mask with a margin: where the person may be.
+    Return a mask with a margin, where the person may be: a window and what is in it.
 
-    :param mask: (h, w) uint8; only the part about it is touched, which is cheap.
+    :param mask: (h, w) uint8.
     :param height: of the body in pixels.
     :param bounds: of the mask, if they are known.
     """
@@ -157,12 +156,10 @@ def grown(
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     x, y, width, tall = bounding_box(mask) if bounds is None else bounds
     part = (
-        slice(max(y - size, 0), y + tall + size),
-        slice(max(x - size, 0), x + width + size),
+        slice(max(y - size, 0), min(y + tall + size, mask.shape[0])),
+        slice(max(x - size, 0), min(x + width + size, mask.shape[1])),
     )
-    out = np.zeros(mask.shape, np.uint8)
-    out[part] = cv2.dilate(mask[part], kernel)
-    return out
+    return part, np.asarray(cv2.dilate(mask[part], kernel))
 
 
 class WholeArea:

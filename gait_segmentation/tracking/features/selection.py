@@ -10,6 +10,7 @@ they tell the two clearly better apart than those do.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import cast
@@ -194,4 +195,7 @@ class FeatureSelector:
 
 
 def _correlation(one: NDArray[np.float32], two: NDArray[np.float32]) -> float:
-    return float(np.corrcoef(one.ravel(), two.ravel())[0, 1])
+    """Return how alike the values are, -1..1, 0 if some do not vary; as ``np.corrcoef`` does."""
+    a, b = one.ravel() - one.mean(), two.ravel() - two.mean()
+    spread = math.sqrt(float(a @ a) * float(b @ b))
+    return float(a @ b) / spread if spread > 0 else 0.0
