@@ -88,7 +88,7 @@ def _count(
     rows: NDArray[np.float32],
     weight: NDArray[np.float32] | NDArray[np.bool_],
     newest: NDArray[np.float32],
-    used: NDArray[np.bool_],
+    places: NDArray[np.int32],
     listed: NDArray[np.int32],
     length: int,
 ) -> tuple[float, int]:
@@ -101,13 +101,15 @@ def _count(
             w = np.float32(weights[col])
             if w > 0:
                 index = index_of[col]
-                band = min(max(int(down[col] * scale), 0), BANDS - 1)
-                newest[index, band] += w
-                total += w
-                if not used[index]:
-                    used[index] = True
-                    listed[length] = index
+                place = places[index]
+                if place < 0:
+                    place = length
+                    places[index] = place
+                    listed[place] = index
                     length += 1
+                band = min(max(int(down[col] * scale), 0), BANDS - 1)
+                newest[place, band] += w
+                total += w
     return total, length
 
 
@@ -117,9 +119,11 @@ def _blend(
     newest: NDArray[np.float32],
     total: float,
     rate: float,
-    used: NDArray[np.bool_],
+    floor: float,
+    places: NDArray[np.int32],
     listed: NDArray[np.int32],
     length: int,
+    out: NDArray[np.float32],
 ) -> int:
     """Move the bins in use towards the newest; drop those all but empty from the list."""
     keep = np.float32(1 - rate)
@@ -129,14 +133,18 @@ def _blend(
         index = listed[k]
         mass = np.float32(0)
         for band in range(BANDS):
-            histogram[index, band] = keep * histogram[index, band] + gain * newest[index, band]
-            newest[index, band] = 0
-            mass += histogram[index, band]
+            value = keep * histogram[k, band] + gain * newest[k, band]
+            histogram[kept, band] = value
+            newest[k, band] = 0
+            mass += value
         if mass < _LEAST_MASS:
-            histogram[index, :] = 0
-            used[index] = False
-        listed[k], listed[kept] = listed[kept], index
-        kept += used[index]
+            places[index] = -1
+            out[index, :] = np.float32(floor)
+        else:
+            places[index] = kept
+            listed[kept] = index
+            kept += 1
+    histogram[kept:length] = 0
     return kept
 
 
@@ -147,18 +155,13 @@ def _mix(
     floor: float,
     listed: NDArray[np.int32],
     length: int,
-    kept: int,
     out: NDArray[np.float32],
 ) -> None:
-    """
-    Mix each band with its neighbours (half weight) and with the whole body.
-
-    Of the listed bins the first ``kept`` are in use, the others have become empty.
-    """
+    """Mix each band with its neighbours (half weight) and with the whole body."""
     mass = np.zeros(BANDS)
-    for k in range(kept):
+    for k in range(length):
         for band in range(BANDS):
-            mass[band] += histogram[listed[k], band]
+            mass[band] += histogram[k, band]
     total = max(mass.sum(), 1e-12)
     own = np.zeros(BANDS, np.float32)
     for band in range(BANDS):
@@ -172,7 +175,7 @@ def _mix(
     low = np.float32(floor)
     half = np.float32(0.5)
     for k in range(length):
-        h = histogram[listed[k]]
+        h = histogram[k]
         whole = h[0]
         for band in range(1, BANDS):
             whole += h[band]
@@ -195,17 +198,18 @@ def _learn(
     floor: float,
     histogram: NDArray[np.float32],
     newest: NDArray[np.float32],
-    used: NDArray[np.bool_],
+    places: NDArray[np.int32],
     listed: NDArray[np.int32],
     before: int,
     table: NDArray[np.float32],
 ) -> int:
     """Take in the pixels of a window and fill in the table; return how many bins are in use."""
-    total, length = _count(bins, rows, weight, newest, used, listed, before)
+    total, length = _count(bins, rows, weight, newest, places, listed, before)
     if total <= 0:
         return before
-    kept = _blend(histogram, newest, total, rate if before else 1.0, used, listed, length)
-    _mix(histogram, band_share, floor, listed, length, kept, table)
+    share = rate if before else 1.0
+    kept = _blend(histogram, newest, total, share, floor, places, listed, length, table)
+    _mix(histogram, band_share, floor, listed, kept, table)
     return kept
 
 
@@ -220,12 +224,14 @@ class ColourModel:
         """Make an empty model; every colour then has the probability ``floor``."""
         self.band_share = band_share
         self.floor = floor
+        # Of the bins in use only, a few hundred, which thus lie together in memory.
         self._histogram = np.zeros((BINS**3, BANDS), np.float32)
         self._newest = np.zeros_like(self._histogram)
-        self.table = np.full_like(self._histogram, floor)
-        self._used = np.zeros(BINS**3, np.bool_)
         self._listed = np.zeros(BINS**3, np.int32)
         self._length = 0
+        # Where in these each bin is, -1 if it is not in use.
+        self._places = np.full(BINS**3, -1, np.int32)
+        self.table = np.full_like(self._histogram, floor)
 
     def learn(
         self,
@@ -251,7 +257,7 @@ class ColourModel:
             self.floor,
             self._histogram,
             self._newest,
-            self._used,
+            self._places,
             self._listed,
             self._length,
             self.table,
@@ -259,8 +265,8 @@ class ColourModel:
 
     def whole(self) -> NDArray[np.float32]:
         """Return the histogram of the whole body, (BINS^3,) float32 with sum one."""
-        whole = np.zeros(len(self._histogram), np.float32)
-        used = self._listed[: self._length]
-        whole[used] = self._histogram[used].sum(axis=1)
+        whole = np.zeros(BINS**3, np.float32)
+        used = self._length
+        whole[self._listed[:used]] = self._histogram[:used].sum(axis=1)
         total = float(whole.sum())
         return whole / np.float32(total) if total > 0 else whole
