@@ -22,7 +22,7 @@ def texture(seed: int) -> np.ndarray:
     return cv2.resize(small, (400, 240), interpolation=cv2.INTER_CUBIC)
 
 
-def followed_by(frame: int, slope: float = SLOPE) -> np.ndarray:
+def followed_by(frame: float, slope: float = SLOPE) -> np.ndarray:
     """Return a wall that stands still, and before it ground that passes faster the nearer."""
     y, x = np.mgrid[:240, :400].astype(np.float32)
     off = np.float32(slope * frame) * np.maximum(y - END, 0)
@@ -90,3 +90,23 @@ def test_ground_that_does_not_move_is_sought_now_and_then_only() -> None:
         if turns[-1]:
             assert finder.find(frames, None, clear, [PERSON]) is None
     assert turns == [True, *[False] * 4] * 2 + [True]
+
+
+def test_ground_that_suddenly_moves_otherwise_is_not_believed_for_some_frames() -> None:
+    places = [*range(4), *(3 + 1.6 * k for k in range(1, 15))]
+    grounds = found([followed_by(place) for place in places])
+    shifts = [None if each is None else (each.motion @ [200, 180, 1])[0] - 200 for each in grounds]
+    fast, slow = 1.6 * SLOPE * 60, SLOPE * 60
+    assert shifts[2:7] == pytest.approx([slow] * 5, abs=0.4)
+    # What goes on for so long is no passer-by.
+    assert shifts[-1] == pytest.approx(fast, abs=0.4)
+
+
+def test_what_moves_evenly_as_a_whole_is_no_ground() -> None:
+    rows = np.linspace(0, 100, 20, dtype=np.float32)
+    before = np.stack([10 + rows % 7, rows], axis=1)
+    assert ground_of(before, before + np.float32((3, 0)), scaling(1.0), (0, 50)) is None
+    sheared = before + np.stack([0.05 * np.maximum(rows - 20, 0), 0 * rows], axis=1)
+    ground = ground_of(before, sheared.astype(np.float32), scaling(1.0), (0, 50))
+    assert ground is not None
+    assert ground.row == pytest.approx(20, abs=6)

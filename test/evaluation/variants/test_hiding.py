@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+from dataclasses import replace
+
+from gait_segmentation.evaluation.metrics import true_box
 from gait_segmentation.evaluation.truth import PERSON
 from gait_segmentation.evaluation.variants import variants_of
 
@@ -22,3 +25,20 @@ def test_what_hides_the_person_is_no_person() -> None:
         assert truth is not None
         assert (truth[changed] == PERSON).mean() < 0.01
         assert size_of(truth) < size_of(clip.truth(middle))
+
+
+def test_where_next_to_nothing_is_left_nothing_counts() -> None:
+    clip = clip_of()
+    number = len(clip.frames) // 2 - 1
+    image, truth = clip.frames[number]
+    assert truth is not None
+    box = true_box(truth)
+    assert box is not None
+    frames = list(clip.frames)
+    for share, counts in ((0.37, False), (1.0, True)):
+        part = truth.copy()
+        part[: round(box.bottom - share * box.height)] = 0
+        frames[number] = (image, part)
+        *_, bench = variants_of('hidden', [replace(clip, frames=tuple(frames))])
+        seen = bench.truth(number)
+        assert (size_of(seen) > 0) == counts

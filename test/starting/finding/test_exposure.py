@@ -77,3 +77,17 @@ def test_what_is_as_bright_as_can_be_may_be_the_background() -> None:
     exposure.undo(before)
     settled = exposure.settle(exposure.undo(bright), before, KNOWN, NOTHING)
     np.testing.assert_array_equal(settled[:20, :, 0], before[:20, :, 0])
+
+
+def test_another_and_darker_picture_is_no_other_exposure() -> None:
+    exposure = Exposure()
+    exposure.undo(scene())
+    darker = np.roll(scene(0.8), 9, axis=1)
+    assert exposure.undo(darker) is darker
+
+
+def test_what_undoing_would_not_mend_is_no_drift() -> None:
+    exposure = Exposure()
+    other = np.roll(scene(1.05), 9, axis=1)
+    exposure.undo(other)
+    assert exposure.settle(other, scene(), KNOWN, NOTHING) is other

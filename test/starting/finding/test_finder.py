@@ -247,3 +247,19 @@ def test_who_moves_and_is_not_known_is_a_stranger() -> None:
     assert strangers[cv2.dilate(mask, np.ones((15, 15), np.uint8)) == 0].mean() < 0.05 * 255
     assert told.strangers(last.stamp_ns) is None
     assert finder.strangers(last.stamp_ns + 1) is None
+
+
+def test_who_is_too_rigid_is_no_walker(monkeypatch) -> None:
+    images = [frame.image for frame in clip(pan=0.0, frames=40)]
+    assert run(images)
+    monkeypatch.setattr(watch, '_MOST_RIGID', -1.0)
+    assert run(images) == []
+
+
+def test_who_is_doubtful_must_walk_for_longer(monkeypatch) -> None:
+    images = [frame.image for frame in clip(pan=0.0, frames=40)]
+    ((usual, _),) = run(images)
+    monkeypatch.setattr(watch, '_DOUBTED', 9.0)
+    monkeypatch.setattr(watch, '_DOUBT_S', 0.24)
+    ((later, _),) = run(images)
+    assert 1e-9 * PERIOD_NS * (later - usual) == pytest.approx(0.2, abs=0.08)

@@ -146,3 +146,20 @@ def test_a_box_of_the_canvas_moves_with_it() -> None:
     box = frame.box_in_image(Box(20, 30, 10, 40))
     assert (box.width, box.height) == (10, 40)
     assert box.x - 20 == pytest.approx(frame.to_image[0, 2], abs=0.5)
+
+
+@pytest.mark.parametrize('panned', [False, True])
+def test_motion_before_a_known_background_is_doubted_once_the_camera_has_moved(
+    panned: bool,
+) -> None:
+    scene, place = MotionScene(SHAPE), wall()
+    seen = []
+    for number in range(40):
+        left = 22 if panned and number >= 4 else 20
+        image = place[5:125, left : left + 160].copy()
+        # By less than stands out before the background, by more than it may change.
+        if number >= 20:
+            image[30:90, 60:80, 0] += 5 if number % 8 < 4 else -5
+        frame = scene.update(np.clip(image, 0, 255).astype(np.uint8), FIRST + PERIOD * number)
+        seen.append(bool(frame.blobs))
+    assert any(seen[20:]) != panned
