@@ -128,7 +128,13 @@ class SegmentationConfig(StageConfig):
     )
     paper_reach: float = parameter(
         0.12,
-        "Distance from the template's outline at which the paper prior's term is full.",
+        "Distance outside of the template's outline at which the paper prior's term is full.",
+        minimum=0.005,
+        maximum=0.5,
+    )
+    paper_depth: float = parameter(
+        0.04,
+        'The same inside: limbs are thin, and their middle is never far from the outline.',
         minimum=0.005,
         maximum=0.5,
     )

@@ -76,7 +76,7 @@ class PaperPrior:
         if around is None:
             return ShapeTerms(None, None)
         # Further away the cost is saturated.
-        reach = max(1.0, config.paper_search * height) + config.paper_reach * height + 2
+        reach = self._search(height) + config.paper_reach * height + 2
         part = around.padded(reach, reach).slices(prior.shape[1], prior.shape[0])
         points = silhouette_edges(prior[part], height)
         if points.rows.size == 0:
@@ -85,7 +85,7 @@ class PaperPrior:
             body.center_x - part[1].start, body.center_y - part[0].start, height, body.angle
         )
         psi = np.ones(prior.shape, np.float32)
-        psi[part] = self._cost(grey[part], points, shifted)
+        psi[part] = self._cost(grey[part], inside[part], points, shifted)
         away = cv2.distanceTransform((~inside).view(np.uint8), cv2.DIST_L2, 5)
         far = away > config.paper_background * height
         return ShapeTerms(np.where(far, np.float32(self._never()), np.float32(0)), psi)
@@ -95,12 +95,21 @@ class PaperPrior:
         config = self.config
         return -(_LARGEST_EVIDENCE + _LINKS * (config.contrast + config.paper_weight))
 
+    def _search(self, height: float) -> float:
+        """Return what the local search takes off the distance, in pixels."""
+        return max(1.0, self.config.paper_search * height)
+
     def _cost(
-        self, grey: NDArray[np.uint8], points: EdgePoints, body: BodyFrame
+        self,
+        grey: NDArray[np.uint8],
+        inside: NDArray[np.bool_],
+        points: EdgePoints,
+        body: BodyFrame,
     ) -> NDArray[np.float32]:
         """Return psi in 0..1."""
         config, height = self.config, body.height
-        search, full = max(1.0, config.paper_search * height), config.paper_reach * height
+        search = self._search(height)
+        reach, depth = config.paper_reach * height, config.paper_depth * height
         gradient = image_gradient(grey)
         psi = oriented_distance(
             self.vocabulary,
@@ -108,12 +117,13 @@ class PaperPrior:
             gradient,
             body,
             config.paper_orientation * _WRONG_WORD * height,
-            search + full,
+            search + max(reach, depth),
         )
         # In the continuum this is the least value in a disk about each pixel, the grey erosion.
         psi -= np.float32(search)
-        psi *= np.float32(1 / full)
-        np.maximum(psi, 0, out=psi)
+        # The middle of a limb is as much inside as that of the trunk.
+        psi *= np.where(inside, np.float32(1 / depth), np.float32(1 / reach))
+        np.clip(psi, 0, 1, out=psi)
         supported = confirmed(points, gradient, max(1.0, _CONFIRM_REACH * height))
         psi[~_of_nearest(points, supported, grey.shape)] *= np.float32(config.paper_unconfirmed)
         return psi

@@ -142,6 +142,21 @@ def test_psi_is_saturated_and_far_pixels_are_background() -> None:
     assert (found.logit[prior > 127] == 0).all()
 
 
+def test_inside_psi_rises_as_fast_as_limbs_are_thin() -> None:
+    prior = template()
+    flat = np.full(SHAPE, 90, np.uint8)
+    steep, even = (
+        terms(prior, flat, paper_depth=depth, paper_unconfirmed=1.0).psi for depth in (0.02, 0.12)
+    )
+    inside = prior > 127
+    np.testing.assert_allclose(steep[inside], np.minimum(6 * even[inside], 1), atol=1e-4)
+    np.testing.assert_array_equal(steep[~inside], even[~inside])
+    # The thigh is no easier to cut off than the trunk is to cut through.
+    thigh, trunk = SHAPE[0] // 2 + 12, SHAPE[0] // 2 - 15
+    assert steep[thigh].max(where=inside[thigh], initial=0) == 1
+    assert steep[trunk].max(where=inside[trunk], initial=0) == 1
+
+
 def test_what_is_far_stays_background_against_all_evidence() -> None:
     config = SegmentationConfig(prior='paper', contrast=30.0, paper_weight=20.0)
     found = PaperPrior(config).terms(template(), np.full(SHAPE, 90, np.uint8), BODY)
@@ -190,8 +205,8 @@ def test_the_search_takes_its_distance_off() -> None:
     flat = np.full(SHAPE, 90, np.uint8)
     narrow = terms(template(), flat, paper_search=0.0, paper_unconfirmed=1.0).psi
     wide = terms(template(), flat, paper_search=0.03, paper_unconfirmed=1.0).psi
-    # The least that is taken off is one pixel, of the twelve in which psi rises to 1.
-    middle = (narrow > 0.4) & (narrow < 1)
+    # The least that is taken off is one pixel, of the twelve in which psi rises to 1 outside.
+    middle = (narrow > 0.4) & (narrow < 1) & (template() <= 127)
     np.testing.assert_allclose(narrow[middle] - wide[middle], 2 / 12, atol=1e-4)
 
 
