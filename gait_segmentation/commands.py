@@ -33,6 +33,21 @@ _LOST_IN = ('_raw_object_cache', '__del__')
 """Beginnings of names of functions that the compiler (llvmlite) and the interpreter call back."""
 _AGAIN_S = 0.02
 
+_OF_ROS = (
+    'ament_index_python',
+    'builtin_interfaces',
+    'diagnostic_msgs',
+    'geometry_msgs',
+    'lifecycle_msgs',
+    'rcl_interfaces',
+    'rclpy',
+    'rosgraph_msgs',
+    'sensor_msgs',
+    'std_msgs',
+    'std_srvs',
+)
+"""Modules that come with ROS 2, and not from this package's other requirements."""
+
 
 def bank() -> int:
     """Run gait_bank."""
@@ -85,12 +100,14 @@ def _run_tool(name: str) -> int:
         return _WRONG
     before = {number: signal.getsignal(number) for number in _SIGNALS}
     text = f'gait_{name}: interrupted\n'
-    module = _imported(f'gait_segmentation.cli.{name}', text, _INTERRUPTED)
-    for number, handler in before.items():
-        default = handler is signal.default_int_handler
-        signal.signal(number, _interrupt if default else handler)
     try:
+        module = _imported(f'gait_segmentation.cli.{name}', text, _INTERRUPTED)
+        for number, handler in before.items():
+            default = handler is signal.default_int_handler
+            signal.signal(number, _interrupt if default else handler)
         return int(module.main())
+    except ModuleNotFoundError as error:
+        return _without_ros(f'gait_{name}', error)
     except SystemError as error:
         # What becomes of an interrupt in a kernel that is just being called.
         if not isinstance(error.__cause__, KeyboardInterrupt):
@@ -123,7 +140,26 @@ def _run_node(name: str) -> int:
     """Run a node, for which to be interrupted is the usual end; it sets handlers of its own."""
     if not _arguments_are_text(f'gait_{name}'):
         return _WRONG
-    return int(_imported(f'gait_segmentation.nodes.{name}_node', '', 0).main())
+    try:
+        return int(_imported(f'gait_segmentation.nodes.{name}_node', '', 0).main())
+    except ModuleNotFoundError as error:
+        return _without_ros(f'gait_{name}', error)
+
+
+def _without_ros(name: str, error: ModuleNotFoundError) -> int:
+    """
+    Say what to do where ROS is not there.
+
+    :raises ModuleNotFoundError: if it is something else that is missing.
+    """
+    if (error.name or '').partition('.')[0] not in _OF_ROS:
+        raise error
+    print(
+        f'{name}: error: there is no ROS 2 for this Python (no module {error.name}): source its '
+        "setup, such as /opt/ros/jazzy/setup.bash, or pip install '.[ros]'",
+        file=sys.stderr,
+    )
+    return _WRONG
 
 
 def _arguments_are_text(name: str) -> bool:

@@ -12,6 +12,8 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from gait_segmentation import commands
@@ -72,6 +74,41 @@ def test_arguments_that_are_no_text_are_refused(name: str, monkeypatch, capsys) 
     assert (
         capsys.readouterr().err == f'gait_{name}: error: clip\ufffd.mp4 is not UTF-8: rename it\n'
     )
+
+
+@pytest.mark.parametrize('name', ['tracker', 'source', 'demo'])
+def test_without_ros_it_is_said_what_to_do(name: str, tmp_path: Path) -> None:
+    script = (
+        'import sys\n'
+        'class NoRos:\n'
+        '    def find_spec(self, name, path=None, target=None):\n'
+        "        if name.partition('.')[0] in ('rclpy', 'sensor_msgs', 'geometry_msgs'):\n"
+        "            raise ModuleNotFoundError(f'No module named {name!r}', name=name)\n"
+        'sys.meta_path.insert(0, NoRos())\n'
+        'from gait_segmentation import commands\n'
+        f'sys.exit(commands.{name}())\n'
+    )
+    demo = ['--clip', str(tmp_path), '--out', str(tmp_path / 'out')]
+    given = {'tracker': [], 'source': ['x.mp4'], 'demo': demo}[name]
+    cv2.imwrite(str(tmp_path / '1.png'), np.zeros((80, 80, 3), np.uint8))
+    done = subprocess.run(
+        [sys.executable, '-c', script, *given], cwd=ROOT, capture_output=True, text=True
+    )
+    assert done.returncode == 2
+    assert re.fullmatch(
+        rf'gait_{name}: error: there is no ROS 2 for this Python \(no module \w+\): source .*\n',
+        done.stderr,
+    )
+
+
+def test_another_module_that_is_missing_is_no_matter_of_ros(monkeypatch) -> None:
+    def missing(*about: object) -> None:
+        raise ModuleNotFoundError("No module named 'numba'", name='numba')
+
+    monkeypatch.setattr(sys, 'argv', ['gait_tracker'])
+    monkeypatch.setattr(commands, '_imported', missing)
+    with pytest.raises(ModuleNotFoundError, match='numba'):
+        commands.tracker()
 
 
 @pytest.mark.parametrize('name', commands.__all__)

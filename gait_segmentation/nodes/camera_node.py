@@ -26,6 +26,7 @@ from gait_segmentation.ros.intake import Intake
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_region, stamp_of
 from gait_segmentation.ros.vision import detection_types, new_people, read_detections
+from gait_segmentation.ros.waiting import no_images
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import TrackingConfig
 
@@ -84,6 +85,11 @@ class CameraNode(GaitNode):
             self.input(types.Detection2DArray, 'detections', self._detected)
         camera = CameraSubscription(self, self.parameters.get(CameraConfig), self._image)
         self._inputs.append(camera)
+        self._camera_topic = camera.topic
+
+    def missing(self) -> str:
+        """Say why there are no images."""
+        return no_images(self, self._camera_topic)
 
     def show(self, tracks: Sequence[TrackResult]) -> None:
         """Remember what the diagnostics are to report."""

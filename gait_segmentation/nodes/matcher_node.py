@@ -29,6 +29,7 @@ from gait_segmentation.ros.outputs import DebugOutput, MatchOutputs
 from gait_segmentation.ros.pictures import matching_picture
 from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.ros.running import run_node
+from gait_segmentation.ros.waiting import unpublished
 from gait_segmentation.warm_up import open_bank, warm_up_matcher
 
 __all__ = ['MatcherNode', 'main']
@@ -97,6 +98,10 @@ class MatcherNode(GaitNode):
         for topic, kind in topics.items():
             self.input(kind, topic, partial(self._part, topic))
 
+    def missing(self) -> str:
+        """Say whether there is no tracker."""
+        return unpublished(self, self._join.parts, 'gait_tracker')
+
     def release(self) -> None:
         """Let go of the stage."""
         self._matcher = None
@@ -159,6 +164,7 @@ class MatcherNode(GaitNode):
         if not self.accept(stamp_ns):
             return
         parts = self._join.add(part, stamp_ns, message)
+        self.note_missed(self._join.missed)
         if parts is None:
             return
         if self._size is None and self.count_publishers('image_size'):

@@ -23,6 +23,7 @@ from gait_segmentation.ros.messages import read_body, read_gait, stamp_of
 from gait_segmentation.ros.outputs import DebugOutput, SegmentationOutputs
 from gait_segmentation.ros.pictures import segmentation_picture
 from gait_segmentation.ros.running import run_node
+from gait_segmentation.ros.waiting import no_images, unpublished
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 from gait_segmentation.warm_up import warm_up_segmenter
 
@@ -90,6 +91,16 @@ class SegmenterNode(GaitNode):
             lambda message: self._part('image', message),
         )
         self._inputs.append(camera)
+        self._camera_topic = camera.topic
+
+    def missing(self) -> str:
+        """Say whether it is the camera or another node that does not publish."""
+        if not self.count_publishers(self._camera_topic):
+            return no_images(self, self._camera_topic)
+        likelihoods = [f'{slot_name(slot)}/likelihood' for slot in range(self._slots)]
+        others = [topic for topic in self._join.parts if topic not in ('image', *likelihoods)]
+        tracker = unpublished(self, likelihoods, 'gait_tracker')
+        return tracker or unpublished(self, others, 'gait_matcher')
 
     def release(self) -> None:
         """Let go of the stage."""
@@ -139,6 +150,7 @@ class SegmenterNode(GaitNode):
         if not self.accept(stamp_ns):
             return
         parts = self._join.add(part, stamp_ns, message)
+        self.note_missed(self._join.missed)
         if parts is not None:
             self.hand_over(stamp_ns, parts)
 

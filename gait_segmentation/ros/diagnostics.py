@@ -51,6 +51,7 @@ def diagnostic_message(
         'skipped': str(statistics.skipped),
         'failed': str(statistics.failed),
         'lost on the wire': str(statistics.lost),
+        'incomplete': str(statistics.incomplete),
         'latency p50 (ms)': f'{median:.1f}',
         'latency p95 (ms)': f'{high:.1f}',
         'age of the last stamp (s)': f'{age:.3f}',

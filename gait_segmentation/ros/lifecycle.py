@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import time
 from abc import abstractmethod
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
@@ -27,6 +28,7 @@ from gait_segmentation.ros.memory import take_ahead
 from gait_segmentation.ros.parameters import NodeParameters
 from gait_segmentation.ros.qos import BETWEEN_NODES
 from gait_segmentation.ros.statistics import Statistics
+from gait_segmentation.ros.waiting import Silence
 
 __all__ = ['GaitNode']
 
@@ -58,6 +60,7 @@ class GaitNode(LifecycleNode):
         super().__init__(name, **options)
         self.statistics = Statistics()
         self.enabled = True
+        self._silence = Silence()
         self._inputs: list[Any] = []
         self._outputs: list[Any] = []
         self._warned: dict[str, float] = {}
@@ -109,6 +112,10 @@ class GaitNode(LifecycleNode):
     def release(self) -> None:
         """Let go of the stages."""
 
+    def missing(self) -> str:
+        """Say what is missing for frames to come, empty if that is not this node's to say."""
+        return ''
+
     def status(self) -> dict[str, str]:
         """Return what the diagnostics are to report besides the usual."""
         return {}
@@ -134,6 +141,7 @@ class GaitNode(LifecycleNode):
     def accept(self, stamp_ns: int) -> bool:
         """Return whether a frame is to be taken in; a zero stamp is refused with a warning."""
         if stamp_ns <= 0:
+            self._silence.broken()
             self.warn(
                 'zero stamp',
                 'an image with stamp zero is ignored: stamps tell frames apart, so the camera '
@@ -144,6 +152,7 @@ class GaitNode(LifecycleNode):
 
     def hand_over(self, stamp_ns: int, frame: Any) -> None:
         """Give a frame to the worker."""
+        self._silence.broken()
         if self._worker is None:
             return
         now = time.monotonic()
@@ -152,6 +161,17 @@ class GaitNode(LifecycleNode):
         if dropped:
             self.statistics.skipped += dropped
             self.warn('overflow', f'cannot keep up: {dropped} waiting frames dropped')
+
+    def note_missed(self, missed: Counter[str]) -> None:
+        """Report frames of which not all parts have come, by the part, and empty the counter."""
+        for part, count in missed.items():
+            self.statistics.incomplete += count
+            self.warn(
+                'incomplete',
+                f'{part} did not come for {count} frame{"s" * (count != 1)}: its publisher left '
+                'them out, or they were lost on the way',
+            )
+        missed.clear()
 
     def later(self, call: Callable[[], None]) -> None:
         """Have something done by the worker before the next frame."""
@@ -302,6 +322,12 @@ class GaitNode(LifecycleNode):
         self.later(lambda: self.apply(group, config))
 
     def _report(self) -> None:
+        if self.state == 'active' and self.enabled:
+            text = self._silence.to_say(time.monotonic(), self.missing)
+            if text:
+                self.get_logger().warning(text)
+        else:
+            self._silence.broken()
         details = self.status()
         details['kernels ready'] = str(self._worker is not None).lower()
         for output in self._outputs:

@@ -29,6 +29,7 @@ class Statistics:
         self.skipped = 0
         self.failed = 0
         self.lost = 0
+        self.incomplete = 0
         self.last_stamp_ns = 0
         self._arrivals: deque[float] = deque(maxlen=_WINDOW)
         self._departures: deque[float] = deque(maxlen=_WINDOW)
@@ -64,8 +65,8 @@ class Statistics:
             return now_s - self._arrivals[-1] if self._arrivals else float('nan')
 
     def losses(self) -> tuple[int, int]:
-        """Return the frames lost or skipped, and failed, since this was last asked."""
-        now = (self.lost + self.skipped, self.failed)
+        """Return the frames lost, incomplete or skipped, and failed, since this was last asked."""
+        now = (self.lost + self.incomplete + self.skipped, self.failed)
         before, self._told = self._told, now
         return now[0] - before[0], now[1] - before[1]
 

@@ -119,3 +119,28 @@ def test_a_changed_parameter_begins_a_new_path(bench: Bench) -> None:
     assert 'below maximum_cadence' in result.reason
     door.publish(1, 1.0)
     door.wait(2)
+
+
+def test_frames_of_which_a_part_never_comes_are_counted_and_warned_about(bench: Bench) -> None:
+    door = Door(bench)
+    warnings: list[str] = []
+    door.node.warn = lambda key, text: warnings.append(text)
+    door.publish(0, 1.0)
+    for index in (1, 2):
+        door.boxes.publish(box_message(BOX.corners(), 4, header(index)))
+    door.publish(3, 1.0)
+    door.wait(2)
+    assert door.node.statistics.incomplete == 2
+    # The two topics may come one before the other, or by turns.
+    assert warnings[0].startswith('person_0/likelihood did not come for ')
+
+
+def test_it_is_said_that_there_is_no_tracker(bench: Bench) -> None:
+    node = bench.add(MatcherNode)
+    assert node.missing() == (
+        'nothing to do: nobody publishes /person_0/box, /person_0/likelihood; is gait_tracker '
+        'running and active?'
+    )
+    bench.publisher(PolygonInstanceStamped, 'person_0/box', 1)
+    bench.publisher(Image, 'person_0/likelihood', 1)
+    assert node.missing() == ''

@@ -227,6 +227,19 @@ def connected(bench: Bench) -> None:
                 )
 
 
+@pytest.mark.parametrize('kind', [TrackerNode, SegmenterNode])
+def test_it_is_said_where_there_are_images(bench: Bench, stranger: Node, kind: Any) -> None:
+    node = bench.add(kind)
+    assert node.missing().startswith('no images: nobody publishes /image; start the camera')
+    stranger.create_publisher(Image, 'camera/image_raw', DEEP)
+    bench.until(lambda: bench.probe.count_publishers('camera/image_raw') == 1, 'the camera')
+    assert 'there are images on /camera/image_raw' in node.missing()
+    stranger.create_publisher(Image, 'image', DEEP)
+    bench.until(lambda: bench.probe.count_publishers('image') == 1, 'images')
+    reason = 'nothing comes from it' if kind is TrackerNode else 'nobody publishes /person_0/like'
+    assert reason in node.missing()
+
+
 @pytest.mark.parametrize('second', ['reliable', 'best_effort'])
 @pytest.mark.parametrize('first', ['reliable', 'best_effort'])
 def test_a_camera_that_is_started_again_is_heard(

@@ -58,6 +58,56 @@ def test_a_topic_that_jumps_later_meets_the_one_that_jumped_first() -> None:
     assert join.add('b', 2, 'new') is not None
 
 
+def joined(*parts: str) -> ExactJoin:
+    """Return a join that has been complete at stamp 10."""
+    join = ExactJoin(parts, 8)
+    assert [join.add(part, 10, 'x') for part in parts][-1] is not None
+    return join
+
+
+def test_what_a_part_has_passed_by_is_dropped_and_counted() -> None:
+    join = joined('a', 'b', 'c')
+    for stamp in (11, 12, 13):
+        join.add('a', stamp, 'x')
+    join.add('b', 12, 'x')
+    assert len(join) == 2
+    assert join.missed == {'b': 1}
+    assert join.add('c', 12, 'x') is not None
+    join.add('c', 13, 'x')
+    assert join.add('b', 13, 'x') is not None
+    assert (len(join), join.missed) == (0, {'b': 1})
+
+
+def test_an_entry_is_counted_once_however_late_its_parts_come() -> None:
+    join = joined('a', 'b', 'c')
+    join.add('a', 12, 'x')
+    join.add('b', 11, 'x')
+    join.add('c', 11, 'x')
+    assert (len(join), join.missed) == (1, {'a': 1})
+    # Of the bag's next run it may be complete.
+    for part in 'abc':
+        join.add(part, 9, 'new')
+    assert [join.add(part, 11, 'new') for part in 'abc'][-1] == dict.fromkeys('abc', 'new')
+    assert join.missed == {'a': 1}
+
+
+def test_nothing_is_given_up_before_all_parts_have_come() -> None:
+    join = ExactJoin(('a', 'b'), 8)
+    join.add('a', 2, 'x')
+    join.add('b', 1, 'x')
+    join.add('b', 3, 'x')
+    assert (len(join), join.missed) == (3, {})
+
+
+def test_what_has_jumped_back_waits_for_a_part_that_has_not_yet() -> None:
+    join = joined('a', 'b')
+    join.add('a', 100, 'old')
+    join.add('a', 1, 'new')
+    join.add('b', 100, 'old')
+    assert join.add('b', 1, 'new') == {'a': 'new', 'b': 'new'}
+    assert not join.missed
+
+
 def test_clear_forgets() -> None:
     join = ExactJoin(('a', 'b'), 8)
     join.add('a', 5, 'x')
