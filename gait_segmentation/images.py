@@ -127,7 +127,10 @@ def check_image(image: NDArray[np.uint8]) -> None:
 
     :raises InputError: if the array is not (height, width, 3) uint8 with at least one pixel.
     """
-    if not isinstance(image, np.ndarray) or image.ndim != 3 or image.shape[2] != 3:
+    if not isinstance(image, np.ndarray):
+        # Such as the None that OpenCV returns at the end of a film.
+        raise InputError(f'image must be an array, got {type(image).__name__}')
+    if image.ndim != 3 or image.shape[2] != 3:
         raise InputError(f'image must be a (height, width, 3) array, got shape {np.shape(image)}')
     if image.dtype != np.uint8:
         raise InputError(f'image must be uint8, got {image.dtype}')
@@ -151,8 +154,11 @@ def check_stamp(stamp_ns: int) -> None:
     """
     Refuse the stamp zero, which would make all frames the same.
 
-    :raises InputError: if the stamp is not positive.
+    :raises InputError: if the stamp is no integer, or not positive.
     """
+    if not isinstance(stamp_ns, int | np.integer):
+        # Seconds would be taken for frames at the same time, nearly.
+        raise InputError(f'stamp must be whole nanoseconds, got {stamp_ns!r}')
     if stamp_ns <= 0:
         raise InputError(f'stamp must be positive nanoseconds, got {stamp_ns}')
 

@@ -40,6 +40,16 @@ def test_stamps_must_be_positive(stamp: int) -> None:
         check_stamp(stamp)
 
 
+@pytest.mark.parametrize('stamp', [0.033, 1e9, '7', None])
+def test_stamps_must_be_integers(stamp: object) -> None:
+    with pytest.raises(InputError, match=f'whole nanoseconds, got {stamp!r}'):
+        check_stamp(stamp)  # type: ignore[arg-type]
+
+
+def test_stamps_may_be_integers_of_numpy() -> None:
+    check_stamp(np.int64(7))  # type: ignore[arg-type]
+
+
 def test_signed_distance_is_positive_inside() -> None:
     inside = np.zeros((21, 21), np.bool_)
     inside[8:13, :] = True

@@ -108,7 +108,10 @@ class PeopleTracker:
         without one, that of the least confident person.
 
         :param box: the tight box of a person, in source pixels.
+        :raises InputError: if it is no Box.
         """
+        if not isinstance(box, Box):
+            raise InputError(f'box to start from must be a Box, got {box!r}')
         self._boxes.append(box)
 
     def update(

@@ -175,6 +175,13 @@ def test_the_same_stamp_twice_is_refused_and_loses_nothing() -> None:
     assert track.update(clip()[1].image, clip()[1].stamp_ns).track_id == 1
 
 
+def test_what_is_no_box_is_refused_at_once_and_the_stream_goes_on() -> None:
+    track = tracker()
+    with pytest.raises(InputError, match=r'must be a Box, got \(5, 5, 20, 60\)'):
+        track.initialize((5, 5, 20, 60))  # type: ignore[arg-type]
+    assert not track.update(np.zeros((120, 160, 3), np.uint8), 1).track_id
+
+
 def test_a_box_outside_of_the_image_is_refused_and_the_stream_goes_on() -> None:
     track = tracker()
     track.initialize(Box(1000, 1000, 50, 100))
