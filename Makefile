@@ -10,7 +10,7 @@ WORKERS ?= 2
 help:  ## list the targets
 	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
 
-demo: $(VENV)/installed  ## push a film of a walking woman through the three nodes
+demo: $(VENV)/demo  ## push a film of a walking woman through the three nodes
 	$(BIN)/gait_demo --out $(OUT)/demo
 
 test: $(VENV)/installed lint  ## check the code and run all tests
@@ -24,10 +24,16 @@ lint: $(VENV)/installed  ## format, lint and types only
 clean:  ## remove everything that was made
 	rm -rf $(VENV) $(OUT) build install log *.egg-info
 
-# Editable, so that the tests run on the tree as it stands.
-$(VENV)/installed: setup.py
-	$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10) and "Python 3.10 or newer is needed")'
-	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --upgrade pip setuptools
+# Editable, so that the tests run on the tree as it stands. What only they need takes as long again.
+$(VENV)/demo: setup.py
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10) and "Python 3.10 or newer is needed")'
+	@echo 'Installing into $(VENV): some minutes, once'
+	@$(PYTHON) -m venv $(VENV)
+	@$(BIN)/python -m pip install --quiet --upgrade pip setuptools
+	$(BIN)/python -m pip install --quiet --editable '.[ros]'
+	@touch $@
+
+$(VENV)/installed: $(VENV)/demo
+	@echo 'Installing what the tests need: some minutes, once'
 	$(BIN)/python -m pip install --quiet --editable '.[ros,test]'
-	touch $@
+	@touch $@

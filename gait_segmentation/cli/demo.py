@@ -266,8 +266,12 @@ def play(
     stamps.unlink(missing_ok=True)
     print('gait_demo: starting the nodes (the first time, a minute or two)', file=sys.stderr)
     deadline = time.monotonic() + _START_TIMEOUT_S
+    ready: set[str] = set()
     while not recorder.connected(*nodes):
         processes.check_running(*nodes)
+        for name in recorder.active() - ready:
+            ready.add(name)
+            print(f'gait_demo: {name} is ready', file=sys.stderr)
         if time.monotonic() > deadline:
             raise ProcessError(f'the nodes did not connect within {_START_TIMEOUT_S:g} s')
         time.sleep(_POLL_S)

@@ -162,6 +162,11 @@ class Recorder:
                 for topic, count in self._connected.items()
             )
 
+    def active(self) -> set[str]:
+        """Return the names of the nodes that say that they are active."""
+        with self._lock:
+            return set(self._active)
+
     def received(self, topic: str) -> int:
         """Return the number of messages received on a topic."""
         with self._lock:

@@ -188,6 +188,26 @@ def test_it_ends_when_a_node_dies_after_the_film(film, tmp_path: Path) -> None:
         play(Played(stamps, 'gait_matcher'), Received(), open_input(film[0]), 0.0, stamps)
 
 
+def test_it_says_which_nodes_are_ready(film, tmp_path: Path, monkeypatch, capsys) -> None:
+    class Starting(Received):
+        def __init__(self) -> None:
+            super().__init__()
+            self.ready: list[str] = []
+
+        def active(self) -> set[str]:
+            return set(self.ready)
+
+        def connected(self, *nodes: str) -> bool:
+            self.ready = list(nodes[: len(self.ready) + 1])
+            return len(self.ready) == len(nodes)
+
+    monkeypatch.setattr(module, '_FLOW_OUT_S', 0.0)
+    stamps = tmp_path / 'stamps.txt'
+    play(Played(stamps), Starting(), open_input(film[0]), 0.0, stamps)
+    said = capsys.readouterr().err
+    assert 'gait_demo: gait_tracker is ready\ngait_demo: gait_matcher is ready\n' in said
+
+
 def test_what_became_of_lost_frames_is_told(tmp_path: Path) -> None:
     text = lost_frames(12, {'gait_tracker': 11, 'gait_matcher': 1}, tmp_path)
     assert text.startswith('12 frames lost: gait_matcher dropped 1 and gait_tracker dropped 11,')
