@@ -3,9 +3,15 @@
 """Start the three nodes, or gait_pipeline in their place, on a camera topic."""
 
 import os
+from difflib import get_close_matches
 from pathlib import Path
 
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.actions import (
+    DeclareLaunchArgument,
+    LogInfo,
+    OpaqueFunction,
+    SetEnvironmentVariable,
+)
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterFile
@@ -99,7 +105,16 @@ def _nodes(context):
     # launch would only warn, and start the nodes with their defaults.
     if not Path(given['params_file']).is_file():
         raise ValueError(f'params_file:={given["params_file"]} is no file')
-    return [_node(name, given) for name in NODES[given['style']]]
+    # Nor would it say a word of a misspelt argument. Those of a file that includes this are no
+    # mistake.
+    known = [*given, 'input', 'topic', 'rate', 'width', 'loop', 'keep_stamps']
+    others = [name for name in context.launch_configurations if name not in known]
+    slips = [
+        LogInfo(msg=f'there is no argument {name}: did you mean {meant[0]}?')
+        for name in others
+        if (meant := get_close_matches(name, known, n=1, cutoff=0.75))
+    ]
+    return [*slips, *(_node(name, given) for name in NODES[given['style']])]
 
 
 def _numbers(given, name, count):

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from gait_segmentation.errors import SequenceError
@@ -32,6 +33,11 @@ def open_input(
     except UnicodeEncodeError as error:
         # OpenCV crashes.
         raise SequenceError(f'{str(path)!a} is not UTF-8: rename it') from error
+    if re.match(r'[a-z]+:/', str(path)) and not path.exists():
+        raise SequenceError(
+            f'{path} is an address and no file: fetch the film, or have a node publish the '
+            'stream, such as ros2 run image_publisher image_publisher_node URL'
+        )
     if path.is_char_device() or (path.name.isdigit() and not path.exists()):
         raise SequenceError(
             f'{path} is a camera and no recording: its driver publishes it, such as '

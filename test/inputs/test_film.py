@@ -32,6 +32,12 @@ def test_a_folder_is_read_in_the_order_of_names(folder: Path) -> None:
     assert greys(film) == [0, 1, 2, 3, 4]
 
 
+@pytest.mark.parametrize('address', ['rtsp://10.0.0.1/x', 'https://a.org/walk.mp4'])
+def test_an_address_is_no_recording(address: str) -> None:
+    with pytest.raises(SequenceError, match='is an address and no file: fetch the film, or'):
+        open_input(Path(address))
+
+
 @pytest.mark.parametrize('camera', ['0', '/dev/null'])
 def test_a_camera_is_no_recording(camera: str, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)

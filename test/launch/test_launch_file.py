@@ -10,7 +10,7 @@ import pytest
 
 pytest.importorskip('launch_ros', reason='needs the packages launch and launch_ros')
 
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
 from launch.launch_description_sources import (
     get_launch_description_from_python_launch_file,
 )
@@ -78,6 +78,18 @@ def test_other_arguments_that_cannot_be_used_are_refused() -> None:
         started(max_people='two')
     with pytest.raises(ValueError, match=r'params_file:=nowhere\.yaml is no file'):
         started(params_file='nowhere.yaml')
+
+
+def test_a_misspelt_argument_is_told_with_the_one_that_is_meant() -> None:
+    description = get_launch_description_from_python_launch_file(str(FILE))
+    context = launch.LaunchContext()
+    context.launch_configurations.update({'max_poeple': '2', 'robot': 'r2', 'loop': 'true'})
+    said = []
+    for entity in description.entities:
+        for each in entity.execute(context) or []:
+            if isinstance(each, LogInfo):
+                said.append(''.join(word.perform(context) for word in each.msg))
+    assert said == ['there is no argument max_poeple: did you mean max_people?']
 
 
 @pytest.mark.parametrize('image', ['/camera/image_raw', '/camera/image_raw/compressed'])
