@@ -82,7 +82,8 @@ class LostAndFound:
         self.lost_s = 0.0
         self.silhouette = Silhouette.of(person.mask, person)
         self.appearance = Appearance()
-        self.appearance.learn(_signature(person, person.mask, record))
+        self._recent = _signature(person, person.mask, record)
+        self.appearance.learn(self._recent)
         self._paces = 0
         self._learnt = 0
         self._looked_for = 0
@@ -112,7 +113,8 @@ class LostAndFound:
         """Take in the person's mask, which must be of that frame, and its bounds if known."""
         self._learnt += 1
         if self._learnt % _LOOK_EVERY == 1:
-            self.appearance.learn(_signature(person, person.mask, record))
+            self._recent = _signature(person, person.mask, record)
+            self.appearance.learn(self._recent)
         if person.share_inside(person.mask.shape) > _WHOLLY:
             self.silhouette = Silhouette.of(person.mask, person, bounds)
 
@@ -169,7 +171,24 @@ class LostAndFound:
         stands_out = part is not None and _stands_out(part, _FOUND_PART)
         if not (stands_out or (not partly and _stands_out(sight, FOUND_SHARE))):
             return False
-        return self.appearance.similarity(_signature(person, likely, now)) >= SAME_COLOURS
+        return self._is_like(_signature(person, likely, now))
+
+    def _is_like(self, look: NDArray[np.float32]) -> bool:
+        """
+        Return whether colours are those of the person, as usual or as they were last.
+
+        Somebody who has walked into other light since the track began looks more like the last
+        masks than like the mean.  These count only as far as they are like the mean themselves:
+        they may be of somebody else who was taken for the person.
+        """
+        usual = self.appearance
+        if usual.similarity(look) >= SAME_COLOURS:
+            return True
+        if usual.similarity(self._recent) < SAME_COLOURS:
+            return False
+        last = Appearance()
+        last.learn(self._recent)
+        return last.similarity(look) >= SAME_COLOURS
 
     def search(
         self, person: Person, world: World, taken: NDArray[np.uint8], config: TrackingConfig

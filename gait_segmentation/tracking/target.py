@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,6 +25,7 @@ from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.person import Person, new_colours
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.visibility import (
+    CLEAR_ENOUGH,
     LOST_BELOW,
     Sight,
     Visibility,
@@ -219,7 +221,7 @@ class Target:
         self._uncovered = sight.share > _ALONE
         clear = 0.0
         if sight.seen < LOST_BELOW and self._uncovered:
-            clear = self._before(sight, values, window).seen
+            clear = self._clear(sight, values, claim, cover)
         inside = self.person.share_inside(self.world.shape)
         if not self._visibility.update(sight.seen, inside, clear):
             if self._visibility.is_lost:
@@ -233,6 +235,23 @@ class Target:
         rows = likely_rows(values, claim.near, center, person.height, person.angle)
         if rows is not None:
             self.world.now.rows[self.track_id] = rows
+
+    def _clear(
+        self, sight: Sight, values: Likelihood, claim: Claim, cover: NDArray[np.uint8] | None
+    ) -> float:
+        """
+        Return the share of the person that cannot be anything else.
+
+        In the last mask, or else in that and the template: a mask ends at the pole that the body
+        goes on behind, to come forth on its other side.
+        """
+        clear = self._before(sight, values, claim.window).seen
+        template = self.person.template
+        if clear >= CLEAR_ENOUGH or template is None:
+            return clear
+        body = self.world.carried(template, self.track_id, claim.window)
+        whole = cv2.bitwise_or(claim.mask, cv2.inRange(body, 128, 255))
+        return self._before(Sight.of(values, whole, cover), values, claim.window).seen
 
     def _before(self, sight: Sight, values: Likelihood, window: Window) -> Sight:
         """Return the sight of what does not look like the known background."""

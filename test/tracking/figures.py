@@ -117,22 +117,32 @@ class Told:
             assert box is not None
             self.tracker.initialize(box)
 
-    def see(self, image: np.ndarray, masks: Sequence[np.ndarray]) -> list[TrackResult]:
-        """Give an image, and the true masks of those who are tracked back."""
+    def see(
+        self,
+        image: np.ndarray,
+        masks: Sequence[np.ndarray],
+        bodies: Sequence[np.ndarray] | None = None,
+    ) -> list[TrackResult]:
+        """
+        Give an image, and the true masks of those who are tracked back.
+
+        :param bodies: the masks with what is hidden, for templates; the masks if None.
+        """
         results = self.tracker.update(image, self.stamp_ns)
         self.frames += 1
         feedback = []
         for slot, result in enumerate(results):
             if result.track_id == 0:
                 continue
-            mask = np.zeros(image.shape[:2], np.uint8)
+            mask = whole = np.zeros(image.shape[:2], np.uint8)
             place = self.people.get(slot, slot)
             if result.state == 'tracked' and place < len(masks):
                 mask = masks[place]
-            box = Box.around(mask)
+                whole = mask if bodies is None else bodies[place]
+            box = Box.around(whole)
             body = None if box is None else BodyFrame(box.center_x, box.center_y, box.height)
             size = result.likelihood.shape[::-1]
-            prior = np.asarray(cv2.resize(mask, size, interpolation=cv2.INTER_AREA))
+            prior = np.asarray(cv2.resize(whole, size, interpolation=cv2.INTER_AREA))
             feedback.append(Feedback(result.stamp_ns, result.track_id, mask, body, prior))
         self.tracker.learn(feedback)
         return results

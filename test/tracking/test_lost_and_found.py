@@ -78,6 +78,32 @@ def test_somebody_partly_hidden_is_not_lost_and_does_not_shrink() -> None:
     assert results[-1].body.height == pytest.approx(box_of(path[-1]).height, rel=0.1)
 
 
+@pytest.mark.parametrize('width', [18, 20, 22])
+def test_somebody_who_comes_forth_on_the_other_side_of_a_pole_is_not_lost(width: int) -> None:
+    told = Told()
+    path = walk(Figure(40), 43)
+    told.start(path[0])
+    pole = (95, 95 + width)
+    for figure in path:
+        image, masks = picture([figure], [pole])
+        (result,) = told.see(image, masks, [figure.mask()])
+        assert result.state == 'tracked', figure.x
+
+
+def test_somebody_who_has_walked_into_the_shade_is_found_again() -> None:
+    told = Told()
+    path = [
+        replace(figure, coat=(round(60 * light), round(60 * light), round(160 * light)))
+        for figure in walk(Figure(40), 75)
+        for light in [float(np.interp(figure.x, (40, 120), (1.5, 0.5)))]
+    ]
+    told.start(path[0])
+    results = [told.show(figure, boards=[BOARD])[0] for figure in path]
+    assert any(result.state == 'lost' for result in results)
+    assert hidden_share(path[-10]) == 0
+    assert all(result.state == 'tracked' for result in results[-10:])
+
+
 def test_somebody_is_followed_while_an_eighth_stands_out_beside_a_wide_pole() -> None:
     told = Told()
     path = walk(Figure(40), 27)
