@@ -208,8 +208,10 @@ class BackgroundModel:
         :param person: (h, w) uint8, non-zero where a person may be: not learnt.
         :param windows: the rows and columns to learn, disjoint; all if None.
         """
-        if self._known != windows:
+        if windows is None:
             self._known = None
+        elif self._known is not None and self._known != windows:
+            self._known = [_about([*self._known, *windows])]
         for part in self._all if windows is None else windows:
             update_sums(self.sums, lab, person, *_bounds(part))
 
@@ -270,6 +272,12 @@ def _outside(window: Window, others: Sequence[Window]) -> list[Window]:
                 (rows, slice(stop, right)),
             ]
     return [window]
+
+
+def _about(windows: Sequence[Window]) -> Window:
+    """Return the rows and columns that hold all of some windows, at least one."""
+    tops, bottoms, lefts, rights = zip(*(_bounds(window) for window in windows), strict=True)
+    return slice(min(tops), max(bottoms)), slice(min(lefts), max(rights))
 
 
 def _bounds(window: Window) -> tuple[int, int, int, int]:

@@ -162,9 +162,7 @@ class World:
         about = windows_about(areas, motion, self.shape)
         windows = windows_about([], motion, self.shape) if everywhere else about
         # Tone and the last tenths of a pixel are measured about people only, which is cheaper.
-        background = self._background_now(motion, about, self._spare)
-        if background is self._spare:
-            self._spare = None
+        background = self._background_now(motion, about)
         if tone and about and not frame.pyramid.is_blank:
             frame = self._toned(frame, background, people, about)
         shift = low = None
@@ -335,11 +333,20 @@ class World:
         windows: list[Window],
         into: BackgroundModel | None = None,
     ) -> BackgroundModel:
-        """Return the background model as it looks in the newest frame."""
+        """
+        Return the background model as it looks in the newest frame.
+
+        :param into: a model that was returned before, to be filled in anew.
+        """
         steps = [*((each.camera, each.ground) for each in self.pending)]
         steps.append((newest.camera, newest.ground))
         cameras, ground = [camera for camera, _ in steps], ground_over(steps)
-        return self._background.moved(cameras, windows, into=into, ground=ground)
+        if into is None or into is self._background:
+            into = self._spare
+        model = self._background.moved(cameras, windows, into=into, ground=ground)
+        if model is self._spare:
+            self._spare = None
+        return model
 
 
 def _lab_of(image: WorkingImage, windows: Sequence[Window]) -> NDArray[np.uint8]:
