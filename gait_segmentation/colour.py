@@ -11,6 +11,8 @@ tails of its neighbours.  (After the object and background densities of Collins 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -67,7 +69,7 @@ def body_rows(
     :param angle: tilt of the body in radians.
     """
     out = np.empty(shape, np.float32)
-    across, along = -np.sin(angle) / height, np.cos(angle) / height
+    across, along = -math.sin(angle) / height, math.cos(angle) / height
     first = 0.5 + across * (origin[0] + 0.5 - center[0]) + along * (origin[1] + 0.5 - center[1])
     _plane(first, across, along, out)
     return out

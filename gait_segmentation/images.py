@@ -112,12 +112,15 @@ def _is_empty(words: NDArray[np.uint64]) -> bool:
 @njit(cache=True, nogil=True)
 def count_likely(image: NDArray[np.uint8]) -> int:
     """Return how many pixels of a (h, w) uint8 likelihood, mask or template are above 127."""
-    total = 0
-    for row in range(image.shape[0]):
-        line, count = image[row], np.int32(0)
-        for col in range(line.size):
-            count += np.int32(line[col] >> 7)
-        total += count
+    total, counts = 0, np.zeros(image.shape[1], np.uint8)
+    for first in range(0, image.shape[0], 255):
+        # By columns, no farther than a byte counts: many pixels are added at once then.
+        counts[:] = 0
+        for row in range(first, min(first + 255, image.shape[0])):
+            line = image[row]
+            for col in range(counts.size):
+                counts[col] += line[col] >> 7
+        total += counts.sum()
     return total
 
 
