@@ -85,7 +85,7 @@ def warm_up_tracker(
     from gait_segmentation.ego_motion.ground_finder import ground_of
     from gait_segmentation.starting import StartingConfig
     from gait_segmentation.tracking import PeopleTracker
-    from gait_segmentation.tracking.extent import extent_of
+    from gait_segmentation.tracking.person.extent import extent_of
 
     starting = starting or StartingConfig()
     tracker = PeopleTracker(bank, config, max_people=min(max_people, 2), starting=starting)

@@ -14,8 +14,8 @@ from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.results import LOST
 from gait_segmentation.starting import Start, StartingConfig, estimate_start
 from gait_segmentation.starting.finding.recollection import Recollection
-from gait_segmentation.tracking.appearance import SAME_COLOURS
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.person.appearance import SAME_COLOURS
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
 

@@ -26,7 +26,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
-from gait_segmentation.tracking.likelihood_kernels import against_rivals, strengths
+from gait_segmentation.tracking.likelihood.kernels import against_rivals, strengths
 from gait_segmentation.tracking.nearness import REACH, Nearness, nearness
 
 __all__ = ['Claim', 'compete', 'leave_to', 'overlap']

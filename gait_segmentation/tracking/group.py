@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, placed
 from gait_segmentation.results import LOST, TRACKED, Feedback
-from gait_segmentation.tracking.beside import Beside
 from gait_segmentation.tracking.competition import Claim, compete, leave_to, overlap
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.learner import Learnt
-from gait_segmentation.tracking.likelihood import likelihood_image
-from gait_segmentation.tracking.newcomers import Neighbour
+from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
 from gait_segmentation.tracking.outline import Outline, within
 from gait_segmentation.tracking.records import Record
+from gait_segmentation.tracking.strangers.beside import Beside
+from gait_segmentation.tracking.strangers.newcomers import Neighbour
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
 

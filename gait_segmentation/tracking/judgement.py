@@ -16,13 +16,13 @@ from gait_segmentation.ego_motion.ground import warp_parts
 from gait_segmentation.geometry import carry
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.cues import add_motion, add_propagation
 from gait_segmentation.tracking.features import STEP, FeatureSelector, View
-from gait_segmentation.tracking.likelihood import colour_log_ratio, log_ratio
+from gait_segmentation.tracking.likelihood.cues import add_motion, add_propagation
+from gait_segmentation.tracking.likelihood.log_ratio import colour_log_ratio, log_ratio
+from gait_segmentation.tracking.likelihood.spreading import spread_evidence
 from gait_segmentation.tracking.nearness import Nearness, nearness
-from gait_segmentation.tracking.person import Person
+from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.records import Record
-from gait_segmentation.tracking.spreading import spread_evidence
 from gait_segmentation.tracking.world import World
 
 __all__ = ['judge', 'view_of']

@@ -16,17 +16,17 @@ from gait_segmentation.images import Window, bounding_box
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector
-from gait_segmentation.tracking.hiding import Hiding
 from gait_segmentation.tracking.judgement import view_of
-from gait_segmentation.tracking.learning import (
+from gait_segmentation.tracking.person.learning import (
     WholeArea,
     grown,
     without_world,
     working_masks,
 )
-from gait_segmentation.tracking.lost_and_found import LostAndFound
-from gait_segmentation.tracking.person import Person
+from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.records import Record
+from gait_segmentation.tracking.recovery.hiding import Hiding
+from gait_segmentation.tracking.recovery.lost_and_found import LostAndFound
 from gait_segmentation.tracking.world import World
 
 __all__ = ['Learner', 'Learnt']

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, bounding_box
 from gait_segmentation.tracking.competition import overlap
-from gait_segmentation.tracking.working import WorkingImage
+from gait_segmentation.tracking.picture.working import WorkingImage
 
 __all__ = ['Outline', 'doubled', 'every', 'halved', 'lab_of', 'within']
 

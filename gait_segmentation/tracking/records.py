@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from gait_segmentation.ego_motion.ground import Ground
 from gait_segmentation.geometry import compose, scaling
 from gait_segmentation.images import Window
-from gait_segmentation.tracking.background import BackgroundModel
+from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.outline import Outline
-from gait_segmentation.tracking.working import WorkingImage
+from gait_segmentation.tracking.picture.working import WorkingImage
 
 __all__ = ['Record', 'Shift', 'body_over', 'camera_over']
 

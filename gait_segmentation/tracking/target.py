@@ -13,18 +13,18 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, placed, shift_whole
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import Start
-from gait_segmentation.tracking.appearance import Appearance
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector
 from gait_segmentation.tracking.judgement import judge, view_of
 from gait_segmentation.tracking.learner import Learner, Learnt
-from gait_segmentation.tracking.likelihood import likelihood_image
-from gait_segmentation.tracking.lost_and_found import LostAndFound
+from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
 from gait_segmentation.tracking.mean_shift import mean_shift
-from gait_segmentation.tracking.person import Person, new_colours
+from gait_segmentation.tracking.person.appearance import Appearance
+from gait_segmentation.tracking.person.person import Person, new_colours
 from gait_segmentation.tracking.records import Record
-from gait_segmentation.tracking.visibility import (
+from gait_segmentation.tracking.recovery.lost_and_found import LostAndFound
+from gait_segmentation.tracking.recovery.visibility import (
     CLEAR_ENOUGH,
     LOST_BELOW,
     Sight,
@@ -56,7 +56,7 @@ class Target:
     A person in one slot.
 
     ``state`` is tracked or lost.  Nothing is learnt of somebody lost;
-    see :mod:`gait_segmentation.tracking.lost_and_found`.
+    see :mod:`gait_segmentation.tracking.recovery.lost_and_found`.
     """
 
     def __init__(self, track_id: int, world: World, start: Start, config: TrackingConfig) -> None:

@@ -20,8 +20,8 @@ from gait_segmentation.starting.templates import starting_bank
 from gait_segmentation.tracking import group
 from gait_segmentation.tracking.arrivals import Arrivals, first_mask, slot_for_found
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.picture.working import working_scale, working_shape
 from gait_segmentation.tracking.target import Target
-from gait_segmentation.tracking.working import working_scale, working_shape
 from gait_segmentation.tracking.world import World
 
 __all__ = ['PeopleTracker']

@@ -17,17 +17,17 @@ from gait_segmentation.ego_motion.ground import Ground, ground_over, parted
 from gait_segmentation.geometry import Box, invert
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.starting.finding.recollection import Recollection
-from gait_segmentation.tracking.background import BackgroundModel
+from gait_segmentation.tracking.background.model import BackgroundModel
+from gait_segmentation.tracking.background.registration import remaining_shift
+from gait_segmentation.tracking.background.tone import tone_curve
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.contrast import Contrast
-from gait_segmentation.tracking.exposure import Exposure
 from gait_segmentation.tracking.moving import add_moving
-from gait_segmentation.tracking.passers_by import PassersBy
+from gait_segmentation.tracking.picture.contrast import Contrast
+from gait_segmentation.tracking.picture.exposure import Exposure
+from gait_segmentation.tracking.picture.working import WorkingImage, working_scale, working_shape
 from gait_segmentation.tracking.records import Record, Shift, body_over, camera_over
-from gait_segmentation.tracking.registration import remaining_shift
-from gait_segmentation.tracking.tone import tone_curve
+from gait_segmentation.tracking.strangers.passers_by import PassersBy
 from gait_segmentation.tracking.windows import windows_about
-from gait_segmentation.tracking.working import WorkingImage, working_scale, working_shape
 
 __all__ = ['World']
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import scaling
-from gait_segmentation.tracking.background import BackgroundModel
+from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.moving import add_moving, moving_pixels
+from gait_segmentation.tracking.picture.working import WorkingImage
 from gait_segmentation.tracking.records import Record
-from gait_segmentation.tracking.working import WorkingImage
 from gait_segmentation.warping import warp_window
 
 WINDOW = (slice(10, 70), slice(10, 90))

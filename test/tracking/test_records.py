@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.tracking.background import BackgroundModel
+from gait_segmentation.tracking.background.model import BackgroundModel
+from gait_segmentation.tracking.picture.working import WorkingImage
 from gait_segmentation.tracking.records import Record, body_over, camera_over
-from gait_segmentation.tracking.working import WorkingImage
 
 
 def record(camera: np.ndarray | None, **bodies: tuple[float, float]) -> Record:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The background pixel by pixel; see :mod:`gait_segmentation.tracking.background`."""
+"""The background pixel by pixel; see :mod:`gait_segmentation.tracking.background.model`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ['FEATURE']
 
 
 class Background:
-    """The background pixel by pixel; see :mod:`gait_segmentation.tracking.background`."""
+    """The background pixel by pixel; see :mod:`gait_segmentation.tracking.background.model`."""
 
     name = 'background'
 

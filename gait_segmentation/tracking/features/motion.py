@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What moves with the body; see :mod:`gait_segmentation.tracking.cues`."""
+"""What moves with the body; see :mod:`gait_segmentation.tracking.likelihood.cues`."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ['FEATURE']
 
 
 class Moving:
-    """What moves with the body; see :mod:`gait_segmentation.tracking.cues`."""
+    """What moves with the body; see :mod:`gait_segmentation.tracking.likelihood.cues`."""
 
     name = 'motion'
 

@@ -1,0 +1,286 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the surroundings look like pixel by pixel, carried along with the camera's motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.ego_motion.ground import Ground, parted
+from gait_segmentation.geometry import compose
+from gait_segmentation.images import Window
+from gait_segmentation.tracking.background.kernels import (
+    PLACE_STEPS,
+    SURE_COUNT,
+    compare,
+    count_misplacements,
+    count_residuals,
+    place_in,
+    update_sums,
+)
+from gait_segmentation.tracking.background.resampling import resample
+
+__all__ = ['BackgroundModel']
+
+_WARP_DECAY = 0.98
+_LEAST_SAMPLES = 50
+_CONTRADICTION = 4.0
+"""Distance from what is sure to be there, in ``sigma``, that tells something else is there now."""
+
+_STEEP = 4.0
+"""Slope per pixel, in ``sigma``, from which residuals tell of a wrong place."""
+
+_NOISE_PLACE, _PLACE_MOST = 0.25, 1.5
+"""What noise alone makes of steep pixels, and the most that is believed, in pixels."""
+
+_PLACE_RATE = 0.5
+
+_SIGMA_START, _SIGMA_LOW, _SIGMA_HIGH = 5.0, 2.5, 14.0
+
+
+class BackgroundModel:
+    """
+    Running mean of each pixel of the surroundings in Lab, and how often it was seen.
+
+    ``sums`` is (h, w, 4) float32: L, a, b, each times the count, and the count, so that the
+    moved model is a warp of the sums; unknown pixels are zero.  ``sigma`` is the spread of a pixel
+    about its mean in grey levels, measured on the surroundings: it grows by itself where parallax
+    or a bad registration spoils the model, which makes the model safe there.  ``misplacement`` is
+    how far the model lies off the frame, in pixels, measured where it is steep: sharp edges differ
+    by that even if the camera's motion is known well, since each motion blurs the model.
+    """
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        """Make a model that knows nothing yet, for a working image of the given (h, w)."""
+        self.sums = np.zeros((*shape, 4), np.float32)
+        self.sigma = _SIGMA_START
+        self.misplacement = 0.0
+        # Outside of these all is unknown; anything may be known if it is None.
+        self._known: list[Window] | None = None
+
+    @property
+    def count(self) -> NDArray[np.float32]:
+        """Return how often each pixel was seen, (h, w) float32."""
+        return self.sums[..., 3]
+
+    @property
+    def mean(self) -> NDArray[np.float32]:
+        """Return the mean of each pixel, (h, w, 3) float32, zero where it is unknown."""
+        return self.sums[..., :3] / np.maximum(self.sums[..., 3:], np.float32(1e-6))
+
+    def part(self, window: Window) -> tuple[NDArray[np.float32], int, int]:
+        """Return contiguous sums that hold a window, and the row and column it begins in."""
+        rows, columns = window
+        if rows.step is None and columns.step is None:
+            return self.sums, rows.start, columns.start
+        return np.ascontiguousarray(self.sums[window]), 0, 0
+
+    def contradicted(
+        self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
+    ) -> NDArray[np.uint8]:
+        """
+        Return where a frame does not look like the known background, (h, w) uint8 0/1.
+
+        :param lab: (h, w, 3) uint8, the window of the frame.
+        :param window: its rows and columns.
+        :param shadow_floor: darkest shadow, as a share of the lightness; shadows are background.
+        """
+        out = np.empty(lab.shape[:2], np.uint8)
+        bound = _CONTRADICTION * self.sigma
+        sums, top, left = self.part(window)
+        compare(sums, lab, top, left, bound, shadow_floor, out)
+        return out
+
+    def is_sure(self, window: Window) -> NDArray[np.bool_]:
+        """Return which pixels of a window were seen often enough to be sure, (h, w)."""
+        return self.count[window] >= np.float32(SURE_COUNT)
+
+    def forget(self, where: NDArray[np.uint8]) -> None:
+        """
+        Forget some pixels.
+
+        :param where: (h, w) uint8, non-zero where to forget.
+        """
+        self.sums[where > 0] = 0
+
+    def recall(self, mean: NDArray[np.uint8], count: NDArray[np.uint8], window: Window) -> None:
+        """
+        Take over what is known from elsewhere, where less is known here.
+
+        :param mean: (h, w, 3) uint8 Lab, the window.
+        :param count: (h, w) uint8, how often each pixel was seen.
+        :param window: its rows and columns.
+        """
+        self._known = None
+        sums = self.sums[window]
+        more = count > sums[..., 3]
+        weight = count[more].astype(np.float32)
+        sums[more, :3] = mean[more] * weight[:, None]
+        sums[more, 3] = weight
+
+    def moved(
+        self,
+        motions: list[NDArray[np.float64] | None],
+        windows: Sequence[Window] | None = None,
+        *,
+        into: BackgroundModel | None = None,
+        ground: Ground | None = None,
+    ) -> BackgroundModel:
+        """
+        Return the model as it looks after some motions of the camera; this one stays.
+
+        :param motions: transforms as for :meth:`move`, oldest first.
+        :param windows: the rows and columns to keep, all if None.
+        :param into: a model of the same size that is no longer needed, to be filled in anew.
+        :param ground: how the ground moved over all of them, None if as the camera did.
+        """
+        made = [motion for motion in motions if motion is not None]
+        if not made:
+            return self
+        total = made[0]
+        for motion in made[1:]:
+            total = compose(motion, total)
+        other = BackgroundModel((0, 0)) if into is None or into is self else into
+        self._carry(total, ground, _WARP_DECAY ** len(made), windows, other)
+        return other
+
+    def move(
+        self,
+        motion: NDArray[np.float64] | None,
+        windows: Sequence[Window] | None = None,
+        ground: Ground | None = None,
+    ) -> None:
+        """
+        Carry the model along with the camera.
+
+        :param motion: 2 x 3 transform of positions from the last frame to this one, None for a
+            camera that stands still (nothing is resampled then).
+        :param windows: the rows and columns to keep, all if None; when nothing moves, all are.
+        :param ground: how the ground moved, None if as the camera did.
+        """
+        if motion is not None:
+            self.sums = self.moved([motion], windows, ground=ground).sums
+
+    @property
+    def _all(self) -> list[Window]:
+        return [(slice(0, self.sums.shape[0]), slice(0, self.sums.shape[1]))]
+
+    def _carry(
+        self,
+        motion: NDArray[np.float64],
+        ground: Ground | None,
+        decay: float,
+        windows: Sequence[Window] | None,
+        other: BackgroundModel,
+    ) -> None:
+        """Fill another model in with this one as it looks after a motion."""
+        wanted = None if windows is None else list(windows)
+        if other.sums.shape != self.sums.shape:
+            # Not zeros_like, which fills what calloc would leave to be filled when touched.
+            other.sums = np.zeros(self.sums.shape, np.float32)
+        elif wanted is not None and other._known != wanted:
+            # What is filled in below need not be emptied.
+            for window in self._all if other._known is None else other._known:
+                for part in _outside(window, wanted):
+                    other.sums[part] = 0
+        other._known = wanted
+        other.sigma, other.misplacement = self.sigma, self.misplacement
+        upper, lower = parted(self._all if windows is None else windows, ground)
+        for window in upper:
+            resample(self.sums, motion, decay, window, other.sums)
+        for window in lower:
+            assert ground is not None
+            resample(self.sums, ground.motion, decay, window, other.sums)
+
+    def learn(
+        self,
+        lab: NDArray[np.uint8],
+        person: NDArray[np.uint8],
+        windows: Sequence[Window] | None = None,
+    ) -> None:
+        """
+        Take in one frame.
+
+        :param lab: (h, w, 3) uint8.
+        :param person: (h, w) uint8, non-zero where a person may be: not learnt.
+        :param windows: the rows and columns to learn, disjoint; all if None.
+        """
+        if windows is None:
+            self._known = None
+        elif self._known is not None and self._known != windows:
+            self._known = [_about([*self._known, *windows])]
+        for part in self._all if windows is None else windows:
+            update_sums(self.sums, lab, person, *_bounds(part))
+
+    def measure_noise(
+        self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
+    ) -> None:
+        """
+        Update ``sigma`` and ``misplacement`` from the residuals about the person.
+
+        Before the frame is learnt.
+
+        :param lab: (h, w, 3) uint8.
+        :param person: (h, w) uint8, non-zero where a person may be.
+        :param windows: the rows and columns to look at.
+        """
+        histogram = np.zeros(4 * 256, np.int64)
+        total = 0
+        for part in windows:
+            total += count_residuals(self.sums, lab, person, *_bounds(part), histogram)
+        if total < _LEAST_SAMPLES:
+            return
+        spread = 1.2 * 1.4826 * (place_in(histogram, 1.5 * total) + 0.5) / 4 + 1.5
+        self.sigma = min(max(0.9 * self.sigma + 0.1 * spread, _SIGMA_LOW), _SIGMA_HIGH)
+        self._measure_misplacement(lab, person, windows)
+
+    def _measure_misplacement(
+        self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
+    ) -> None:
+        histogram = np.zeros(4 * PLACE_STEPS, np.int64)
+        total, least = 0, _STEEP * self.sigma
+        for part in windows:
+            total += count_misplacements(self.sums, lab, person, *_bounds(part), least, histogram)
+        if total < _LEAST_SAMPLES:
+            return
+        median = (place_in(histogram, 0.5 * total) + 0.5) / PLACE_STEPS
+        spread = 1.4826 * median
+        measured = min(max(spread**2 - _NOISE_PLACE**2, 0.0) ** 0.5, _PLACE_MOST)
+        self.misplacement += _PLACE_RATE * (measured - self.misplacement)
+
+
+def _outside(window: Window, others: Sequence[Window]) -> list[Window]:
+    """Return parts of a window that hold at least what is in none of some others."""
+    top, bottom, left, right = _bounds(window)
+    for other in others:
+        first, last, start, stop = _bounds(other)
+        first, last, start, stop = (
+            max(first, top),
+            min(last, bottom),
+            max(start, left),
+            min(stop, right),
+        )
+        if first < last and start < stop:
+            rows, columns = slice(first, last), slice(left, right)
+            return [
+                (slice(top, first), columns),
+                (slice(last, bottom), columns),
+                (rows, slice(left, start)),
+                (rows, slice(stop, right)),
+            ]
+    return [window]
+
+
+def _about(windows: Sequence[Window]) -> Window:
+    """Return the rows and columns that hold all of some windows, at least one."""
+    tops, bottoms, lefts, rights = zip(*(_bounds(window) for window in windows), strict=True)
+    return slice(min(tops), max(bottoms)), slice(min(lefts), max(rights))
+
+
+def _bounds(window: Window) -> tuple[int, int, int, int]:
+    """Return the first row and the one after the last, and the same of the columns."""
+    rows, columns = window
+    return rows.start, rows.stop, columns.start, columns.stop

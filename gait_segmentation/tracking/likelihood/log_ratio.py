@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+The log-likelihood ratio of person against surroundings, pixel by pixel.
+
+One formula covers what is known of a background pixel and what is not::
+
+    p_bg = a [(1 - s) N(c; B, sigma) + s S(c; B, sigma)] + (1 - a) p_bg,hist
+    L    = ln(p_fg,hist / p_bg)
+
+with the background's mean B, trust a = a_max n / (n + 1/10 + m) in a pixel seen n times if the
+background is misplaced by m pixels, and the density S of a cast shadow: any lightness from
+``floor`` to 1 of the background's, same chroma.
+Near the feet shadows are likely and may be dark; higher up, on a wall, they are soft and rare.
+Where the background is steep, sigma grows by what a misplaced background would differ there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.colour import ColourModel
+from gait_segmentation.tracking.background.model import BackgroundModel
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.likelihood.kernels import (
+    SIGMOID,
+    colour_ratios,
+    probabilities,
+    ratios,
+)
+
+__all__ = ['colour_log_ratio', 'likelihood_image', 'log_ratio']
+
+_LEAST_MISPLACED = 0.05
+"""Misplacement of the background from which it counts, in pixels."""
+
+
+def log_ratio(
+    lab: NDArray[np.uint8],
+    bins: NDArray[np.uint16],
+    rows: NDArray[np.float32],
+    window: tuple[slice, slice],
+    background: BackgroundModel,
+    person: ColourModel,
+    surroundings: ColourModel,
+    config: TrackingConfig,
+) -> NDArray[np.float32]:
+    """
+    Return ln p(person) / p(surroundings) in a window, (h, w) float32.
+
+    :param lab: (h, w, 3) uint8, the window of the working image.
+    :param bins: (h, w) joint colour bins of the window.
+    :param rows: (h, w) position down the body.
+    :param window: the window's rows and columns in the working image.
+    """
+    out = np.empty(bins.shape, np.float32)
+    misplacement = background.misplacement if background.misplacement > _LEAST_MISPLACED else 0.0
+    sums, top, left = background.part(window)
+    ratios(
+        lab,
+        bins,
+        rows,
+        sums,
+        top,
+        left,
+        misplacement,
+        person.table,
+        surroundings.table,
+        background.sigma,
+        config.background_trust if config.use_background else 0.0,
+        config.shadow_share if config.use_shadow else 0.0,
+        config.shadow_floor,
+        config.shade_share if config.use_shadow else 0.0,
+        config.shade_floor,
+        config.logit_limit,
+        config.background_logit_limit,
+        out,
+    )
+    return out
+
+
+def colour_log_ratio(
+    bins: NDArray[np.uint16],
+    rows: NDArray[np.float32],
+    person: ColourModel,
+    surroundings: ColourModel,
+    limit: float,
+) -> NDArray[np.float32]:
+    """
+    Return what the colours alone say, (h, w) float32 within +-limit.
+
+    :param bins: (h, w) joint colour bins.
+    :param rows: (h, w) position down the body.
+    """
+    out = np.empty(bins.shape, np.float32)
+    colour_ratios(bins, rows, person.table, surroundings.table, limit, out)
+    return out
+
+
+def likelihood_image(
+    logit: NDArray[np.float32], window: tuple[slice, slice], shape: tuple[int, int]
+) -> NDArray[np.uint8]:
+    """
+    Return the foreground likelihood image: P(person) as 0..255, zero outside the window.
+
+    :param logit: (h, w) float32 log-likelihood ratio in the window.
+    :param window: the window's rows and columns.
+    :param shape: (h, w) of the working image.
+    """
+    image = np.zeros(shape, np.uint8)
+    probabilities(logit, SIGMOID, window[0].start or 0, window[1].start or 0, image)
+    return image

@@ -1,0 +1,338 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the tracker knows of one person: place, size, outline and colours."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.colour import ColourModel, body_rows, colour_bins
+from gait_segmentation.geometry import BodyFrame, Box, body_window
+from gait_segmentation.images import Bounds, Window, bounding_box, count_likely, shift_whole
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.person.extent import axis_tilt, extent_of
+from gait_segmentation.tracking.person.samples import samples
+
+__all__ = ['Person', 'new_colours']
+
+_GUARD = 0.05
+"""Pixels of the mask further outside the template than this are not learnt as person."""
+
+_LEAST_AREA = 0.25
+"""A mask smaller than this share of the template teaches nothing."""
+
+_HEIGHT_RATE = 0.1
+_VELOCITY_RATE = 0.3
+_WIDEST, _MOST_GROWTH = 0.6, 1.15
+"""
+Widest silhouette in body heights, and the most by which somebody grows with a mask who is cut off
+by the lower border, of whom only the least height can be seen.
+"""
+
+_OUTGROWN, _OUTGROWN_TEMPLATE, _OUTGROWN_RATE = 1.1, 1.04, 0.5
+"""
+Heights of mask and template over that of the body from which some of the person had been hidden,
+as by a desk, until now; and the share by which the body then grows towards them with a mask.
+"""
+
+_TILT_RATE = 0.1
+_TILT_ON, _TILT_OFF, _MOST_TILT = 0.16, 0.10, 0.5
+"""Tilt from which and down to which it is used, and the largest, in radians."""
+
+
+@dataclass
+class Person:
+    """
+    State of one tracked person in working pixels.
+
+    ``left`` and ``right`` are how far the silhouette reaches from the body's axis.  ``velocity``
+    is relative to the still world, in pixels in the time of the last step between two frames.
+    ``tilt`` is the estimate of how far the axis leans, in radians, and ``angle`` what is used of
+    it.  ``masks`` counts the masks the tilt was learnt
+    from; ``mask_height`` is the height at the last mask.  ``template`` is the template, (h, w)
+    uint8, that came with ``mask``, None if none did; ``part`` is (h, w) uint8, what can be
+    followed of what the very last mask showed, while ``mask`` is the last of all of the person;
+    ``rest`` is by how much they lag behind the body, in pixels.  ``learnt`` counts the masks that
+    the colours were learnt from, ``learnt_anew`` those since the person was found again, if
+    ever, ``moves`` the frames that the velocity was learnt from.
+    """
+
+    track_id: int
+    center_x: float
+    center_y: float
+    height: float
+    left: float
+    right: float
+    mask: NDArray[np.uint8]
+    person: ColourModel
+    surroundings: ColourModel
+    velocity: tuple[float, float] = (0.0, 0.0)
+    tilt: float = 0.0
+    angle: float = 0.0
+    masks: int = 0
+    mask_height: float = 0.0
+    template: NDArray[np.uint8] | None = None
+    part: NDArray[np.uint8] = field(init=False)
+    rest: tuple[float, float] = (0.0, 0.0)
+    learnt: int = 0
+    learnt_anew: int = 0
+    moves: int = 0
+
+    def __post_init__(self) -> None:
+        """Take the first height for that of the first mask, which is followed at first."""
+        self.mask_height = self.height
+        self.part = self.mask
+
+    @property
+    def box(self) -> Box:
+        """Return the tight box in the frame of the body: turned by ``angle`` about its centre."""
+        return Box(
+            self.center_x - self.left,
+            self.center_y - self.height / 2,
+            self.left + self.right,
+            self.height,
+        )
+
+    @property
+    def area(self) -> Box:
+        """Return the box about the person that is kept out of what is learnt of the world."""
+        return Box.from_center(self.center_x, self.center_y, 0.7 * self.height, self.height)
+
+    def window(self, shape: tuple[int, int]) -> Window:
+        """Return the rows and columns in which pixels are judged."""
+        return _window(self.center_x, self.center_y, self.height, self.left, self.right, shape)
+
+    def rows(self, window: Window) -> NDArray[np.float32]:
+        """Return how far down the body each pixel of a window lies."""
+        shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)
+        origin = (window[1].start, window[0].start)
+        center = (self.center_x, self.center_y)
+        return body_rows(shape, origin, center, self.height, self.angle)
+
+    def share_inside(self, shape: tuple[int, int]) -> float:
+        """Return the share of the body's box that lies in an image of the given (h, w)."""
+        left, top = self.center_x - self.left, self.center_y - self.height / 2
+        width, height = self.left + self.right, self.height
+        across = min(left + width, shape[1]) - max(left, 0.0)
+        down = min(top + height, shape[0]) - max(top, 0.0)
+        return 0.0 if min(across, down) <= 0 else across * down / (width * height)
+
+    def shift(self, dx: float, dy: float) -> None:
+        """Move the person."""
+        self.center_x += dx
+        self.center_y += dy
+
+    def carry(self, dx: float, dy: float) -> None:
+        """Carry mask and template on by whole pixels; what is left over counts the next time."""
+        x, y = self.rest[0] + dx, self.rest[1] + dy
+        whole = (round(x), round(y))
+        self.rest = (x - whole[0], y - whole[1])
+        self.mask, self.part = shift_whole(self.mask, *whole), shift_whole(self.part, *whole)
+        if self.template is not None:
+            self.template = shift_whole(self.template, *whole)
+
+    def take(
+        self,
+        mask: NDArray[np.uint8],
+        template: NDArray[np.uint8] | None,
+        part: NDArray[np.uint8] | None = None,
+    ) -> None:
+        """
+        Take over a mask of all of the person.
+
+        :param mask, template: (h, w) uint8, the mask 0/255.
+        :param part: what of it can be followed, if not all.
+        """
+        self.mask, self.template = mask, template
+        self.part = mask if part is None else part
+        self.rest = (0.0, 0.0)
+
+    def predict(
+        self, world: tuple[float, float], body: tuple[float, float] | None
+    ) -> tuple[float, float]:
+        """
+        Move the person by the measured shift of the body, or as it moved before.
+
+        :param world: shift of the still world at the person.
+        :param body: measured shift of the body in the image, None if unknown.
+        :returns: the shift made.
+        """
+        if body is None:
+            body = (world[0] + self.velocity[0], world[1] + self.velocity[1])
+        relative = (body[0] - world[0], body[1] - world[1])
+        self.moves += 1
+        rate = max(_VELOCITY_RATE, 1 / self.moves)
+        self.velocity = tuple(  # type: ignore[assignment]
+            old + rate * (new - old) for old, new in zip(self.velocity, relative, strict=True)
+        )
+        self.shift(*body)
+        return body
+
+    def learn_colours(
+        self,
+        lab: NDArray[np.uint8],
+        window: Window,
+        mask: NDArray[np.uint8],
+        prior: NDArray[np.uint8] | None,
+        rate: float,
+        strange: NDArray[np.uint8] | None = None,
+        familiar: NDArray[np.bool_] | None = None,
+    ) -> None:
+        """
+        Learn the colours of person and surroundings from a mask.
+
+        What a mask misses of the person, as shoes, would become a colour of the surroundings and
+        be missed for ever; where the surroundings are known to look otherwise it does not.
+
+        :param lab: (h, w, 3) uint8, the person's window of the working image.
+        :param window: its rows and columns.
+        :param mask: (H, W) uint8 0/255.
+        :param prior: (H, W) uint8, the template; what of the mask lies far outside is not learnt.
+        :param strange: (h, w) uint8, non-zero where the surroundings are known
+            to look otherwise.
+        :param familiar: (h, w) bool, where they are known to look like this.
+        """
+        part = mask[window]
+        bins, rows = colour_bins(np.ascontiguousarray(lab)), self.rows(window)
+        template = None if prior is None else prior[window]
+        inside, outside = samples(part, template, strange, _GUARD * self.height, familiar)
+        self.person.learn(bins, rows, inside, rate)
+        self.surroundings.learn(bins, rows, outside, rate)
+        self.learnt += 1
+        self.learnt_anew += 1
+
+    def learn_first_colours(self, lab: NDArray[np.uint8], votes: NDArray[np.float32]) -> None:
+        """
+        Learn the colours of person and surroundings from a first mask that is not sure.
+
+        What may be either counts for both, so that a leg missed at first can still be found.
+
+        :param lab: (h, w, 3) uint8, the working image.
+        :param votes: (h, w) float32, P(person) in 0..1.
+        """
+        window = self.window(votes.shape)
+        bins = colour_bins(np.ascontiguousarray(lab[window]))
+        rows = self.rows(window)
+        inside = np.ascontiguousarray(votes[window])
+        self.person.learn(bins, rows, inside, 1.0)
+        outside = cv2.erode(1 - inside, np.ones((3, 3), np.uint8))
+        self.surroundings.learn(bins, rows, outside, 1.0)
+
+    def learn_place(
+        self,
+        mask: NDArray[np.uint8],
+        body: BodyFrame | None,
+        bounds: Bounds | None = None,
+        likely: tuple[float, float] | None = None,
+    ) -> None:
+        """
+        Correct place and size from a mask and the matched body.
+
+        Feet or a head that a mask misses do not make the person shorter while they are likely.
+
+        :param mask: (h, w) uint8 0/255 of the working image.
+        :param body: the matched body in working pixels.
+        :param bounds: of the mask, if they are known.
+        :param likely: how far up and down from the middle of the body pixels are likely.
+        """
+        extent = extent_of(mask, (self.center_x, self.center_y), self.angle, bounds)
+        if likely is not None:
+            half = self.height / 2
+            top = min(extent.top, max(likely[0], -half))
+            bottom = max(extent.bottom, min(likely[1], half))
+            extent = replace(extent, top=top, bottom=bottom)
+        cos, sin = math.cos(self.angle), math.sin(self.angle)
+        tall = extent.bottom - extent.top
+        template_height, template_across, template_along = tall, extent.axis, extent.middle
+        if body is not None:
+            dx, dy = body.center_x - self.center_x, body.center_y - self.center_y
+            template_height = body.height
+            template_across = cos * dx + sin * dy
+            template_along = cos * dy - sin * dx
+        if extent.at_bottom:
+            goal = max(template_height, tall)
+        else:
+            goal = 0.5 * template_height + 0.5 * tall
+        goal = min(max(goal, 0.85 * self.height), 1.15 * self.height)
+        outgrown = min(tall / _OUTGROWN, template_height / _OUTGROWN_TEMPLATE) > self.height
+        rate = _OUTGROWN_RATE if outgrown else _HEIGHT_RATE
+        self.height += rate * (goal - self.height)
+        if extent.at_bottom:
+            # More of the body is below the border: it is at least as tall as that.
+            least = max(tall, (extent.right - extent.left) / _WIDEST)
+            self.height = max(self.height, min(least, _MOST_GROWTH * self.mask_height))
+        if extent.at_bottom:
+            along = extent.top + self.height / 2
+        else:
+            along = 0.5 * extent.middle + 0.25 * template_along
+        across = 0.3 * template_across + 0.3 * extent.axis
+        self.shift(cos * across - sin * along, sin * across + cos * along)
+        self.mask_height = self.height
+        self.left = max(across - extent.left, 1.0)
+        self.right = max(extent.right - across, 1.0)
+
+    def follow_scale(self, scale: float) -> None:
+        """
+        Follow the size that mean shift measured, while no newer mask has come.
+
+        :param scale: size now over size in the last mask.
+        """
+        goal = self.mask_height * min(max(scale, 0.85), 1.15)
+        change = 1 + _HEIGHT_RATE * (goal / self.height - 1)
+        self.height *= change
+        self.left *= change
+        self.right *= change
+
+    def learn_angle(self, mask: NDArray[np.uint8], bounds: Bounds | None = None) -> None:
+        """
+        Follow the tilt of the body: the main axis of the masks, averaged over steps.
+
+        The tilt is used only once it is large, and then until it is small again, because on
+        upright people bags and shadows would pull it about.
+
+        :param mask: (h, w) uint8 0/255 of the working image.
+        :param bounds: of the mask, if they are known.
+        """
+        x, y, width, height = bounding_box(mask) if bounds is None else bounds
+        if height > 0 and (y < 2 or y + height > mask.shape[0] - 2):
+            return
+        tilt = axis_tilt(mask[y : y + height, x : x + width])
+        self.masks += 1
+        rate = max(_TILT_RATE, 1 / self.masks)
+        self.tilt += rate * (min(max(tilt, -_MOST_TILT), _MOST_TILT) - self.tilt)
+        threshold = _TILT_OFF if self.angle else _TILT_ON
+        self.angle = self.tilt if abs(self.tilt) > threshold else 0.0
+
+    def teaches(self, mask: NDArray[np.uint8], prior: NDArray[np.uint8]) -> bool:
+        """Return whether a mask is large enough, beside the template, about the person."""
+        window = self.window(mask.shape)
+        area = cv2.countNonZero(mask[window])
+        return bool(area > max(_LEAST_AREA * count_likely(prior[window]), 9))
+
+
+@lru_cache(maxsize=64)
+def _window(
+    center_x: float,
+    center_y: float,
+    height: float,
+    left: float,
+    right: float,
+    shape: tuple[int, int],
+) -> Window:
+    """Return the rows and columns about a person; asked for again until the person moves."""
+    box = Box(center_x - left, center_y - height / 2, left + right, height)
+    return body_window(center_x, center_y, height, box).slices(shape[1], shape[0])
+
+
+def new_colours(config: TrackingConfig) -> tuple[ColourModel, ColourModel]:
+    """Return empty models of person and surroundings."""
+    return (
+        ColourModel(config.band_share, config.colour_floor),
+        ColourModel(config.band_share, config.colour_floor),
+    )

@@ -1,0 +1,237 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How much of a person can be seen, and where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.images import Window
+from gait_segmentation.tracking.nearness import Nearness
+from gait_segmentation.tracking.person.extent import extent_of, likely_extent
+
+__all__ = ['CLEAR_ENOUGH', 'LOST_BELOW', 'Sight', 'Visibility', 'likely_rows', 'visible_box']
+
+LOST_BELOW = 0.25
+"""Share of a person that can be seen below which the person is lost."""
+
+CLEAR_ENOUGH = 0.08
+"""
+Share that must clearly be seen, as likely pixels that do not look like the known background, so
+that somebody of whom less is seen is not lost: the rest is behind something that stands there.
+"""
+
+_LOST_FRAMES = 2
+"""Frames in a row that it takes."""
+
+_WELL = 0.75
+"""Share that can be seen from which a body is followed."""
+
+_USUAL_SHARE, _USUAL_RATE = 0.8, 0.05
+"""Share of what is usually seen that will do, too, and how fast that is learnt."""
+
+_BOX_MARGIN = 0.04
+"""How far from the last mask, carried along, pixels still make the box, in body heights."""
+
+_ROWS_MARGIN = 0.1
+"""How far from it feet and head are still looked for, in body heights."""
+
+
+@dataclass(frozen=True)
+class Sight:
+    """
+    What of a person can be seen where the person is expected.
+
+    ``uncovered`` is (h, w) uint8 0/255, the expected mask without what others hide, and
+    ``share`` its share of that mask.  ``inside`` and ``outside`` are the mean likelihoods (0..1)
+    in what is uncovered and around the person.
+    """
+
+    uncovered: NDArray[np.uint8]
+    share: float
+    inside: float
+    outside: float
+
+    @classmethod
+    def of(
+        cls,
+        values: NDArray[np.uint8],
+        expected: NDArray[np.uint8],
+        hidden: NDArray[np.uint8] | None,
+        apart: NDArray[np.uint8] | None = None,
+    ) -> Sight:
+        """
+        Measure a window.
+
+        :param values: (h, w) uint8 likelihood.
+        :param expected: (h, w) uint8 0/255, where the person is expected.
+        :param hidden: non-zero where others hide the person, None if nowhere.
+        :param apart: non-zero where it is neither the person nor around, None if nowhere.
+        """
+        uncovered, share = expected, 1.0
+        if hidden is not None:
+            uncovered = cv2.bitwise_and(expected, cv2.bitwise_not(hidden))
+            share = cv2.countNonZero(uncovered) / max(cv2.countNonZero(expected), 1)
+        person = expected if apart is None else cv2.bitwise_or(expected, apart)
+        whole = (np.ascontiguousarray(each) for each in (values, uncovered, person))
+        inside, outside = _means(*whole)
+        return cls(uncovered, share, inside / 255, outside / 255)
+
+    @property
+    def seen(self) -> float:
+        """Return the share of the person that can be seen."""
+        return self.share * self.inside
+
+    def before(self, known: NDArray[np.uint8], values: NDArray[np.uint8]) -> Sight:
+        """
+        Return the sight of what is not hidden by something that stands still, either.
+
+        :param known: (h, w) uint8, non-zero where the frame does not look like what is known to
+            be there.
+        :param values: (h, w) uint8 likelihood.
+        """
+        uncovered = np.where(known > 0, self.uncovered, 0).astype(np.uint8)
+        count = cv2.countNonZero(uncovered)
+        share = self.share * count / max(cv2.countNonZero(self.uncovered), 1)
+        inside = cv2.mean(values, uncovered)[0] / 255 if count else 0.0
+        return Sight(uncovered, share, inside, self.outside)
+
+    @property
+    def confidence(self) -> float:
+        """Return how well the person stands out, of which what is hidden takes its share."""
+        return self.share * max(0.0, self.inside - self.outside)
+
+
+class Visibility:
+    """How much of a person was seen of late."""
+
+    def __init__(self) -> None:
+        """Begin with a person who is seen as a whole."""
+        self.seen = 1.0
+        self._usually = 1.0
+        self._unseen_frames = 0
+
+    @property
+    def well(self) -> bool:
+        """Return whether all of the person was seen, or as much as usual."""
+        return self.seen >= min(_WELL, _USUAL_SHARE * self._usually)
+
+    def update(self, seen: float, inside: float, clear: float = 0.0) -> bool:
+        """
+        Take in what was seen in a frame.
+
+        :param seen: share of the person.
+        :param inside: share of the body's box that lies in the image.
+        :param clear: share of the person that cannot be anything else.
+        :returns: whether there was enough to go on with.
+        """
+        self.seen = seen
+        self._usually += _USUAL_RATE * (seen - self._usually)
+        unseen = seen < LOST_BELOW and clear < CLEAR_ENOUGH
+        if unseen or inside < LOST_BELOW / 2:
+            self._unseen_frames += 1
+            return False
+        self._unseen_frames = 0
+        return True
+
+    @property
+    def is_lost(self) -> bool:
+        """Return whether too little was seen for too long."""
+        return self._unseen_frames >= _LOST_FRAMES
+
+    def restart(self) -> None:
+        """Begin to count anew the frames in which too little is seen."""
+        self._unseen_frames = 0
+
+
+@njit(cache=True, nogil=True)
+def _means(
+    values: NDArray[np.uint8], inside: NDArray[np.uint8], person: NDArray[np.uint8]
+) -> tuple[float, float]:
+    """Return the mean values inside a mask (0/255) and where nobody is; 0 if that is nowhere."""
+    total_in, count_in, total_out, count_out = 0, 0, 0, 0
+    for row in range(values.shape[0]):
+        sum_in, n_in, sum_out, n_out = np.int32(0), np.int32(0), np.int32(0), np.int32(0)
+        for col in range(values.shape[1]):
+            value = np.int32(values[row, col])
+            one = np.int32(inside[row, col] != 0)
+            other = np.int32(person[row, col] != 255)
+            sum_in += one * value
+            n_in += one
+            sum_out += other * value
+            n_out += other
+        total_in += sum_in
+        count_in += n_in
+        total_out += sum_out
+        count_out += n_out
+    return total_in / max(count_in, 1), total_out / max(count_out, 1)
+
+
+def visible_box(
+    values: NDArray[np.uint8],
+    mask: NDArray[np.uint8],
+    near: Nearness | None,
+    window: Window,
+    height: float,
+) -> Box | None:
+    """
+    Return the tight box of the likely pixels near a mask, None if they are few.
+
+    :param values: (h, w) uint8 likelihood of the window.
+    :param mask: (h, w) uint8 0/255 of the same pixels, what of the person is not hidden.
+    :param near: how near they are to where the person is expected, None if that is elsewhere.
+    :param window: the window's rows and columns in the image.
+    :param height: of the body in pixels.
+    """
+    if near is None:
+        return None
+    reach = max(1.0, _BOX_MARGIN * height)
+    count, extent = likely_extent(values, near, reach, (0.0, 0.0))
+    if count == 0 or count < LOST_BELOW * cv2.countNonZero(mask):
+        return None
+    return Box(
+        window[1].start + extent.left,
+        window[0].start + extent.top,
+        extent.right - extent.left,
+        extent.bottom - extent.top,
+    )
+
+
+def likely_rows(
+    values: NDArray[np.uint8],
+    near: Nearness | None,
+    center: tuple[float, float],
+    height: float,
+    angle: float,
+) -> tuple[float, float] | None:
+    """
+    Return how far up and down the body likely pixels about a mask reach, None if there are none.
+
+    :param values: (h, w) uint8 likelihood.
+    :param near: how near these pixels are to where the person is expected, None if that is
+        elsewhere.
+    :param center: (x, y) of the body's middle in these pixels.
+    :param height: of the body in pixels.
+    :param angle: tilt of the body in radians.
+    :returns: the first and the last row along the body's axis, relative to its middle.
+    """
+    if near is None:
+        return None
+    reach = max(1.0, _ROWS_MARGIN * height)
+    if angle:
+        likely = (values[near.part] > 127) & (near.distance >= -reach)
+        if not likely.any():
+            return None
+        x, y = center[0] - near.part[1].start, center[1] - near.part[0].start
+        extent = extent_of(likely.view(np.uint8), (x, y), angle)
+    else:
+        count, extent = likely_extent(values, near, reach, center)
+        if count == 0:
+            return None
+    return extent.top, extent.bottom

@@ -1,0 +1,156 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+People without a slot who come near somebody tracked.
+
+A colour never seen before is no colour of the background, and so it would be the tracked person's.
+So who else is about is found and followed, and outline and colours are learnt before the two meet;
+then both compete for pixels.  Outlines are only known in the windows about people, and at half of
+the working size, which is a quarter of the work.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.ego_motion.estimator import Motion
+from gait_segmentation.tracking.competition import Claim, overlap
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.outline import Outline, halved
+from gait_segmentation.tracking.person.person import Person, new_colours
+from gait_segmentation.tracking.records import Record
+from gait_segmentation.tracking.strangers.beside import Beside
+from gait_segmentation.tracking.strangers.newcomers import Neighbour, newcomers
+from gait_segmentation.tracking.strangers.passer_by import JOINED, PasserBy
+
+__all__ = ['PassersBy']
+
+
+class PassersBy:
+    """All people without a slot who are near somebody tracked."""
+
+    def __init__(self) -> None:
+        """Begin with nobody."""
+        self.known: list[PasserBy] = []
+        self._next = -1
+
+    def follow(self, motion: Motion, last: Record, now: Record, pending: Sequence[Record]) -> None:
+        """
+        Follow everybody into the newest frame.
+
+        :param motion: of the camera.
+        :param last: the frame before.
+        :param now: the newest frame, in which the shifts are noted.
+        :param pending: frames not learnt yet.
+        """
+        for each in self.known:
+            each.follow(motion, last, now, each.expected(pending))
+
+    def claims(
+        self,
+        now: Record,
+        pending: Sequence[Record],
+        people: Sequence[Person],
+        config: TrackingConfig,
+    ) -> dict[int, Claim]:
+        """
+        Judge the pixels about everybody near, who thus compete with those who are tracked.
+
+        :param now: the newest frame.
+        :param pending: frames not learnt yet.
+        :param people: who is tracked.
+        :returns: the claims by number.
+        """
+        made = {
+            each.number: each.claim(now, each.expected(pending), people, config)
+            for each in self.known
+        }
+        return {number: claim for number, claim in made.items() if claim is not None}
+
+    def note(
+        self,
+        now: Record,
+        claims: Mapping[int, Claim],
+        logits: Sequence[NDArray[np.float32]],
+        shadow_floor: float,
+    ) -> None:
+        """
+        Note in the newest frame what everybody got that is not the known background.
+
+        :param logits: of the claims, in their order.
+        :param shadow_floor: darkest shadow, as a share of the lightness of the background.
+        """
+        known = {each.number: each for each in self.known}
+        for (number, claim), logit in zip(claims.items(), logits, strict=True):
+            now.passers_by[number] = known[number].won(now, claim, logit, shadow_floor)
+
+    def skip(self, record: Record) -> None:
+        """Let go of a frame that is never learnt: only its motion counts."""
+        for each in self.known:
+            each.outline = each.expected([record])
+
+    def leave(self, where: NDArray[np.uint8]) -> None:
+        """
+        Forget those who got a slot.
+
+        :param where: (h, w) uint8, non-zero on people new in the last frame.
+        """
+        if not self.known:
+            return
+        height, width = where.shape
+        half = np.ascontiguousarray(where[: height // 2 * 2 : 2, : width // 2 * 2 : 2])
+        self.known = [
+            each for each in self.known if 2 * _common(each.outline, half) < each.outline.area
+        ]
+
+    def learn(self, beside: Beside, pending: Sequence[Record], people: Sequence[Person]) -> None:
+        """
+        Learn outlines and colours of a frame; who is in no window about people is gone.
+
+        :param pending: the frames since.
+        :param people: who is tracked.
+        """
+        if not self.known:
+            return
+        height, width = beside.shape
+        windows = [halved(person.window((2 * height, 2 * width))) for person in people]
+        self.known = [
+            each
+            for each in self.known
+            if each.learn(beside, pending)
+            and any(overlap(each.outline.window, window) for window in windows)
+        ]
+
+    def find(self, beside: Beside, neighbour: Neighbour, config: TrackingConfig) -> None:
+        """Look for somebody new about a person."""
+        known = [(each.outline, JOINED * each.height / 2) for each in self.known]
+        for outline in newcomers(beside, neighbour, known):
+            self._add(outline, beside.record, neighbour.person, config)
+
+    def _add(
+        self, outline: Outline, record: Record, person: Person, config: TrackingConfig
+    ) -> None:
+        number, self._next = self._next, self._next - 1
+        new = PasserBy(
+            number,
+            person.center_x,
+            person.center_y,
+            person.height,
+            outline,
+            new_colours(config)[0],
+            record.image.stamp_ns,
+            usual_area=float(outline.area),
+        )
+        new.learn_colours(record, (), outline)
+        self.known.append(new)
+
+
+def _common(outline: Outline, where: NDArray[np.uint8]) -> int:
+    """Return how much of an outline lies on what is not zero in an image at half size."""
+    window = outline.about(0, (where.shape[0], where.shape[1]))
+    part = outline.seen_in(window)
+    return int(cv2.countNonZero(cv2.bitwise_and(part, where[window]))) if part.size else 0

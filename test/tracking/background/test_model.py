@@ -1,0 +1,157 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.tracking.background.model import BackgroundModel
+
+
+def texture(seed: int = 0, shape: tuple[int, int] = (60, 80)) -> np.ndarray:
+    return np.random.default_rng(seed).integers(0, 255, (*shape, 3)).astype(np.uint8)
+
+
+def test_it_learns_the_mean_where_nobody_is() -> None:
+    model = BackgroundModel((60, 80))
+    lab = texture()
+    person = np.zeros((60, 80), np.uint8)
+    person[20:40, 30:50] = 255
+    for _ in range(3):
+        model.learn(lab, person)
+    assert model.mean[10, 10] == pytest.approx(lab[10, 10].astype(float))
+    assert model.count[10, 10] == 3
+    assert model.count[30, 40] == 0
+
+
+def test_a_still_camera_resamples_nothing() -> None:
+    model = BackgroundModel((60, 80))
+    model.learn(texture(), np.zeros((60, 80), np.uint8))
+    before = model.sums.copy()
+    model.move(None)
+    assert np.array_equal(model.sums, before)
+
+
+def test_it_moves_with_the_camera_and_forgets_what_left() -> None:
+    model = BackgroundModel((60, 80))
+    lab = texture()
+    model.learn(lab, np.zeros((60, 80), np.uint8))
+    model.move(np.array([[1.0, 0, 5], [0, 1.0, -3]]))
+    assert model.mean[10, 20] == pytest.approx(lab[13, 15].astype(float), abs=0.01)
+    assert model.count[10, 2] == 0
+    assert 0.9 < model.count[10, 20] < 1
+
+
+def test_the_unknown_does_not_darken_its_neighbours() -> None:
+    model = BackgroundModel((20, 20))
+    person = np.zeros((20, 20), np.uint8)
+    person[:, 10:] = 255
+    model.learn(np.full((20, 20, 3), 200, np.uint8), person)
+    model.move(np.array([[1.0, 0, 0.4], [0, 1.0, 0]]))
+    known = model.count > 0.25
+    assert model.mean[:, :, 0][known] == pytest.approx(np.full(known.sum(), 200.0), abs=0.1)
+
+
+def test_stripes_keep_their_contrast_while_the_camera_trembles() -> None:
+    rows = 120 + 50 * np.sin(2 * np.pi * np.arange(60) / 5)
+    lab = np.repeat(np.repeat(rows[:, None, None], 80, axis=1), 3, axis=2).astype(np.uint8)
+    model = BackgroundModel((60, 80))
+    model.learn(lab, np.zeros((60, 80), np.uint8))
+    for dy in (0.3, -0.4, 0.2, -0.3, 0.4, -0.2):
+        model.move(np.array([[1.0, 0, 0.1], [0, 1.0, dy]]))
+    inner = (slice(10, 50), slice(10, 70), 0)
+    assert model.mean[inner].std() > 0.85 * lab[inner].std()
+
+
+def test_noise_is_measured_on_the_surroundings_only() -> None:
+    model = BackgroundModel((60, 80))
+    person = np.zeros((60, 80), np.uint8)
+    person[:, 40:] = 255
+    lab = np.full((60, 80, 3), 100, np.uint8)
+    model.learn(lab, person)
+    changed = lab.copy()
+    changed[:, 40:] = 250
+    window = (slice(0, 60), slice(0, 80))
+    for _ in range(60):
+        model.measure_noise(changed, person, [window])
+    assert model.sigma == pytest.approx(2.5, abs=0.1)
+    for _ in range(60):
+        model.measure_noise(lab + np.uint8(8), person, [window])
+    assert model.sigma > 10
+
+
+def test_the_moved_model_is_another_one_unless_nothing_moved() -> None:
+    model = BackgroundModel((60, 80))
+    model.learn(texture(), np.zeros((60, 80), np.uint8))
+    before = model.sums.copy()
+    assert model.moved([None, None]) is model
+    motion = np.array([[1.0, 0, 2], [0, 1.0, 0]])
+    twice = model.moved([motion, None, motion])
+    assert np.array_equal(model.sums, before)
+    assert twice.mean[30, 40] == pytest.approx(model.mean[30, 36], abs=0.01)
+
+
+def test_a_model_that_is_filled_in_anew_forgets_what_it_was() -> None:
+    nobody = np.zeros((60, 80), np.uint8)
+    model = BackgroundModel((60, 80))
+    model.learn(texture(), nobody)
+    motion = np.array([[1.0, 0, 2.5], [0, 1.0, -1]])
+    first = [(slice(0, 30), slice(10, 50)), (slice(40, 60), slice(0, 80))]
+    second = [(slice(20, 50), slice(30, 70))]
+    fresh = model.moved([motion], second)
+    for start in (None, first):
+        old = BackgroundModel((60, 80)) if start is None else model.moved([motion], start)
+        old.learn(texture(1), nobody, start)
+        again = model.moved([motion], second, into=old)
+        assert again is old
+        np.testing.assert_array_equal(again.sums, fresh.sums)
+
+
+def test_what_does_not_look_like_the_known_background_contradicts_it() -> None:
+    model = BackgroundModel((60, 80))
+    wall = np.full((60, 80, 3), (150, 128, 128), np.uint8)
+    unseen = np.zeros((60, 80), np.uint8)
+    unseen[:, 60:] = 255
+    for _ in range(3):
+        model.learn(wall, unseen)
+    now = wall.copy()
+    now[:, :20] = (40, 128, 128)
+    now[:, 20:30] = (100, 128, 128)
+    now[:, 30:40] = (150, 160, 128)
+    now[:, 60:] = 0
+    window = (slice(10, 50), slice(0, 80))
+    strange = model.contradicted(np.ascontiguousarray(now[window]), window, 0.5)
+    assert strange.shape == (40, 80)
+    assert strange[:, :20].all(), 'darker than any shadow'
+    assert not strange[:, 20:30].any(), 'a shadow'
+    assert strange[:, 30:40].all(), 'another hue'
+    assert not strange[:, 40:].any(), 'the wall itself, and what was never seen'
+
+
+def _stairs(shift: float) -> np.ndarray:
+    """Return flat stripes with soft edges."""
+    x = np.arange(200)[None, :] + shift
+    levels = 128 + sum(50 * (-1) ** k * np.tanh((x - 40 * k - 20) / 2) for k in range(5))
+    return np.repeat(np.repeat(levels, 80, axis=0)[..., None], 3, axis=2)
+
+
+@pytest.mark.parametrize(('shift', 'low', 'high'), [(0.0, 0.0, 0.05), (0.8, 0.5, 1.3)])
+def test_misplacement_is_measured_where_the_background_is_steep(shift, low, high) -> None:
+    nobody = np.zeros((80, 200), np.uint8)
+    model = BackgroundModel(nobody.shape)
+    model.learn(np.rint(_stairs(0.0)).astype(np.uint8), nobody)
+    rng = np.random.default_rng(0)
+    for _ in range(30):
+        noisy = np.clip(_stairs(shift) + rng.normal(0, 1.5, (80, 200, 3)), 0, 255)
+        model.measure_noise(noisy.astype(np.uint8), nobody, [(slice(0, 80), slice(0, 200))])
+    assert low <= model.misplacement <= high
+
+
+def test_what_is_known_from_elsewhere_counts_where_less_is_known() -> None:
+    model = BackgroundModel((4, 6))
+    model.learn(np.full((4, 6, 3), 50, np.uint8), np.zeros((4, 6), np.uint8))
+    count = np.array([[0, 1, 5], [5, 0, 5]], np.uint8)
+    model.recall(np.full((2, 3, 3), 90, np.uint8), count, (slice(1, 3), slice(2, 5)))
+    np.testing.assert_array_equal(model.count[1:3, 2:5], [[1, 1, 5], [5, 1, 5]])
+    np.testing.assert_allclose(model.mean[1:3, 2:5, 0], [[50, 50, 90], [90, 50, 90]])
+    assert model.mean[0, 0, 0] == 50

@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.geometry import scaling
+from gait_segmentation.tracking.likelihood.cues import add_motion, add_propagation
+from gait_segmentation.tracking.nearness import nearness
+from gait_segmentation.warping import warp_window
+
+WINDOW = (slice(10, 70), slice(10, 90))
+STILL = scaling(1.0)
+
+
+def shift(dx: float, dy: float = 0.0) -> np.ndarray:
+    return np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
+
+
+def test_what_moves_with_the_body_is_person_and_what_stays_is_not() -> None:
+    rng = np.random.default_rng(0)
+    world = rng.integers(0, 255, (80, 100)).astype(np.uint8)
+    cloth = rng.integers(0, 255, (80, 100)).astype(np.uint8)
+    person = np.zeros((80, 100), np.bool_)
+    person[20:60, 30:50] = True
+    earlier = np.where(person, cloth, world)
+    now = np.where(np.roll(person, 10, 1), np.roll(cloth, 10, 1), world)
+    logit = np.zeros((60, 80), np.float32)
+    add_motion(logit, now, earlier, STILL, shift(10), WINDOW, 1.0)
+    assert logit[25, 38] == pytest.approx(2)
+    assert logit[25, 70] == pytest.approx(-2)
+    assert np.abs(logit).max() <= 2
+
+
+def test_the_last_mask_is_a_weak_prior() -> None:
+    mask = np.zeros((80, 100), np.uint8)
+    mask[20:60, 40:60] = 255
+    logit = np.ones((60, 80), np.float32)
+    add_propagation(logit, nearness(mask[WINDOW], 50.0), 50.0, 0.5)
+    assert logit[25, 38] == pytest.approx(1 + 0.5 * 3)
+    assert logit[25, 29] == pytest.approx(1 - 0.5, abs=0.05)
+    assert logit[25, 70] == pytest.approx(1 - 0.5 * 3)
+    assert np.abs(logit - 1).max() == pytest.approx(0.5 * 3)
+
+
+def test_without_a_mask_all_is_surroundings() -> None:
+    logit = np.zeros((60, 80), np.float32)
+    add_propagation(logit, None, 50.0, 1.0)
+    assert np.all(logit == -3)
+
+
+@pytest.mark.parametrize(
+    'window',
+    [(slice(5, 40), slice(8, 60)), (slice(0, 60), slice(0, 80)), (slice(7, 8), slice(9, 11))],
+)
+def test_the_evidence_is_the_difference_of_what_the_two_motions_leave(
+    window: tuple[slice, slice],
+) -> None:
+    rng = np.random.default_rng(9)
+    then, now = (
+        cv2.GaussianBlur(rng.integers(0, 256, (60, 80), np.uint8), (0, 0), 2) for _ in range(2)
+    )
+    camera = np.array([[1.001, 0.002, 1.3], [-0.002, 1.001, -0.4]])
+    body = np.array([[1.0, 0.0, 3.5], [0.0, 1.0, 0.25]])
+    logit = rng.normal(0, 1, now[window].shape).astype(np.float32)
+    before = logit.copy()
+    evidence = add_motion(logit, now, then, camera, body, window, 0.6)
+    stays, moves = (
+        np.minimum(
+            cv2.blur(cv2.absdiff(now[window], warp_window(then, each, window)), (3, 3)), 30
+        ).astype(float)
+        for each in (camera, body)
+    )
+    expected = np.clip((stays**2 - moves**2) / (2 * 12.0**2), -2, 2)
+    np.testing.assert_allclose(evidence, expected, atol=1e-5)
+    np.testing.assert_allclose(logit, before + 0.6 * expected, atol=1e-5)

@@ -1,0 +1,185 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel, colour_bins
+from gait_segmentation.tracking.background.model import BackgroundModel
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image, log_ratio
+
+SHAPE = (20, 30)
+WINDOW = (slice(0, 20), slice(0, 30))
+RED, GREY, DARK_GREY = (120, 200, 160), (150, 128, 128), (90, 128, 128)
+
+
+def image(colour: tuple[int, int, int]) -> np.ndarray:
+    return np.full((*SHAPE, 3), colour, np.uint8)
+
+
+def models() -> tuple[ColourModel, ColourModel]:
+    person, surroundings = ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4)
+    rows = np.repeat(np.linspace(0, 0.999, 20, dtype=np.float32)[:, None], 30, 1)
+    ones = np.ones(SHAPE, np.float32)
+    person.learn(colour_bins(image(RED)), rows, ones, 1)
+    surroundings.learn(colour_bins(image(GREY)), rows, ones, 1)
+    return person, surroundings
+
+
+def ratio(lab: np.ndarray, background: BackgroundModel, **changes: float) -> np.ndarray:
+    rows = np.repeat(np.linspace(0, 0.999, 20, dtype=np.float32)[:, None], 30, 1)
+    config = TrackingConfig(**changes)
+    return log_ratio(lab, colour_bins(lab), rows, WINDOW, background, *models(), config)
+
+
+def known(colour: tuple[int, int, int]) -> BackgroundModel:
+    background = BackgroundModel(SHAPE)
+    for _ in range(10):
+        background.learn(image(colour), np.zeros(SHAPE, np.uint8))
+    return background
+
+
+def test_colour_alone_decides_and_is_limited() -> None:
+    blank = BackgroundModel(SHAPE)
+    assert np.all(ratio(image(RED), blank) == 4)
+    assert np.all(ratio(image(GREY), blank) == -4)
+
+
+def test_an_unknown_colour_says_nothing() -> None:
+    assert ratio(image((10, 60, 60)), BackgroundModel(SHAPE)) == pytest.approx(0, abs=1e-5)
+
+
+def test_a_known_background_overrules_the_colours() -> None:
+    # The wall is as red as the person, but here it looks as it always did.
+    assert ratio(image(RED), known(RED)).max() < 1
+    # And a colour of the surroundings where another was known cannot be background.
+    assert ratio(image(RED), known(GREY)).min() > 5
+
+
+def test_the_background_term_is_the_stated_density() -> None:
+    background = known(RED)
+    config = TrackingConfig()
+    sigma = background.sigma
+    peak = BIN_VOLUME / (2 * np.pi * sigma**2) ** 1.5
+    trust = config.background_trust * 10 / 10.1
+    seen = (1 - config.shade_share) * peak
+    expected = np.log((1 + 1e-4) / (trust * seen + (1 - trust) * 1e-4))
+    assert ratio(image(RED), background)[2, 2] == pytest.approx(expected, abs=1e-3)
+
+
+def test_background_seen_once_tells_already_unless_it_may_be_misplaced() -> None:
+    once, unknown = BackgroundModel(SHAPE), image((10, 60, 60))
+    once.learn(image(GREY), np.zeros(SHAPE, np.uint8))
+    sure = ratio(unknown, once).min()
+    assert 1.5 < sure < ratio(unknown, known(GREY)).min()
+    once.misplacement = 0.4
+    assert ratio(unknown, once).max() < sure - 0.5
+
+
+def test_a_shadow_at_the_feet_is_background() -> None:
+    with_shadow = ratio(image(DARK_GREY), known(GREY))
+    without = ratio(image(DARK_GREY), known(GREY), use_shadow=False)
+    assert with_shadow[19, 5] < without[19, 5] - 2
+    assert with_shadow[2, 5] == pytest.approx(without[2, 5])
+
+
+def test_a_soft_shadow_on_a_wall_is_background() -> None:
+    soft, hard = image((125, 128, 128)), image(DARK_GREY)
+    with_shade, without = ratio(soft, known(GREY)), ratio(soft, known(GREY), shade_share=0.0)
+    assert with_shade[2, 5] < without[2, 5] - 2
+    assert ratio(hard, known(GREY))[2, 5] == ratio(hard, known(GREY), shade_share=0.0)[2, 5]
+
+
+def test_a_misplaced_edge_is_background_where_misplacement_was_measured() -> None:
+    edge = image(GREY)
+    edge[:, 15:] = (90, 255, 192)
+    background = BackgroundModel(SHAPE)
+    for _ in range(10):
+        background.learn(edge, np.zeros(SHAPE, np.uint8))
+    now = edge.copy()
+    now[:, 15] = RED  # As the person is, but also what lies half way across the edge.
+    sharp = ratio(now, background)
+    background.misplacement = 1.0
+    lenient = ratio(now, background)
+    assert lenient[2, 15] < sharp[2, 15] - 4
+    # Away from the edge nothing changes.
+    assert np.array_equal(lenient[:, :13], sharp[:, :13])
+
+
+def test_the_switch_for_the_background_works() -> None:
+    assert np.all(ratio(image(RED), known(RED), use_background=False) == 4)
+
+
+def test_the_likelihood_image_is_the_sigmoid_in_the_window() -> None:
+    logit = np.array([[0.0, 10.0], [-10.0, 1.0]], np.float32)
+    window = (slice(1, 3), slice(2, 4))
+    result = likelihood_image(logit, window, (4, 5))
+    assert result[window].tolist() == [[128, 255], [0, round(255 / (1 + np.exp(-1)))]]
+    assert result.sum() == result[window].sum()
+
+
+def _square_slopes(model: BackgroundModel) -> np.ndarray:
+    """Return the squared slopes of lightness and of chroma, zero next to what is unknown."""
+    known = model.count >= 0.25
+    mean = np.where(known[..., None], model.mean, 0)
+    across, down = np.zeros_like(mean), np.zeros_like(mean)
+    across[:, 1:-1] = (mean[:, 2:] - mean[:, :-2]) / 2
+    down[1:-1] = (mean[2:] - mean[:-2]) / 2
+    use = np.zeros(known.shape)
+    use[1:-1, 1:-1] = known[2:, 1:-1] & known[:-2, 1:-1] & known[1:-1, 2:] & known[1:-1, :-2]
+    square = use[..., None] * (across**2 + down**2)
+    return np.stack((square[..., 0], square[..., 1] + square[..., 2]))
+
+
+def _plainly(
+    lab: np.ndarray, rows: np.ndarray, model: BackgroundModel, config: TrackingConfig
+) -> np.ndarray:
+    """Return the log-likelihood ratios of the formula, pixel by pixel."""
+    person, surroundings = models()
+    slopes, sigma = _square_slopes(model), model.sigma
+    bins = colour_bins(lab)
+    out = np.empty(SHAPE)
+    for place in np.ndindex(SHAPE):
+        index, down = bins[place], rows[place]
+        band = min(max(int(down * BANDS), 0), BANDS - 1)
+        p_person, p_background = person.table[index, band], surroundings.table[index, band]
+        count, bound = model.count[place], config.logit_limit
+        if count > 0.25:
+            base, light = model.mean[place][0], float(lab[place][0])
+            d_a, d_b = lab[place][1:] - model.mean[place][1:]
+            spread, spread_chroma = (
+                sigma**2 + model.misplacement**2 * slopes[:, place[0], place[1]]
+            )
+            square = (light - base) ** 2 / (2 * spread)
+            chroma = (d_a**2 + d_b**2) / (2 * spread_chroma)
+            ramp = min(max((down - 0.6) / 0.25, 0), 1) if base > 1 else None
+            cast = 0 if ramp is None else config.shadow_share * ramp
+            shade = 0 if ramp is None else config.shade_share * (1 - ramp)
+            shadow = 0.0
+            for share, floor in ((cast, config.shadow_floor), (shade, config.shade_floor)):
+                if floor * base < light < base:
+                    shadow += share / (base * (1 - floor)) / (2 * np.pi * sigma**2)
+            plain = (1 - cast - shade) * np.exp(-square) / (2 * np.pi * sigma**2) ** 1.5
+            seen = BIN_VOLUME * np.exp(-chroma) * (plain + shadow)
+            trust = config.background_trust * count / (count + 0.1 + model.misplacement)
+            p_background = trust * seen + (1 - trust) * p_background
+            bound = config.background_logit_limit if count >= 1 else bound
+        out[place] = np.clip(np.log(p_person / p_background), -bound, bound)
+    return out
+
+
+@pytest.mark.parametrize('misplacement', [0.0, 0.4])
+def test_it_is_the_formula_pixel_by_pixel(misplacement: float) -> None:
+    rng = np.random.default_rng(8)
+    config, model = TrackingConfig(), BackgroundModel(SHAPE)
+    for _ in range(4):
+        hidden = rng.integers(0, 2, SHAPE, np.uint8)
+        model.learn(rng.integers(110, 150, (*SHAPE, 3), np.uint8), hidden)
+    model.sums *= np.float32(0.9)
+    model.misplacement = misplacement
+    lab = rng.integers(80, 150, (*SHAPE, 3), np.uint8)
+    rows = rng.uniform(-0.2, 1.2, SHAPE).astype(np.float32)
+    found = log_ratio(lab, colour_bins(lab), rows, WINDOW, model, *models(), config)
+    np.testing.assert_allclose(found, _plainly(lab, rows, model, config), atol=2e-3)

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.tracking.picture.contrast import Contrast
+from gait_segmentation.tracking.picture.exposure import Exposure
+from gait_segmentation.tracking.picture.working import WorkingImage, working_scale, working_shape
+
+
+def test_tall_people_are_scaled_down_and_small_ones_never_up() -> None:
+    sizes = {'working_size': 640, 'working_height': 160}
+    assert working_scale(480, 640, person_height=320, **sizes) == pytest.approx(0.5)
+    assert working_scale(480, 640, person_height=50, **sizes) == 1
+    assert working_scale(1080, 1920, person_height=50, **sizes) == pytest.approx(1 / 3)
+    assert working_scale(1080, 1920, person_height=50, working_size=0, working_height=160) == 1
+
+
+def test_a_working_image_is_never_empty() -> None:
+    assert working_shape(1, 1000, 0.1) == (1, 100)
+
+
+def test_lab_is_converted_where_it_is_asked_for() -> None:
+    image = np.random.default_rng(0).integers(0, 255, (40, 60, 3)).astype(np.uint8)
+    frame = WorkingImage.of(image, 3, (20, 30))
+    whole = cv2.cvtColor(frame.bgr, cv2.COLOR_BGR2Lab)
+    window = (slice(2, 9), slice(5, 25))
+    part = frame.lab_about(window)
+    assert np.array_equal(part[window], whole[window])
+    assert np.array_equal(frame.lab, whole)
+    assert frame.gray.shape == (20, 30)
+    assert frame.gray.flags.c_contiguous
+
+
+def test_another_tone_is_made_where_it_is_asked_for() -> None:
+    image = np.random.default_rng(0).integers(0, 255, (40, 60, 3)).astype(np.uint8)
+    curve = np.linspace(20, 230, 256).astype(np.uint8)
+    frame = WorkingImage.of(image, 3, (40, 60))
+    toned, window = frame.toned(curve), (slice(2, 9), slice(5, 25))
+    assert np.array_equal(toned.bgr_about(window)[window], curve[image][window])
+    lab = cv2.cvtColor(curve[image], cv2.COLOR_BGR2Lab)
+    assert np.array_equal(toned.lab_about(window)[window], lab[window])
+    every = slice(1, 40, 3), slice(0, 60, 2)
+    assert np.array_equal(toned.lab_every(every), lab[every])
+    assert np.array_equal(toned.gray, curve[frame.gray])
+    assert np.array_equal(toned.lab, lab)
+    assert np.array_equal(toned.bgr, curve[image])
+    assert np.array_equal(frame.bgr, image)
+    assert np.array_equal(toned.toned(curve).bgr, curve[curve[image]])
+
+
+def test_a_frame_outlives_the_buffer_it_came_from() -> None:
+    image = np.full((20, 30, 3), 200, np.uint8)
+    frame = WorkingImage.of(image, 3, (20, 30))
+    image[:] = 0
+    assert frame.lab[..., 0].min() > 150
+
+
+def test_a_jump_of_the_exposure_is_undone_before_levels_are_spread() -> None:
+    image = np.random.default_rng(0).integers(60, 130, (240, 320, 3)).astype(np.uint8)
+    image = cv2.blur(image, (5, 5))
+    exposure, contrast = Exposure(), Contrast()
+    made = [
+        WorkingImage.of(cv2.convertScaleAbs(image, alpha=gain), 3, (240, 320), exposure, contrast)
+        for gain in (1.0, 1.5)
+    ]
+    assert np.ptp(made[0].gray) > 1.5 * np.ptp(image)
+    assert np.abs(made[1].gray.astype(int) - made[0].gray).mean() < 2
+
+
+def test_the_brightness_of_spread_levels_is_nearly_that_of_the_colours() -> None:
+    image = np.random.default_rng(3).integers(60, 130, (480, 640, 3)).astype(np.uint8)
+    frame = WorkingImage.of(image, 3, (480, 640), contrast=Contrast())
+    assert np.ptp(frame.bgr) > 1.5 * np.ptp(image)
+    brightness = cv2.cvtColor(frame.bgr, cv2.COLOR_BGR2GRAY).astype(int)
+    assert np.abs(frame.gray - brightness).max() <= 2
+    assert np.array_equal(frame.pyramid.image(0), frame.gray)
+
+
+def test_a_grey_frame_shows_texture_and_windows_of_it_agree() -> None:
+    gray = np.random.default_rng(2).integers(0, 255, (40, 60)).astype(np.uint8)
+    image = cv2.cvtColor(gray, cv2.COLOR_GRAY2BGR)
+    frame = WorkingImage.of(image, 3, (40, 60))
+    assert frame.textured
+    whole = frame.lab
+    assert len(np.unique(whole[..., 1])) > 5
+    for window in ((slice(0, 9), slice(5, 25)), (slice(12, 40), slice(31, 60))):
+        part = WorkingImage.of(image, 3, (40, 60)).lab_about(window)
+        assert np.array_equal(part[window], whole[window])
+    every = slice(3, 40, 2), slice(0, 60, 2)
+    assert np.array_equal(frame.lab_every(every), whole[every])
+    plain = WorkingImage.of(image, 3, (40, 60), texture=False)
+    assert (plain.lab[..., 1:] == 128).all()
+    assert np.array_equal(plain.lab_every(every), plain.lab[every])

@@ -1,0 +1,122 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.tracking.nearness import nearness
+from gait_segmentation.tracking.recovery.visibility import (
+    Sight,
+    Visibility,
+    likely_rows,
+    visible_box,
+)
+
+SHAPE = (40, 30)
+
+
+def block(left: int, top: int, right: int, bottom: int, value: int = 255) -> np.ndarray:
+    image = np.zeros(SHAPE, np.uint8)
+    image[top:bottom, left:right] = value
+    return image
+
+
+def test_who_stands_out_is_seen_with_confidence() -> None:
+    mask = block(10, 5, 20, 35)
+    sight = Sight.of(block(10, 5, 20, 35, 204), mask, None)
+    assert (sight.share, sight.seen, sight.confidence) == pytest.approx((1, 0.8, 0.8))
+
+
+def test_what_others_hide_is_not_seen() -> None:
+    mask = block(10, 5, 20, 35)
+    sight = Sight.of(mask, mask, block(0, 20, 30, 40))
+    assert sight.share == pytest.approx(0.5)
+    assert sight.inside == pytest.approx(1)
+    assert (sight.seen, sight.confidence) == pytest.approx((0.5, 0.5))
+    np.testing.assert_array_equal(sight.uncovered, block(10, 5, 20, 20))
+
+
+def test_others_are_not_what_is_around() -> None:
+    mask, other = block(10, 5, 20, 35), block(20, 5, 30, 35)
+    likely = mask | other
+    assert Sight.of(likely, mask, None).outside > 0.2
+    assert Sight.of(likely, mask, other, other).outside == 0
+
+
+def test_a_person_is_lost_in_the_second_frame_without_sight() -> None:
+    visibility = Visibility()
+    assert visibility.update(0.9, 1.0)
+    assert not visibility.update(0.1, 1.0)
+    assert not visibility.is_lost
+    assert visibility.update(0.9, 1.0)
+    visibility.update(0.1, 1.0)
+    assert not visibility.update(0.9, 0.05)
+    assert visibility.is_lost
+    visibility.restart()
+    assert not visibility.is_lost
+
+
+def test_somebody_of_whom_a_little_is_clearly_seen_is_not_lost() -> None:
+    visibility = Visibility()
+    for _ in range(5):
+        assert visibility.update(0.1, 1.0, clear=0.09)
+    assert not visibility.is_lost
+    assert not visibility.update(0.1, 1.0, clear=0.02)
+    assert not visibility.update(0.1, 0.05, clear=0.09)
+    assert visibility.is_lost
+
+
+def test_what_stands_before_a_person_is_not_looked_at() -> None:
+    mask, likely = block(4, 10, 24, 50), block(4, 10, 9, 50)
+    sight = Sight.of(likely, mask, None)
+    part = sight.before(block(4, 0, 9, 60, 1), likely)
+    assert (part.share, part.inside) == pytest.approx((0.25, 1.0))
+    assert part.seen == pytest.approx(sight.seen)
+    assert sight.before(np.zeros_like(mask), likely).seen == 0
+
+
+def test_as_much_as_usual_is_well_seen() -> None:
+    visibility = Visibility()
+    visibility.update(0.55, 1.0)
+    assert not visibility.well
+    for _ in range(60):
+        visibility.update(0.55, 1.0)
+    assert visibility.well
+
+
+def test_the_box_is_about_the_likely_pixels_near_the_mask() -> None:
+    mask = block(10, 5, 20, 35)
+    likely = block(10, 5, 20, 30) | block(26, 5, 28, 35)
+    window = (slice(100, 140), slice(50, 80))
+    near = nearness(mask, 30)
+    assert visible_box(likely, mask, near, window, 30) == Box(60, 105, 10, 25)
+    assert visible_box(block(10, 5, 20, 9), mask, near, window, 30) is None
+    assert visible_box(likely, mask, None, window, 30) is None
+
+
+def test_the_means_are_those_of_opencv() -> None:
+    rng = np.random.default_rng(4)
+    values = rng.integers(0, 256, SHAPE, np.uint8)
+    mask = block(10, 5, 20, 35)
+    sight = Sight.of(values, mask, None)
+    assert sight.inside == pytest.approx(cv2.mean(values, mask)[0] / 255)
+    assert sight.outside == pytest.approx(cv2.mean(values, cv2.bitwise_not(mask))[0] / 255)
+
+
+def test_rows_reach_as_far_as_likely_pixels_about_the_mask() -> None:
+    mask = block(10, 10, 20, 26)
+    values = block(10, 8, 20, 28) | block(0, 38, 30, 40)
+    near = nearness(mask, 30)
+    rows = likely_rows(values, near, (15, 20), 30, 0.0)
+    assert rows == pytest.approx((-12, 8))
+    turned = likely_rows(values.T.copy(), nearness(mask.T.copy(), 30), (20, 15), 30, -np.pi / 2)
+    assert turned == pytest.approx((-12, 8), abs=0.6)
+    assert likely_rows(block(0, 38, 30, 40), near, (15, 20), 30, 0.0) is None
+    # Far from the borders of a larger image they are the same.
+    wide = [np.pad(each, ((50, 60), (70, 80))) for each in (values, mask)]
+    for angle in (0.0, 1e-6):
+        moved = likely_rows(wide[0], nearness(wide[1], 30), (85, 70), 30, angle)
+        assert moved == pytest.approx((-12, 8), abs=1 / 16 + 1e-6)
