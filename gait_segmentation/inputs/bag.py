@@ -209,7 +209,8 @@ def _chosen(path: Path, topics: dict[str, Topic], wanted: str) -> str:
             f'{_listed(topics)}'
         )
     raise SequenceError(
-        f'{path} has {len(filled)} topics with images, choose one with --topic: {_listed(images)}'
+        f'{path} has {len(filled)} topics with images, choose one with --topic (topic:= of a '
+        f'launch file): {_listed({name: images[name] for name in filled})}'
     )
 
 
