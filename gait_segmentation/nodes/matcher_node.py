@@ -167,7 +167,7 @@ class MatcherNode(GaitNode):
         self.note_missed(self._join.missed)
         if parts is None:
             return
-        if self._size is None and self.count_publishers('image_size'):
+        if self._size is None and self.count_publishers(self.resolve_topic_name('image_size')):
             self._unsized.append((stamp_ns, parts))
             return
         self.hand_over(stamp_ns, {**parts, 'size': self._size})

@@ -95,7 +95,7 @@ class SegmenterNode(GaitNode):
 
     def missing(self) -> str:
         """Say whether it is the camera or another node that does not publish."""
-        if not self.count_publishers(self._camera_topic):
+        if not self.count_publishers(self.resolve_topic_name(self._camera_topic)):
             return no_images(self, self._camera_topic)
         likelihoods = [f'{slot_name(slot)}/likelihood' for slot in range(self._slots)]
         others = [topic for topic in self._join.parts if topic not in ('image', *likelihoods)]

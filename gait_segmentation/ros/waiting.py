@@ -61,9 +61,9 @@ def unpublished(node: Node, topics: Iterable[str], by: str) -> str:
 
     :param by: the node that usually does.
     """
-    names = [
-        node.resolve_topic_name(topic) for topic in topics if not node.count_publishers(topic)
-    ]
+    # To count publishers does not remap.
+    resolved = [node.resolve_topic_name(topic) for topic in topics]
+    names = [name for name in resolved if not node.count_publishers(name)]
     if not names:
         return ''
     return f'nothing to do: nobody publishes {_listed(names)}; is {by} running and active?'
