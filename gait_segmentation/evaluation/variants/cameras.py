@@ -118,7 +118,14 @@ def blurred(clip: MadeClip) -> list[MadeClip | None]:
 
 
 def shaded(clip: MadeClip) -> list[MadeClip | None]:
-    """Return the clip with a shade beyond the middle of the person's way, lighter and darker."""
+    """
+    Return the clip with a shade beyond the middle of the person's way, lighter and darker.
+
+    Its edge stands still in the image, so there is none where the camera moves: it would pass over
+    the ground there.
+    """
+    if not clip.still:
+        return []
     feet = [box for _, truth in clip.frames if truth is not None and (box := true_box(truth))]
     if not feet:
         return []

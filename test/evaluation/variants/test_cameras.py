@@ -69,6 +69,11 @@ def test_a_turned_camera_turns_the_truth_and_does_not_know_the_corners() -> None
         assert size_of(truth) == pytest.approx(size_of(clip.truth(0)), rel=0.05)
 
 
+def test_a_moving_camera_sees_no_shade_that_would_pass_over_the_ground() -> None:
+    assert variants_of('shade', [clip_of(pan=3.0)]) == []
+    assert len(variants_of('shade', [clip_of()])) == 2
+
+
 def test_the_far_end_of_the_way_is_in_the_shade() -> None:
     clip = clip_of()
     for shaded in variants_of('shade', [clip]):
