@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+from copy import copy
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +24,10 @@ from gait_segmentation.tracking.learner import Learner, Learnt
 from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
 from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.person.appearance import Appearance
+from gait_segmentation.tracking.person.learning import working_masks
 from gait_segmentation.tracking.person.person import Person, new_colours
 from gait_segmentation.tracking.records import Record
+from gait_segmentation.tracking.recovery.guard import Guard
 from gait_segmentation.tracking.recovery.lost_and_found import LostAndFound
 from gait_segmentation.tracking.recovery.visibility import (
     CLEAR_ENOUGH,
@@ -90,6 +95,7 @@ class Target:
         self._uncovered = True
         self._memory = LostAndFound(self.person, world.now)
         self._learner = Learner(self.person, world, self.features, self._memory)
+        self._guard = Guard()
 
     @property
     def box(self) -> Box:
@@ -161,6 +167,7 @@ class Target:
             shift = self._memory.coast(person, world, seconds, self.world.shape)
         else:
             shift = self._follow(world, seconds, body)
+            self._guard.carry(world, seconds)
         self.world.now.bodies[self.track_id] = shift
 
     def _follow(
@@ -263,6 +270,8 @@ class Target:
         self.state = LOST
         self.person.template = None
         self._memory.begin_search()
+        if self._guard.in_doubt:
+            self._guard.bring_back(self.person, self._memory)
         self._learner.hide()
         self._visibility.restart()
         self._box = None
@@ -309,6 +318,10 @@ class Target:
         :param taken: non-zero where others are.
         :returns: the likelihood if the person was found; the state is then tracked.
         """
+        world = self.world
+        others = world.passers_by.who_is_not(self.track_id, world.pending, world.shape)
+        if others is not None:
+            taken = taken | others
         if claim is not None and likelihood is not None and self._shows(claim, likelihood, taken):
             return likelihood
         place = self._memory.search(self.person, self.world, taken, self.config)
@@ -359,6 +372,7 @@ class Target:
         self.person.take(shift_whole(expected, round(-dx), round(-dy)), None)
         self.state = TRACKED
         self.person.learnt_anew = 0
+        self._guard.found(self.person)
         self._visibility.seen = sight.seen
         self._box = self._box_of(values, sight, claim)
         return True
@@ -398,4 +412,70 @@ class Target:
         if feedback is None or self.state == LOST:
             self.skip(record)
             return None
-        return self._learner.learn(record, feedback, self.config, alone=alone)
+        feedback = self._parted(record, feedback)
+        learnt = self._learner.learn(record, feedback, self.config, alone=alone)
+        if learnt is None or not alone or not self._is_other(record, learnt):
+            return learnt
+        return None if self._turn_back(record, learnt) else learnt
+
+    def _parted(self, record: Record, feedback: Feedback) -> Feedback:
+        """Return feedback at working size, without somebody else whom the mask shows, too."""
+        world = self.world
+        mask, prior = working_masks(feedback, world.shape)
+        since = world.since_mask(self.track_id)
+        others = self._guard.others_in(self.person, self._memory, record, mask, since)
+        if others is not None:
+            mask[others > 0] = 0
+            world.passers_by.leave(mask)
+            world.passers_by.welcome(others, since, record, self.person, self.config)
+        return replace(feedback, mask=mask, shape_prior=prior)
+
+    def _is_other(self, record: Record, learnt: Learnt) -> bool:
+        """Return whether the body that is followed seems to be somebody else's."""
+        person, window = self.person, learnt.window
+        dx, dy = self.world.since_mask(self.track_id)
+        person.shift(-dx, -dy)
+        rows = person.rows(window)
+        person.shift(dx, dy)
+        return self._guard.is_other(
+            person,
+            self._memory,
+            record.image.lab_part(window),
+            learnt.mask[window],
+            rows,
+            record.image.stamp_ns,
+            learnt.share,
+            about=self.world.passers_by.walking,
+        )
+
+    def _turn_back(self, record: Record, learnt: Learnt) -> bool:
+        """
+        Look for the person elsewhere, as the person was before.
+
+        :returns: whether the person was found; the body that was followed is then that of
+            somebody without a slot.  Else all is as it was.
+        """
+        person, memory, world = self.person, self._memory, self.world
+        since = world.since_mask(self.track_id)
+        other = copy(person), copy(memory), copy(self._visibility)
+        colours = person.person.record(), person.surroundings.record()
+        look, confidence, box = memory.appearance.signature, self.confidence, self._box
+        body = world.now.bodies[self.track_id]
+        self._guard.bring_back(person, memory)
+        self.state, person.template = LOST, None
+        taken = shift_whole(learnt.mask, round(since[0]), round(since[1]))
+        if self.recover(None, None, taken) is not None:
+            self._learner.hide()
+            self._visibility.restart()
+            world.passers_by.forget()
+            world.passers_by.welcome(learnt.mask, since, record, other[0], self.config)
+            return True
+        vars(person).update(vars(other[0]))
+        vars(memory).update(vars(other[1]))
+        memory.appearance.restore(look)
+        person.person.restore(colours[0])
+        person.surroundings.restore(colours[1])
+        self._visibility = other[2]
+        self.state, self.confidence, self._box = TRACKED, confidence, box
+        world.now.bodies[self.track_id] = body
+        return False

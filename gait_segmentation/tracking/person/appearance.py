@@ -10,11 +10,14 @@ person from the surroundings at one moment, and change slowly.
 
 from __future__ import annotations
 
+import math
+
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ['SAME_COLOURS', 'Appearance', 'colour_signature']
+__all__ = ['SAME_COLOURS', 'Appearance', 'colour_signature', 'likeness', 'likeness_in_any_light']
 
 SAME_COLOURS = 0.65
 """Least similarity of the colours of the same person."""
@@ -28,6 +31,12 @@ _LIGHT, _CHROMA = 8, 12
 
 _CHROMA_FROM, _CHROMA_STEP = 80.0, 8.0
 _RATE = 0.05
+
+_LIGHTS = tuple(math.exp(power / 10) for power in range(-3, 4))
+"""Factors of the cube root of the light that may have changed: from 0.4 to 2.5 times as light."""
+
+_DARKEST = 40.8
+"""Lightness 16 of CIE Lab in 256 levels: below zero by that, lightness goes with the cube root."""
 
 
 @njit(cache=True, nogil=True)
@@ -74,6 +83,46 @@ def colour_signature(
     return out.reshape(3, -1) / np.float32(max(total, 1e-6))
 
 
+def likeness(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
+    """Return how alike two signatures are, 0..1; bands count by what is seen of them."""
+    shares, known = other.sum(axis=1), one.sum(axis=1)
+    weights = np.minimum(shares, known)
+    if weights.sum() <= 0:
+        return 0.0
+    alike = np.sqrt(other * one).sum(axis=1)
+    alike /= np.sqrt(np.maximum(shares * known, 1e-12))
+    return float((weights * alike).sum() / weights.sum())
+
+
+def likeness_in_any_light(
+    known: NDArray[np.float32],
+    lab: NDArray[np.uint8],
+    inside: NDArray[np.uint8],
+    rows: NDArray[np.float32],
+) -> float:
+    """
+    Return how alike (0..1) what is inside is to a signature, in the light that suits it best.
+
+    For the other arguments see :func:`colour_signature`.
+    """
+    return max(
+        likeness(known, colour_signature(_relit(lab, factor), inside, rows)) for factor in _LIGHTS
+    )
+
+
+def _relit(lab: NDArray[np.uint8], factor: float) -> NDArray[np.uint8]:
+    """
+    Return colours in another light: with its cube root goes all of Lab, but for an offset.
+
+    :param lab: (h, w, 3) uint8.
+    :param factor: of the cube root of the light.
+    """
+    levels = np.arange(256, dtype=np.float32)
+    light, chroma = factor * (levels + _DARKEST) - _DARKEST, factor * (levels - 128) + 128
+    table = np.clip(np.rint(np.stack([light, chroma, chroma], axis=-1)), 0, 255)
+    return np.asarray(cv2.LUT(lab, table.astype(np.uint8)[None]))
+
+
 class Appearance:
     """The colours of a person over time."""
 
@@ -88,15 +137,17 @@ class Appearance:
         else:
             self._mean = self._mean + np.float32(_RATE) * (signature - self._mean)
 
+    @property
+    def signature(self) -> NDArray[np.float32] | None:
+        """Return what is known, None of somebody never seen."""
+        return self._mean
+
+    def restore(self, signature: NDArray[np.float32] | None) -> None:
+        """Take the colours to be those of a signature."""
+        self._mean = signature
+
     def similarity(self, signature: NDArray[np.float32]) -> float:
         """Return how alike the colours are, 0..1; bands count by what is seen of them."""
         if self._mean is None:
             return 0.0
-        shares = signature.sum(axis=1)
-        known = self._mean.sum(axis=1)
-        weights = np.minimum(shares, known)
-        if weights.sum() <= 0:
-            return 0.0
-        alike = np.sqrt(signature * self._mean).sum(axis=1)
-        alike /= np.sqrt(np.maximum(shares * known, 1e-12))
-        return float((weights * alike).sum() / weights.sum())
+        return likeness(self._mean, signature)

@@ -28,7 +28,7 @@ from gait_segmentation.tracking.recovery.silhouette import Silhouette
 from gait_segmentation.tracking.recovery.visibility import Sight
 from gait_segmentation.tracking.world import World
 
-__all__ = ['FOUND_SHARE', 'LostAndFound']
+__all__ = ['FOUND_SHARE', 'LostAndFound', 'coasting']
 
 
 FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.3, 0.5, 0.35
@@ -68,6 +68,11 @@ _WHOLLY = 0.95
 """Share of the body inside the image from which a mask shows all of it."""
 
 
+def coasting(lost_s: float) -> float:
+    """Return the share of the last pace that somebody is taken to have who has not been seen."""
+    return math.exp(-max(lost_s - _COAST_S, 0.0) / _STOP_S)
+
+
 class LostAndFound:
     """
     Pace, colours and silhouette of a person, and how long the person has been lost.
@@ -88,10 +93,28 @@ class LostAndFound:
         self._learnt = 0
         self._looked_for = 0
 
-    def begin_search(self) -> None:
-        """Begin to count how long the person has been lost."""
-        self.lost_s = 0.0
+    def begin_search(self, lost_s: float = 0.0) -> None:
+        """Begin to count how long the person has been lost, who was not seen for some seconds."""
+        self.lost_s = lost_s
         self._looked_for = 0
+
+    def take_up(
+        self,
+        look: NDArray[np.float32],
+        pace: tuple[float, float],
+        silhouette: Silhouette,
+        lost_s: float,
+    ) -> None:
+        """
+        Begin the search with what was known before.
+
+        :param look: the colours, a
+            :func:`~gait_segmentation.tracking.person.appearance.colour_signature`.
+        """
+        self.appearance.restore(look)
+        self._recent = look
+        self.pace, self.silhouette = pace, silhouette
+        self.begin_search(lost_s)
 
     def learn_pace(
         self, shift: tuple[float, float], world: tuple[float, float], seconds: float
@@ -139,7 +162,7 @@ class LostAndFound:
         :returns: the shift made.
         """
         self.lost_s += seconds
-        share = math.exp(-max(self.lost_s - _COAST_S, 0.0) / _STOP_S)
+        share = coasting(self.lost_s)
         dx = world[0] + share * seconds * self.pace[0]
         dy = world[1] + share * seconds * self.pace[1]
         height, width = shape

@@ -80,7 +80,8 @@ class PasserBy:
     learnt, as far as it lies in the windows about people, and ``usual_area`` its area, in pixels
     of half the size; ``velocity`` and ``way``, which was gone so far, are relative to the still
     world.  Who has gone far enough is ``proven`` and competes; what does not go is ``still``: it
-    is nobody, and only kept so that it is not found again.
+    is nobody, and only kept so that it is not found again.  ``not_track`` is the track id, if any,
+    of a person whose mask showed this one, too, who thus cannot be that person.
     """
 
     number: int
@@ -99,6 +100,7 @@ class PasserBy:
     proven: bool = False
     way: tuple[float, float] = (0.0, 0.0)
     still: bool = False
+    not_track: int = 0
 
     def expected(self, pending: Sequence[Record]) -> Outline:
         """Return the outline, carried along through frames not learnt yet."""

@@ -38,6 +38,11 @@ class PassersBy:
         self.known: list[PasserBy] = []
         self._next = -1
 
+    @property
+    def walking(self) -> bool:
+        """Return whether somebody is near who is not known to stand still."""
+        return any(not each.still for each in self.known)
+
     def follow(self, motion: Motion, last: Record, now: Record, pending: Sequence[Record]) -> None:
         """
         Follow everybody into the newest frame.
@@ -106,6 +111,55 @@ class PassersBy:
         self.known = [
             each for each in self.known if 2 * _common(each.outline, half) < each.outline.area
         ]
+
+    def welcome(
+        self,
+        mask: NDArray[np.uint8],
+        shift: tuple[float, float],
+        record: Record,
+        person: Person,
+        config: TrackingConfig,
+    ) -> None:
+        """
+        Take in somebody whom a mask of a tracked person showed, unless it is somebody known.
+
+        :param mask: (H, W) uint8 of a frame.
+        :param shift: of the tracked person since, in pixels, who went the same way.
+        """
+        height, width = mask.shape
+        half = np.ascontiguousarray(mask[: height // 2 * 2 : 2, : width // 2 * 2 : 2])
+        outline = Outline.of(half)
+        for each in self.known:
+            if 2 * _common(each.outline, half) > outline.area:
+                each.not_track = person.track_id
+                return
+        self._add(outline, record, person, config)
+        new = self.known[-1]
+        new.outline = outline.shifted(*shift)
+        new.velocity, new.proven = person.velocity, True
+        new.not_track = person.track_id
+
+    def who_is_not(
+        self, track_id: int, pending: Sequence[Record], shape: tuple[int, int]
+    ) -> NDArray[np.uint8] | None:
+        """
+        Return where those are who cannot be the person of a track, None if there are none.
+
+        :param pending: frames not learnt yet.
+        :param shape: (h, w) of the working image.
+        :returns: (h, w) uint8, non-zero on them.
+        """
+        others = [each for each in self.known if each.not_track == track_id]
+        if not others:
+            return None
+        out = np.zeros(shape, np.uint8)
+        for each in others:
+            out |= each.expected(pending).enlarged((slice(0, shape[0]), slice(0, shape[1])))
+        return out
+
+    def forget(self) -> None:
+        """Forget everybody."""
+        self.known = []
 
     def learn(self, beside: Beside, pending: Sequence[Record], people: Sequence[Person]) -> None:
         """

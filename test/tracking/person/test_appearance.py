@@ -6,18 +6,29 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.tracking.person.appearance import Appearance, colour_signature
+from gait_segmentation.tracking.person.appearance import (
+    Appearance,
+    colour_signature,
+    likeness,
+    likeness_in_any_light,
+)
 from test.tracking.figures import BLUE, GREEN, RED, Figure, picture
 
 
-def signature(figure: Figure, gain: float = 1.0, part: slice = slice(None)) -> np.ndarray:
+def looked_at(
+    figure: Figure, gain: float = 1.0, part: slice = slice(None)
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     image, (mask,) = picture([figure])
     lab = cv2.cvtColor(cv2.convertScaleAbs(image, alpha=gain), cv2.COLOR_BGR2Lab)
     rows = np.arange(180, dtype=np.float32)[:, None] - (figure.y - figure.height / 2)
     rows = np.repeat(rows / np.float32(figure.height), 320, 1).astype(np.float32)
     seen = np.zeros_like(mask)
     seen[part] = mask[part]
-    return colour_signature(lab, seen, rows)
+    return lab, seen, rows
+
+
+def signature(figure: Figure, gain: float = 1.0, part: slice = slice(None)) -> np.ndarray:
+    return colour_signature(*looked_at(figure, gain, part))
 
 
 def test_a_signature_has_the_share_of_each_band() -> None:
@@ -51,3 +62,24 @@ def test_nothing_seen_is_like_nobody() -> None:
     appearance = Appearance()
     appearance.learn(signature(Figure(100)))
     assert appearance.similarity(signature(Figure(100), part=slice(0, 1))) == 0
+
+
+def test_in_another_light_only_the_same_is_alike() -> None:
+    known = signature(Figure(100))
+    for gain in (0.6, 1.4):
+        dark = looked_at(Figure(200), gain)
+        assert likeness(known, colour_signature(*dark)) < 0.65
+        assert likeness_in_any_light(known, *dark) > 0.75
+        for coat in (BLUE, GREEN):
+            assert likeness_in_any_light(known, *looked_at(Figure(200, coat), gain)) < 0.62
+
+
+def test_appearance_comes_back_to_what_it_was() -> None:
+    appearance = Appearance()
+    appearance.learn(signature(Figure(100)))
+    before = appearance.signature
+    for _ in range(40):
+        appearance.learn(signature(Figure(100, BLUE)))
+    assert appearance.similarity(signature(Figure(100))) < 0.9
+    appearance.restore(before)
+    assert appearance.similarity(signature(Figure(100))) > 0.99

@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Masks that go over to somebody who crosses, or show two people."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gait_segmentation.results import TrackResult
+from test.tracking.figures import BLUE, RED, Figure, Told, picture
+
+OWN = Figure(110)
+MET, APART = 24, 30
+"""Frames in which the two are at one place, and side by side again."""
+
+
+def meeting(number: int, coat: tuple[int, int, int] = BLUE) -> tuple[Figure, Figure]:
+    """Return somebody tracked, and somebody else who comes to meet them."""
+    return replace(OWN, x=110 + 2.0 * number), Figure(215 - 2.5 * number, coat)
+
+
+def meet(told: Told, until: int, coat: tuple[int, int, int] = BLUE) -> None:
+    """Let the two meet, each with the mask that is right."""
+    told.start(OWN)
+    for number in range(until):
+        own, other = meeting(number, coat)
+        image, (_, mine) = picture((other, own))
+        told.see(image, [mine])
+
+
+def center_x(result: TrackResult) -> float:
+    assert result.body is not None
+    return result.body.center_x
+
+
+def test_masks_of_somebody_else_are_noticed_and_the_person_found_again() -> None:
+    told = Told()
+    meet(told, MET)
+    seen = []
+    for number in range(MET, MET + 16):
+        own, other = meeting(number)
+        image, masks = picture((other, own))
+        mine, theirs = masks[1], masks[0]
+        near_own = bool(seen) and abs(seen[-1] - own.x) < 15
+        (result,) = told.see(image, [mine if near_own else theirs])
+        seen.append(center_x(result))
+    assert abs(seen[-1] - meeting(MET + 15)[0].x) < 12
+    (world,) = {target.world for target in told.tracker._targets()}
+    other = meeting(MET + 15)[1]
+    assert any(abs(2 * each.outline.left - other.x) < 40 for each in world.passers_by.known)
+
+
+def test_somebody_who_walks_into_the_shade_stays_who_it_is() -> None:
+    told = Told()
+    told.start(OWN)
+    for number in range(MET + 24):
+        own, other = meeting(number)
+        image, (_, mine) = picture((other, own))
+        light = max(1 - 0.05 * max(number - APART, 0), 0.5)
+        image[mine > 0] = (light * image[mine > 0]).astype(np.uint8)
+        (result,) = told.see(image, [mine])
+        assert result.state == 'tracked'
+        assert abs(center_x(result) - own.x) < 15
+
+
+def test_nothing_changes_while_the_person_is_not_to_be_found() -> None:
+    one, two = Told(), Told()
+    for told in (one, two):
+        meet(told, MET)
+    (target,) = two.tracker._targets()
+    target._is_other = lambda record, learnt: False  # type: ignore[method-assign]
+    for number in range(MET, MET + 10):
+        image, (theirs,) = picture((meeting(number)[1],))
+        (first,), (second,) = one.see(image, [theirs]), two.see(image, [theirs])
+        assert np.array_equal(first.likelihood, second.likelihood)
+        assert (first.box, first.state) == (second.box, second.state)
+
+
+@pytest.mark.parametrize('coat', [BLUE, RED], ids=['otherwise dressed', 'alike'])
+def test_of_two_people_in_one_mask_the_person_is_kept(coat: tuple[int, int, int]) -> None:
+    told = Told()
+    meet(told, MET, coat)
+    for number in range(MET, APART + 6):
+        own, other = meeting(number, coat)
+        image, masks = picture((other, own))
+        told.see(image, [masks[0] | masks[1]])
+    (target,) = told.tracker._targets()
+    mask = target.person.mask
+    assert mask[own.mask() > 0].mean() > 200
+    assert not mask[(masks[0] > 0) & (own.mask() == 0)].any()
+    (world,) = {target.world for target in told.tracker._targets()}
+    assert world.passers_by.known
