@@ -58,6 +58,7 @@ def follow(
         target.track_id: _uncovered(target, target.carried_part(), masks) for target in seen
     }
     others = world.passers_by
+    company = [others.are_about(target.person, world.pending) for target in targets]
     motion = world.advance(
         image,
         stamp_ns,
@@ -68,8 +69,8 @@ def follow(
         everywhere=any(target.state == LOST for target in targets),
         heat=heat,
     )
-    for target in targets:
-        target.move(motion, visible.get(target.track_id))
+    for target, accompanied in zip(targets, company, strict=True):
+        target.move(motion, visible.get(target.track_id), company=accompanied)
     if others.known:
         others.follow(motion, world.history[-2], world.now, world.pending)
 

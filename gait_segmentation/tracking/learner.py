@@ -113,12 +113,19 @@ class Learner:
             self._person.carry(*record.bodies[self._person.track_id])
 
     def learn(
-        self, record: Record, feedback: Feedback, config: TrackingConfig, *, alone: bool
+        self,
+        record: Record,
+        feedback: Feedback,
+        config: TrackingConfig,
+        *,
+        alone: bool,
+        company: bool = False,
     ) -> Learnt | None:
         """
         Learn from the mask of a frame just taken out of the world.
 
         :param alone: whether nobody else is near.
+        :param company: whether somebody without a slot is, whom the mask may show, too.
         :returns: what it told; None if the mask says nothing.
         """
         person, world = self._person, self._world
@@ -134,7 +141,12 @@ class Learner:
         strange = record.strange(window, config.shadow_floor, lab)
         lesson = _Lesson(record, window, lab, strange, mask, prior)
         whole = self._area.update(
-            mask, prior, person, alone=alone, hidden=lambda: lesson.hiding.much
+            mask,
+            prior,
+            person,
+            alone=alone,
+            company=company,
+            hidden=lambda: lesson.hiding.much,
         )
         if whole:
             moving = record.moving.get(person.track_id)

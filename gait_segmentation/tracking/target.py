@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from copy import copy
 from dataclasses import replace
 
@@ -46,6 +47,18 @@ _REACH = 0.7
 
 _ALONE = 0.9
 """Share that must not be hidden by others, so that what hides the rest is the background."""
+
+_STEADY_AFTER = 4
+"""Frames after which the pace is known well enough to be kept to."""
+
+_ASTRAY, _ASTRAY_SHARE = 0.03, 0.6
+"""
+Difference from the pace, in body heights and as a share of it, from which a shift is taken for
+that of somebody else who is near.
+"""
+
+_STEADY_RATE = 1 / 3
+"""Share of the usual by which the pace changes while somebody else is near."""
 
 _LEAST_STEP_S = 0.005
 """Frames whose stamps are closer have not been taken in so short a time: no pace is learnt."""
@@ -90,6 +103,7 @@ class Target:
         self.person.learn_first_colours(world.now.image.lab, start.votes)
         world.now.bodies[track_id] = (0.0, 0.0)
         self._first = True
+        self._company = False
         self._box: Box | None = None
         self._visibility = Visibility()
         self._uncovered = True
@@ -151,18 +165,22 @@ class Target:
 
     # Each frame: move, judge, assess, and if lost, recover.
 
-    def move(self, motion: Motion, body: NDArray[np.uint8] | None) -> None:
+    def move(
+        self, motion: Motion, body: NDArray[np.uint8] | None, *, company: bool = False
+    ) -> None:
         """
         Follow the body into the world's newest frame.
 
         :param motion: of the camera.
         :param body: what can be followed carried to the frame before, in the window about the
             person, without what others hid there; None of somebody lost.
+        :param company: whether somebody without a slot may be in the way.
         """
         person = self.person
         x, y = motion.carry(person.center_x, person.center_y)
         world = (x - person.center_x, y - person.center_y)
         seconds = self.world.step_s
+        self._company = company
         if body is None:
             shift = self._memory.coast(person, world, seconds, self.world.shape)
         else:
@@ -185,11 +203,21 @@ class Target:
         measured = None
         if follow:
             measured = self.world.body_shift(body, self.window, person.velocity)
+        way = (pace[0] * seconds, pace[1] * seconds)
+        usual = (world[0] + way[0], world[1] + way[1])
+        # Who passes by mostly goes the other way: nobody turns round from frame to frame.
+        steady = self._company and person.moves >= _STEADY_AFTER
+        if steady and measured is not None:
+            most = max(_ASTRAY * person.height, _ASTRAY_SHARE * math.hypot(*way))
+            if math.dist(measured, usual) > most:
+                measured = None
         if measured is None:
-            person.velocity = (pace[0] * seconds, pace[1] * seconds)
+            person.velocity = way
         shift = person.predict(world, measured)
         if measured is not None and seconds > _LEAST_STEP_S:
-            self._memory.learn_pace(shift, world, seconds)
+            share = _STEADY_RATE if steady else 1.0
+            x, y = (u + share * (s - u) for s, u in zip(shift, usual, strict=True))
+            self._memory.learn_pace((x, y), world, seconds)
         return shift
 
     def judge(self) -> Claim | None:
@@ -234,7 +262,8 @@ class Target:
             if self._visibility.is_lost:
                 self.lose()
             return
-        if self._visibility.well:
+        if self._visibility.well and not self._company:
+            # Likely pixels of both would pull the person towards the other.
             self._mean_shift(values, sight.uncovered, window)
         self._box = self._box_of(values, sight, claim)
         person = self.person
@@ -413,7 +442,9 @@ class Target:
             self.skip(record)
             return None
         feedback = self._parted(record, feedback)
-        learnt = self._learner.learn(record, feedback, self.config, alone=alone)
+        learnt = self._learner.learn(
+            record, feedback, self.config, alone=alone, company=self._company
+        )
         if learnt is None or not alone or not self._is_other(record, learnt):
             return learnt
         return None if self._turn_back(record, learnt) else learnt

@@ -37,6 +37,12 @@ _MARGIN = 0.02
 _WHOLE = 0.75
 """Share of the usual area from which a mask shows all of the person."""
 
+_JOINED, _LATE_RATE = 1.3, 0.3
+"""
+Area over that of late from which a mask shows somebody else, too, who is near; and the rate at
+which that of late is learnt while nobody is.
+"""
+
 _AREA_RATE, _CORRECTION_RATE = 0.03, 0.2
 """Share by which the usual area moves towards that of a mask, and while it proves too large."""
 
@@ -174,7 +180,7 @@ class WholeArea:
 
     def __init__(self, person: Person) -> None:
         """Begin with the person's mask."""
-        self._usual = _area(person.mask, person)
+        self._usual = self._late = _area(person.mask, person)
         self._masks = 0
         self._hidden = 0
         self.share = 1.0
@@ -195,6 +201,7 @@ class WholeArea:
         person: Person,
         *,
         alone: bool = True,
+        company: bool = False,
         hidden: Callable[[], bool] = lambda: False,
     ) -> bool:
         """
@@ -203,14 +210,20 @@ class WholeArea:
         :param mask, prior: (h, w) uint8, the mask and the template.
         :param alone: whether nobody is near who may hide part of the person, to which the
             template would adapt.
+        :param company: whether somebody without a slot is near, whom the mask may show, too.
         :param hidden: tells whether the template lies on what is known to stand there; only
             asked of masks that are not large enough.
-        :returns: whether it was as large as usual; else it shows only part of the person.
+        :returns: whether it was as large as usual; else it shows only part of the person, or
+            somebody else, too.
         """
         area, rate = _area(mask, person), _AREA_RATE
         self.share = area / max(self._usual, 1e-6)
         whole = area >= _WHOLE * self._usual
         self._masks += 1
+        if not company:
+            self._late += _LATE_RATE * (area - self._late)
+        elif area > _JOINED * max(self._usual, self._late):
+            return False
         if whole:
             self._hidden = 0
         elif hidden():

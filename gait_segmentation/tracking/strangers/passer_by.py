@@ -26,7 +26,7 @@ from gait_segmentation.tracking.records import Record, body_over
 from gait_segmentation.tracking.strangers.beside import Beside
 from gait_segmentation.tracking.strangers.block_matching import matched_shift
 
-__all__ = ['JOINED', 'PasserBy']
+__all__ = ['JOINED', 'PasserBy', 'meets']
 
 JOINED = 0.1
 """Distance from somebody known up to which what else is strange belongs to them, in heights."""
@@ -156,7 +156,7 @@ class PasserBy:
         shape = (now.image.gray.shape[0], now.image.gray.shape[1])
         half = (shape[0] // 2, shape[1] // 2)
         room = _shared(outline.about(REACH * self.height / 2, half), people, shape)
-        if room is None or not _meets(outline, people, _MEETING * self.height):
+        if room is None or not meets(outline, people, _MEETING * self.height):
             return None
         window = doubled(room)
         lab = now.image.lab_part(window)
@@ -274,7 +274,7 @@ def _shared(window: Window, people: Sequence[Person], shape: tuple[int, int]) ->
     return rows, columns
 
 
-def _meets(outline: Outline, people: Sequence[Person], gap: float) -> bool:
+def meets(outline: Outline, people: Sequence[Person], gap: float) -> bool:
     """Return whether somebody comes near a box about a person, up to a gap in pixels."""
     rows, columns = doubled(outline.window)
     return any(

@@ -25,9 +25,12 @@ from gait_segmentation.tracking.person.person import Person, new_colours
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.strangers.beside import Beside
 from gait_segmentation.tracking.strangers.newcomers import Neighbour, newcomers
-from gait_segmentation.tracking.strangers.passer_by import JOINED, PasserBy
+from gait_segmentation.tracking.strangers.passer_by import JOINED, PasserBy, meets
 
 __all__ = ['PassersBy']
+
+_COMPANY = 0.1
+"""Gap to a tracked person, in body heights, up to which somebody may be in the way."""
 
 
 class PassersBy:
@@ -42,6 +45,15 @@ class PassersBy:
     def walking(self) -> bool:
         """Return whether somebody is near who is not known to stand still."""
         return any(not each.still for each in self.known)
+
+    def are_about(self, person: Person, pending: Sequence[Record]) -> bool:
+        """
+        Return whether anybody may be in the way of a person, or what may be somebody.
+
+        :param pending: frames not learnt yet.
+        """
+        gap = _COMPANY * person.height
+        return any(meets(each.expected(pending), [person], gap) for each in self.known)
 
     def follow(self, motion: Motion, last: Record, now: Record, pending: Sequence[Record]) -> None:
         """

@@ -50,6 +50,21 @@ def test_somebody_without_a_slot_is_not_taken_for_who_is_tracked(front: bool) ->
     assert met > 15
 
 
+@pytest.mark.parametrize('speed', [3.0, 4.0])
+def test_masks_of_two_do_not_turn_anybody_round(speed: float) -> None:
+    told = Told()
+    own = Figure(60)
+    told.start(own)
+    other = Figure(60 + 36 * speed)
+    for _ in range(18):
+        image, masks = picture((own, other))
+        joined = abs(own.x - other.x) < 40
+        (result,) = told.see(image, [masks[0] | masks[1] if joined else masks[0]])
+        assert result.box is not None
+        assert abs(result.body.center_x - own.x) < 5
+        own, other = replace(own, x=own.x + speed), replace(other, x=other.x - speed)
+
+
 def test_somebody_is_known_from_coming_near_until_gone() -> None:
     told = Told()
     told.start(OWN)
