@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ['REACH', 'gray_lab', 'is_gray', 'lab_of']
+__all__ = ['NO_GRADIENT', 'REACH', 'gray_lab', 'is_gray', 'lab_of']
 
 REACH = 4
 """Pixels about a part of an image that its gradient energy depends on."""
@@ -25,8 +25,11 @@ REACH = 4
 _SIGMA = 0.8
 """Of the Gaussian over which energy is gathered, in pixels."""
 
-_GAIN, _NONE = 0.3, 110.0
-"""Levels of a* or b* that a mean gradient of one level a pixel counts, and where none is."""
+_GAIN = 0.3
+"""Levels of a* or b* that a mean gradient of one level a pixel counts."""
+
+NO_GRADIENT = 110.0
+"""Level of a* or b* that stands for no gradient."""
 
 
 @njit(cache=True, nogil=True)
@@ -57,7 +60,7 @@ def gray_lab(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
     for channel, (across, down) in enumerate(((1, 0), (0, 1)), 1):
         slope = cv2.Sobel(gray, cv2.CV_32F, across, down, ksize=3, scale=0.25)
         energy = cv2.sqrt(cv2.GaussianBlur(cv2.multiply(slope, slope), (0, 0), _SIGMA))
-        lab[..., channel] = cv2.convertScaleAbs(energy, alpha=_GAIN, beta=_NONE)
+        lab[..., channel] = cv2.convertScaleAbs(energy, alpha=_GAIN, beta=NO_GRADIENT)
     return np.asarray(lab)
 
 

@@ -101,7 +101,9 @@ class TrackingConfig(StageConfig):
         maximum=6.0,
     )
     use_shadow: bool = parameter(
-        True, 'Explain darker pixels of unchanged chroma near the feet as cast shadow.'
+        True,
+        'Explain darker pixels of unchanged chroma near the feet as cast shadow, and learn what '
+        'soft shadows look like in this film and where they lie.',
     )
     shadow_share: float = parameter(
         0.25,

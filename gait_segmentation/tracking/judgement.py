@@ -90,6 +90,20 @@ def judge(
         person.surroundings,
         config,
     )
+    if config.use_background and config.use_shadow:
+        person.shadows.weigh(
+            logit,
+            lab,
+            bins,
+            rows,
+            window,
+            record.background,
+            person.person,
+            (person.center_x, person.center_y),
+            person.height,
+            textured=record.image.textured,
+            trust=config.background_trust,
+        )
     moving = None
     if config.use_motion_cue and seen:
         moving = _add_motion(logit, person, world, window, config.motion_weight)

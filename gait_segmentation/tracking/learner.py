@@ -185,6 +185,18 @@ class Learner:
         )
         bounds = bounding_box(mask)
         margin = grown(mask, person.height, bounds)
+        if config.use_background and config.use_shadow:
+            person.shadows.learn(
+                lesson.lab,
+                window,
+                record.background,
+                mask,
+                lesson.template,
+                lesson.strange,
+                (person.center_x, person.center_y),
+                person.height,
+                textured=record.image.textured,
+            )
         person.learn_place(mask, body, bounds, record.rows.get(person.track_id))
         if config.use_tilt:
             person.learn_angle(mask, bounds)

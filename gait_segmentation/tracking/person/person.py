@@ -16,6 +16,7 @@ from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.images import Bounds, Window, bounding_box, count_likely, shift_whole
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.likelihood.shadows import ShadowModel
 from gait_segmentation.tracking.person.extent import axis_tilt, extent_of
 from gait_segmentation.tracking.person.samples import samples
 
@@ -60,7 +61,8 @@ class Person:
     followed of what the very last mask showed, while ``mask`` is the last of all of the person;
     ``rest`` is by how much they lag behind the body, in pixels.  ``learnt`` counts the masks that
     the colours were learnt from, ``learnt_anew`` those since the person was found again, if
-    ever, ``moves`` the frames that the velocity was learnt from.
+    ever, ``moves`` the frames that the velocity was learnt from; ``shadows`` is what is known of
+    the shadows the person casts.
     """
 
     track_id: int
@@ -83,6 +85,7 @@ class Person:
     learnt: int = 0
     learnt_anew: int = 0
     moves: int = 0
+    shadows: ShadowModel = field(default_factory=ShadowModel)
 
     def __post_init__(self) -> None:
         """Take the first height for that of the first mask, which is followed at first."""
