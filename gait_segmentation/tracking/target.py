@@ -26,6 +26,7 @@ from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
 from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.person.appearance import Appearance
 from gait_segmentation.tracking.person.learning import working_masks
+from gait_segmentation.tracking.person.pace import STEADY_AFTER, is_astray
 from gait_segmentation.tracking.person.person import Person, new_colours
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.recovery.guard import Guard
@@ -47,15 +48,6 @@ _REACH = 0.7
 
 _ALONE = 0.9
 """Share that must not be hidden by others, so that what hides the rest is the background."""
-
-_STEADY_AFTER = 4
-"""Frames after which the pace is known well enough to be kept to."""
-
-_ASTRAY, _ASTRAY_SHARE = 0.03, 0.6
-"""
-Difference from the pace, in body heights and as a share of it, from which a shift is taken for
-that of somebody else who is near.
-"""
 
 _STEADY_RATE = 1 / 3
 """Share of the usual by which the pace changes while somebody else is near."""
@@ -205,17 +197,25 @@ class Target:
             measured = self.world.body_shift(body, self.window, person.velocity)
         way = (pace[0] * seconds, pace[1] * seconds)
         usual = (world[0] + way[0], world[1] + way[1])
-        # Who passes by mostly goes the other way: nobody turns round from frame to frame.
-        steady = self._company and person.moves >= _STEADY_AFTER
-        if steady and measured is not None:
-            most = max(_ASTRAY * person.height, _ASTRAY_SHARE * math.hypot(*way))
-            if math.dist(measured, usual) > most:
-                measured = None
+        known = person.moves >= STEADY_AFTER
+        if (
+            known
+            and measured is not None
+            and is_astray(
+                measured,
+                usual,
+                math.hypot(*way),
+                person.height,
+                company=self._company,
+                hidden=not self._visibility.well,
+            )
+        ):
+            measured = None
         if measured is None:
             person.velocity = way
         shift = person.predict(world, measured)
         if measured is not None and seconds > _LEAST_STEP_S:
-            share = _STEADY_RATE if steady else 1.0
+            share = _STEADY_RATE if known and self._company else 1.0
             x, y = (u + share * (s - u) for s, u in zip(shift, usual, strict=True))
             self._memory.learn_pace((x, y), world, seconds)
         return shift
