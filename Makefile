@@ -24,16 +24,17 @@ lint: $(VENV)/installed  ## format, lint and types only
 clean:  ## remove everything that was made
 	rm -rf $(VENV) $(OUT) build install log *.egg-info
 
-# Editable, so that the tests run on the tree as it stands. What only they need takes as long again.
+# Editable, so that the tests run on the tree as it stands (setuptools warns of that). What only they need takes as
+# long again.
 $(VENV)/demo: setup.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10) and "Python 3.10 or newer is needed")'
 	@echo 'Installing into $(VENV): some minutes, once'
 	@$(PYTHON) -m venv $(VENV)
 	@$(BIN)/python -m pip install --quiet --upgrade pip setuptools
-	$(BIN)/python -m pip install --quiet --editable '.[ros]'
+	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable '.[ros]'
 	@touch $@
 
 $(VENV)/installed: $(VENV)/demo
 	@echo 'Installing what the tests need: some minutes, once'
-	$(BIN)/python -m pip install --quiet --editable '.[ros,test]'
+	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable '.[ros,test]'
 	@touch $@
