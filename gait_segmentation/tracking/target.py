@@ -488,9 +488,8 @@ class Target:
         """
         person, memory, world = self.person, self._memory, self.world
         since = world.since_mask(self.track_id)
-        other = copy(person), copy(memory), copy(self._visibility)
-        colours = person.person.record(), person.surroundings.record()
-        look, confidence, box = memory.appearance.signature, self.confidence, self._box
+        followed = person.snapshot()
+        before = memory.snapshot(), copy(self._visibility), self.confidence, self._box
         body = world.now.bodies[self.track_id]
         self._guard.bring_back(person, memory)
         self.state, person.template = LOST, None
@@ -499,14 +498,11 @@ class Target:
             self._learner.hide()
             self._visibility.restart()
             world.passers_by.forget()
-            world.passers_by.welcome(learnt.mask, since, record, other[0], self.config)
+            world.passers_by.welcome(learnt.mask, since, record, followed.state, self.config)
             return True
-        vars(person).update(vars(other[0]))
-        vars(memory).update(vars(other[1]))
-        memory.appearance.restore(look)
-        person.person.restore(colours[0])
-        person.surroundings.restore(colours[1])
-        self._visibility = other[2]
-        self.state, self.confidence, self._box = TRACKED, confidence, box
+        person.restore(followed)
+        memory.restore(before[0])
+        self._visibility, self.confidence, self._box = before[1:]
+        self.state = TRACKED
         world.now.bodies[self.track_id] = body
         return False

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -12,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import ColourModel, body_rows, colour_bins
+from gait_segmentation.colour import ColourModel, ColourRecord, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.images import Bounds, Window, bounding_box, count_likely, shift_whole
 from gait_segmentation.tracking.config import TrackingConfig
@@ -20,7 +21,7 @@ from gait_segmentation.tracking.likelihood.shadows import ShadowModel
 from gait_segmentation.tracking.person.extent import axis_tilt, extent_of
 from gait_segmentation.tracking.person.samples import samples
 
-__all__ = ['Person', 'new_colours']
+__all__ = ['Person', 'PersonSnapshot', 'new_colours']
 
 _GUARD = 0.05
 """Pixels of the mask further outside the template than this are not learnt as person."""
@@ -177,6 +178,16 @@ class Person:
         self.shift(*body)
         return body
 
+    def snapshot(self) -> PersonSnapshot:
+        """Return all that is known now, to come back to by :meth:`restore`."""
+        return PersonSnapshot(copy(self), self.person.record(), self.surroundings.record())
+
+    def restore(self, snapshot: PersonSnapshot) -> None:
+        """Forget all that was changed since a snapshot was made, but for the shadows."""
+        vars(self).update(vars(snapshot.state))
+        self.person.restore(snapshot.person)
+        self.surroundings.restore(snapshot.surroundings)
+
     def learn_colours(
         self,
         lab: NDArray[np.uint8],
@@ -317,6 +328,15 @@ class Person:
         window = self.window(mask.shape)
         area = cv2.countNonZero(mask[window])
         return bool(area > max(_LEAST_AREA * count_likely(prior[window]), 9))
+
+
+@dataclass(frozen=True)
+class PersonSnapshot:
+    """What was known of a person at some time; arrays are shared, as they are never changed."""
+
+    state: Person
+    person: ColourRecord
+    surroundings: ColourRecord
 
 
 @lru_cache(maxsize=64)

@@ -10,6 +10,8 @@ are expected, then all over the image.
 from __future__ import annotations
 
 import math
+from copy import copy
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +30,7 @@ from gait_segmentation.tracking.recovery.silhouette import Silhouette
 from gait_segmentation.tracking.recovery.visibility import Sight
 from gait_segmentation.tracking.world import World
 
-__all__ = ['FOUND_SHARE', 'LostAndFound', 'coasting']
+__all__ = ['FOUND_SHARE', 'LostAndFound', 'MemorySnapshot', 'coasting']
 
 
 FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.3, 0.5, 0.35
@@ -115,6 +117,15 @@ class LostAndFound:
         self._recent = look
         self.pace, self.silhouette = pace, silhouette
         self.begin_search(lost_s)
+
+    def snapshot(self) -> MemorySnapshot:
+        """Return all that is known now, to come back to by :meth:`restore`."""
+        return MemorySnapshot(copy(self), self.appearance.signature)
+
+    def restore(self, snapshot: MemorySnapshot) -> None:
+        """Forget all that was changed since a snapshot was made."""
+        vars(self).update(vars(snapshot.state))
+        self.appearance.restore(snapshot.look)
 
     def learn_pace(
         self, shift: tuple[float, float], world: tuple[float, float], seconds: float
@@ -269,6 +280,14 @@ class LostAndFound:
             return None
         x, y, score = found
         return step * (x - place[0]), step * (y - place[1]), score < _SEARCH_SCORE
+
+
+@dataclass(frozen=True)
+class MemorySnapshot:
+    """What was remembered of a person at some time."""
+
+    state: LostAndFound
+    look: NDArray[np.float32] | None
 
 
 def _stands_out(sight: Sight, least: float) -> bool:
