@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.images import Window, bounding_box
-from gait_segmentation.results import Feedback
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector
 from gait_segmentation.tracking.judgement import view_of
@@ -21,7 +20,6 @@ from gait_segmentation.tracking.person.learning import (
     WholeArea,
     grown,
     without_world,
-    working_masks,
 )
 from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.records import Record
@@ -115,7 +113,9 @@ class Learner:
     def learn(
         self,
         record: Record,
-        feedback: Feedback,
+        mask: NDArray[np.uint8],
+        prior: NDArray[np.uint8],
+        body: BodyFrame | None,
         config: TrackingConfig,
         *,
         alone: bool,
@@ -124,12 +124,14 @@ class Learner:
         """
         Learn from the mask of a frame just taken out of the world.
 
+        :param mask, prior: (h, w) uint8 at working size, the mask 0/255, and the template; they
+            are kept and drawn on.
+        :param body: the matched body in source pixels.
         :param alone: whether nobody else is near.
         :param company: whether somebody without a slot is, whom the mask may show, too.
         :returns: what it told; None if the mask says nothing.
         """
         person, world = self._person, self._world
-        mask, prior = working_masks(feedback, world.shape)
         if not person.teaches(mask, prior):
             self.skip(record)
             person.part = mask
@@ -155,9 +157,9 @@ class Learner:
             lesson = replace(lesson)
         part = mask if self._area.share > _ALL else lesson.hiding.away(mask)
         if whole:
-            body = None if feedback.body is None else feedback.body.scaled(world.scale)
             person.take(mask, prior, part)
-            margin = self._learn_all(lesson, body, config)
+            scaled = None if body is None else body.scaled(world.scale)
+            margin = self._learn_all(lesson, scaled, config)
         else:
             self.skip(record)
             person.part = part

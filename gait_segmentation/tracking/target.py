@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from copy import copy
-from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -441,25 +440,24 @@ class Target:
         if feedback is None or self.state == LOST:
             self.skip(record)
             return None
-        feedback = self._parted(record, feedback)
+        mask, prior = working_masks(feedback, self.world.shape)
+        self._part(record, mask)
         learnt = self._learner.learn(
-            record, feedback, self.config, alone=alone, company=self._company
+            record, mask, prior, feedback.body, self.config, alone=alone, company=self._company
         )
         if learnt is None or not alone or not self._is_other(record, learnt):
             return learnt
         return None if self._turn_back(record, learnt) else learnt
 
-    def _parted(self, record: Record, feedback: Feedback) -> Feedback:
-        """Return feedback at working size, without somebody else whom the mask shows, too."""
+    def _part(self, record: Record, mask: NDArray[np.uint8]) -> None:
+        """Take somebody else whom a mask of working size shows, too, out of it."""
         world = self.world
-        mask, prior = working_masks(feedback, world.shape)
         since = world.since_mask(self.track_id)
         others = self._guard.others_in(self.person, self._memory, record, mask, since)
         if others is not None:
             mask[others > 0] = 0
             world.passers_by.leave(mask)
             world.passers_by.welcome(others, since, record, self.person, self.config)
-        return replace(feedback, mask=mask, shape_prior=prior)
 
     def _is_other(self, record: Record, learnt: Learnt) -> bool:
         """Return whether the body that is followed seems to be somebody else's."""
