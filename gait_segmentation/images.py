@@ -23,6 +23,8 @@ __all__ = [
     'shift_whole',
     'shifted_part',
     'signed_distance',
+    'size_of',
+    'within',
 ]
 
 Window = tuple[slice, slice]
@@ -166,6 +168,21 @@ def check_stamp(stamp_ns: int) -> None:
         raise InputError(f'stamp must be positive nanoseconds, got {stamp_ns}')
 
 
+def size_of(window: Window) -> tuple[int, int]:
+    """Return the number of rows and of columns of a window."""
+    rows, columns = window
+    return rows.stop - rows.start, columns.stop - columns.start
+
+
+def within(part: Window, window: Window) -> Window:
+    """Return the rows and columns of a part of the image in a window of it."""
+    rows, columns = (
+        slice(side.start - whole.start, side.stop - whole.start)
+        for side, whole in zip(part, window, strict=True)
+    )
+    return rows, columns
+
+
 def shift_whole(image: NDArray[np.uint8], dx: int, dy: int) -> NDArray[np.uint8]:
     """
     Shift an image by whole pixels, zero where nothing is known.
@@ -175,31 +192,24 @@ def shift_whole(image: NDArray[np.uint8], dx: int, dy: int) -> NDArray[np.uint8]
     """
     if dx == 0 and dy == 0:
         return image
-    moved = np.zeros_like(image)
-    to_rows, from_rows = _overlap(dy, slice(0, image.shape[0]), image.shape[0])
-    to_columns, from_columns = _overlap(dx, slice(0, image.shape[1]), image.shape[1])
-    moved[to_rows, to_columns] = image[from_rows, from_columns]
-    return moved
+    return shifted_part(image, dx, dy, (slice(0, image.shape[0]), slice(0, image.shape[1])))
 
 
 def shifted_part(image: NDArray[np.uint8], dx: int, dy: int, window: Window) -> NDArray[np.uint8]:
     """
     Return a window of an image shifted by whole pixels, zero where nothing is known.
 
-    :param image: (H, W) uint8.
+    :param image: (H, W) or (H, W, C) uint8.
     :param window: rows and columns of the result, inside of the image.
-    :returns: (h, w) uint8, a part of ``image`` itself if nothing moves.
+    :returns: (h, w) or (h, w, C) uint8, a part of ``image`` itself if nothing moves.
     """
     if dx == 0 and dy == 0:
         return image[window]
     rows, columns = window
-    part = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.uint8)
+    part = np.zeros((*size_of(window), *image.shape[2:]), image.dtype)
     to_rows, from_rows = _overlap(dy, rows, image.shape[0])
     to_columns, from_columns = _overlap(dx, columns, image.shape[1])
-    part[
-        to_rows.start - rows.start : to_rows.stop - rows.start,
-        to_columns.start - columns.start : to_columns.stop - columns.start,
-    ] = image[from_rows, from_columns]
+    part[within((to_rows, to_columns), window)] = image[from_rows, from_columns]
     return part
 
 

@@ -25,7 +25,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window
+from gait_segmentation.images import Window, size_of
 from gait_segmentation.tracking.likelihood.kernels import against_rivals, strengths
 from gait_segmentation.tracking.nearness import REACH, Nearness, nearness
 
@@ -113,7 +113,7 @@ def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
                 _NOTHING,
                 rivals[rival],
                 _corner(shared, claims[rival].window),
-                _size(shared),
+                size_of(shared),
             )
     logits = [
         _against(claim.logit, rivals[index]) if index in met else claim.logit
@@ -127,7 +127,7 @@ def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
             logits[two],
             near[two],
             _corner(shared, claims[two].window),
-            _size(shared),
+            size_of(shared),
         )
     return logits
 
@@ -255,8 +255,3 @@ def _fall_off(
 def _corner(part: Window, window: Window) -> Corner:
     """Return row and column of a window at which a part of the image begins."""
     return part[0].start - window[0].start, part[1].start - window[1].start
-
-
-def _size(part: Window) -> tuple[int, int]:
-    """Return how many rows and columns a part of the image has."""
-    return part[0].stop - part[0].start, part[1].stop - part[1].start

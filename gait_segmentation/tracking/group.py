@@ -10,13 +10,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, placed
+from gait_segmentation.images import Window, placed, size_of, within
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.tracking.competition import Claim, compete, leave_to, overlap
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.learner import Learnt
 from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
-from gait_segmentation.tracking.outline import Outline, within
+from gait_segmentation.tracking.outline import Outline
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.strangers.beside import Beside
 from gait_segmentation.tracking.strangers.newcomers import Neighbour
@@ -221,8 +221,7 @@ def _cover(target: Target, masks: Sequence[Place], window: Window) -> NDArray[np
         if shared is None:
             continue
         if cover is None:
-            rows, columns = window
-            cover = np.zeros((rows.stop - rows.start, columns.stop - columns.start), np.uint8)
+            cover = np.zeros(size_of(window), np.uint8)
         cover[within(shared, window)] |= mask[within(shared, about)]
     return cover
 

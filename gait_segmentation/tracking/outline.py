@@ -10,11 +10,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, bounding_box
+from gait_segmentation.images import Window, bounding_box, within
 from gait_segmentation.tracking.competition import overlap
 from gait_segmentation.tracking.picture.working import WorkingImage
 
-__all__ = ['Outline', 'doubled', 'every', 'halved', 'lab_of', 'within']
+__all__ = ['Outline', 'doubled', 'every', 'halved', 'lab_of']
 
 
 @dataclass(frozen=True)
@@ -96,15 +96,6 @@ class Outline:
         rows = slice(top - 2 * first, bottom - 2 * first)
         columns = slice(left - 2 * start, right - 2 * start)
         return half.repeat(2, axis=0).repeat(2, axis=1)[rows, columns]
-
-
-def within(part: Window, window: Window) -> Window:
-    """Return the rows and columns of a part of the image in a window of it."""
-    rows, columns = (
-        slice(side.start - whole.start, side.stop - whole.start)
-        for side, whole in zip(part, window, strict=True)
-    )
-    return rows, columns
 
 
 def halved(window: Window) -> Window:

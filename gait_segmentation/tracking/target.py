@@ -461,18 +461,13 @@ class Target:
 
     def _is_other(self, record: Record, learnt: Learnt) -> bool:
         """Return whether the body that is followed seems to be somebody else's."""
-        person, window = self.person, learnt.window
-        dx, dy = self.world.since_mask(self.track_id)
-        person.shift(-dx, -dy)
-        rows = person.rows(window)
-        person.shift(dx, dy)
         return self._guard.is_other(
-            person,
+            self.person,
             self._memory,
-            record.image.lab_part(window),
-            learnt.mask[window],
-            rows,
-            record.image.stamp_ns,
+            record,
+            learnt.window,
+            learnt.mask,
+            self.world.since_mask(self.track_id),
             learnt.share,
             about=self.world.passers_by.walking,
         )

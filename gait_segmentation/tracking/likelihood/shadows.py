@@ -26,13 +26,10 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel
 from gait_segmentation.images import Window
-from gait_segmentation.lab import NO_GRADIENT
+from gait_segmentation.lab import BLACK, NO_GRADIENT
 from gait_segmentation.tracking.background.model import BackgroundModel
 
 __all__ = ['ShadowModel']
-
-_BLACK = 16 * 2.55
-"""What is added to the lightness to have it in proportion to the cube root of the light."""
 
 _DARKEST, _DEPTH_STEP, _DEPTHS = 0.75, 0.05, 5
 """Ratio of these that the deepest shadow has, and the bins from there to 1."""
@@ -207,7 +204,7 @@ def _depth_and_tint(
     pixel: NDArray[np.uint8], known: NDArray[np.float32], darker: np.float32, neutral: np.float32
 ) -> tuple[int, int, int]:
     """Return the bins of a pixel against the sums of its background; -1 if it is no shadow."""
-    count, black = known[3], np.float32(_BLACK)
+    count, black = known[3], np.float32(BLACK)
     light = np.float32(pixel[0]) * count
     # Most pixels are told without a division.
     if light > known[0] - darker * count or known[0] < np.float32(_LEAST_LIGHT) * count:
@@ -329,7 +326,7 @@ def _weigh(
     """Add the shadows to the surroundings' side of log-likelihood ratios."""
     lowest, one = np.float32(_LEAST_RATIO), np.float32(1)
     fewest, most = np.float32(_LEAST_COUNT), np.float32(trust)
-    least, middle, black = np.float32(darker), np.float32(neutral), np.float32(_BLACK)
+    least, middle, black = np.float32(darker), np.float32(neutral), np.float32(BLACK)
     doubt = np.float32(_DOUBT)
     # Of a bin in grey levels it is the background's lightness times this.
     volume = np.float32(BIN_VOLUME / (_DEPTH_STEP * _TINT_STEP * _TINT_STEP))

@@ -17,6 +17,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.lab import BLACK
+
 __all__ = ['SAME_COLOURS', 'Appearance', 'colour_signature', 'likeness', 'likeness_in_any_light']
 
 SAME_COLOURS = 0.65
@@ -34,9 +36,6 @@ _RATE = 0.05
 
 _LIGHTS = tuple(math.exp(power / 10) for power in range(-3, 4))
 """Factors of the cube root of the light that may have changed: from 0.4 to 2.5 times as light."""
-
-_DARKEST = 40.8
-"""Lightness 16 of CIE Lab in 256 levels: below zero by that, lightness goes with the cube root."""
 
 
 @njit(cache=True, nogil=True)
@@ -118,7 +117,7 @@ def _relit(lab: NDArray[np.uint8], factor: float) -> NDArray[np.uint8]:
     :param factor: of the cube root of the light.
     """
     levels = np.arange(256, dtype=np.float32)
-    light, chroma = factor * (levels + _DARKEST) - _DARKEST, factor * (levels - 128) + 128
+    light, chroma = factor * (levels + BLACK) - BLACK, factor * (levels - 128) + 128
     table = np.clip(np.rint(np.stack([light, chroma, chroma], axis=-1)), 0, 255)
     return np.asarray(cv2.LUT(lab, table.astype(np.uint8)[None]))
 

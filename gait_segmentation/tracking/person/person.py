@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import ColourModel, ColourRecord, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, Box, body_window
-from gait_segmentation.images import Bounds, Window, bounding_box, count_likely, shift_whole
+from gait_segmentation.images import (
+    Bounds,
+    Window,
+    bounding_box,
+    count_likely,
+    shift_whole,
+    size_of,
+)
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood.shadows import ShadowModel
 from gait_segmentation.tracking.person.extent import axis_tilt, extent_of
@@ -112,12 +119,15 @@ class Person:
         """Return the rows and columns in which pixels are judged."""
         return _window(self.center_x, self.center_y, self.height, self.left, self.right, shape)
 
-    def rows(self, window: Window) -> NDArray[np.float32]:
-        """Return how far down the body each pixel of a window lies."""
-        shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)
+    def rows(self, window: Window, since: tuple[float, float] = (0.0, 0.0)) -> NDArray[np.float32]:
+        """
+        Return how far down the body each pixel of a window lies.
+
+        :param since: how far the person went since the frame of the window, in pixels.
+        """
         origin = (window[1].start, window[0].start)
-        center = (self.center_x, self.center_y)
-        return body_rows(shape, origin, center, self.height, self.angle)
+        center = (self.center_x - since[0], self.center_y - since[1])
+        return body_rows(size_of(window), origin, center, self.height, self.angle)
 
     def share_inside(self, shape: tuple[int, int]) -> float:
         """Return the share of the body's box that lies in an image of the given (h, w)."""

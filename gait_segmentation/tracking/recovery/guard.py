@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import ColourRecord, body_rows
-from gait_segmentation.images import bounding_box
+from gait_segmentation.images import Window, bounding_box
 from gait_segmentation.tracking.person.appearance import (
     SAME_COLOURS,
     colour_signature,
@@ -126,10 +126,10 @@ class Guard:
         self,
         person: Person,
         memory: LostAndFound,
-        lab: NDArray[np.uint8],
+        record: Record,
+        window: Window,
         mask: NDArray[np.uint8],
-        rows: NDArray[np.float32],
-        stamp_ns: int,
+        since: tuple[float, float],
         share: float,
         *,
         about: bool,
@@ -137,19 +137,24 @@ class Guard:
         """
         Take in a mask, and return whether the last ones do not show the person of before.
 
-        :param lab: (h, w, 3) uint8 of a window about the person, in the frame of the mask.
-        :param mask: (h, w) uint8 0/255 of it; ``rows`` how far down the body its pixels are.
-        :param stamp_ns: of the frame.
+        :param record: the frame of the mask.
+        :param window: rows and columns about the person in it.
+        :param mask: (H, W) uint8 0/255 of the working image.
+        :param since: how far the person went since, in pixels.
         :param share: area of the mask over what is usual.
         :param about: whether somebody without a slot is near.
         """
         self._masks += 1
         due = self._masks % _EVERY == 1
+        stamp_ns = record.image.stamp_ns
         if about:
             self._about_ns = stamp_ns
         watched = self._about_ns is not None and stamp_ns - self._about_ns <= _ABOUT_S * 1e9
+        mask = mask[window]
         alike, look = 1.0, None
         if due or watched:
+            lab = record.image.lab_part(window)
+            rows = person.rows(window, since)
             look = colour_signature(lab, mask, rows)
         if watched and self._known and look is not None:
             before = self._known[0].look

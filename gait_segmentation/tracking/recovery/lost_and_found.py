@@ -22,7 +22,12 @@ from gait_segmentation.images import Bounds
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image, log_ratio
-from gait_segmentation.tracking.person.appearance import SAME_COLOURS, Appearance, colour_signature
+from gait_segmentation.tracking.person.appearance import (
+    SAME_COLOURS,
+    Appearance,
+    colour_signature,
+    likeness,
+)
 from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.recovery.search import find_silhouette, searched
@@ -220,9 +225,7 @@ class LostAndFound:
             return True
         if usual.similarity(self._recent) < SAME_COLOURS:
             return False
-        last = Appearance()
-        last.learn(self._recent)
-        return last.similarity(look) >= SAME_COLOURS
+        return likeness(self._recent, look) >= SAME_COLOURS
 
     def search(
         self, person: Person, world: World, taken: NDArray[np.uint8], config: TrackingConfig

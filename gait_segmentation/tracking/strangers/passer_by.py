@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.ego_motion.estimator import Motion
-from gait_segmentation.images import Window
+from gait_segmentation.images import Window, size_of
 from gait_segmentation.tracking.background.kernels import SURE_COUNT
 from gait_segmentation.tracking.competition import Claim, overlap
 from gait_segmentation.tracking.config import TrackingConfig
@@ -256,9 +256,8 @@ class PasserBy:
         self, window: Window, shift: tuple[float, float] = (0.0, 0.0)
     ) -> NDArray[np.float32]:
         """Return how far down the body each pixel lies, moved back by a shift."""
-        shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)
         center = (self.center_x - shift[0], self.center_y - shift[1])
-        return body_rows(shape, (window[1].start, window[0].start), center, self.height)
+        return body_rows(size_of(window), (window[1].start, window[0].start), center, self.height)
 
 
 def _shared(window: Window, people: Sequence[Person], shape: tuple[int, int]) -> Window | None:
