@@ -10,7 +10,6 @@ camera's motion as a robust similarity, those on the person the body's shift.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -19,14 +18,14 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.corners import strength_of, strongest
 from gait_segmentation.ego_motion.flow import followed
-from gait_segmentation.ego_motion.ground import Ground
 from gait_segmentation.ego_motion.ground_finder import GroundFinder
 from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.ego_motion.similarity import camera_motion
-from gait_segmentation.geometry import Box, carry, compose, scaling
+from gait_segmentation.ego_motion.world_motion import WorldMotion
+from gait_segmentation.geometry import Box
 from gait_segmentation.images import bounding_box
 
-__all__ = ['Motion', 'MotionEstimator']
+__all__ = ['MotionEstimator']
 
 _CORNERS_AROUND = 64
 _CORNERS_ON_BODY = 24
@@ -57,48 +56,6 @@ _ABOUT_CORNER = 3
 """Pixels about a corner that its strength depends on."""
 
 
-@dataclass(frozen=True)
-class Motion:
-    """
-    What moved from the last frame to this one, in working pixels.
-
-    ``camera`` is the 2 x 3 transform of positions of the still world, None when it did not move.
-    ``body`` is the shift (dx, dy) of the person's body in the image, None if it could not be
-    measured.  ``ground`` is how the ground about people moves, None if as the world does.
-    """
-
-    camera: NDArray[np.float64] | None
-    body: tuple[float, float] | None
-    ground: Ground | None = None
-
-    def corrected(
-        self, shift: tuple[float, float] | None, low: tuple[float, float] | None = None
-    ) -> Motion:
-        """
-        Return the motion with a further shift of the still world, if there is one.
-
-        :param low: of the ground, if that moves otherwise.
-        """
-        if shift is None and low is None:
-            return self
-        camera, ground = self.camera, self.ground
-        if shift is not None:
-            camera = _step(shift) if camera is None else compose(_step(shift), camera)
-        if low is not None and ground is not None:
-            ground = replace(ground, motion=compose(_step(low), ground.motion))
-        return replace(self, camera=camera, ground=ground)
-
-    def carry(self, x: float, y: float) -> tuple[float, float]:
-        """Return where the camera's motion moves a position of the still world."""
-        if self.camera is None:
-            return x, y
-        return carry(self.camera, x, y)
-
-
-def _step(shift: tuple[float, float]) -> NDArray[np.float64]:
-    return np.array([[1.0, 0.0, shift[0]], [0.0, 1.0, shift[1]]])
-
-
 class MotionEstimator:
     """
     Follows corners from one frame to the next.
@@ -124,34 +81,31 @@ class MotionEstimator:
         self,
         frame: Pyramid,
         people: NDArray[np.uint8] | None,
-        body: NDArray[np.uint8] | None,
         *,
         camera: bool = True,
-    ) -> Motion:
+    ) -> WorldMotion:
         """
         Measure the motion since the last frame in which anything can be seen.
 
         :param frame: the brightness of this frame, (h, w) at full size.
         :param people: (h, w) uint8 of the last frame, non-zero where people may be; corners of
             the still world are taken elsewhere.
-        :param body: (h, w) uint8 of the last frame, non-zero on the tracked person.
         :param camera: whether to estimate the motion of the camera.
         """
         if frame.is_blank:
             # Nothing can be followed into it; the next picture is compared with the last one.
             self._last = None
-            return Motion(None, None)
+            return WorldMotion()
         self._last, self._now = self._now, frame
         if self._last is None or self._last.shape != frame.shape:
             self._last = None
             self._around = self._around[:0]
-            return Motion(None, None)
-        transform = self._follow_world(self._last, frame, people) if camera else None
-        return Motion(transform, None if body is None else self.body_shift(body, transform))
+            return WorldMotion()
+        return WorldMotion(self._follow_world(self._last, frame, people) if camera else None)
 
     def with_ground(
-        self, motion: Motion, people: NDArray[np.uint8], areas: Sequence[Box]
-    ) -> Motion:
+        self, motion: WorldMotion, people: NDArray[np.uint8], areas: Sequence[Box]
+    ) -> WorldMotion:
         """
         Return the motion of the camera with that of the ground, if it is another.
 
@@ -165,30 +119,27 @@ class MotionEstimator:
             return motion
         clear = _away_from(people, self._last.image(_LEVELS_WORLD.start).shape)
         ground = self._finder.find((self._last, self._now), motion.camera, clear, areas)
-        if ground is None:
-            return motion
-        camera = scaling(1.0) if motion.camera is None else motion.camera
-        return replace(motion, camera=camera, ground=ground)
+        return motion if ground is None else WorldMotion(motion.transform, ground)
 
     def body_shift(
         self,
         body: NDArray[np.uint8],
-        camera: NDArray[np.float64] | None,
+        motion: WorldMotion,
         velocity: tuple[float, float] = (0.0, 0.0),
         corner: tuple[int, int] = (0, 0),
     ) -> tuple[float, float] | None:
         """
-        Return the shift of one more body between the last two frames, None if it is not known.
+        Return the shift of a body between the last two frames, None if it is not known.
 
         :param body: (h, w) uint8 of the frame before the last, non-zero on the person; the part
             of the image from some row and column on, ``corner``.
-        :param camera: the camera's motion between the two, as :meth:`update` returned it.
+        :param motion: of the world between the two.
         :param velocity: shift against the still world that is expected; fast bodies are
             followed from there.
         """
         if self._last is None or self._now is None:
             return None
-        return _body_shift(self._last, self._now, body, camera, velocity, corner)
+        return _body_shift(self._last, self._now, body, motion, velocity, corner)
 
     def _follow_world(
         self, last: Pyramid, now: Pyramid, people: NDArray[np.uint8] | None
@@ -249,7 +200,7 @@ def _body_shift(
     last: Pyramid,
     now: Pyramid,
     body: NDArray[np.uint8],
-    camera: NDArray[np.float64] | None,
+    motion: WorldMotion,
     velocity: tuple[float, float],
     corner: tuple[int, int],
 ) -> tuple[float, float] | None:
@@ -259,11 +210,9 @@ def _body_shift(
         return None
     body = body[start : start + height, first : first + width]
     left, top = corner[1] + first, corner[0] + start
-    expected = velocity
-    if camera is not None:
-        x, y = left + width / 2, top + height / 2
-        stays_x, stays_y = carry(camera, x, y)
-        expected = (stays_x - x + velocity[0], stays_y - y + velocity[1])
+    x, y = left + width / 2, top + height / 2
+    stays_x, stays_y = motion.carry(x, y)
+    expected = (stays_x - x + velocity[0], stays_y - y + velocity[1])
     # With what the strength at the body's outline depends on.
     rows = slice(max(top - _ABOUT_CORNER, 0), top + height + _ABOUT_CORNER)
     columns = slice(max(left - _ABOUT_CORNER, 0), left + width + _ABOUT_CORNER)

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.corners import strength_of, strongest
 from gait_segmentation.ego_motion.flow import followed
-from gait_segmentation.ego_motion.ground import Ground
 from gait_segmentation.ego_motion.pyramid import Pyramid
+from gait_segmentation.ego_motion.world_motion import Ground
 from gait_segmentation.geometry import Box, carry, scaling
 from gait_segmentation.images import bounding_box
 

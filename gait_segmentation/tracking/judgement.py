@@ -12,7 +12,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import colour_bins
-from gait_segmentation.ego_motion.ground import warp_parts
 from gait_segmentation.geometry import carry
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.tracking.config import TrackingConfig
@@ -147,26 +146,24 @@ def _add_motion(
     motions = world.motions_of(person.track_id)
     if motions is None:
         return None
-    earlier, camera, (dx, dy), ground = motions
+    earlier, motion, (dx, dy) = motions
     then_x, then_y = person.center_x - dx, person.center_y - dy
-    stays_x, stays_y = carry(camera, then_x, then_y)
+    stays_x, stays_y = motion.carry(then_x, then_y)
     off = math.hypot(person.center_x - stays_x, person.center_y - stays_y)
-    if ground is not None:
+    if motion.ground is not None:
         # The ground may pass under somebody who stays before the houses far behind.
         soles = then_y + person.height / 2
-        x, y = carry(ground.motion, then_x, soles)
+        x, y = carry(motion.ground.motion, then_x, soles)
         off = max(off, math.hypot(then_x + dx - x, soles + dy - y))
     if off < _LEAST_MOTION * person.height:
         return None
     body = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
-    moving = add_motion(
-        logit, record.image.gray, earlier.image.gray, camera, body, window, weight, ground
-    )
+    moving = add_motion(logit, record.image.gray, earlier.image.gray, motion, body, window, weight)
     people, sums = earlier.people, record.background.sums
     place = window[0].start, window[1].start
     early = _FOUND <= person.learnt_anew <= _SETTLED
     if people is not None and early and _may_be_new(moving, sums, *place):
-        there = warp_parts(people, camera, ground, window, cv2.BORDER_CONSTANT)
+        there = motion.warped(people, window, cv2.BORDER_CONSTANT)
         along = np.ascontiguousarray(shifted_part(people, round(dx), round(dy), window))
         way = round(person.center_x - stays_x), round(person.center_y - stays_y)
         before = moving.copy()

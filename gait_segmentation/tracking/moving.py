@@ -12,9 +12,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.ground import Ground, ground_over, warp_parts
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
-from gait_segmentation.tracking.records import Record, camera_over
+from gait_segmentation.tracking.records import Record
 
 __all__ = ['add_moving', 'moving_pixels']
 
@@ -45,15 +45,12 @@ def add_moving(
         return
     first = max(0, index - _GAP)
     earlier = kept[first]
-    camera = camera_over(kept[first + 1 : index + 1])
-    ground = ground_over((each.camera, each.ground) for each in kept[first + 1 : index + 1])
+    motion = WorldMotion.over(each.motion for each in kept[first + 1 : index + 1])
     for window in record.windows:
-        moving = moving_pixels(
-            record.image.gray, earlier.image.gray, camera, window, spread, ground
-        )
+        moving = moving_pixels(record.image.gray, earlier.image.gray, motion, window, spread)
         if earlier.people is not None:
             # What people have just uncovered has changed but is background.
-            left = warp_parts(earlier.people, camera, ground, window, cv2.BORDER_CONSTANT)
+            left = motion.warped(earlier.people, window, cv2.BORDER_CONSTANT)
             moving &= cv2.inRange(left, 0, 0)
         people[window] |= moving
 
@@ -61,22 +58,20 @@ def add_moving(
 def moving_pixels(
     gray: NDArray[np.uint8],
     earlier: NDArray[np.uint8],
-    camera: NDArray[np.float64],
+    motion: WorldMotion,
     window: Window,
     spread: float,
-    ground: Ground | None = None,
 ) -> NDArray[np.uint8]:
     """
     Return where something moves against the still world, (h, w) uint8, 1 where it does.
 
     :param gray: (H, W) uint8 brightness of this frame.
     :param earlier: (H, W) uint8, that of a frame some frames back.
-    :param camera: 2 x 3 transform of positions of the still world from then to now.
+    :param motion: of the still world from then to now.
     :param window: rows and columns to look at.
     :param spread: of a still pixel about its mean, in grey levels.
-    :param ground: of the ground, None if it moves as the rest.
     """
-    then = warp_parts(earlier, camera, ground, window)
+    then = motion.warped(earlier, window)
     height, width = then.shape
     if then.size == 0:
         return np.zeros(then.shape, np.uint8)

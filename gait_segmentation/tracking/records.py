@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is kept of the last frames, and how camera and bodies moved over some of them."""
+"""What is kept of the last frames, and how bodies moved over some of them."""
 
 from __future__ import annotations
 
@@ -10,16 +10,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.ground import Ground
-from gait_segmentation.geometry import compose, scaling
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.outline import Outline
 from gait_segmentation.tracking.picture.working import WorkingImage
 
-__all__ = ['Record', 'Shift', 'body_over', 'camera_over']
-
-_STILL = scaling(1.0)
+__all__ = ['Record', 'Shift', 'body_over']
 
 Shift = tuple[float, float]
 
@@ -29,6 +26,7 @@ class Record:
     """
     One frame, kept until its feedback came and as long as the cue from motion needs it.
 
+    ``motion`` is how the world moved since the frame before.
     ``windows`` are the parts in which the background is known and learnt, disjoint.
     ``bodies`` has the shift of each body since the frame before, by track id; a track that is not
     in it did not exist.  ``moving`` has a window for some tracks and (h, w) float32, the evidence
@@ -37,11 +35,10 @@ class Record:
     some tracks' bodies they are likely.  ``people`` is (h, w) uint8, non-zero where people
     were when the frame was learnt; None before.  ``passers_by`` has what is seen
     of people without a slot, by their numbers.  ``version`` counts what the background had learnt.
-    ``ground`` is how the ground moved, None if as the camera shows the world.
     """
 
     image: WorkingImage
-    camera: NDArray[np.float64] | None
+    motion: WorldMotion
     background: BackgroundModel
     version: int
     windows: list[Window]
@@ -51,7 +48,6 @@ class Record:
     rows: dict[int, tuple[float, float]] = field(default_factory=dict)
     moving: dict[int, tuple[Window, NDArray[np.float32]]] = field(default_factory=dict)
     passers_by: dict[int, Outline] = field(default_factory=dict)
-    ground: Ground | None = None
 
     def strange(
         self, window: Window, shadow_floor: float, lab: NDArray[np.uint8] | None = None
@@ -64,15 +60,6 @@ class Record:
         """
         lab = self.image.lab_part(window) if lab is None else lab
         return self.background.contradicted(lab, window, shadow_floor)
-
-
-def camera_over(records: Iterable[Record]) -> NDArray[np.float64]:
-    """Return the camera's motion over several frames, 2 x 3."""
-    total = None
-    for each in records:
-        if each.camera is not None:
-            total = each.camera if total is None else compose(each.camera, total)
-    return _STILL if total is None else total
 
 
 def body_over(records: Iterable[Record], track_id: int) -> Shift:

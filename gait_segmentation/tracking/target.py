@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.estimator import Motion
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, placed, shift_whole
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
@@ -157,12 +157,12 @@ class Target:
     # Each frame: move, judge, assess, and if lost, recover.
 
     def move(
-        self, motion: Motion, body: NDArray[np.uint8] | None, *, company: bool = False
+        self, motion: WorldMotion, body: NDArray[np.uint8] | None, *, company: bool = False
     ) -> None:
         """
         Follow the body into the world's newest frame.
 
-        :param motion: of the camera.
+        :param motion: of the world.
         :param body: what can be followed carried to the frame before, in the window about the
             person, without what others hid there; None of somebody lost.
         :param company: whether somebody without a slot may be in the way.

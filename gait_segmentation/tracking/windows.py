@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from gait_segmentation.ego_motion.estimator import Motion
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window
 
@@ -19,12 +19,14 @@ more than where pixels are judged, so that it is known before the person comes t
 """
 
 
-def windows_about(areas: Iterable[Box], motion: Motion, shape: tuple[int, int]) -> list[Window]:
+def windows_about(
+    areas: Iterable[Box], motion: WorldMotion, shape: tuple[int, int]
+) -> list[Window]:
     """
     Return disjoint windows with room about people, as the camera moved them.
 
     :param areas: where people were in the last frame, in pixels.
-    :param motion: of the camera since.
+    :param motion: of the world since.
     :param shape: (h, w) of the image; all of it is the window if there are no people.
     """
     height, width = shape

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.estimator import Motion, MotionEstimator
-from gait_segmentation.ego_motion.ground import Ground, ground_over, parted
+from gait_segmentation.ego_motion.estimator import MotionEstimator
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import Box, invert
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.starting.finding.recollection import Recollection
@@ -25,7 +25,7 @@ from gait_segmentation.tracking.moving import add_moving
 from gait_segmentation.tracking.picture.contrast import Contrast
 from gait_segmentation.tracking.picture.exposure import Exposure
 from gait_segmentation.tracking.picture.working import WorkingImage, working_scale, working_shape
-from gait_segmentation.tracking.records import Record, Shift, body_over, camera_over
+from gait_segmentation.tracking.records import Record, Shift, body_over
 from gait_segmentation.tracking.strangers.passers_by import PassersBy
 from gait_segmentation.tracking.windows import windows_about
 
@@ -135,7 +135,7 @@ class World:
         texture: bool = True,
         everywhere: bool = False,
         heat: NDArray[np.uint8] | None = None,
-    ) -> Motion:
+    ) -> WorldMotion:
         """
         Take in a frame.
 
@@ -156,7 +156,7 @@ class World:
         areas = list(areas)
         for area in areas:
             people[area.slices(self.shape[1], self.shape[0])] = 1
-        motion = self._estimator.update(frame.pyramid, people, None, camera=camera)
+        motion = self._estimator.update(frame.pyramid, people, camera=camera)
         if camera:
             motion = self._estimator.with_ground(motion, people, areas)
         about = windows_about(areas, motion, self.shape)
@@ -168,7 +168,7 @@ class World:
         shift = low = None
         if camera and about:
             lab = _lab_of(frame, about)
-            upper, lower = parted(about, motion.ground)
+            upper, lower = motion.parted(about)
             shift = remaining_shift(background.sums, lab, people, upper)
             low = remaining_shift(background.sums, lab, people, lower)
             motion = motion.corrected(shift, low)
@@ -176,9 +176,7 @@ class World:
             background = self._background_now(motion, windows, background)
         if heat is not None:
             heat = np.asarray(cv2.resize(heat, self.shape[::-1], interpolation=cv2.INTER_LINEAR))
-        record = Record(
-            frame, motion.camera, background, self._version, windows, heat, ground=motion.ground
-        )
+        record = Record(frame, motion, background, self._version, windows, heat)
         self.pending.append(record)
         self.history.append(record)
         return motion
@@ -204,7 +202,7 @@ class World:
         :param velocity: shift against the still world that is expected.
         """
         corner = window[0].start, window[1].start
-        return self._estimator.body_shift(body, self.now.camera, velocity, corner)
+        return self._estimator.body_shift(body, self.now.motion, velocity, corner)
 
     def clear(self, where: NDArray[np.uint8]) -> None:
         """
@@ -228,28 +226,25 @@ class World:
         if self._background is not model:
             ahead = BackgroundModel(self.shape)
             ahead.recall(past.mean, past.count, past.window)
-            back = invert(camera_over(self.pending))
-            ahead.move(back)
+            back = invert(WorldMotion.over(each.motion for each in self.pending).transform)
+            ahead.move(WorldMotion(back))
             count = np.floor(ahead.count + 0.5).astype(np.uint8)
             every = (slice(0, self.shape[0]), slice(0, self.shape[1]))
             self._background.recall(np.rint(ahead.mean).astype(np.uint8), count, every)
 
-    def motions_of(
-        self, track_id: int
-    ) -> tuple[Record, NDArray[np.float64], Shift, Ground | None] | None:
+    def motions_of(self, track_id: int) -> tuple[Record, WorldMotion, Shift] | None:
         """
-        Return how camera and body moved over the frames kept in which a track was there.
+        Return how world and body moved over the frames kept in which a track was there.
 
-        :returns: the first of these frames, and from it to the newest the motion of the camera
-            (2 x 3), the shift of the body, and the motion of the ground, None if that moved as
-            the rest of the world; None if there is but one frame.
+        :returns: the first of these frames, and from it to the newest the motion of the world
+            and the shift of the body; None if there is but one frame.
         """
         frames = [each for each in self.history if track_id in each.bodies]
         if len(frames) < 2:
             return None
         since = frames[1:]
-        ground = ground_over((each.camera, each.ground) for each in since)
-        return frames[0], camera_over(since), body_over(since, track_id), ground
+        motion = WorldMotion.over(each.motion for each in since)
+        return frames[0], motion, body_over(since, track_id)
 
     def since_mask(self, track_id: int) -> Shift:
         """Return how far a body went since the last frame that was learnt."""
@@ -289,7 +284,7 @@ class World:
             if record.background is not self._background:
                 self._spare, self._background = self._background, record.background
         else:
-            self._background.move(record.camera, record.windows, record.ground)
+            self._background.move(record.motion, record.windows)
         self._version += 1
         return skipped, record
 
@@ -323,13 +318,13 @@ class World:
 
     def _skip(self) -> Record:
         record = self.pending.popleft()
-        self._background.move(record.camera, record.windows, record.ground)
+        self._background.move(record.motion, record.windows)
         self.passers_by.skip(record)
         return record
 
     def _background_now(
         self,
-        newest: Motion,
+        newest: WorldMotion,
         windows: list[Window],
         into: BackgroundModel | None = None,
     ) -> BackgroundModel:
@@ -338,12 +333,10 @@ class World:
 
         :param into: a model that was returned before, to be filled in anew.
         """
-        steps = [*((each.camera, each.ground) for each in self.pending)]
-        steps.append((newest.camera, newest.ground))
-        cameras, ground = [camera for camera, _ in steps], ground_over(steps)
+        steps = [*(each.motion for each in self.pending), newest]
         if into is None or into is self._background:
             into = self._spare
-        model = self._background.moved(cameras, windows, into=into, ground=ground)
+        model = self._background.moved(steps, windows, into=into)
         if model is self._spare:
             self._spare = None
         return model

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from gait_segmentation.ego_motion.estimator import MotionEstimator
-from gait_segmentation.ego_motion.ground import Ground
 from gait_segmentation.ego_motion.ground_finder import GroundFinder, ground_of
 from gait_segmentation.ego_motion.pyramid import Pyramid
+from gait_segmentation.ego_motion.world_motion import Ground
 from gait_segmentation.geometry import Box, scaling
 
 END, SLOPE = 120, 0.05
@@ -35,7 +35,7 @@ def found(frames: list[np.ndarray]) -> list[Ground | None]:
     people[PERSON.slices(400, 240)] = 1
     out = []
     for frame in frames:
-        motion = estimator.update(Pyramid(frame), people, None)
+        motion = estimator.update(Pyramid(frame), people)
         out.append(estimator.with_ground(motion, people, [PERSON]).ground)
     return out
 
@@ -77,7 +77,7 @@ def test_people_at_whose_legs_nothing_of_the_image_is_left_show_no_ground() -> N
     estimator = MotionEstimator()
     people = np.ones((240, 400), np.uint8)
     for frame in (followed_by(0), followed_by(1)):
-        motion = estimator.update(Pyramid(frame), people, None)
+        motion = estimator.update(Pyramid(frame), people)
         assert estimator.with_ground(motion, people, [PERSON]).ground is None
 
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.geometry import scaling
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.moving import add_moving, moving_pixels
 from gait_segmentation.tracking.picture.working import WorkingImage
@@ -14,7 +14,7 @@ from gait_segmentation.tracking.records import Record
 from gait_segmentation.warping import warp_window
 
 WINDOW = (slice(10, 70), slice(10, 90))
-STILL = scaling(1.0)
+STILL = WorldMotion()
 
 
 def shift(dx: float, dy: float = 0.0) -> np.ndarray:
@@ -26,7 +26,7 @@ def test_what_moves_against_the_world_is_found_and_the_panned_world_is_not() -> 
     world = rng.integers(0, 255, (80, 120)).astype(np.uint8)
     earlier, now = world[:, :100].copy(), world[:, 4:104].copy()
     earlier[30:40, 30:40], now[30:40, 46:56] = 0, 0
-    moving = moving_pixels(now, earlier, shift(-4), WINDOW, spread=2.0)
+    moving = moving_pixels(now, earlier, WorldMotion(shift(-4)), WINDOW, spread=2.0)
     assert moving.shape == (60, 80)
     assert moving[25, 40]
     assert not moving[:, :10].any()
@@ -51,7 +51,7 @@ def test_squares_are_marked_about_squares_that_changed(
     now = np.clip(then + change, 0, 255).astype(np.uint8)
     window = (slice(3, 3 + shape[0]), slice(4, 4 + shape[1]))
     camera = shift(0.4, -0.3)
-    found = moving_pixels(now, then, camera, window, spread)
+    found = moving_pixels(now, then, WorldMotion(camera), window, spread)
     assert found.shape == shape
     if not found.size:
         return
@@ -67,7 +67,7 @@ def test_what_moves_is_added_but_not_what_people_have_uncovered() -> None:
         image = np.full((80, 100, 3), 120, np.uint8)
         image[30:50, block : block + 10] = 20
         working = WorkingImage.of(image, stamp, (80, 100))
-        return Record(working, None, BackgroundModel((80, 100)), 0, [WINDOW])
+        return Record(working, STILL, BackgroundModel((80, 100)), 0, [WINDOW])
 
     earlier, now = record(20, 1), record(50, 2)
     people = np.zeros((80, 100), np.uint8)

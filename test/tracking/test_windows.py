@@ -6,12 +6,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from gait_segmentation.ego_motion.estimator import Motion
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import Box
 from gait_segmentation.tracking.windows import windows_about
 
 SHAPE = (120, 300)
-STILL = Motion(None, None)
+STILL = WorldMotion()
 
 
 def test_without_people_it_is_all_of_the_image() -> None:
@@ -25,7 +25,7 @@ def test_there_is_room_about_people_and_the_camera_moves_them() -> None:
     assert one[1].start < 100
     assert one[1].stop > 130
     camera = np.array([[1.0, 0.0, 20.0], [0.0, 1.0, 0.0]])
-    (two,) = windows_about([Box(100, 30, 30, 50)], Motion(camera, None), SHAPE)
+    (two,) = windows_about([Box(100, 30, 30, 50)], WorldMotion(camera), SHAPE)
     assert two == (one[0], slice(one[1].start + 20, one[1].stop + 20))
 
 

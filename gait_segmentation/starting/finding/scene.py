@@ -125,7 +125,7 @@ class MotionScene:
         """
         colours = self._exposure.undo(colours)
         gray = np.ascontiguousarray(colours[:, :, 0])
-        camera = self._estimator.update(Pyramid(gray), self._keep, None).camera
+        camera = self._estimator.update(Pyramid(gray), self._keep).camera
         total = self._register(gray, camera)
         moved = total is not self._to_image
         self._last_step = compose(total, invert(self._to_image)) if moved else None

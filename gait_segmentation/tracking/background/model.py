@@ -9,8 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.ground import Ground, parted
-from gait_segmentation.geometry import compose
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.background.kernels import (
     PLACE_STEPS,
@@ -123,46 +122,33 @@ class BackgroundModel:
 
     def moved(
         self,
-        motions: list[NDArray[np.float64] | None],
+        steps: Sequence[WorldMotion],
         windows: Sequence[Window] | None = None,
         *,
         into: BackgroundModel | None = None,
-        ground: Ground | None = None,
     ) -> BackgroundModel:
         """
-        Return the model as it looks after some motions of the camera; this one stays.
+        Return the model as it looks after some motions of the world; this one stays.
 
-        :param motions: transforms as for :meth:`move`, oldest first.
+        :param steps: motions as for :meth:`move`, oldest first.
         :param windows: the rows and columns to keep, all if None.
         :param into: a model of the same size that is no longer needed, to be filled in anew.
-        :param ground: how the ground moved over all of them, None if as the camera did.
         """
-        made = [motion for motion in motions if motion is not None]
-        if not made:
+        moves = sum(step.camera is not None for step in steps)
+        if moves == 0:
             return self
-        total = made[0]
-        for motion in made[1:]:
-            total = compose(motion, total)
         other = BackgroundModel((0, 0)) if into is None or into is self else into
-        self._carry(total, ground, _WARP_DECAY ** len(made), windows, other)
+        self._carry(WorldMotion.over(steps), _WARP_DECAY**moves, windows, other)
         return other
 
-    def move(
-        self,
-        motion: NDArray[np.float64] | None,
-        windows: Sequence[Window] | None = None,
-        ground: Ground | None = None,
-    ) -> None:
+    def move(self, motion: WorldMotion, windows: Sequence[Window] | None = None) -> None:
         """
-        Carry the model along with the camera.
+        Carry the model along with the world.
 
-        :param motion: 2 x 3 transform of positions from the last frame to this one, None for a
-            camera that stands still (nothing is resampled then).
+        :param motion: from the last frame to this one; nothing is resampled if it did not move.
         :param windows: the rows and columns to keep, all if None; when nothing moves, all are.
-        :param ground: how the ground moved, None if as the camera did.
         """
-        if motion is not None:
-            self.sums = self.moved([motion], windows, ground=ground).sums
+        self.sums = self.moved([motion], windows).sums
 
     @property
     def _all(self) -> list[Window]:
@@ -170,8 +156,7 @@ class BackgroundModel:
 
     def _carry(
         self,
-        motion: NDArray[np.float64],
-        ground: Ground | None,
+        motion: WorldMotion,
         decay: float,
         windows: Sequence[Window] | None,
         other: BackgroundModel,
@@ -188,12 +173,12 @@ class BackgroundModel:
                     other.sums[part] = 0
         other._known = wanted
         other.sigma, other.misplacement = self.sigma, self.misplacement
-        upper, lower = parted(self._all if windows is None else windows, ground)
+        upper, lower = motion.parted(self._all if windows is None else windows)
         for window in upper:
-            resample(self.sums, motion, decay, window, other.sums)
+            resample(self.sums, motion.transform, decay, window, other.sums)
         for window in lower:
-            assert ground is not None
-            resample(self.sums, ground.motion, decay, window, other.sums)
+            assert motion.ground is not None
+            resample(self.sums, motion.ground.motion, decay, window, other.sums)
 
     def learn(
         self,

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.ground import Ground, warp_parts
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.nearness import Nearness
 from gait_segmentation.warping import warp_window
@@ -84,28 +84,26 @@ def add_motion(
     logit: NDArray[np.float32],
     gray: NDArray[np.uint8],
     earlier: NDArray[np.uint8],
-    camera: NDArray[np.float64],
+    motion: WorldMotion,
     body: NDArray[np.float64],
     window: Window,
     weight: float,
-    ground: Ground | None = None,
 ) -> NDArray[np.float32]:
     """
     Add the evidence that pixels move with the body rather than stay with the world.
 
-    An earlier frame is carried to this one twice, with the camera and with the body; a pixel
+    An earlier frame is carried to this one twice, with the world and with the body; a pixel
     belongs to the one that explains it better.  Limited to +-2 times the weight.
 
     :param logit: (h, w) float32 of the window, changed.
     :param gray: (H, W) uint8 brightness of this frame.
     :param earlier: (H, W) uint8, that of a frame some frames back.
-    :param camera: 2 x 3 transform of positions of the still world from then to now.
-    :param body: the same of the body.
+    :param motion: of the still world from then to now.
+    :param body: 2 x 3 transform of positions on the body, likewise.
     :param window: the window's rows and columns.
-    :param ground: of the ground, None if it moves as the rest of the world.
     :returns: the evidence itself, (h, w) float32 within +-2.
     """
-    stays = warp_parts(earlier, camera, ground, window)
+    stays = motion.warped(earlier, window)
     moves = warp_window(earlier, body, window)
     evidence = np.empty(logit.shape, np.float32)
     top, left = window[0].start, window[1].start

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import ColourModel, body_rows, colour_bins
-from gait_segmentation.ego_motion.estimator import Motion
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window, size_of
 from gait_segmentation.tracking.background.kernels import SURE_COUNT
 from gait_segmentation.tracking.competition import Claim, overlap
@@ -106,11 +106,11 @@ class PasserBy:
         """Return the outline, carried along through frames not learnt yet."""
         return self.outline.shifted(*body_over(pending, self.number))
 
-    def follow(self, motion: Motion, last: Record, now: Record, outline: Outline) -> None:
+    def follow(self, motion: WorldMotion, last: Record, now: Record, outline: Outline) -> None:
         """
         Follow the person into the newest frame.
 
-        :param motion: of the camera.
+        :param motion: of the world.
         :param last: the frame before.
         :param now: the newest frame, in which the shift is noted.
         :param outline: in the frame before.

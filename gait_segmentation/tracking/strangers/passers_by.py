@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.estimator import Motion
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.tracking.competition import Claim, overlap
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.outline import Outline, halved
@@ -55,11 +55,13 @@ class PassersBy:
         gap = _COMPANY * person.height
         return any(meets(each.expected(pending), [person], gap) for each in self.known)
 
-    def follow(self, motion: Motion, last: Record, now: Record, pending: Sequence[Record]) -> None:
+    def follow(
+        self, motion: WorldMotion, last: Record, now: Record, pending: Sequence[Record]
+    ) -> None:
         """
         Follow everybody into the newest frame.
 
-        :param motion: of the camera.
+        :param motion: of the world.
         :param last: the frame before.
         :param now: the newest frame, in which the shifts are noted.
         :param pending: frames not learnt yet.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.tracking.background.model import BackgroundModel
 
 
@@ -28,7 +29,7 @@ def test_a_still_camera_resamples_nothing() -> None:
     model = BackgroundModel((60, 80))
     model.learn(texture(), np.zeros((60, 80), np.uint8))
     before = model.sums.copy()
-    model.move(None)
+    model.move(WorldMotion())
     assert np.array_equal(model.sums, before)
 
 
@@ -36,7 +37,7 @@ def test_it_moves_with_the_camera_and_forgets_what_left() -> None:
     model = BackgroundModel((60, 80))
     lab = texture()
     model.learn(lab, np.zeros((60, 80), np.uint8))
-    model.move(np.array([[1.0, 0, 5], [0, 1.0, -3]]))
+    model.move(WorldMotion(np.array([[1.0, 0, 5], [0, 1.0, -3]])))
     assert model.mean[10, 20] == pytest.approx(lab[13, 15].astype(float), abs=0.01)
     assert model.count[10, 2] == 0
     assert 0.9 < model.count[10, 20] < 1
@@ -47,7 +48,7 @@ def test_the_unknown_does_not_darken_its_neighbours() -> None:
     person = np.zeros((20, 20), np.uint8)
     person[:, 10:] = 255
     model.learn(np.full((20, 20, 3), 200, np.uint8), person)
-    model.move(np.array([[1.0, 0, 0.4], [0, 1.0, 0]]))
+    model.move(WorldMotion(np.array([[1.0, 0, 0.4], [0, 1.0, 0]])))
     known = model.count > 0.25
     assert model.mean[:, :, 0][known] == pytest.approx(np.full(known.sum(), 200.0), abs=0.1)
 
@@ -58,7 +59,7 @@ def test_stripes_keep_their_contrast_while_the_camera_trembles() -> None:
     model = BackgroundModel((60, 80))
     model.learn(lab, np.zeros((60, 80), np.uint8))
     for dy in (0.3, -0.4, 0.2, -0.3, 0.4, -0.2):
-        model.move(np.array([[1.0, 0, 0.1], [0, 1.0, dy]]))
+        model.move(WorldMotion(np.array([[1.0, 0, 0.1], [0, 1.0, dy]])))
     inner = (slice(10, 50), slice(10, 70), 0)
     assert model.mean[inner].std() > 0.85 * lab[inner].std()
 
@@ -84,9 +85,9 @@ def test_the_moved_model_is_another_one_unless_nothing_moved() -> None:
     model = BackgroundModel((60, 80))
     model.learn(texture(), np.zeros((60, 80), np.uint8))
     before = model.sums.copy()
-    assert model.moved([None, None]) is model
-    motion = np.array([[1.0, 0, 2], [0, 1.0, 0]])
-    twice = model.moved([motion, None, motion])
+    assert model.moved([WorldMotion(), WorldMotion()]) is model
+    motion = WorldMotion(np.array([[1.0, 0, 2], [0, 1.0, 0]]))
+    twice = model.moved([motion, WorldMotion(), motion])
     assert np.array_equal(model.sums, before)
     assert twice.mean[30, 40] == pytest.approx(model.mean[30, 36], abs=0.01)
 
@@ -95,7 +96,7 @@ def test_a_model_that_is_filled_in_anew_forgets_what_it_was() -> None:
     nobody = np.zeros((60, 80), np.uint8)
     model = BackgroundModel((60, 80))
     model.learn(texture(), nobody)
-    motion = np.array([[1.0, 0, 2.5], [0, 1.0, -1]])
+    motion = WorldMotion(np.array([[1.0, 0, 2.5], [0, 1.0, -1]]))
     first = [(slice(0, 30), slice(10, 50)), (slice(40, 60), slice(0, 80))]
     second = [(slice(20, 50), slice(30, 70))]
     fresh = model.moved([motion], second)

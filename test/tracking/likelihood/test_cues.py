@@ -6,13 +6,12 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.geometry import scaling
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.tracking.likelihood.cues import add_motion, add_propagation
 from gait_segmentation.tracking.nearness import nearness
 from gait_segmentation.warping import warp_window
 
 WINDOW = (slice(10, 70), slice(10, 90))
-STILL = scaling(1.0)
 
 
 def shift(dx: float, dy: float = 0.0) -> np.ndarray:
@@ -28,7 +27,7 @@ def test_what_moves_with_the_body_is_person_and_what_stays_is_not() -> None:
     earlier = np.where(person, cloth, world)
     now = np.where(np.roll(person, 10, 1), np.roll(cloth, 10, 1), world)
     logit = np.zeros((60, 80), np.float32)
-    add_motion(logit, now, earlier, STILL, shift(10), WINDOW, 1.0)
+    add_motion(logit, now, earlier, WorldMotion(), shift(10), WINDOW, 1.0)
     assert logit[25, 38] == pytest.approx(2)
     assert logit[25, 70] == pytest.approx(-2)
     assert np.abs(logit).max() <= 2
@@ -66,7 +65,7 @@ def test_the_evidence_is_the_difference_of_what_the_two_motions_leave(
     body = np.array([[1.0, 0.0, 3.5], [0.0, 1.0, 0.25]])
     logit = rng.normal(0, 1, now[window].shape).astype(np.float32)
     before = logit.copy()
-    evidence = add_motion(logit, now, then, camera, body, window, 0.6)
+    evidence = add_motion(logit, now, then, WorldMotion(camera), body, window, 0.6)
     stays, moves = (
         np.minimum(
             cv2.blur(cv2.absdiff(now[window], warp_window(then, each, window)), (3, 3)), 30

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.picture.working import WorkingImage
 from gait_segmentation.tracking.records import Record
@@ -20,7 +21,7 @@ def beside(moving: np.ndarray | None = None, count: float = 30.0) -> Beside:
     background = BackgroundModel(SHAPE)
     background.sums[..., 3] = count
     people = np.zeros(SHAPE, np.uint8)
-    return Beside(Record(image, None, background, 0, []), people, moving)
+    return Beside(Record(image, WorldMotion(), background, 0, []), people, moving)
 
 
 def test_images_of_odd_size_lose_their_last_line() -> None:

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.outline import Outline
@@ -41,7 +42,7 @@ def look(strange: np.ndarray, moving: np.ndarray | None, *, known: bool = True) 
     background = BackgroundModel(SHAPE)
     background.sums[..., 3] = 30.0 if known else 0.0
     image = WorkingImage.of(np.zeros((*SHAPE, 3), np.uint8), 1, SHAPE)
-    beside = Beside(Record(image, None, background, 0, []), own, moving)
+    beside = Beside(Record(image, WorldMotion(), background, 0, []), own, moving)
     beside.add(EVERYWHERE, (strange > 0).astype(np.uint8), own, own)
     return beside
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.ego_motion.estimator import Motion
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.outline import Outline
@@ -18,14 +18,14 @@ from gait_segmentation.tracking.strangers.beside import Beside
 from gait_segmentation.tracking.strangers.passer_by import PasserBy
 from test.tracking.figures import BLUE, HEIGHT, STEP_NS, WIDTH, Figure, picture
 
-STILL = Motion(None, None)
+STILL = WorldMotion()
 
 
 def frame(figure: Figure, number: int) -> Record:
     image, _ = picture([figure])
     shape = (HEIGHT, WIDTH)
     working = WorkingImage.of(image, (number + 1) * STEP_NS, shape)
-    return Record(working, None, BackgroundModel(shape), 0, [])
+    return Record(working, STILL, BackgroundModel(shape), 0, [])
 
 
 def passer_by(figure: Figure) -> PasserBy:
