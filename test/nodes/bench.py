@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import gc
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -76,6 +77,8 @@ class Bench:
         self.executor.shutdown()
         self.probe.destroy_node()
         rclpy.try_shutdown(context=self.context)
+        # What is not collected stays a participant, and the next test's graph has its nodes.
+        gc.collect()
 
     def add(self, kind: Any, start: bool = True, **parameters: Any) -> Any:
         """Add a node under test and start it."""
