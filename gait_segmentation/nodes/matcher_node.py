@@ -93,14 +93,15 @@ class MatcherNode(GaitNode):
             for slot in range(self._slots)
             for name, kind in _TOPICS.items()
         }
-        self._join = ExactJoin(topics, _KEPT)
+        self._topics = list(topics)
+        self._join = ExactJoin({'gait_tracker': topics}, _KEPT)
         self.input(RegionOfInterest, 'image_size', self._sized, LATCHED)
         for topic, kind in topics.items():
             self.input(kind, topic, partial(self._part, topic))
 
     def missing(self) -> str:
         """Say whether there is no tracker."""
-        return unpublished(self, self._join.parts, 'gait_tracker')
+        return unpublished(self, self._topics, 'gait_tracker')
 
     def release(self) -> None:
         """Let go of the stage."""
@@ -164,7 +165,7 @@ class MatcherNode(GaitNode):
         if not self.accept(stamp_ns):
             return
         parts = self._join.add(part, stamp_ns, message)
-        self.note_missed(self._join.missed)
+        self.note_missed(self._join)
         if parts is None:
             return
         if self._size is None and self.count_publishers(self.resolve_topic_name('image_size')):

@@ -30,11 +30,14 @@ from gait_segmentation.warm_up import warm_up_segmenter
 __all__ = ['SegmenterNode', 'main']
 
 _TOPICS = {
-    'likelihood': Image,
-    'matched_box': PolygonInstanceStamped,
-    'shape_prior': Image,
-    'gait': JointState,
+    'gait_tracker': {'likelihood': Image},
+    'gait_matcher': {
+        'matched_box': PolygonInstanceStamped,
+        'shape_prior': Image,
+        'gait': JointState,
+    },
 }
+"""Kinds of messages by topic of a slot and by the node they come from."""
 
 Parts = dict[str, Any]
 
@@ -75,16 +78,21 @@ class SegmenterNode(GaitNode):
 
     def connect(self) -> None:
         """Subscribe to the camera and to the other nodes' outputs."""
-        topics = {
-            f'{slot_name(slot)}/{name}': kind
-            for slot in range(self._slots)
-            for name, kind in _TOPICS.items()
+        self._topics = {
+            node: {
+                f'{slot_name(slot)}/{name}': kind
+                for slot in range(self._slots)
+                for name, kind in topics.items()
+            }
+            for node, topics in _TOPICS.items()
         }
         self._join = ExactJoin(
-            ('image', *topics), self.parameters.get(SegmenterNodeConfig).keep_images
+            {'camera': ['image'], **self._topics},
+            self.parameters.get(SegmenterNodeConfig).keep_images,
         )
-        for topic, kind in topics.items():
-            self.input(kind, topic, partial(self._part, topic))
+        for topics in self._topics.values():
+            for topic, kind in topics.items():
+                self.input(kind, topic, partial(self._part, topic))
         camera = CameraSubscription(
             self,
             self.parameters.get(CameraConfig),
@@ -97,10 +105,8 @@ class SegmenterNode(GaitNode):
         """Say whether it is the camera or another node that does not publish."""
         if not self.count_publishers(self.resolve_topic_name(self._camera_topic)):
             return no_images(self, self._camera_topic)
-        likelihoods = [f'{slot_name(slot)}/likelihood' for slot in range(self._slots)]
-        others = [topic for topic in self._join.parts if topic not in ('image', *likelihoods)]
-        tracker = unpublished(self, likelihoods, 'gait_tracker')
-        return tracker or unpublished(self, others, 'gait_matcher')
+        silent = (unpublished(self, topics, node) for node, topics in self._topics.items())
+        return next(filter(None, silent), '')
 
     def release(self) -> None:
         """Let go of the stage."""
@@ -150,7 +156,7 @@ class SegmenterNode(GaitNode):
         if not self.accept(stamp_ns):
             return
         parts = self._join.add(part, stamp_ns, message)
-        self.note_missed(self._join.missed)
+        self.note_missed(self._join)
         if parts is not None:
             self.hand_over(stamp_ns, parts)
 

@@ -69,7 +69,7 @@ class TrackerNode(CameraNode):
             for k in range(self._slots)
             for name, kind in _FEEDBACK.items()
         }
-        self._join = ExactJoin(parts, _FEEDBACK_KEPT)
+        self._join = ExactJoin({'feedback': parts}, _FEEDBACK_KEPT)
         for topic, kind in parts.items():
             self.input(kind, topic, partial(self._feedback, topic))
         super().connect()

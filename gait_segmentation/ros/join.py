@@ -5,21 +5,28 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from gait_segmentation.errors import ConfigError
-
 __all__ = ['ExactJoin']
+
+_REMEMBERED = 1000
+"""Entries that were dropped and whose late parts are known as such."""
 
 
 @dataclass
 class _Entry:
     """The parts of a stamp, and how often the stamps had jumped back before they came."""
 
+    stamp_ns: int
+    run: int
     parts: dict[str, Any] = field(default_factory=dict)
-    run: int = 0
+
+    @property
+    def key(self) -> tuple[int, int]:
+        """Return where in time it is."""
+        return self.run, self.stamp_ns
 
 
 class ExactJoin:
@@ -27,94 +34,133 @@ class ExactJoin:
     Collects the parts that belong to one stamp until they are complete.
 
     All stages copy the source image's header, so stamps agree to the nanosecond and nothing
-    needs to be approximated.  Each part comes in the order of its stamps: an entry that a part
-    has passed by will never be complete, and is dropped and counted.  What stays incomplete
-    otherwise is pushed out by what comes later, in the order of arrival and not of stamps, so that
-    a clock that jumps back does no harm.
+    needs to be approximated.  Each part comes in the order of its stamps; where they jump back (a
+    bag that loops, a simulation that is reset) its next *run* begins, while other parts of the
+    run before may still be on their way.  An entry that a part has passed by will never be
+    complete, and is dropped; what stays incomplete otherwise is pushed out by what comes later.
     """
 
-    def __init__(self, parts: Iterable[str], capacity: int) -> None:
+    def __init__(self, stages: Mapping[str, Iterable[str]], capacity: int) -> None:
         """
         Make an empty join.
 
-        :param parts: names of the parts that make an entry complete.
+        :param stages: the parts that make an entry complete, by the node they come from, in the
+            order of the work.
         :param capacity: incomplete entries kept.
-        :raises ConfigError: if there is no part or no room.
         """
-        self.parts = frozenset(parts)
-        if not self.parts or capacity < 1:
-            raise ConfigError(
-                f'a join needs parts and a capacity of at least 1, got {sorted(self.parts)} '
-                f'and {capacity}'
-            )
+        self._stages = {part: stage for stage, parts in stages.items() for part in parts}
+        self._order = list(stages)
         self.capacity = capacity
         self.missed: Counter[str] = Counter()
-        """Entries dropped, by the part that passed them by."""
+        """Entries dropped, by the part that has passed them by."""
 
-        self._entries: dict[int, _Entry] = {}
-        self._newest: dict[str, int] = {}
-        self._runs: Counter[str] = Counter()
-        self._given_up: deque[tuple[int, int]] = deque(maxlen=capacity)
+        self.skipped: Counter[str] = Counter()
+        """The same by stage, of entries of which neither it nor one after it has said a thing."""
+
+        self.late: Counter[str] = Counter()
+        """Entries pushed out, by the part that had not come until then."""
+
+        self._entries: list[_Entry] = []
+        self._first: dict[str, tuple[int, int]] = {}
+        self._newest: dict[str, tuple[int, int]] = {}
+        self._given_up: deque[tuple[int, int]] = deque(maxlen=_REMEMBERED)
+        self._pushed_out: deque[tuple[int, int]] = deque(maxlen=_REMEMBERED)
         self._joined = False
 
     def __len__(self) -> int:
         """Return the number of incomplete entries."""
         return len(self._entries)
 
-    def clear(self) -> None:
-        """Forget all incomplete entries."""
-        self._entries.clear()
-        self._newest.clear()
-        self._runs.clear()
-        self._given_up.clear()
-        self._joined = False
-        self.missed.clear()
-
     def add(self, part: str, stamp_ns: int, value: Any) -> dict[str, Any] | None:
         """
         Take in a part.
 
         :returns: all parts by name if the stamp is complete now, else None.
-
-        A part whose stamps jump back (a bag that loops, a simulation that is reset) drops the
-        entries it was in before: they are of another run.  Entries it was not in are kept, since
-        the other topics may have jumped already.
         """
-        if part not in self.parts:
-            raise KeyError(f'part must be one of {", ".join(sorted(self.parts))}, got {part!r}')
-        if stamp_ns < self._newest.get(part, stamp_ns):
-            stale = [stamp for stamp, entry in self._entries.items() if part in entry.parts]
-            for stamp in stale:
-                del self._entries[stamp]
-            self._runs[part] += 1
-        self._newest[part] = stamp_ns
-        run = self._runs[part]
-        if self._given_up and (stamp_ns, run) in self._given_up:
-            return None
-        for stamp, entry in list(self._entries.items()):
-            if stamp < stamp_ns and part not in entry.parts and self._passes(part, entry):
-                self._give_up(stamp, part)
-        entry = self._entries.setdefault(stamp_ns, _Entry())
-        entry.parts[part] = value
-        entry.run = max(entry.run, run)
-        for other in self.parts - entry.parts.keys():
-            if self._newest.get(other, 0) > stamp_ns and self._passes(other, entry):
-                self._give_up(stamp_ns, other)
+        run, jumped = self._advance(part, stamp_ns)
+        # Not before all are known to go together.
+        if self._joined:
+            self._drop_passed(part, jumped)
+        entry = self._entry(part, stamp_ns)
+        if entry is None:
+            if self._is_late(part, (run, stamp_ns)):
                 return None
-        if len(entry.parts) == len(self.parts):
-            del self._entries[stamp_ns]
+            entry = _Entry(stamp_ns, run)
+            self._entries.append(entry)
+        entry.parts[part] = value
+        complete = len(entry.parts) == len(self._stages)
+        if complete:
+            self._entries.remove(entry)
             self._joined = True
-            return entry.parts
+        elif self._joined:
+            self._drop_if_passed(entry)
         if len(self._entries) > self.capacity:
-            del self._entries[next(iter(self._entries))]
+            self._push_out(self._entries[0])
+        return entry.parts if complete else None
+
+    def _advance(self, part: str, stamp_ns: int) -> tuple[int, bool]:
+        """Return the run of a part that has come, and whether it has just begun."""
+        if part not in self._newest:
+            # The others may have jumped before.
+            run = max((run for run, _ in self._newest.values()), default=0)
+            self._first[part] = self._newest[part] = (run, stamp_ns)
+            return run, False
+        run, before_ns = self._newest[part]
+        jumped = stamp_ns < before_ns
+        self._newest[part] = (run + jumped, stamp_ns)
+        return run + jumped, jumped
+
+    def _entry(self, part: str, stamp_ns: int) -> _Entry | None:
+        """Return the entry that a part goes to: the newest, whether or not it saw all jumps."""
+        for entry in reversed(self._entries):
+            if entry.stamp_ns == stamp_ns and (
+                part not in entry.parts or entry.run == self._newest[part][0]
+            ):
+                return entry
         return None
 
-    def _passes(self, part: str, entry: _Entry) -> bool:
-        """Return whether a part with a later stamp says that it will not come."""
-        # Not before all are known to go together, nor when others have jumped back already.
-        return self._joined and self._runs[part] == entry.run
+    def _is_late(self, part: str, key: tuple[int, int]) -> bool:
+        """Return whether the entry that a part belongs to has been dropped."""
+        if key in self._pushed_out:
+            self._pushed_out.remove(key)
+            self._given_up.append(key)
+            self.late[part] += 1
+        return key in self._given_up
 
-    def _give_up(self, stamp_ns: int, part: str) -> None:
-        """Drop an entry that a part has passed by, and what may still come of it."""
-        self.missed[part] += 1
-        self._given_up.append((stamp_ns, self._entries.pop(stamp_ns).run))
+    def _drop_passed(self, part: str, jumped: bool) -> None:
+        """Drop the entries that a part has just passed by."""
+        run, stamp_ns = self._newest[part]
+        for entry in [each for each in self._entries if part not in each.parts]:
+            if entry.run < run if jumped else entry.run == run and entry.stamp_ns < stamp_ns:
+                self._give_up(entry, part)
+
+    def _drop_if_passed(self, entry: _Entry) -> None:
+        """Drop an entry if a part that it lacks had passed it by."""
+        for part in self._stages.keys() - entry.parts.keys():
+            run, stamp_ns = self._newest[part]
+            if entry.run == run and entry.stamp_ns < stamp_ns:
+                self._give_up(entry, part)
+                return
+
+    def _give_up(self, entry: _Entry, part: str) -> None:
+        """Drop an entry that a part has passed by, and count it unless it was there before."""
+        self._entries.remove(entry)
+        self._given_up.append(entry.key)
+        if entry.key < self._first[part]:
+            return
+        stage = self._stages[part]
+        after = self._order[self._order.index(stage) :]
+        if any(self._stages[each] in after for each in entry.parts):
+            self.missed[part] += 1
+        else:
+            self.skipped[stage] += 1
+
+    def _push_out(self, entry: _Entry) -> None:
+        """Drop an entry for which there is no room."""
+        self._entries.remove(entry)
+        if self._joined:
+            self._given_up.append(entry.key)
+            self.late[next(part for part in self._stages if part not in entry.parts)] += 1
+        else:
+            # Perhaps nobody works on it yet.
+            self._pushed_out.append(entry.key)

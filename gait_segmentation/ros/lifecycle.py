@@ -6,13 +6,15 @@ from __future__ import annotations
 
 import time
 from abc import abstractmethod
-from collections import Counter
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, ClassVar
 
 import cv2
 from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.srv import ChangeState
 from rclpy.clock import Clock, ClockType
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
@@ -24,6 +26,7 @@ from gait_segmentation.ros.compiling import compiling
 from gait_segmentation.ros.config import NodeConfig
 from gait_segmentation.ros.diagnostics import diagnostic_message
 from gait_segmentation.ros.endpoints import publisher, subscription
+from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.memory import take_ahead
 from gait_segmentation.ros.parameters import NodeParameters
 from gait_segmentation.ros.qos import BETWEEN_NODES
@@ -73,6 +76,9 @@ class GaitNode(LifecycleNode):
             changed=self._parameters_changed,
         )
         self._alarm = self.create_guard_condition(self._raise_failure)
+        self._service_change_state.callback = partial(
+            self._change_state, self._service_change_state.callback
+        )
         self.create_service(SetBool, '~/enable', self._enable)
         self.create_service(Trigger, '~/reset', self._reset)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -162,16 +168,31 @@ class GaitNode(LifecycleNode):
             self.statistics.skipped += dropped
             self.warn('overflow', f'cannot keep up: {dropped} waiting frames dropped')
 
-    def note_missed(self, missed: Counter[str]) -> None:
-        """Report frames of which not all parts have come, by the part, and empty the counter."""
-        for part, count in missed.items():
+    def note_missed(self, join: ExactJoin) -> None:
+        """Report frames of which not all parts have come, and empty the counters of a join."""
+        for stage, count in join.skipped.items():
+            self.statistics.skipped += count
+            self.warn(
+                f'skipped by {stage}',
+                f'{stage} said nothing of {_frames(count)}, so there is no result: it skipped '
+                'them (its log says why), or was not there',
+            )
+        for part, count in join.missed.items():
             self.statistics.incomplete += count
             self.warn(
                 'incomplete',
-                f'{part} did not come for {count} frame{"s" * (count != 1)}: its publisher left '
-                'them out, or they were lost on the way',
+                f'{part} did not come for {_frames(count)}: its publisher left them out, or they '
+                'were lost on the way',
             )
-        missed.clear()
+        for part, count in join.late.items():
+            self.statistics.incomplete += count
+            self.warn(
+                'late',
+                f'{part} had not come for {_frames(count)} when there was no room for more than '
+                f'{join.capacity} that wait: raise keep_images of gait_segmenter',
+            )
+        for counter in (join.skipped, join.missed, join.late):
+            counter.clear()
 
     def later(self, call: Callable[[], None]) -> None:
         """Have something done by the worker before the next frame."""
@@ -302,6 +323,31 @@ class GaitNode(LifecycleNode):
 
     # Services, parameters and diagnostics.
 
+    def _change_state(
+        self,
+        change: Callable[[ChangeState.Request, ChangeState.Response], ChangeState.Response],
+        request: ChangeState.Request,
+        response: ChangeState.Response,
+    ) -> ChangeState.Response:
+        try:
+            return change(request, response)
+        except rclpy_implementation.RCLError:
+            # rclpy lets it through, and so would end the node.
+            if not self.context.ok():
+                raise
+            asked = request.transition.label or self._label(request.transition.id)
+            possible = [label for _, label, *_ in self._state_machine.available_transitions]
+            self.get_logger().warning(
+                f'the node is {self.state}, so {asked} is ignored; now there is: '
+                + ', '.join(possible)
+            )
+            response.success = False
+            return response
+
+    def _label(self, number: int) -> str:
+        known = {each: label for each, label, *_ in self._state_machine.transition_graph}
+        return str(known.get(number, f'transition {number}'))
+
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         self.enabled = bool(request.data)
         if not self.enabled:
@@ -342,3 +388,7 @@ class GaitNode(LifecycleNode):
                 details,
             )
         )
+
+
+def _frames(count: int) -> str:
+    return f'{count} frame{"s" * (count != 1)}'

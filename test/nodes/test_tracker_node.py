@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonInstance, PolygonInstanceStamped
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CompressedImage, Image
@@ -147,6 +149,28 @@ def test_the_life_cycle_can_be_repeated_and_leaves_nothing(bench: Bench) -> None
         assert (node._outputs, node._inputs, node._worker, node._tracker) == ([], [], None, None)
         bench.until(lambda: bench.probe.count_subscribers('image') == 0, 'the subscription')
     assert boxes(bench) == [4, 4, 4] or len(boxes(bench)) >= 3
+
+
+def test_a_transition_that_there_is_not_is_refused(bench: Bench, capfd) -> None:
+    node = bench.add(TrackerNode)
+    change = bench.probe.create_client(ChangeState, 'gait_tracker/change_state')
+    bench.until(change.service_is_ready, 'the service')
+    for number, label, succeeds, state in (
+        (Transition.TRANSITION_CONFIGURE, '', False, 'active'),
+        (0, 'cleanup', False, 'active'),
+        (77, '', False, 'active'),
+        (Transition.TRANSITION_DEACTIVATE, '', True, 'inactive'),
+        (Transition.TRANSITION_DEACTIVATE, '', False, 'inactive'),
+    ):
+        asked = ChangeState.Request(transition=Transition(id=number, label=label))
+        future = change.call_async(asked)
+        bench.until(future.done, 'the answer')
+        assert (future.result().success, node.state) == (succeeds, state)
+    said = capfd.readouterr().err
+    assert (
+        'the node is active, so configure is ignored; now there is: deactivate, shutdown' in said
+    )
+    assert 'so transition 77 is ignored' in said
 
 
 def test_a_configuration_that_fails_leaves_the_node_unconfigured(bench: Bench) -> None:
