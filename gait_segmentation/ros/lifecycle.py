@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import time
 from abc import abstractmethod
+from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, ClassVar
@@ -67,6 +68,7 @@ class GaitNode(LifecycleNode):
         self._inputs: list[Any] = []
         self._outputs: list[Any] = []
         self._warned: dict[str, float] = {}
+        self._untold: Counter[str] = Counter()
         self._worker: Worker | None = None
         self._failure: BaseException | None = None
         self.parameters = NodeParameters(
@@ -166,29 +168,29 @@ class GaitNode(LifecycleNode):
         dropped = self._worker.backlog.put((now, frame))
         if dropped:
             self.statistics.skipped += dropped
-            self.warn('overflow', f'cannot keep up: {dropped} waiting frames dropped')
+            self._warn_of(dropped, 'cannot keep up: {} that waited dropped')
 
     def note_missed(self, join: ExactJoin) -> None:
         """Report frames of which not all parts have come, and empty the counters of a join."""
         for stage, count in join.skipped.items():
             self.statistics.skipped += count
-            self.warn(
-                f'skipped by {stage}',
-                f'{stage} said nothing of {_frames(count)}, so there is no result: it skipped '
-                'them (its log says why), or was not there',
+            self._warn_of(
+                count,
+                f'{stage} said nothing of {{}}, so there is no result: it skipped them (its log '
+                'says why), or was not there',
             )
         for part, count in join.missed.items():
             self.statistics.incomplete += count
-            self.warn(
-                'incomplete',
-                f'{part} did not come for {_frames(count)}: its publisher left them out, or they '
-                'were lost on the way',
+            self._warn_of(
+                count,
+                f'{part} did not come for {{}}: its publisher left them out, or they were lost on '
+                'the way',
             )
         for part, count in join.late.items():
             self.statistics.incomplete += count
-            self.warn(
-                'late',
-                f'{part} had not come for {_frames(count)} when there was no room for more than '
+            self._warn_of(
+                count,
+                f'{part} had not come for {{}} when there was no room for more than '
                 f'{join.capacity} that wait: raise keep_images of gait_segmenter',
             )
         for counter in (join.skipped, join.missed, join.late):
@@ -199,12 +201,21 @@ class GaitNode(LifecycleNode):
         if self._worker is not None:
             self._worker.backlog.call(call)
 
-    def warn(self, key: str, text: str) -> None:
-        """Log a warning, those of one key at most every 5 seconds."""
+    def warn(self, key: str, text: str) -> bool:
+        """Log a warning, those of one key at most every 5 seconds; return whether it was."""
         now = time.monotonic()
-        if now - self._warned.get(key, -_WARN_EVERY_S) >= _WARN_EVERY_S:
-            self._warned[key] = now
-            self.get_logger().warning(text)
+        if now - self._warned.get(key, -_WARN_EVERY_S) < _WARN_EVERY_S:
+            return False
+        self._warned[key] = now
+        self.get_logger().warning(text)
+        return True
+
+    def _warn_of(self, count: int, text: str) -> None:
+        """Log a warning of frames, with those it was not said of before, in place of ``{}``."""
+        self._untold[text] += count
+        frames = self._untold[text]
+        if self.warn(text, text.format(f'{frames} frame{"s" * (frames != 1)}')):
+            del self._untold[text]
 
     @property
     def state(self) -> str:
@@ -388,7 +399,3 @@ class GaitNode(LifecycleNode):
                 details,
             )
         )
-
-
-def _frames(count: int) -> str:
-    return f'{count} frame{"s" * (count != 1)}'

@@ -21,7 +21,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_bgr, read_mono8
 from gait_segmentation.nodes import camera_node
 from gait_segmentation.nodes.tracker_node import TrackerNode
-from gait_segmentation.ros import outputs
+from gait_segmentation.ros import lifecycle, outputs
 from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.messages import box_message
 from gait_segmentation.tracking import TrackingConfig
@@ -177,6 +177,16 @@ def test_a_configuration_that_fails_leaves_the_node_unconfigured(bench: Bench) -
     node = bench.add(TrackerNode, start=False, bank='/no/such/bank.npz')
     assert not node.start()
     assert (node.state, node._worker) == ('unconfigured', None)
+
+
+def test_warnings_of_frames_that_were_not_said_add_up(bench: Bench, capfd, monkeypatch) -> None:
+    node = bench.add(TrackerNode, start=False)
+    for count in (1, 2):
+        node._warn_of(count, 'nothing came of {}')
+    monkeypatch.setattr(lifecycle, '_WARN_EVERY_S', 0.0)
+    node._warn_of(3, 'nothing came of {}')
+    said = capfd.readouterr().err
+    assert [line.split('came of ')[1] for line in said.splitlines()] == ['1 frame', '5 frames']
 
 
 def test_autostart_can_be_switched_off(bench: Bench) -> None:
