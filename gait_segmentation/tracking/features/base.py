@@ -4,9 +4,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Protocol, runtime_checkable
 
 import cv2
 import numpy as np
@@ -91,34 +91,35 @@ def _share(bgr: NDArray[np.uint8], index: int, out: NDArray[np.uint8]) -> None:
             result[col] = np.uint8(np.int32(most * share + half))
 
 
-class Feature(Protocol):
+@dataclass(frozen=True)
+class ChannelFeature:
     """
-    Something about a pixel that may tell people from surroundings.
+    A feature with one number per pixel, whose histograms are learnt.
 
-    A feature is a module of this package with a constant FEATURE; it is either a
-    :class:`ChannelFeature` or a :class:`DirectFeature`.
+    ``channel`` returns the numbers of the pixels that are needed, uint8, contiguous; with
+    ``has_neutral`` pixels of the value NEUTRAL say nothing.
     """
 
-    @property
-    def name(self) -> str:
-        """Return the name that reports give."""
+    name: str
+    channel: Callable[[View], NDArray[np.uint8]]
+    has_neutral: bool = False
 
 
-@runtime_checkable
-class ChannelFeature(Feature, Protocol):
-    """A feature with one number per pixel, whose histograms are learnt."""
+@dataclass(frozen=True)
+class DirectFeature:
+    """
+    A feature that is a log-likelihood ratio itself.
 
-    @property
-    def has_neutral(self) -> bool:
-        """Return whether pixels of the value NEUTRAL say nothing."""
+    ``log_ratio`` returns the ratios of the pixels that are needed, float32, None if not known.
+    """
 
-    def channel(self, view: View) -> NDArray[np.uint8]:
-        """Return the numbers of the pixels that are needed, uint8, contiguous."""
+    name: str
+    log_ratio: Callable[[View], NDArray[np.float32] | None]
 
 
-@runtime_checkable
-class DirectFeature(Feature, Protocol):
-    """A feature that is a log-likelihood ratio itself."""
+Feature = ChannelFeature | DirectFeature
+"""
+Something about a pixel that may tell people from surroundings.
 
-    def log_ratio(self, view: View) -> NDArray[np.float32] | None:
-        """Return the ratios of the pixels that are needed, float32, None if not known."""
+A feature is a module of this package with a constant FEATURE.
+"""

@@ -7,24 +7,19 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.tracking.features.base import View
+from gait_segmentation.tracking.features.base import DirectFeature, View
 
 __all__ = ['FEATURE']
 
 _LIMIT = 3.0
 
 
-class HeatMap:
-    """A likelihood image from outside of this package, e.g. of a detector."""
-
-    name = 'heat map'
-
-    def log_ratio(self, view: View) -> NDArray[np.float32] | None:
-        """Return its logit, limited to +-3; None without a heat map."""
-        if view.heat is None:
-            return None
-        share = (view.thin(view.heat).astype(np.float32) + np.float32(0.5)) / np.float32(256)
-        return np.clip(np.log(share / (1 - share)), -_LIMIT, _LIMIT)
+def _log_ratio(view: View) -> NDArray[np.float32] | None:
+    """Return its logit, limited to +-3; None without a heat map."""
+    if view.heat is None:
+        return None
+    share = (view.thin(view.heat).astype(np.float32) + np.float32(0.5)) / np.float32(256)
+    return np.clip(np.log(share / (1 - share)), -_LIMIT, _LIMIT)
 
 
-FEATURE = HeatMap()
+FEATURE = DirectFeature('heat map', _log_ratio)

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.tracking.features.base import NEUTRAL, View
+from gait_segmentation.tracking.features.base import NEUTRAL, ChannelFeature, View
 
 __all__ = ['FEATURE']
 
@@ -19,18 +19,12 @@ _FIRST = 8
 """Hues below it are taken for it, so that none is neutral."""
 
 
-class Hue:
-    """Hue, where there is enough colour to have one."""
-
-    name = 'H'
-    has_neutral = True
-
-    def channel(self, view: View) -> NDArray[np.uint8]:
-        """Return the values of the pixels that are needed."""
-        hsv = view.thin_hsv
-        out = np.empty(hsv.shape[:2], np.uint8)
-        _hue(hsv, out)
-        return out
+def _channel(view: View) -> NDArray[np.uint8]:
+    """Return the hue of the pixels that are needed."""
+    hsv = view.thin_hsv
+    out = np.empty(hsv.shape[:2], np.uint8)
+    _hue(hsv, out)
+    return out
 
 
 @njit(cache=True, nogil=True)
@@ -43,4 +37,4 @@ def _hue(hsv: NDArray[np.uint8], out: NDArray[np.uint8]) -> None:
             result[col] = hue if pixels[3 * col + 1] >= _LEAST_SATURATION else NEUTRAL
 
 
-FEATURE = Hue()
+FEATURE = ChannelFeature('H', _channel, has_neutral=True)

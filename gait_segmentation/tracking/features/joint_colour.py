@@ -4,22 +4,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-from gait_segmentation.tracking.features.base import View
+from gait_segmentation.tracking.features.base import DirectFeature
 
 __all__ = ['FEATURE']
 
-
-class JointColour:
-    """The joint Lab histogram in bands of the body; see :mod:`gait_segmentation.colour`."""
-
-    name = 'colour'
-
-    def log_ratio(self, view: View) -> NDArray[np.float32] | None:
-        """Return the log-likelihood ratios of the pixels that are needed."""
-        return view.evidence.get(self.name)
-
-
-FEATURE = JointColour()
+FEATURE = DirectFeature('colour', lambda view: view.evidence.get('colour'))

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.tracking.features.base import NEUTRAL, View
+from gait_segmentation.tracking.features.base import NEUTRAL, ChannelFeature, View
 
 __all__ = ['FEATURE']
 
@@ -28,21 +28,15 @@ _LEAST = 150.0
 """Mean squared gradient, per pixel of distance, below which nothing is said (12 grey levels)."""
 
 
-class Orientation:
-    """Orientation of the gradients, modulo a half turn."""
-
-    name = 'orientation'
-    has_neutral = True
-
-    def channel(self, view: View) -> NDArray[np.uint8]:
-        """Return 8..255 for angles of 0..pi, NEUTRAL without gradients."""
-        shape = tuple(-(-size // view.step) for size in view.gray.shape)
-        real, imaginary = np.empty(shape, np.float32), np.empty(shape, np.float32)
-        _tensor(np.ascontiguousarray(view.gray), view.step, real, imaginary)
-        length, angle = cv2.cartToPolar(real, imaginary)
-        out = np.empty(shape, np.uint8)
-        _values(length, angle, out)
-        return out
+def _channel(view: View) -> NDArray[np.uint8]:
+    """Return 8..255 for angles of 0..pi, NEUTRAL without gradients."""
+    shape = tuple(-(-size // view.step) for size in view.gray.shape)
+    real, imaginary = np.empty(shape, np.float32), np.empty(shape, np.float32)
+    _tensor(np.ascontiguousarray(view.gray), view.step, real, imaginary)
+    length, angle = cv2.cartToPolar(real, imaginary)
+    out = np.empty(shape, np.uint8)
+    _values(length, angle, out)
+    return out
 
 
 @njit(nogil=True)
@@ -138,4 +132,4 @@ def _values(
             out[row, col] = NEUTRAL if length[row, col] < least else value
 
 
-FEATURE = Orientation()
+FEATURE = ChannelFeature('orientation', _channel, has_neutral=True)

@@ -4,23 +4,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-from gait_segmentation.tracking.features.base import View
+from gait_segmentation.tracking.features.base import ChannelFeature
 
 __all__ = ['FEATURE']
 
-
-class Red:
-    """Red of the camera."""
-
-    name = 'R'
-    has_neutral = False
-
-    def channel(self, view: View) -> NDArray[np.uint8]:
-        """Return the values of the pixels that are needed."""
-        return view.plane(2)
-
-
-FEATURE = Red()
+FEATURE = ChannelFeature('R', lambda view: view.plane(2))

@@ -13,14 +13,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import cast
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.results import FeatureWeight
-from gait_segmentation.tracking.features.base import DirectFeature, Feature, View
+from gait_segmentation.tracking.features.base import ChannelFeature, Feature, View
 from gait_segmentation.tracking.features.histograms import (
     ChannelModel,
     class_histograms,
@@ -97,7 +96,6 @@ class FeatureSelector:
 
     def __init__(self) -> None:
         """Know nothing yet."""
-        self._channels = {each.name: each for each in channels()}
         self._models = {f.name: ChannelModel(has_neutral=f.has_neutral) for f in channels()}
         self._learnt = 0
         self._looked = 0
@@ -117,7 +115,7 @@ class FeatureSelector:
             return
         frames = 1 if self._chosen else _EVERY
         thin, labels = replace(view, step=STEP), labels_of(mask)
-        for feature in self._channels.values():
+        for feature in channels():
             newest = class_histograms(
                 feature.channel(thin), labels, has_neutral=feature.has_neutral
             )
@@ -152,19 +150,17 @@ class FeatureSelector:
 
     def _log_ratio(self, feature: Feature, view: View) -> NDArray[np.float32] | None:
         """Return the log-likelihood ratios of a feature, None if it has nothing to say."""
-        channel = self._channels.get(feature.name)
-        if channel is not None:
-            return self._models[feature.name].log_ratio(channel.channel(view))
-        return cast(DirectFeature, feature).log_ratio(view)
+        if isinstance(feature, ChannelFeature):
+            return self._models[feature.name].log_ratio(feature.channel(view))
+        return feature.log_ratio(view)
 
     def _variance_ratio(
         self, feature: Feature, view: View, labels: NDArray[np.uint8]
     ) -> float | None:
         """Return the variance ratio of a feature, None if it has nothing to say."""
-        channel = self._channels.get(feature.name)
-        if channel is not None:
+        if isinstance(feature, ChannelFeature):
             newest = class_histograms(
-                channel.channel(view), labels, has_neutral=channel.has_neutral
+                feature.channel(view), labels, has_neutral=feature.has_neutral
             )
             return self._models[feature.name].variance_ratio(newest)
         values = self._log_ratio(feature, view)
