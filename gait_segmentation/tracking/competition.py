@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, size_of
 from gait_segmentation.tracking.likelihood.kernels import against_rivals, strengths
-from gait_segmentation.tracking.nearness import REACH, Nearness, nearness
+from gait_segmentation.tracking.nearness import REACH, Nearness, by_distance, nearness
 
 __all__ = ['Claim', 'compete', 'leave_to', 'overlap']
 
@@ -218,38 +218,9 @@ def _settle(
 def _falloff(claim: Claim, near: Nearness | None = None) -> NDArray[np.float32]:
     """Return g: 0 where the person is expected, falling off with the distance from there."""
     near = claim.near if near is None else near
-    out = np.empty(claim.logit.shape, np.float32)
-    if near is None:
-        out[:] = _FARTHEST
-    else:
-        rows, columns = near.part
-        slope = -_FARTHEST / (REACH * claim.height)
-        _fall_off(near.distance, rows.start, columns.start, slope, _FARTHEST, out)
-    return out
-
-
-@njit(cache=True, nogil=True)
-def _fall_off(
-    distance: NDArray[np.float32],
-    top: int,
-    left: int,
-    slope: float,
-    farthest: float,
-    out: NDArray[np.float32],
-) -> None:
-    """Fill in what falls off with a distance that is known from a row and a column on."""
-    rise, low, zero = np.float32(slope), np.float32(farthest), np.float32(0)
-    height, width = distance.shape
-    for row in range(out.shape[0]):
-        line = out[row]
-        if row < top or row >= top + height:
-            line[:] = low
-            continue
-        line[:left] = low
-        line[left + width :] = low
-        part, here = line[left : left + width], distance[row - top]
-        for col in range(width):
-            part[col] = min(max(rise * here[col], low), zero)
+    return by_distance(
+        near, claim.logit.shape, -_FARTHEST / (REACH * claim.height), _FARTHEST, 0.0
+    )
 
 
 def _corner(part: Window, window: Window) -> Corner:

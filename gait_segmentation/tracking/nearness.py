@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, bounding_box
 
-__all__ = ['REACH', 'Nearness', 'nearness']
+__all__ = ['REACH', 'Nearness', 'by_distance', 'nearness']
 
 REACH = 0.12
 """How far outside of a mask distances are told, in body heights: no cue reaches farther."""
@@ -57,6 +57,42 @@ def nearness(mask: NDArray[np.uint8], height: float) -> Nearness | None:
     distance = np.empty(inside.shape, np.float32)
     _measure(inside, distance)
     return Nearness(part, distance)
+
+
+def by_distance(
+    near: Nearness | None, shape: tuple[int, ...], slope: float, low: float, high: float
+) -> NDArray[np.float32]:
+    """
+    Return the distance to an outline times a slope, within limits, (h, w) float32.
+
+    :param near: how near the pixels of a window are, None if all are far; where that is not
+        known they are so far outside that it is the lower limit.
+    :param shape: (h, w) of the window.
+    """
+    out = np.full(shape, low, np.float32)
+    if near is not None:
+        rows, columns = near.part
+        _limit(near.distance, rows.start, columns.start, slope, low, high, out)
+    return out
+
+
+@njit(cache=True, nogil=True, fastmath=True)
+def _limit(
+    distance: NDArray[np.float32],
+    top: int,
+    left: int,
+    slope: float,
+    low: float,
+    high: float,
+    out: NDArray[np.float32],
+) -> None:
+    """Fill in a distance times a slope, within limits, from a row and a column on."""
+    rise, least, most = np.float32(slope), np.float32(low), np.float32(high)
+    for row in range(distance.shape[0]):
+        here = distance[row]
+        result = out[top + row, left : left + here.size]
+        for col in range(here.size):
+            result[col] = min(max(rise * here[col], least), most)
 
 
 @njit(nogil=True)

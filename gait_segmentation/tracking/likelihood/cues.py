@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
-from gait_segmentation.tracking.nearness import Nearness
+from gait_segmentation.tracking.nearness import Nearness, by_distance
 from gait_segmentation.warping import warp_window
 
 __all__ = ['add_motion', 'add_propagation']
@@ -122,34 +122,5 @@ def add_propagation(
         of that is in the window.
     :param height: height of the body in pixels.
     """
-    limit = np.float32(weight * _PROPAGATION_LIMIT)
-    if near is None:
-        logit -= limit
-        return
-    rows, columns = near.part
-    slope = weight / (_PROPAGATION_SLOPE * height)
-    _add_distance(logit, rows.start, columns.start, near.distance, slope, limit)
-
-
-@njit(cache=True, nogil=True, fastmath=True)
-def _add_distance(
-    logit: NDArray[np.float32],
-    top: int,
-    left: int,
-    distance: NDArray[np.float32],
-    slope: float,
-    limit: float,
-) -> None:
-    """Add a limited distance, known from a row and a column on; elsewhere minus the limit."""
-    rise, most = np.float32(slope), np.float32(limit)
-    height, width = distance.shape
-    for row in range(logit.shape[0]):
-        line = logit[row]
-        if row < top or row >= top + height:
-            line -= most
-            continue
-        line[:left] -= most
-        line[left + width :] -= most
-        part, here = line[left : left + width], distance[row - top]
-        for col in range(width):
-            part[col] += min(max(rise * here[col], -most), most)
+    limit = weight * _PROPAGATION_LIMIT
+    logit += by_distance(near, logit.shape, weight / (_PROPAGATION_SLOPE * height), -limit, limit)
