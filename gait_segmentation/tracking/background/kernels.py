@@ -14,6 +14,7 @@ __all__ = [
     'compare',
     'count_misplacements',
     'count_residuals',
+    'lightness_of_row',
     'place_in',
     'update_sums',
 ]
@@ -62,15 +63,18 @@ def update_sums(
 
 
 @njit(nogil=True, fastmath=True, error_model='numpy', inline='always')
-def _lightness_of_row(
-    line: NDArray[np.float32], light: NDArray[np.float32], known: NDArray[np.float32]
+def lightness_of_row(
+    line: NDArray[np.float32],
+    least: float,
+    light: NDArray[np.float32],
+    known: NDArray[np.float32],
 ) -> None:
-    """Fill in the mean lightness of a row of pixels, and 1 where it is sure, else 0."""
-    zero, one = np.float32(0), np.float32(1)
+    """Fill in the mean lightness of a row, and 1 where pixels were seen that often, else 0."""
+    zero, one, fewest = np.float32(0), np.float32(1), np.float32(least)
     for col in range(light.size):
         count = line[4 * col + 3]
-        light[col] = line[4 * col] / max(count, one)
-        known[col] = one if count >= one else zero
+        light[col] = line[4 * col] / max(count, fewest)
+        known[col] = one if count >= fewest else zero
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
@@ -95,11 +99,11 @@ def count_misplacements(
     means, known = np.empty((3, columns), np.float32), np.empty((3, columns), np.float32)
     squares = np.empty(columns, np.float32)
     span = slice(4 * left, 4 * right)
-    _lightness_of_row(sums[top].reshape(-1)[span], means[2], known[2])
+    lightness_of_row(sums[top].reshape(-1)[span], 1.0, means[2], known[2])
     for row in range(top + 1, bottom - 1, 2):
         means[0], known[0] = means[2], known[2]
-        _lightness_of_row(sums[row].reshape(-1)[span], means[1], known[1])
-        _lightness_of_row(sums[row + 1].reshape(-1)[span], means[2], known[2])
+        lightness_of_row(sums[row].reshape(-1)[span], 1.0, means[1], known[1])
+        lightness_of_row(sums[row + 1].reshape(-1)[span], 1.0, means[2], known[2])
         above, here, below = means[0], means[1], means[2]
         over, sure, under = known[0], known[1], known[2]
         for col in range(1, columns - 1):

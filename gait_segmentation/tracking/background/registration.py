@@ -18,11 +18,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
+from gait_segmentation.tracking.background.kernels import SURE_COUNT, lightness_of_row
 
 __all__ = ['remaining_shift']
-
-_SEEN = 2.0
-"""Times a pixel was seen to be compared with what is remembered of it."""
 
 _MOST_OFF = 25.0
 """Difference in lightness from which something else is there."""
@@ -33,18 +31,6 @@ _LEAST_SQUARE = 25.0
 _LEAST_PIXELS = 100
 _LEAST, _MOST = 0.1, 1.0
 """Shifts in pixels that are made; a larger one is beyond what one step can tell."""
-
-
-@njit(nogil=True, fastmath=True, error_model='numpy', inline='always')
-def _means_of_row(
-    line: NDArray[np.float32], light: NDArray[np.float32], known: NDArray[np.float32]
-) -> None:
-    """Fill in the mean lightness of a row of pixels, and 1 where it is known, else 0."""
-    seen, one, zero = np.float32(_SEEN), np.float32(1), np.float32(0)
-    for col in range(light.size):
-        count = line[4 * col + 3]
-        light[col] = line[4 * col] / max(count, seen)
-        known[col] = one if count >= seen else zero
 
 
 @njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
@@ -67,11 +53,11 @@ def _add_up(
     # Of three rows.
     means, known = np.empty((3, columns), np.float32), np.empty((3, columns), np.float32)
     span = slice(4 * left, 4 * right)
-    _means_of_row(sums[top].reshape(-1)[span], means[2], known[2])
+    lightness_of_row(sums[top].reshape(-1)[span], SURE_COUNT, means[2], known[2])
     for row in range(top + 1, bottom - 1, 2):
         means[0], known[0] = means[2], known[2]
-        _means_of_row(sums[row].reshape(-1)[span], means[1], known[1])
-        _means_of_row(sums[row + 1].reshape(-1)[span], means[2], known[2])
+        lightness_of_row(sums[row].reshape(-1)[span], SURE_COUNT, means[1], known[1])
+        lightness_of_row(sums[row + 1].reshape(-1)[span], SURE_COUNT, means[2], known[2])
         pixels = lab[row].reshape(-1)[3 * left : 3 * right]
         hidden = people[row, left:right]
         above, here, below = means[0], means[1], means[2]

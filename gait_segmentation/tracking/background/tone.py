@@ -18,6 +18,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
+from gait_segmentation.tracking.background.kernels import SURE_COUNT
 
 __all__ = ['tone_curve']
 
@@ -26,9 +27,6 @@ _LEVELS = 16
 _WIDE = 256 // _LEVELS
 _MOST = 48
 """Largest difference in lightness that is a change of tone."""
-
-_SEEN = 2.0
-"""Times a pixel was seen to be compared with what is remembered of it."""
 
 _LEAST_PIXELS, _LEAST_OF_LEVEL = 300, 40
 _MOST_LEFT = 0.75
@@ -61,7 +59,7 @@ def _count(
     The level is the mean of both lightnesses: with that of only one, noise and edges that are
     not quite in place would look like a loss of contrast.
     """
-    seen = np.float32(_SEEN)
+    seen = np.float32(SURE_COUNT)
     for row in range(top, bottom, _STEP):
         line, pixels, hidden = sums[row].reshape(-1), lab[row].reshape(-1), people[row]
         for col in range(left, right, _STEP):

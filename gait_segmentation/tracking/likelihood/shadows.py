@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel
 from gait_segmentation.images import Window
 from gait_segmentation.lab import BLACK, NO_GRADIENT
+from gait_segmentation.tracking.background.kernels import SURE_COUNT
 from gait_segmentation.tracking.background.model import BackgroundModel
 
 __all__ = ['ShadowModel']
@@ -40,11 +41,8 @@ _TINT_STEP, _TINTS = 3.0, 5
 _PLACE_STEP, _ROWS, _COLUMNS = 0.1, 12, 16
 """Size of a place in body heights, and the places from the head down and about the axis."""
 
-_FEWEST = 2.0
-"""Times a pixel of the background must have been seen to learn from it."""
-
 _LEAST_COUNT, _DOUBT = 0.5, 0.1
-"""The same from which shadows are told there, and which has half of the trust."""
+"""Times a pixel of the background was seen from which shadows are told, and for half the trust."""
 
 _DARKER = 2.5
 """By how much a shadow is darker than the background, in ``sigma``."""
@@ -250,7 +248,7 @@ def _learn(
     seen: NDArray[np.float32],
 ) -> None:
     """Fade what was counted, and count the pixels of the background, and of shadows on it."""
-    keep, fewest = np.float32(_KEEP), np.float32(_FEWEST)
+    keep, fewest = np.float32(_KEEP), np.float32(SURE_COUNT)
     least, middle = np.float32(darker), np.float32(neutral)
     counts *= keep
     seen *= keep
