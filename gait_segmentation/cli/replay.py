@@ -225,8 +225,9 @@ def _print(reports: list[Report], seconds: float, place: Path) -> None:
     if frames:
         whole = not any(report.left for report in reports)
         print(
-            f'{frames} frames in {seconds:.1f} s, {frames / max(seconds, 1e-9):.1f} a second, '
-            f'{seen} with somebody' + (f'; see {place}' if whole else '')
+            f'{frames} frame{"s" * (frames != 1)} in {seconds:.1f} s, '
+            f'{frames / max(seconds, 1e-9):.1f} a second, {seen} with somebody'
+            + (f'; see {place}' if whole else '')
         )
 
 

@@ -76,7 +76,8 @@ class Sequence:
             raise SequenceError(f'{folder} is not a folder')
         if not (folder / 'sequence.yaml').exists():
             raise SequenceError(
-                f'{folder} is no sequence: there is no sequence.yaml beside frames/ and masks/'
+                f'{folder} is no sequence: there is no sequence.yaml (with fps and initial_box) '
+                'beside frames/ and masks/'
             )
         about = Description.read(folder / 'sequence.yaml')
         frames = _numbered(folder / 'frames', IMAGE_SUFFIXES)
@@ -84,10 +85,8 @@ class Sequence:
             raise SequenceError(
                 f'{folder / "frames"} has no images named by number, like 0000.png or 0000.jpg'
             )
-        masks = _numbered(folder / 'masks', ('.png',))
-        labels: dict[int, Path] = {}
-        if (folder / 'labels').is_dir():
-            labels = _numbered(folder / 'labels', ('.png',))
+        masks = _pixelwise(folder / 'masks')
+        labels = _pixelwise(folder / 'labels') if (folder / 'labels').is_dir() else {}
         for what, paths in (('mask', masks), ('label image', labels)):
             for number, path in paths.items():
                 if number not in frames:
@@ -181,6 +180,15 @@ class Sequence:
             if box is not None:
                 starts[number] = (*starts.get(number, ()), box)
         return dict(sorted(starts.items()))
+
+
+def _pixelwise(folder: Path) -> dict[int, Path]:
+    """Return images whose values mean something, by number."""
+    found = _numbered(folder, ('.png',))
+    others = [] if found else sorted(_numbered(folder, IMAGE_SUFFIXES).values())
+    if others:
+        raise SequenceError(f'{others[0]} must be a .png: other formats may change its values')
+    return found
 
 
 def _numbered(folder: Path, suffixes: tuple[str, ...]) -> dict[int, Path]:

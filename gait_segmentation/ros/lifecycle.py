@@ -168,7 +168,7 @@ class GaitNode(LifecycleNode):
         dropped = self._worker.backlog.put((now, frame))
         if dropped:
             self.statistics.skipped += dropped
-            self._warn_of(dropped, 'cannot keep up: {} that waited dropped')
+            self._warn_of(dropped, 'cannot keep up: dropped {} that waited')
 
     def note_missed(self, join: ExactJoin) -> None:
         """Report frames of which not all parts have come, and empty the counters of a join."""

@@ -72,6 +72,13 @@ def test_missing_parts_are_named(folder, tmp_path):
         Sequence.load(folder)
 
 
+def test_masks_in_a_format_that_changes_values_are_refused(folder):
+    for path in (folder / 'masks').iterdir():
+        path.rename(path.with_suffix('.jpg'))
+    with pytest.raises(SequenceError, match=r'0000\.jpg must be a \.png'):
+        Sequence.load(folder)
+
+
 def test_corrupt_images_are_refused_when_read(folder):
     sequence = Sequence.load(folder)
     sequence.frames[1].write_bytes(b'not an image')
