@@ -119,7 +119,6 @@ class Learner:
         config: TrackingConfig,
         *,
         alone: bool,
-        company: bool = False,
     ) -> Learnt | None:
         """
         Learn from the mask of a frame just taken out of the world.
@@ -128,7 +127,6 @@ class Learner:
             are kept and drawn on.
         :param body: the matched body in source pixels.
         :param alone: whether nobody else is near.
-        :param company: whether somebody without a slot is, whom the mask may show, too.
         :returns: what it told; None if the mask says nothing.
         """
         person, world = self._person, self._world
@@ -147,7 +145,7 @@ class Learner:
             prior,
             person,
             alone=alone,
-            company=company,
+            company=person.track_id in record.company,
             hidden=lambda: lesson.hiding.much,
         )
         if whole:

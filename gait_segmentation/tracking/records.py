@@ -32,9 +32,10 @@ class Record:
     in it did not exist.  ``moving`` has a window for some tracks and (h, w) float32, the evidence
     (-2..2) that its pixels move with the body rather than stay.  ``heat`` is (h, w) uint8,
     P(person) as others see it, if they do.  ``rows`` are how far up and down from the middle of
-    some tracks' bodies they are likely.  ``people`` is (h, w) uint8, non-zero where people
-    were when the frame was learnt; None before.  ``passers_by`` has what is seen
-    of people without a slot, by their numbers.  ``version`` counts what the background had learnt.
+    some tracks' bodies they are likely.  ``people`` is (h, w) uint8, non-zero where people were
+    when the frame was learnt; None before.  ``passers_by`` has what is seen of people without a
+    slot, by their numbers, and ``company`` the tracks in whose way one of them may be.
+    ``version`` counts what the background had learnt.
     """
 
     image: WorkingImage
@@ -48,6 +49,7 @@ class Record:
     rows: dict[int, tuple[float, float]] = field(default_factory=dict)
     moving: dict[int, tuple[Window, NDArray[np.float32]]] = field(default_factory=dict)
     passers_by: dict[int, Outline] = field(default_factory=dict)
+    company: set[int] = field(default_factory=set)
 
     def strange(
         self, window: Window, shadow_floor: float, lab: NDArray[np.uint8] | None = None

@@ -94,7 +94,6 @@ class Target:
         self.person.learn_first_colours(world.now.image.lab, start.votes)
         world.now.bodies[track_id] = (0.0, 0.0)
         self._first = True
-        self._company = False
         self._box: Box | None = None
         self._visibility = Visibility()
         self._uncovered = True
@@ -116,6 +115,10 @@ class Target:
     def feet(self) -> float:
         """Return the row of the soles in working pixels: the lower, the nearer."""
         return self.person.center_y + self.person.height / 2
+
+    @property
+    def _accompanied(self) -> bool:
+        return self.track_id in self.world.now.company
 
     @property
     def appearance(self) -> Appearance:
@@ -171,7 +174,8 @@ class Target:
         x, y = motion.carry(person.center_x, person.center_y)
         world = (x - person.center_x, y - person.center_y)
         seconds = self.world.step_s
-        self._company = company
+        if company:
+            self.world.now.company.add(self.track_id)
         if body is None:
             shift = self._memory.coast(person, world, seconds, self.world.shape)
         else:
@@ -205,7 +209,7 @@ class Target:
                 usual,
                 math.hypot(*way),
                 person.height,
-                company=self._company,
+                company=self._accompanied,
                 hidden=not self._visibility.well,
             )
         ):
@@ -214,7 +218,7 @@ class Target:
             person.velocity = way
         shift = person.predict(world, measured)
         if measured is not None and seconds > _LEAST_STEP_S:
-            share = _STEADY_RATE if known and self._company else 1.0
+            share = _STEADY_RATE if known and self._accompanied else 1.0
             x, y = (u + share * (s - u) for s, u in zip(shift, usual, strict=True))
             self._memory.learn_pace((x, y), world, seconds)
         return shift
@@ -261,7 +265,7 @@ class Target:
             if self._visibility.is_lost:
                 self.lose()
             return
-        if self._visibility.well and not self._company:
+        if self._visibility.well and not self._accompanied:
             # Likely pixels of both would pull the person towards the other.
             self._mean_shift(values, sight.uncovered, window)
         self._box = self._box_of(values, sight, claim)
@@ -442,9 +446,7 @@ class Target:
             return None
         mask, prior = working_masks(feedback, self.world.shape)
         self._part(record, mask)
-        learnt = self._learner.learn(
-            record, mask, prior, feedback.body, self.config, alone=alone, company=self._company
-        )
+        learnt = self._learner.learn(record, mask, prior, feedback.body, self.config, alone=alone)
         if learnt is None or not alone or not self._is_other(record, learnt):
             return learnt
         return None if self._turn_back(record, learnt) else learnt
