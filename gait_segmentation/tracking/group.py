@@ -14,6 +14,8 @@ from gait_segmentation.images import Window, placed, size_of, within
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.tracking.competition import Claim, compete, leave_to, overlap
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.finding import recover
+from gait_segmentation.tracking.following import assess, move
 from gait_segmentation.tracking.learner import Learnt
 from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
 from gait_segmentation.tracking.outline import Outline
@@ -21,6 +23,7 @@ from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.strangers.beside import Beside
 from gait_segmentation.tracking.strangers.newcomers import Neighbour
 from gait_segmentation.tracking.target import Target
+from gait_segmentation.tracking.teaching import teach
 from gait_segmentation.tracking.world import World
 
 __all__ = ['follow', 'judge', 'learn']
@@ -70,7 +73,7 @@ def follow(
         heat=heat,
     )
     for target, accompanied in zip(targets, company, strict=True):
-        target.move(motion, visible.get(target.track_id), company=accompanied)
+        move(target, motion, visible.get(target.track_id), company=accompanied)
     if others.known:
         others.follow(motion, world.history[-2], world.now, world.pending)
 
@@ -93,7 +96,7 @@ def judge(
     if strangers is not None and present:
         strange = cv2.resize(strangers, world.shape[::-1], interpolation=cv2.INTER_NEAREST)
         logits = [
-            leave_to(strange, claim, logit, _template(target, claim.window))
+            leave_to(strange, claim, logit, target.carried_template(claim.window))
             for (target, claim), logit in zip(present, logits, strict=True)
         ]
     for target, nothing in judged:
@@ -107,7 +110,7 @@ def judge(
             for outline in passing:
                 part = outline.enlarged(claim.window)
                 cover = part if cover is None else cv2.bitwise_or(cover, part)
-            target.assess(likelihood, claim, cover)
+            assess(target, likelihood, claim, cover)
     if any(target.state == LOST and target.lost_s > 0 for target in targets):
         _recover(world, targets, {t.track_id: claim for t, claim in present}, likelihoods)
     return likelihoods
@@ -139,7 +142,7 @@ def learn(
             continue
         feedback = by_track.get(target.track_id)
         alone = not any(target.meets(other) for other in targets if other is not target)
-        learnt = target.learn(record, feedback, alone=alone)
+        learnt = teach(target, record, feedback, alone=alone)
         if learnt is None:
             people[target.person.area.slices(world.shape[1], world.shape[0])] = 255
         else:
@@ -205,12 +208,6 @@ def _learn_passers_by(
         others.find(beside, neighbour, config)
 
 
-def _template(target: Target, window: Window) -> NDArray[np.uint8] | None:
-    """Return the last matched body of a person in a window, carried along, None without one."""
-    template = target.person.template
-    return None if template is None else target.world.carried(template, target.track_id, window)
-
-
 def _cover(target: Target, masks: Sequence[Place], window: Window) -> NDArray[np.uint8] | None:
     """Return where in a window a person is hidden by those who stand nearer, None if nowhere."""
     cover = None
@@ -247,9 +244,8 @@ def _recover(
         if target.state == TRACKED:
             _take(taken, target, likelihoods[target.track_id])
     for target in lost:
-        found = target.recover(
-            claims.get(target.track_id), likelihoods.get(target.track_id), taken
-        )
+        likelihood = likelihoods.get(target.track_id)
+        found = recover(target, claims.get(target.track_id), likelihood, taken)
         if found is not None:
             world.passers_by.leave(placed(target.carried_mask(), target.window, world.shape))
             likelihoods[target.track_id] = found

@@ -195,6 +195,18 @@ class Person:
     def restore(self, snapshot: PersonSnapshot) -> None:
         """Forget all that was changed since a snapshot was made, but for the shadows."""
         vars(self).update(vars(snapshot.state))
+        self._restore_colours(snapshot)
+
+    def take_up(self, snapshot: PersonSnapshot, place: tuple[float, float]) -> None:
+        """Take up size and colours of a snapshot again, at rest at another place."""
+        before = snapshot.state
+        self.center_x, self.center_y = place
+        self.height = self.mask_height = before.height
+        self.left, self.right = before.left, before.right
+        self.velocity = (0.0, 0.0)
+        self._restore_colours(snapshot)
+
+    def _restore_colours(self, snapshot: PersonSnapshot) -> None:
         self.person.restore(snapshot.person)
         self.surroundings.restore(snapshot.surroundings)
 

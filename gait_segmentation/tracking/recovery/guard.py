@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import ColourRecord, body_rows
+from gait_segmentation.colour import body_rows
 from gait_segmentation.images import Window, bounding_box
 from gait_segmentation.tracking.person.appearance import (
     SAME_COLOURS,
@@ -27,7 +27,7 @@ from gait_segmentation.tracking.person.appearance import (
     likeness,
     likeness_in_any_light,
 )
-from gait_segmentation.tracking.person.person import Person
+from gait_segmentation.tracking.person.person import Person, PersonSnapshot
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.recovery.lost_and_found import LostAndFound, coasting
 from gait_segmentation.tracking.recovery.parting import (
@@ -77,10 +77,8 @@ class _Known:
     """What was known of a person at some time."""
 
     look: NDArray[np.float32]
-    height: float
-    reach: tuple[float, float]
+    person: PersonSnapshot
     silhouette: Silhouette
-    colours: tuple[ColourRecord, ColourRecord]
 
 
 class Guard:
@@ -175,19 +173,12 @@ class Guard:
         if self._known:
             before = self._known[-1].look
             look = before + np.float32(_LOOK_RATE) * (look - before)
-        reach = person.left, person.right
-        colours = person.person.record(), person.surroundings.record()
-        self._known.append(_Known(look, person.height, reach, memory.silhouette, colours))
+        self._known.append(_Known(look, person.snapshot(), memory.silhouette))
 
     def bring_back(self, person: Person, memory: LostAndFound) -> None:
         """Take up again what was known before, where the person would have gone since."""
         known = self._known[0]
-        person.center_x, person.center_y = self._place
-        person.height = person.mask_height = known.height
-        person.left, person.right = known.reach
-        person.velocity = (0.0, 0.0)
-        person.person.restore(known.colours[0])
-        person.surroundings.restore(known.colours[1])
+        person.take_up(known.person, self._place)
         memory.take_up(known.look, self._pace, known.silhouette, self._since_s)
 
     def others_in(

@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Somebody lost found again: where expected, or else all over the image."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.images import placed, shift_whole
+from gait_segmentation.results import TRACKED
+from gait_segmentation.tracking.competition import Claim
+from gait_segmentation.tracking.following import ALONE
+from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
+from gait_segmentation.tracking.recovery.visibility import LOST_BELOW, Sight
+from gait_segmentation.tracking.target import Target
+
+__all__ = ['recover']
+
+
+def recover(
+    target: Target,
+    claim: Claim | None,
+    likelihood: NDArray[np.uint8] | None,
+    taken: NDArray[np.uint8],
+) -> NDArray[np.uint8] | None:
+    """
+    Look for the person who is lost: where expected, then all over the image.
+
+    :param claim: what was judged where the person is expected, and the likelihood after
+        competing with others; None if that is outside.
+    :param taken: non-zero where others are.
+    :returns: the likelihood if the person was found; the state is then tracked.
+    """
+    person, world = target.person, target.world
+    others = world.passers_by.who_is_not(target.track_id, world.pending, world.shape)
+    if others is not None:
+        taken = taken | others
+    if claim is not None and likelihood is not None and _shows(target, claim, likelihood, taken):
+        return likelihood
+    found = target.memory.search(person, world, taken, target.config)
+    if found is None:
+        return None
+    expected, shift = (person.center_x, person.center_y), world.now.bodies[target.track_id]
+    dx, dy, partly = found
+    target.shift_now(dx, dy)
+    claim = target.judge()
+    if claim is not None:
+        likelihood = likelihood_image(claim.logit, claim.window, world.shape)
+        likelihood[taken > 0] = 0
+        if _shows(target, claim, likelihood, taken, partly=partly):
+            return likelihood
+    person.center_x, person.center_y = expected
+    world.now.bodies[target.track_id] = shift
+    return None
+
+
+def _shows(
+    target: Target,
+    claim: Claim,
+    likelihood: NDArray[np.uint8],
+    taken: NDArray[np.uint8],
+    *,
+    partly: bool = False,
+) -> bool:
+    """
+    Return whether the person, and nobody else, can be seen at the place; then take it.
+
+    :param partly: whether only what stands out before the known background counts.
+    """
+    person, world = target.person, target.world
+    if person.share_inside(world.shape) < LOST_BELOW:
+        return False
+    window = claim.window
+    values, rivals = likelihood[window], taken[window]
+    sight = Sight.of(values, claim.mask, rivals, rivals)
+    target.confidence = sight.confidence
+    likely = np.zeros(world.shape, np.uint8)
+    likely[window] = np.where(values > 127, sight.uncovered, 0)
+    part = target.clear_sight(sight, values, window) if sight.share > ALONE else None
+    if not target.memory.is_found(person, sight, part, likely, world.now, partly=partly):
+        return False
+    dx, dy = world.since_mask(target.track_id)
+    expected = placed(claim.mask, window, world.shape)
+    person.take(shift_whole(expected, round(-dx), round(-dy)), None)
+    person.learnt_anew = 0
+    target.state = TRACKED
+    target.guard.found(person)
+    target.visibility.seen = sight.seen
+    target.see(values, sight, claim)
+    return True
