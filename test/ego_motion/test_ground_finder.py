@@ -69,8 +69,10 @@ def test_ground_not_seen_for_a_moment_goes_on_as_before() -> None:
 
 
 def test_few_corners_say_nothing() -> None:
-    before = np.array([[k, 10.0 * k] for k in range(7)], np.float32)
-    assert ground_of(before, before + np.float32(3), scaling(1.0), (0, 50)) is None
+    before = np.array([[k, 10.0 * k] for k in range(8)], np.float32)
+    after = before + np.float32([[0.5 * k, 0] for k in range(8)])
+    assert ground_of(before, after, scaling(1.0), (0, 50)) is not None
+    assert ground_of(before[1:], after[1:], scaling(1.0), (0, 50)) is None
 
 
 def test_people_at_whose_legs_nothing_of_the_image_is_left_show_no_ground() -> None:

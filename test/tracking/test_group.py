@@ -56,3 +56,17 @@ def test_who_stands_nearer_hides_who_stands_behind() -> None:
     np.testing.assert_array_equal(visible, (hidden & ~hiding)[window])
     assert visible.any()
     assert group._uncovered(near, masks[1][2], masks) is masks[1][2]
+
+
+def test_each_frame_tells_who_has_company_in_it() -> None:
+    told, own = Told(), Figure(110)
+    told.start(own)
+    told.show(own)
+    (target,) = told.tracker._targets()
+    alone = target.world.now
+    for x in np.arange(215.0, 130.0, -5.0):
+        image, (_, mine) = picture((Figure(float(x), BLUE), own))
+        told.see(image, [mine])
+    assert target.world.now.company == {target.track_id}
+    assert target.accompanied
+    assert not alone.company

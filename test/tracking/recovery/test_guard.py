@@ -36,21 +36,30 @@ def center_x(result: TrackResult) -> float:
     return result.body.center_x
 
 
-def test_masks_of_somebody_else_are_noticed_and_the_person_found_again() -> None:
+@pytest.mark.parametrize('watched', [True, False], ids=['watched', 'not watched'])
+def test_masks_of_somebody_else_are_noticed_and_the_person_found_again(watched: bool) -> None:
     told = Told()
-    meet(told, MET)
-    seen = []
-    for number in range(MET, MET + 16):
+    told.start(OWN)
+    (own, other), told_apart = meeting(0), False
+    for number in range(MET + 16):
         own, other = meeting(number)
-        image, masks = picture((other, own))
-        mine, theirs = masks[1], masks[0]
-        near_own = bool(seen) and abs(seen[-1] - own.x) < 15
-        (result,) = told.see(image, [mine if near_own else theirs])
-        seen.append(center_x(result))
-    assert abs(seen[-1] - meeting(MET + 15)[0].x) < 12
-    (world,) = {target.world for target in told.tracker._targets()}
-    other = meeting(MET + 15)[1]
-    assert any(abs(2 * each.outline.left - other.x) < 40 for each in world.passers_by.known)
+        image, (theirs, mine) = picture((other, own))
+        # Dressed otherwise from head to foot.
+        image[theirs > 0] = 255 - image[theirs > 0]
+        if number < MET:
+            told.see(image, [mine])
+        elif number < MET + 4:
+            (result,) = told.see(image, [theirs])
+        else:
+            (result,) = told.see(image, [theirs, mine], nearest=True)
+        (target,) = told.tracker._targets()
+        known = target.world.passers_by.known
+        told_apart = told_apart or any(each.not_track == target.track_id for each in known)
+        if not watched:
+            target.guard.is_other = lambda *_, **__: False  # type: ignore[method-assign]
+    on = own if watched else other
+    assert abs(center_x(result) - on.x) < 12
+    assert told_apart is watched
 
 
 def test_somebody_who_walks_into_the_shade_stays_who_it_is() -> None:
@@ -88,8 +97,8 @@ def test_of_two_people_in_one_mask_the_person_is_kept(coat: tuple[int, int, int]
         image, masks = picture((other, own))
         told.see(image, [masks[0] | masks[1]])
     (target,) = told.tracker._targets()
-    mask = target.person.mask
-    assert mask[own.mask() > 0].mean() > 200
-    assert not mask[(masks[0] > 0) & (own.mask() == 0)].any()
+    assert target.person.mask[own.mask() > 0].mean() > 200
+    for mask in (target.person.mask, target.person.part):
+        assert not mask[(masks[0] > 0) & (own.mask() == 0)].any()
     (world,) = {target.world for target in told.tracker._targets()}
     assert world.passers_by.known
