@@ -17,7 +17,7 @@ from geometry_msgs.msg import PolygonInstanceStamped
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import Image, RegionOfInterest
+from sensor_msgs.msg import Image, JointState, RegionOfInterest
 from std_msgs.msg import String
 
 from gait_segmentation.inputs.encodings import read_mono8
@@ -208,6 +208,31 @@ def test_a_node_that_is_started_again_joins_the_others(bench: Bench, kind: Any) 
     stamps = [message.header.stamp for message in bench.received['mask']]
     assert stamps[-1] == header(4).stamp
     assert all(node.state == 'active' for node in bench.nodes)
+
+
+def test_the_segmenter_knows_what_the_tracker_has_skipped(bench: Bench, capfd) -> None:
+    # Handed over in the process: to send it would only test the network.
+    node = bench.add(SegmenterNode)
+    black = np.zeros((60, 80), np.uint8)
+
+    def show(index: int, first_s: float, answered: bool = True) -> None:
+        about = header(index, first_s)
+        node._part('image', frame(index, first_s=first_s))
+        if answered:
+            node._part('person_0/likelihood', image_message(black, about))
+            node._part('person_0/matched_box', box_message((), 0, about))
+            node._part('person_0/shape_prior', image_message(black, about))
+            node._part('person_0/gait', JointState(header=about))
+
+    for index, answered in enumerate((True, False, False, True)):
+        show(index, 100.0, answered)
+    # The bag loops.
+    for index in range(3):
+        show(index, 50.0)
+    bench.settle()
+    about = node.statistics
+    assert (about.processed, about.skipped, about.incomplete, about.lost) == (5, 2, 0, 0)
+    assert 'gait_tracker said nothing of 2 frames' in capfd.readouterr().err
 
 
 def connected(bench: Bench) -> None:
