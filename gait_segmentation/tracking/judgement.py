@@ -18,6 +18,7 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import STEP, FeatureSelector, View
 from gait_segmentation.tracking.likelihood.cues import add_motion, add_propagation
 from gait_segmentation.tracking.likelihood.log_ratio import colour_log_ratio, log_ratio
+from gait_segmentation.tracking.likelihood.shadows import Backdrop
 from gait_segmentation.tracking.likelihood.spreading import spread_evidence
 from gait_segmentation.tracking.nearness import Nearness, nearness
 from gait_segmentation.tracking.person.person import Person
@@ -90,19 +91,9 @@ def judge(
         config,
     )
     if config.use_background and config.use_shadow:
-        person.shadows.weigh(
-            logit,
-            lab,
-            bins,
-            rows,
-            window,
-            record.background,
-            person.person,
-            (person.center_x, person.center_y),
-            person.height,
-            textured=record.image.textured,
-            trust=config.background_trust,
-        )
+        backdrop = Backdrop(lab, window, record.background, record.image.textured)
+        trust = config.background_trust
+        person.shadows.weigh(logit, backdrop, person.frame, bins, rows, person.person, trust)
     moving = None
     if config.use_motion_cue and seen:
         moving = _add_motion(logit, person, world, window, config.motion_weight)

@@ -16,6 +16,7 @@ from gait_segmentation.images import Window, bounding_box
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector
 from gait_segmentation.tracking.judgement import view_of
+from gait_segmentation.tracking.likelihood.shadows import Backdrop
 from gait_segmentation.tracking.person.learning import (
     WholeArea,
     grown,
@@ -186,17 +187,9 @@ class Learner:
         bounds = bounding_box(mask)
         margin = grown(mask, person.height, bounds)
         if config.use_background and config.use_shadow:
-            person.shadows.learn(
-                lesson.lab,
-                window,
-                record.background,
-                mask,
-                lesson.template,
-                lesson.strange,
-                (person.center_x, person.center_y),
-                person.height,
-                textured=record.image.textured,
-            )
+            backdrop = Backdrop(lesson.lab, window, record.background, record.image.textured)
+            shown = mask, lesson.template, lesson.strange
+            person.shadows.learn(backdrop, person.frame, *shown)
         person.learn_place(mask, body, bounds, record.rows.get(person.track_id))
         if config.use_tilt:
             person.learn_angle(mask, bounds)

@@ -19,18 +19,20 @@ something that is neither background nor shadow, as it does on people who walk a
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel
+from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.images import Window
 from gait_segmentation.lab import BLACK, NO_GRADIENT
 from gait_segmentation.tracking.background.kernels import SURE_COUNT
 from gait_segmentation.tracking.background.model import BackgroundModel
 
-__all__ = ['ShadowModel']
+__all__ = ['Backdrop', 'ShadowModel']
 
 _DARKEST, _DEPTH_STEP, _DEPTHS = 0.75, 0.05, 5
 """Ratio of these that the deepest shadow has, and the bins from there to 1."""
@@ -72,6 +74,38 @@ Place = tuple[float, float, float]
 """Row and column, in steps, of a window's first pixel among the places, and steps per pixel."""
 
 
+@dataclass(frozen=True)
+class Backdrop:
+    """
+    A window of a working image, and what is known of the background there.
+
+    ``lab`` is (h, w, 3) uint8, the window, and ``window`` its rows and columns; ``textured`` tells
+    whether gradient energy stands for a* and b*.
+    """
+
+    lab: NDArray[np.uint8]
+    window: Window
+    background: BackgroundModel
+    textured: bool
+
+    @property
+    def darker(self) -> float:
+        """Return by how many levels a shadow is darker than the background."""
+        return _DARKER * self.background.sigma
+
+    @property
+    def neutral(self) -> float:
+        """Return what a* and b* are where there is no colour."""
+        return NO_GRADIENT if self.textured else 128.0
+
+    def place(self, body: BodyFrame) -> Place:
+        """Return where about a body the window lies."""
+        rows, columns = self.window
+        step = 1 / (_PLACE_STEP * body.height)
+        row = step * (rows.start + 0.5 - body.center_y + body.height / 2)
+        return row, step * (columns.start + 0.5 - body.center_x) + _COLUMNS / 2, step
+
+
 class ShadowModel:
     """
     What is learnt of the shadows of one person; at first there are none.
@@ -93,47 +127,38 @@ class ShadowModel:
 
     def learn(
         self,
-        lab: NDArray[np.uint8],
-        window: Window,
-        background: BackgroundModel,
+        seen: Backdrop,
+        body: BodyFrame,
         mask: NDArray[np.uint8],
         template: NDArray[np.uint8],
         strange: NDArray[np.uint8],
-        center: tuple[float, float],
-        height: float,
-        *,
-        textured: bool,
     ) -> None:
         """
         Learn from what a frame shows about a person.
 
-        :param lab: (h, w, 3) uint8, the window of the working image.
-        :param window: its rows and columns.
-        :param background: what is known there.
+        :param seen: the window about the person.
+        :param body: where it is, in working pixels.
         :param mask: (H, W) uint8, above 127 on the person, about whom nothing is learnt.
         :param template: (H, W) uint8, above 127 on the body: nor about that.
         :param strange: (h, w) uint8, non-zero where the window looks neither as the background
             is known to nor as a shadow on it: soft shadows lie apart from that.
-        :param center: of the body, x and y in working pixels.
-        :param height: of the body in working pixels.
-        :param textured: whether gradient energy stands for a* and b*.
         """
         self._masks += 1
         if self._masks % _MASKS:
             return
         _learn(
-            lab,
-            background.sums,
-            window[0].start,
-            window[1].start,
+            seen.lab,
+            seen.background.sums,
+            seen.window[0].start,
+            seen.window[1].start,
             mask,
             template,
             strange,
-            max(1, round(_MARGIN * height)),
-            max(1, round(_MASK_MARGIN * height)),
-            _place(window, center, height),
-            _DARKER * background.sigma,
-            _neutral(textured),
+            max(1, round(_MARGIN * body.height)),
+            max(1, round(_MASK_MARGIN * body.height)),
+            seen.place(body),
+            seen.darker,
+            seen.neutral,
             self._counts,
             self._seen,
         )
@@ -142,59 +167,40 @@ class ShadowModel:
     def weigh(
         self,
         logit: NDArray[np.float32],
-        lab: NDArray[np.uint8],
+        seen: Backdrop,
+        body: BodyFrame,
         bins: NDArray[np.uint16],
         rows: NDArray[np.float32],
-        window: Window,
-        background: BackgroundModel,
         person: ColourModel,
-        center: tuple[float, float],
-        height: float,
-        *,
-        textured: bool,
         trust: float,
     ) -> None:
         """
         Take what may be the person's shadow into log-likelihood ratios.
 
         :param logit: (h, w) float32, ln p(person) / p(surroundings), changed.
-        :param lab: (h, w, 3) uint8, the window of the working image.
-        :param bins: (h, w) uint16, its joint colour bins.
+        :param seen: the window they are of.
+        :param body: where the person's is, in working pixels.
+        :param bins: (h, w) uint16, joint colour bins of the window.
         :param rows: (h, w) float32, position down the body.
-        :param window: rows and columns of the window.
-        :param background: what is known there.
         :param person: colours of the person.
-        :param center: of the body, x and y in working pixels.
-        :param height: of the body in working pixels.
-        :param textured: whether gradient energy stands for a* and b*.
         :param trust: most that the background can weigh.
         """
         _weigh(
             logit,
-            lab,
+            seen.lab,
             bins,
             rows,
-            background.sums,
-            window[0].start,
-            window[1].start,
+            seen.background.sums,
+            seen.window[0].start,
+            seen.window[1].start,
             person.table,
-            _place(window, center, height),
-            _DARKER * background.sigma,
-            _neutral(textured),
+            seen.place(body),
+            seen.darker,
+            seen.neutral,
             self.density,
             self.share,
             trust,
         )
-
-
-def _place(window: Window, center: tuple[float, float], height: float) -> Place:
-    step = 1 / (_PLACE_STEP * height)
-    row = step * (window[0].start + 0.5 - center[1] + height / 2)
-    return row, step * (window[1].start + 0.5 - center[0]) + _COLUMNS / 2, step
-
-
-def _neutral(textured: bool) -> float:
-    return NO_GRADIENT if textured else 128.0
 
 
 @njit(nogil=True, error_model='numpy', inline='always')

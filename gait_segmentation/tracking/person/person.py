@@ -111,6 +111,11 @@ class Person:
         )
 
     @property
+    def frame(self) -> BodyFrame:
+        """Return where the body is, in working pixels."""
+        return BodyFrame(self.center_x, self.center_y, self.height, self.angle)
+
+    @property
     def area(self) -> Box:
         """Return the box about the person that is kept out of what is learnt of the world."""
         return Box.from_center(self.center_x, self.center_y, 0.7 * self.height, self.height)

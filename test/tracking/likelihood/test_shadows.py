@@ -7,12 +7,13 @@ import math
 import numpy as np
 
 from gait_segmentation.colour import ColourModel, colour_bins
+from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.tracking.background.model import BackgroundModel
-from gait_segmentation.tracking.likelihood.shadows import ShadowModel
+from gait_segmentation.tracking.likelihood.shadows import Backdrop, ShadowModel
 
 SHAPE = (130, 160)
 ALL = (slice(0, 130), slice(0, 160))
-CENTER, TALL = (80.0, 60.0), 100.0
+PERSON = BodyFrame(80.0, 60.0, 100.0)
 GROUND, SHIRT = (200, 132, 138), (50, 120, 150)
 TINT = 2
 BODY = (slice(10, 110), slice(70, 90))
@@ -46,12 +47,16 @@ def ground() -> BackgroundModel:
     return model
 
 
+def backdrop(lab: np.ndarray) -> Backdrop:
+    return Backdrop(lab, ALL, ground(), textured=False)
+
+
 def learnt(lab: np.ndarray, *, masks: int = 20, strange: np.ndarray | None = None) -> ShadowModel:
     model, body = ShadowModel(), np.zeros(SHAPE, np.uint8)
     body[BODY] = 255
     strange = np.zeros(SHAPE, np.uint8) if strange is None else strange
     for _ in range(masks):
-        model.learn(lab, ALL, ground(), body, body, strange, CENTER, TALL, textured=False)
+        model.learn(backdrop(lab), PERSON, body, body, strange)
     return model
 
 
@@ -62,8 +67,7 @@ def weighed(model: ShadowModel, lab: np.ndarray, ratio: float = 2.0) -> np.ndarr
     colours = ColourModel(0.7, 1e-4)
     colours.table[:] = 0.05
     bins = colour_bins(lab)
-    place = (CENTER, TALL)
-    model.weigh(logit, lab, bins, rows, ALL, ground(), colours, *place, textured=False, trust=0.95)
+    model.weigh(logit, backdrop(lab), PERSON, bins, rows, colours, 0.95)
     return logit
 
 
@@ -132,8 +136,7 @@ def test_shadows_that_are_gone_are_forgotten() -> None:
     model = learnt(picture(shaded(0.85)))
     before, body = model.share.max(), np.zeros(SHAPE, np.uint8)
     for _ in range(240):
-        rest = (body, body, body, CENTER, TALL)
-        model.learn(picture(), ALL, ground(), *rest, textured=False)
+        model.learn(backdrop(picture()), PERSON, body, body, body)
     assert model.share.max() < 0.1 * before
 
 
@@ -143,16 +146,7 @@ def test_somebody_at_the_border_teaches_what_is_in_the_image() -> None:
     body, strange = np.zeros(SHAPE, np.uint8), np.zeros((40, 70), np.uint8)
     model = ShadowModel()
     for _ in range(4):
-        model.learn(
-            np.ascontiguousarray(lab[part]),
-            part,
-            ground(),
-            body,
-            body,
-            strange,
-            (150.0, 45.0),
-            TALL,
-            textured=False,
-        )
+        seen = Backdrop(np.ascontiguousarray(lab[part]), part, ground(), textured=False)
+        model.learn(seen, BodyFrame(150.0, 45.0, 100.0), body, body, strange)
     assert model.share.any()
     assert np.isfinite(model.share).all()
