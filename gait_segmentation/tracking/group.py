@@ -147,9 +147,7 @@ def learn(
             people[target.person.area.slices(world.shape[1], world.shape[0])] = 255
         else:
             where, margin = learnt.margin
-            shared = overlap(where, learnt.window)
-            if shared is not None:
-                people[shared] |= margin[within(shared, where)]
+            people[where] |= margin
             told.append((target, learnt))
     if not config.use_background:
         return
