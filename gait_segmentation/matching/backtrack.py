@@ -20,22 +20,24 @@ def trace(  # type: ignore[no-untyped-def]
     phase_costs,
     counts,
     shifts,
+    ranges,
     near,
     near_cost,
     move_cost,
-    shape,
     known,
     path,
 ):
     """
     Follow the best predecessors back from the last state of a path.
 
-    :param rows: (R, P, N) int16, scores of sequences, N = S * L.
+    :param rows: (R, n) int16, scores of sequences, phase by phase those of N placements.
     :param where: (slots, V) int32, the rows of a frame, -1 for what is at the floor.
     :param slots: (F,) int64, where the frames are, oldest first.
     :param phase_costs: (slots, D) int16 and ``counts`` (slots,) int64: costs of the step to the
         frame of a slot, and how many there are.
-    :param shifts: (slots, 3) int64, see :func:`shifted`.
+    :param shifts: (slots, 3) int64, how far the box jumped, in placements.
+    :param ranges: (slots, 7) int64, what was searched in a frame: its first body height, row and
+        column, how many of each, and N.
     :param known: (M, 5) int64, the path traced back before through the first M of the frames:
         where the new one meets it they are the same.
     :param path: (F, 5) int64, view, phase, scale, row, column; the last row is given.
@@ -44,17 +46,17 @@ def trace(  # type: ignore[no-untyped-def]
         if frame < len(known) and (path[frame] == known[frame]).all():
             path[:frame] = known[:frame]
             return
-        slot = slots[frame]
-        costs, shift = phase_costs[slot, : counts[slot]], shifts[slot]
+        slot, last = slots[frame], slots[frame - 1]
         _step_back(
             rows,
-            where[slots[frame - 1]],
-            costs,
-            shift,
+            where[last],
+            phase_costs[slot, : counts[slot]],
+            shifts[slot],
+            ranges[last],
+            phase_costs.shape[1],
             near,
             near_cost,
             move_cost,
-            shape,
             path[frame],
             path[frame - 1],
         )
@@ -62,14 +64,13 @@ def trace(  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _step_back(  # type: ignore[no-untyped-def]
-    scores, where, phase_cost, shift, near, near_cost, move_cost, shape, state, result
+    scores, where, phase_cost, shift, searched, phases, near, near_cost, move_cost, state, result
 ):
     """Find the best predecessor of a state."""
-    scales, rows, columns = shape
-    phases = scores.shape[1]
-    lanes = scores.shape[2] // scales
+    first, lanes = searched[:3], searched[6]
+    scales, rows, columns = searched[3], searched[4], searched[5]
     view, phase = state[0], state[1]
-    here = state[2:] + shift
+    here = state[2:] + shift - first
     largest = np.int64(-(1 << 40))
     for option in range(near.shape[1] + 1):
         from_view = view if option == 0 else np.int64(near[view, option - 1])
@@ -87,9 +88,11 @@ def _step_back(  # type: ignore[no-untyped-def]
                 scale, row, column = here[0] + ds, here[1] + dy, here[2] + dx
                 if not (0 <= scale < scales and 0 <= row < rows and 0 <= column < columns):
                     continue
-                lane = scale * lanes + row * columns + column
+                lane = (scale * rows + row) * columns + column
                 moved = move_cost * (abs(ds) + abs(dy) + abs(dx))
-                score = np.int64(scores[row_of, from_phase, lane] if row_of >= 0 else FLOOR)
+                score = np.int64(
+                    scores[row_of, from_phase * lanes + lane] if row_of >= 0 else FLOOR
+                )
                 value = score - known - moved
                 if value > largest:
                     largest = value
@@ -101,3 +104,4 @@ def _step_back(  # type: ignore[no-untyped-def]
         result[2] = min(max(here[0], 0), scales - 1)
         result[3] = min(max(here[1], 0), rows - 1)
         result[4] = min(max(here[2], 0), columns - 1)
+    result[2:] += first

@@ -163,12 +163,12 @@ def _best_near(  # type: ignore[no-untyped-def]
 def _tanimoto(template, image, known, all_known, top, left):  # type: ignore[no-untyped-def]
     """Return the similarity of a template at a place over the known pixels."""
     height, width = template.shape
-    common, joint = np.int32(0), np.int32(0)
+    common, total = np.int32(0), np.int32(0)
     for y in range(height):
         values, line = image[top + y, left : left + width], template[y]
         mask = known[top + y, left : left + width]
         for x in range(width):
             own = line[x] if all_known else line[x] & mask[x]
             common = np.int32(common + np.int32(min(own, values[x])))
-            joint = np.int32(joint + np.int32(max(own, values[x])))
-    return np.float32(common) / np.float32(max(joint, np.int32(1)))
+            total = np.int32(total + np.int32(own) + np.int32(values[x]))
+    return np.float32(common) / np.float32(max(total - common, np.int32(1)))

@@ -45,7 +45,6 @@ class BuildKernels:
             self._parts.append(slice(rows, rows + kernel.rows))
             rows += kernel.rows
         self.rows = rows
-        self.pitch = self._kernels[0].pitch
 
     def copy(self) -> BuildKernels:
         """Return kernels of the same templates that work in memory of their own."""
@@ -57,21 +56,22 @@ class BuildKernels:
         """Return the rows of a build, among those of all."""
         return self._parts[build]
 
-    def new_rows(self) -> NDArray[np.int32]:
+    def new_rows(self, windows: int) -> NDArray[np.int32]:
         """Return an array for ``out`` of :meth:`common_rows`, for any of the builds."""
-        return max(self._kernels, key=lambda kernel: kernel.rows).new_rows()
+        return max(self._kernels, key=lambda kernel: kernel.rows).new_rows(windows)
 
     def common_rows(
-        self, plane: NDArray[np.uint8], build: int, out: NDArray[np.int32]
+        self,
+        planes: NDArray[np.uint8],
+        build: int,
+        first: tuple[int, int],
+        windows: tuple[int, int, int],
+        out: NDArray[np.int32],
     ) -> NDArray[np.int32]:
         """
-        Compute C for the templates of a build.
+        Compute C for the templates of a build, see :meth:`EventKernel.common_rows`.
 
-        :param plane: one image of :func:`polyphase`.
-        :param out: from :meth:`new_rows`, to work in.
-        :returns: (R, pitch) int32, a view, for the rows of :meth:`part`; template p of sequence v
-            is row ``row[v, p]`` of all.  What follows after rows * columns is undefined.
+        :returns: (R, N) int32, a view of ``out``, for the rows of :meth:`part`; template p of
+            sequence v is row ``row[v, p]`` of all.
         """
-        kernel = self._kernels[build]
-        kernel.fill_rows(plane, out)
-        return out[1 : kernel.rows + 1]
+        return self._kernels[build].common_rows(planes, first, windows, out)

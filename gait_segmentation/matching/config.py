@@ -72,6 +72,13 @@ class MatchingConfig(StageConfig):
         maximum=5,
         read_only=True,
     )
+    shift_reach: int = parameter(
+        3,
+        'Shifts searched to each side of where the path leads; in its first frame all are.',
+        minimum=1,
+        maximum=16,
+        read_only=True,
+    )
     shift_step: float = parameter(
         0.02,
         'Distance of neighbouring shifts; rounded to whole pixels of the template grid.',

@@ -206,7 +206,7 @@ class FineEvidence:
             if not everywhere:
                 cv2.warpAffine(shown, matrix, size, masks[index], cv2.INTER_NEAREST)
         pair(images, masks, result[0], result[1])
-        return result[0], result[1], bool(masks.all())
+        return result[0], result[1], everywhere or bool(masks.all())
 
     def _part(self, views: tuple[int, ...]) -> _Views:
         """Return the used part of the templates of some views."""

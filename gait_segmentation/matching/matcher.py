@@ -21,13 +21,17 @@ from gait_segmentation.matching.path import Path, PathSearch
 from gait_segmentation.matching.phase_finder import PhaseFinder
 from gait_segmentation.matching.placements import PlacementGrid
 from gait_segmentation.matching.readout import Readout, WaitingFrame
-from gait_segmentation.matching.similarities import SimilarityMaps
+from gait_segmentation.matching.search_range import Place, SearchRange
+from gait_segmentation.matching.similarities import SimilarityMaps, filled_up
 from gait_segmentation.matching.subgrid import SubgridPeak
 from gait_segmentation.matching.transitions import UNIT
 from gait_segmentation.matching.views import views_of
 from gait_segmentation.results import MatchResult
 
 __all__ = ['SequenceMatcher']
+
+_FINDING = 0.5
+"""Seconds from the beginning of a path on in which all shifts are searched."""
 
 
 class SequenceMatcher:
@@ -53,13 +57,15 @@ class SequenceMatcher:
         self._similarities = SimilarityMaps(
             kernels, coded.sums, grid.windows, cost, config.minimum_visible
         )
-        self._path = PathSearch(bank, kernels.row.reshape(-1), grid.shape, kernels.pitch, config)
+        self._searched = grid.everywhere.about(grid.center, self._reach(0.0))
+        self._place = grid.center
+        self._path = PathSearch(bank, kernels.row.reshape(-1), self._searched.shape, config)
         self._views = views_of(bank)
         self._builds = BuildChoice(bank, coded.templates, self._views, grid.windows, config)
-        self._peak = SubgridPeak(self._views, grid.shape, kernels.pitch)
+        self._peak = SubgridPeak(self._views, bank.phases)
         self._motion = BoxMotion()
         self._phase = PhaseFinder(coded.views, coded.evidence, bank.phases, config)
-        self._readout = Readout(bank, coded.templates, grid, self._views, self._peak)
+        self._readout = Readout(bank, coded.templates, grid, self._views)
         self.reset()
 
     def reset(self) -> None:
@@ -69,7 +75,7 @@ class SequenceMatcher:
         self._begin()
 
     def _begin(self) -> None:
-        self._origin_ns = self._height = 0
+        self._origin_ns = 0
         self._path.reset()
         self._motion.reset()
         self._builds.reset()
@@ -152,14 +158,23 @@ class SequenceMatcher:
         grid = self._placements
         seconds = (self._stamp_ns - self._origin_ns) / 1e9
         jump = self._motion.update(box, seconds, grid.shift, grid.log_step)
-        heights = self._heights(jump[0])
+        begins = self._path.frames == 0
+        reach = self._reach(seconds)
+        searched = grid.everywhere if begins else self._about(jump, reach)
         blur = self.config.blur
-        sampled = grid.sample(likelihood, known, box.scaled(scale), blur, angle, heights)
+        sampled = grid.sample(likelihood, known, box.scaled(scale), blur, angle, searched.heights)
         active = self._builds.active
-        similarity = self._similarities.update(sampled, active, heights)
-        self._path.step(similarity, seconds, jump, active[self._builds.of_sequence], heights)
+        similarity = self._similarities.update(sampled, active, searched)
+        if begins:
+            every = similarity[:, : searched.size]
+            best = searched.place(int(every.argmax()) % searched.size)
+            searched, whole = searched.about(best, reach), searched
+            similarity = filled_up(whole.part(every, searched))
+        self._searched = searched
+        of_sequence = active[self._builds.of_sequence]
+        self._path.step(similarity, seconds, jump, searched, of_sequence)
         leader = self._path.leader()
-        self._height = leader[2]
+        self._place = leader[2:]
         self._builds.update(sampled, leader, seconds)
         self._find_phase(likelihood, known, box.scaled(scale), angle, seconds)
         self._waiting.append(
@@ -175,18 +190,27 @@ class SequenceMatcher:
             )
         )
 
-    def _heights(self, jump: int) -> slice:
-        """
-        Return the body heights to search: those next to where the path leads, first all.
+    def _reach(self, seconds: float) -> Place:
+        """Return how far about the path placements are searched, ``seconds`` after it began."""
+        config, (_, rows, columns) = self.config, self._placements.shape
+        if seconds < _FINDING:
+            return config.scale_reach, rows, columns
+        return config.scale_reach, config.shift_reach, config.shift_reach
 
-        :param jump: by how many body heights the box jumped against the body.
+    def _about(self, jump: Place, reach: Place) -> SearchRange:
         """
-        count, reach = self._placements.shape[0], self.config.scale_reach
-        if self._path.frames == 0:
-            return slice(0, count)
-        # At the ends as many are searched as elsewhere.
-        first = max(min(self._height - jump - reach, count - 2 * reach - 1), 0)
-        return slice(first, min(first + 2 * reach + 1, count))
+        Return the placements to search: those about where the path leads.
+
+        They stay the same, on the body, as long as the path is well within them.
+
+        :param jump: by how many placements the box jumped against the body.
+        """
+        last, middle = self._searched, []
+        for axis, far in enumerate(reach):
+            center = last.first[axis] + last.shape[axis] // 2
+            kept = abs(self._place[axis] - center) < max(far - 1, 1)
+            middle.append((center if kept else self._place[axis]) - jump[axis])
+        return self._placements.everywhere.about((middle[0], middle[1], middle[2]), reach)
 
     def _find_phase(
         self,
@@ -197,8 +221,9 @@ class SequenceMatcher:
         seconds: float,
     ) -> None:
         """Compare the phases about where the path leads; ``box`` is in the likelihood's pixels."""
-        state, scores = self._path.leader(), self._path.scores(0)
-        view, _, scale, row, column = self._peak.offsets(scores, state)
+        state = self._path.leader()
+        self._newest = state, self._peak.offsets(self._path.scores(0), state)
+        view, _, scale, row, column = self._newest[1]
         placement = self._placements.placement(
             state[2] + scale, state[3] + row, state[4] + column, angle
         )
@@ -211,13 +236,13 @@ class SequenceMatcher:
         """Make the result of a waiting frame; ``belief`` is (P,), probabilities of phases."""
         back = len(self._waiting) - 1 - index
         sequence, phase, scale, row, column = path.states[-1 - back].tolist()
-        return self._readout.result(
-            self._waiting[index],
-            (sequence, phase, scale, row, column),
-            self._path.scores(back),
-            belief,
-            self._phase.rate,
-        )
+        state = sequence, phase, scale, row, column
+        if back == 0 and state == self._newest[0]:
+            offsets = self._newest[1]
+        else:
+            offsets = self._peak.offsets(self._path.scores(back), state)
+        waiting = self._waiting[index]
+        return self._readout.result(waiting, state, offsets, belief, self._phase.rate)
 
 
 def _nobody(stamp_ns: int, track_id: int, shape: tuple[int, ...]) -> MatchResult:

@@ -15,13 +15,16 @@ from gait_segmentation.matching.backtrack import trace
 from gait_segmentation.matching.builds import builds_of
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.scores import Scores, ScoreStore
+from gait_segmentation.matching.search_range import Place, SearchRange
+from gait_segmentation.matching.tanimoto import pitch_of
 from gait_segmentation.matching.transitions import UNIT, phase_costs, view_changes
 from gait_segmentation.matching.viterbi import advance, shifted
 
 __all__ = ['Path', 'PathSearch']
 
 _MOST_BYTES = 12 * 2**20
-"""Memory for the scores of one build; those of all are kept of the first frame only."""
+"""Memory for the scores of one build, 34 frames of the standard one; those of all are kept of the
+first frame only."""
 _STEPS_PER_STRIDE = 2
 _RATE_SPAN = 0.5
 """Seconds of path from which on its own rate is believed."""
@@ -55,38 +58,34 @@ class PathSearch:
         self,
         bank: TemplateBank,
         row: NDArray[np.int32],
-        shape: tuple[int, int, int],
-        lanes: int,
+        shape: Place,
         config: MatchingConfig,
     ) -> None:
         """
         Prepare the search.
 
         :param row: (K,) int32, where among the similarities those of a template are.
-        :param shape: number of body heights, vertical and horizontal shifts.
-        :param lanes: L, windows of one body height with filling.
+        :param shape: the most body heights, vertical and horizontal shifts searched in a frame.
         """
         self._config = config
         self._row = row
-        self._shape = shape
         self._near, self._near_cost = view_changes(bank, config)
         self._move_cost = round(UNIT * config.move_cost)
         together = int(np.bincount(builds_of(bank)).max())
-        size = 2 * together * bank.phases * shape[0] * lanes
-        slots = max(config.lag + 2, min(64, _MOST_BYTES // size))
-        # A jump of the box needs as much again as the frame before it.
+        lanes = pitch_of(math.prod(shape))
+        slots = max(config.lag + 2, min(64, _MOST_BYTES // (2 * together * bank.phases * lanes)))
+        # A range that moves needs as much again as the frame before it.
         rows = bank.sequences + slots * together
-        self._store = ScoreStore(rows, bank.phases, shape[0], lanes)
-        self._lanes = lanes
+        self._store = ScoreStore(rows, bank.phases * lanes)
         self._where = np.full((slots, bank.sequences), -1, np.int32)
         self._costs = np.zeros((slots, bank.phases), np.int16)
         self._counts = np.zeros(slots, np.int64)
         self._shifts = np.zeros((slots, 3), np.int64)
+        self._ranges = np.zeros((slots, 7), np.int64)
         self._nothing = np.full(bank.sequences, -1, np.int32)
         self.leading: NDArray[np.int16] = np.zeros((bank.sequences, bank.phases), np.int16)
         self._nominal = (config.minimum_cadence + config.maximum_cadence) / 240
         self._slots: list[int] = []
-        self._searched = slice(0, shape[0])
         self.reset()
 
     def reset(self) -> None:
@@ -107,38 +106,35 @@ class PathSearch:
 
     def scores(self, back: int) -> Scores:
         """Return the scores of a frame until the next step; 0 = the newest, 1 the one before."""
-        return Scores(self._store.rows, self._where[self._slots[-1 - back]])
+        slot = self._slots[-1 - back]
+        return Scores(self._store.rows, self._where[slot], self._range(slot))
 
     def step(
         self,
         similarity: NDArray[np.int16],
         seconds: float,
-        jump: tuple[int, int, int],
+        jump: Place,
+        searched: SearchRange,
         active: NDArray[np.bool_] | None = None,
-        searched: slice | None = None,
     ) -> None:
         """
         Take in a frame.
 
-        :param similarity: (R, S * L) int16, of the template of each row at each placement.
+        :param similarity: (R, N) int16, of the template of each row at each placement searched.
         :param seconds: its time, later than the last frame's.
         :param jump: by how many body heights, vertical and horizontal shifts the box moved
             against the body since the last frame.
+        :param searched: the placements searched.
         :param active: (V,) bool, sequences that are searched; all if None.
-        :param searched: the body heights that are searched, from ``start`` up to ``stop``; all if
-            None.
         """
         config = self._config
         if active is None:
             active = np.ones(len(self.leading), np.bool_)
-        if searched is None:
-            searched = slice(0, self._shape[0])
         started = bool(self._slots)
         passed = seconds - self._seconds[-1] if started else 0.0
         self._make_room(seconds)
-        before, jumped = self._where[self._slots[-1]] if started else self._nothing, self._nothing
-        if any(jump) and started:
-            before = jumped = self._moved(before, jump)
+        before = self._where[self._slots[-1]] if started else self._nothing
+        moved = self._moved(searched, jump) if started else None
         cost = phase_costs(
             len(self._costs[0]),
             passed,
@@ -147,11 +143,11 @@ class PathSearch:
             config.rate_cost,
         )
         slot = next(k for k in range(len(self._where)) if k not in self._slots)
-        self._where[slot] = self._store.take(active, searched)
-        fading = min(int(32768 * math.exp(-passed / config.memory)), np.iinfo(np.int16).max)
+        self._where[slot] = self._store.take(active)
+        fading = min(int(32768 * math.exp(-passed / config.memory)), 32767)
         advance(
             self._store.rows,
-            before,
+            before if moved is None else moved,
             self._where[slot],
             np.int16(self._best),
             np.int16(fading),
@@ -159,19 +155,18 @@ class PathSearch:
             self._near,
             self._near_cost,
             np.int16(self._move_cost),
-            self._shape,
+            searched.shape,
             similarity,
             self._row,
-            searched.start,
-            searched.stop - 1,
             self.leading,
         )
-        self._store.give_back(jumped)
-        self._searched = searched
+        if moved is not None:
+            self._store.give_back(moved)
         self._slots.append(slot)
         self._seconds.append(seconds)
         self._costs[slot, : len(cost)], self._counts[slot] = cost, len(cost)
         self._shifts[slot] = jump
+        self._ranges[slot] = *searched.first, *searched.shape, similarity.shape[1]
         self._best = int(self.leading.max())
         self._leader = None
 
@@ -186,16 +181,27 @@ class PathSearch:
             del self._slots[0], self._seconds[0]
             self._traced = self._traced[1:]
 
-    def _moved(self, before: NDArray[np.int32], jump: tuple[int, int, int]) -> NDArray[np.int32]:
-        """Return rows with the scores of the frame before, moved along with a box that jumped."""
-        first, stop = (
-            min(max(height - jump[0], 0), self._shape[0])
-            for height in (self._searched.start, self._searched.stop)
-        )
-        rows = self._store.take(before >= 0, slice(first, stop))
-        shift = np.array(jump, np.int64)
-        shifted(self._store.rows, before, rows, self._shape, shift, first, stop - 1)
+    def _moved(self, searched: SearchRange, jump: Place) -> NDArray[np.int32] | None:
+        """
+        Return rows with the scores of the frame before at the placements searched now.
+
+        :returns: (V,) int32, None if they were those of the frame before.
+        """
+        slot = self._slots[-1]
+        last = self._range(slot)
+        shift = np.add(searched.first, jump) - last.first
+        if searched.shape == last.shape and not shift.any():
+            return None
+        rows = self._store.take(self._where[slot] >= 0)
+        lanes = pitch_of(last.size), pitch_of(searched.size)
+        sizes = self._costs.shape[1], last.shape, searched.shape, lanes
+        shifted(self._store.rows, self._where[slot], rows, *sizes, shift)
         return rows
+
+    def _range(self, slot: int) -> SearchRange:
+        """Return what was searched in the frame of a slot."""
+        a, b, c, scales, rows, columns, _ = self._ranges[slot].tolist()
+        return SearchRange((a, b, c), (scales, rows, columns))
 
     def leader(self) -> tuple[int, int, int, int, int]:
         """
@@ -206,9 +212,9 @@ class PathSearch:
         """
         if self._leader is None:
             sequence, phase = self._leading_template()
-            best = int(self.scores(0).of(sequence, phase).argmax())
-            scale, lane = divmod(best, self._lanes)
-            self._leader = sequence, phase, scale, *divmod(lane, self._shape[2])
+            scores = self.scores(0)
+            lane = int(scores.of(sequence, phase).argmax())
+            self._leader = sequence, phase, *scores.searched.place(lane)
         return self._leader
 
     def follow(self) -> Path:
@@ -223,10 +229,10 @@ class PathSearch:
             self._costs,
             self._counts,
             self._shifts,
+            self._ranges,
             self._near,
             self._near_cost,
             np.int64(self._move_cost),
-            self._shape,
             self._traced,
             states,
         )

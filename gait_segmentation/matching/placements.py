@@ -21,6 +21,7 @@ from gait_segmentation.geometry import (
     template_to_image,
 )
 from gait_segmentation.matching.config import MatchingConfig
+from gait_segmentation.matching.search_range import Place, SearchRange
 from gait_segmentation.matching.tanimoto import WindowGrid
 
 __all__ = ['EVERY_HEIGHT', 'PlacementGrid', 'Sampled', 'inside', 'region']
@@ -73,12 +74,17 @@ class PlacementGrid:
         self.scales: NDArray[np.float64] = np.exp(steps * self.log_step)
 
     @property
-    def shape(self) -> tuple[int, int, int]:
+    def shape(self) -> Place:
         """Return the number of body heights, vertical and horizontal shifts."""
         return len(self.scales), self.windows.rows, self.windows.columns
 
     @property
-    def center(self) -> tuple[int, int, int]:
+    def everywhere(self) -> SearchRange:
+        """Return the range of all placements."""
+        return SearchRange((0, 0, 0), self.shape)
+
+    @property
+    def center(self) -> Place:
         """Return the index of the box's own height and centre."""
         return self.half
 
@@ -161,7 +167,7 @@ class PlacementGrid:
             )
             cv2.warpAffine(seen, matrix, size, masks[scale], cv2.INTER_NEAREST)
             cv2.bitwise_and(images[scale], masks[scale], images[scale])
-        if masks is not None and bool(masks[searched].all()):
+        if masks is not None and _all_set(masks[searched]):
             masks = None
         return Sampled(images, masks)
 
@@ -173,6 +179,11 @@ class PlacementGrid:
         middle = (self.windows.width - columns) / 2, (self.windows.height - rows) / 2
         result[:, 2] += result[:, :2] @ middle
         return result
+
+
+def _all_set(masks: NDArray[np.uint8]) -> bool:
+    """Tell whether no pixel of (S, h, w) masks is 0."""
+    return cv2.countNonZero(masks.reshape(-1, masks.shape[2])) == masks.size
 
 
 def inside(

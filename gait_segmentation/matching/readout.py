@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,9 +15,8 @@ from gait_segmentation.geometry import Box, Placement
 from gait_segmentation.matching.confidence import phase_near
 from gait_segmentation.matching.near_leg import NearLeg
 from gait_segmentation.matching.placements import PlacementGrid, Sampled
-from gait_segmentation.matching.scores import Scores
 from gait_segmentation.matching.shape_prior import warp_template
-from gait_segmentation.matching.subgrid import State, SubgridPeak
+from gait_segmentation.matching.subgrid import State
 from gait_segmentation.matching.views import Views
 from gait_segmentation.results import MatchResult
 
@@ -51,7 +51,6 @@ class Readout:
         templates: NDArray[np.uint8],
         placements: PlacementGrid,
         views: Views,
-        peak: SubgridPeak,
     ) -> None:
         """
         Keep what states mean.
@@ -59,7 +58,7 @@ class Readout:
         :param templates: (K, H, W) uint8, those that are matched.
         """
         self._bank, self._templates, self._placements = bank, templates, placements
-        self._views, self._peak = views, peak
+        self._views = views
         self._near_leg = NearLeg()
 
     def reset(self) -> None:
@@ -70,7 +69,7 @@ class Readout:
         self,
         frame: WaitingFrame,
         state: State,
-        scores: Scores,
+        offsets: list[float],
         belief: NDArray[np.float64],
         rate: float,
     ) -> MatchResult:
@@ -78,14 +77,14 @@ class Readout:
         Make the result of a frame, later than the last one's.
 
         :param state: the path's state in it.
-        :param scores: the search's scores of the frame.
+        :param offsets: how far the best place lies beside it, see :class:`SubgridPeak`.
         :param belief: (P,) probabilities of the phases.
         :param rate: strides per second that are believed in.
         """
         sequence, phase, scale, row, column = state
         bank = self._bank
-        found = bool(frame.sampled.images.any())
-        offsets = self._peak.offsets(scores, state)
+        images = frame.sampled.images
+        found = cv2.countNonZero(images.reshape(-1, images.shape[2])) > 0
         placement = Placement(0.0, 0.0, 1.0)
         if found:
             placement = self._placements.placement(

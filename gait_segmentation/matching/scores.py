@@ -9,6 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.matching.search_range import Place, SearchRange
+from gait_segmentation.matching.tanimoto import pitch_of
+
 __all__ = ['FLOOR', 'ScoreStore', 'Scores']
 
 FLOOR = -12000
@@ -23,21 +26,26 @@ class Scores:
     """
     The scores of a frame.
 
-    ``rows`` is (R, P, N) int16.  ``where`` is (V,) int32, the row of each sequence, -1 for those
-    that were not searched: they are at the floor.
+    ``rows`` is (R, n) int16, phase by phase the scores of the lanes of ``searched`` with filling;
+    what is left of a row is not used.  ``where`` is (V,) int32, the row of each sequence, -1 for
+    those that were not searched: they are at the floor.  So are placements that were not.
     """
 
     rows: NDArray[np.int16]
     where: NDArray[np.int32]
+    searched: SearchRange
 
     def of(self, sequence: int, phase: int) -> NDArray[np.int16]:
-        """Return the scores of a template that was searched, (N,) int16."""
-        return np.asarray(self.rows[self.where[sequence], phase])
+        """Return the scores of a template that was searched, one for each lane, int16."""
+        start = phase * pitch_of(self.searched.size)
+        return self.rows[self.where[sequence], start : start + self.searched.size]
 
-    def at(self, sequence: int, phase: int, lane: int) -> int:
+    def at(self, sequence: int, phase: int, place: Place) -> int:
         """Return the score of a template at a placement."""
-        row = self.where[sequence]
-        return int(self.rows[row, phase, lane]) if row >= 0 else FLOOR
+        row, lane = self.where[sequence], self.searched.lane(*place)
+        if row < 0 or lane is None:
+            return FLOOR
+        return int(self.rows[row, phase * pitch_of(self.searched.size) + lane])
 
 
 class ScoreStore:
@@ -48,17 +56,15 @@ class ScoreStore:
     are far fewer rows than frames times sequences.
     """
 
-    def __init__(self, rows: int, phases: int, heights: int, lanes: int) -> None:
+    def __init__(self, rows: int, size: int) -> None:
         """
         Make the memory.
 
         :param rows: how many are expected to be in use; if it is more, the store grows.
-        :param heights: body heights of a row, each with ``lanes`` placements.
+        :param size: n, the most scores that a sequence has in a frame.
         """
-        self.rows: NDArray[np.int16] = np.empty((rows, phases, heights * lanes), np.int16)
-        """(R, P, N) int16; another array after :meth:`take` if the store has grown."""
-        self._heights = heights
-        self._at_floor = np.zeros((rows, heights), np.bool_)
+        self.rows: NDArray[np.int16] = np.empty((rows, size), np.int16)
+        """(R, n) int16; another array after :meth:`take` if the store has grown."""
         self._free = list(range(rows))[::-1]
 
     @property
@@ -66,30 +72,19 @@ class ScoreStore:
         """Return how many rows are in use."""
         return len(self.rows) - len(self._free)
 
-    def take(self, active: NDArray[np.bool_], searched: slice) -> NDArray[np.int32]:
+    def take(self, active: NDArray[np.bool_]) -> NDArray[np.int32]:
         """
-        Take rows for a frame.
+        Take rows for a frame; what is in them is undefined.
 
         :param active: (V,) bool, sequences that are searched.
-        :param searched: body heights that are, from ``start`` up to ``stop``: the others are at
-            the floor, these undefined.
         :returns: (V,) int32, the row of each sequence, -1 for those that are not searched.
         """
         count = int(active.sum())
         if count > len(self._free):
             self._grow(count)
-        taken = self._free[len(self._free) - count :]
-        del self._free[len(self._free) - count :]
-        left_out = np.ones(self._heights, np.bool_)
-        left_out[searched] = False
-        rest = left_out & ~self._at_floor[taken]
-        if rest.any():
-            scores = self.rows.reshape(*self.rows.shape[:2], self._heights, -1)
-            for height in np.flatnonzero(left_out):
-                scores[np.array(taken)[rest[:, height]], :, height] = FLOOR
-        self._at_floor[taken] = left_out
         where = np.full(len(active), -1, np.int32)
-        where[active] = taken
+        where[active] = self._free[len(self._free) - count :]
+        del self._free[len(self._free) - count :]
         return where
 
     def give_back(self, where: NDArray[np.int32]) -> None:
@@ -101,9 +96,6 @@ class ScoreStore:
         old = len(self.rows)
         more = max(count - len(self._free), old // 2)
         self.rows = np.concatenate(
-            [self.rows, np.empty((more, *self.rows.shape[1:]), self.rows.dtype)]
-        )
-        self._at_floor = np.concatenate(
-            [self._at_floor, np.zeros((more, self._heights), np.bool_)]
+            [self.rows, np.empty((more, self.rows.shape[1]), self.rows.dtype)]
         )
         self._free = [*range(old + more - 1, old - 1, -1), *self._free]

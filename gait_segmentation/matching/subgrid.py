@@ -21,16 +21,9 @@ class SubgridPeak:
     a state and its two neighbours.
     """
 
-    def __init__(self, views: Views, shape: tuple[int, int, int], lanes: int) -> None:
-        """
-        Lay out the scores.
-
-        :param shape: number of body heights, vertical and horizontal shifts.
-        :param lanes: L, windows of one body height with filling.
-        """
-        self._views = views
-        self._shape = shape
-        self._lanes = lanes
+    def __init__(self, views: Views, phases: int) -> None:
+        """Take what lies beside each view; ``phases`` are those of a stride."""
+        self._views, self._phases = views, phases
 
     def offsets(self, scores: Scores, state: State) -> list[float]:
         """
@@ -46,19 +39,18 @@ class SubgridPeak:
         sides = state[axis] - 1, state[axis] + 1
         if axis == 0:
             sides = self._views.beside(state[0])
-        elif axis >= 2 and not (sides[0] >= 0 and sides[1] < self._shape[axis - 2]):
-            return 0.0
-        low, high = (
-            self._score(scores, (*state[:axis], side, *state[axis + 1 :])) for side in sides
-        )
+        elif axis == 1:
+            sides = sides[0] % self._phases, sides[1] % self._phases
+        low, high = (_score(scores, (*state[:axis], side, *state[axis + 1 :])) for side in sides)
         if min(low, high) <= FLOOR:
             # What is beside has not been searched.
             return 0.0
-        middle = self._score(scores, state)
+        middle = _score(scores, state)
         bend = 2 * middle - low - high
         vertex = 0.5 * (high - low) / bend if bend > 0 else 0.0
         return min(max(vertex, -0.5), 0.5)
 
-    def _score(self, scores: Scores, state: tuple[int, ...]) -> int:
-        lane = state[2] * self._lanes + state[3] * self._shape[2] + state[4]
-        return scores.at(state[0], state[1] % scores.rows.shape[1], lane)
+
+def _score(scores: Scores, state: tuple[int, ...]) -> int:
+    sequence, phase, scale, row, column = state
+    return scores.at(sequence, phase, (scale, row, column))

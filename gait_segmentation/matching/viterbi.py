@@ -18,6 +18,8 @@ __all__ = ['advance', 'shifted']
 
 _WALL = -FLOOR
 """Cost of coming from beyond the border: whatever pays it falls to the floor."""
+_NOWHERE = 2 * FLOOR
+"""Score of body heights there are not: at the floor, also where the best score is negative."""
 
 
 @njit(cache=True, nogil=True)
@@ -34,18 +36,16 @@ def advance(  # type: ignore[no-untyped-def]
     shape,
     similarity,
     row,
-    lowest,
-    highest,
     leading,
 ):
     """
-    Compute the scores of a frame from those of the frame before.
+    Compute the scores of a frame from those of the frame before, at the same placements.
 
     score = fading * max over predecessors (score before - cost of the transition) + similarity,
-    with the maximum taken axis by axis, which is exact because the costs add up.  N = S * L
-    counts the placements with filling, L >= rows * columns for each of S body heights.
+    with the maximum taken axis by axis, which is exact because the costs add up.
 
-    :param rows: (R, P, N) int16, scores of sequences.
+    :param rows: (R, n) int16, scores of sequences, the first P * N used: phase by phase those of N
+        placements with filling.
     :param before: (V,) int32, the rows of the frame before, -1 for sequences that were not
         searched, which are at the floor; all of them: there was no frame before.
     :param after: (V,) int32, the rows to put the result into, -1 for sequences that are not
@@ -58,71 +58,54 @@ def advance(  # type: ignore[no-untyped-def]
     :param shape: (S, rows, columns) of the placements.
     :param similarity: (R, N) int16, what is added.
     :param row: (V * P,) int32, where in it a template is.
-    :param lowest: the first body height that is searched, and ``highest`` the last one; the
-        scores of others are left as they are.
     :param leading: (V, P) int16, largest score of each template, result.
     """
-    views, phases, everywhere = len(after), rows.shape[1], rows.shape[2]
-    columns = shape[2]
-    lanes = everywhere // shape[0]
-    start, stop = lowest * lanes, (highest + 1) * lanes
-    size = stop - start
-    part = highest + 1 - lowest, shape[1], columns
+    views, phases, lanes = len(after), leading.shape[1], similarity.shape[1]
+    used, level = shape[0] * shape[1] * shape[2], shape[1] * shape[2]
     started = before.max() >= 0
-    walls = _walls(part, lanes, move_cost)
-    reached = np.full((views, size), FLOOR, np.int16)
+    walls = _walls(shape, lanes, move_cost)
+    reached = np.full((views, lanes), FLOOR, np.int16)
     # Neighbouring placements of the first and last are read from a margin.
-    turned = np.full(size + 2 * lanes, FLOOR, np.int16)
-    across = np.full(size + 2 * lanes, FLOOR, np.int16)
-    along = np.full(size + 2 * lanes, FLOOR, np.int16)
-    inner = slice(lanes, lanes + size)
-    others = np.empty(near.shape[1] + 1, np.int64)
-    turns = np.zeros(near.shape[1] + 1, np.int16)
+    margin = max(level, shape[2])
+    across = np.full(lanes + 2 * margin, FLOOR, np.int16)
+    along = np.full(lanes + 2 * margin, _NOWHERE, np.int16)
+    start = np.full(lanes + 2 * margin, FLOOR, np.int16)
     for phase in range(phases):
         if started:
             for view in range(views):
                 if before[view] >= 0:
-                    _earlier_phases(rows[before[view]], start, phase, phase_cost, reached[view])
+                    _earlier_phases(rows[before[view]], phases, phase, phase_cost, reached[view])
         for view in range(views):
             if after[view] < 0:
                 leading[view, phase] = FLOOR
                 continue
-            result = rows[after[view], phase, start:stop]
-            gain = similarity[row[view * phases + phase], start:stop]
-            if not started:
+            result = rows[after[view], phase * lanes : (phase + 1) * lanes]
+            gain = similarity[row[view * phases + phase]]
+            if started:
+                _copy(reached[view], start[margin : margin + lanes])
+                for m in range(near.shape[1]):
+                    other = near[view, m]
+                    if other >= 0 and before[other] >= 0:
+                        turned = start[margin : margin + lanes]
+                        _other_view(reached[other], near_cost[view, m], turned)
+                _either_side(start, margin, 1, walls[0], walls[1], across)
+                _either_side(across, margin, shape[2], walls[2], walls[3], along)
+                # The last body height would take the filling for one more.
+                along[margin + used : margin + lanes] = _NOWHERE
+                _fade(along, margin, level, move_cost, best, fading, gain, result)
+            else:
                 _copy(gain, result)
-                leading[view, phase] = _largest_used(result, part, lanes)
-                continue
-            found = 0
-            for m in range(near.shape[1]):
-                if near[view, m] >= 0 and before[near[view, m]] >= 0:
-                    others[found], turns[found] = near[view, m], near_cost[view, m]
-                    found += 1
-            if found == 0 or found % 2 == 1:
-                others[found], turns[found] = view, 0
-                found += 1
-            if found == 1:
-                _copy(reached[view], turned[inner])
-            for m in range(0, found - 1, 2):
-                first, second = reached[others[m]], reached[others[m + 1]]
-                if m == 0:
-                    own = reached[view]
-                    _other_views(own, first, turns[m], second, turns[m + 1], turned[inner])
-                else:
-                    _more_views(first, turns[m], second, turns[m + 1], turned[inner])
-            _either_side(turned, lanes, 1, walls[0], walls[1], across)
-            _either_side(across, lanes, columns, walls[2], walls[3], along)
-            _fade(along, lanes, move_cost, best, fading, gain, result)
-            leading[view, phase] = _largest_used(result, part, lanes)
+            result[used:] = FLOOR
+            leading[view, phase] = _largest(result)
 
 
 @njit(cache=True, nogil=True)
 def _walls(shape, lanes, move_cost):  # type: ignore[no-untyped-def]
     """Return the costs of coming from the left, right, above and below, (4, N) int16."""
     scales, rows, columns = shape
-    walls = np.full((4, scales * lanes), move_cost, np.int16)
+    walls = np.full((4, lanes), move_cost, np.int16)
     for scale in range(scales):
-        first = scale * lanes
+        first = scale * rows * columns
         for row in range(rows):
             walls[0, first + row * columns] = _WALL
             walls[1, first + (row + 1) * columns - 1] = _WALL
@@ -139,34 +122,26 @@ def _copy(source, result):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _earlier_phases(before, start, phase, phase_cost, reached):  # type: ignore[no-untyped-def]
-    """Let states from ``start`` on come from this phase and those before it."""
-    phases, stop = before.shape[0], start + len(reached)
-    same, stay = before[phase, start:stop], phase_cost[0]
+def _earlier_phases(before, phases, phase, phase_cost, reached):  # type: ignore[no-untyped-def]
+    """Let states of a phase, (N,), come from this phase and those before it."""
+    lanes = len(reached)
+    before = before[: phases * lanes].reshape(phases, lanes)
+    same, stay = before[phase], phase_cost[0]
     one = min(1, len(phase_cost) - 1)
-    last, step = before[(phase - one) % phases, start:stop], phase_cost[one]
-    for j in range(len(reached)):
+    last, step = before[(phase - one) % phases], phase_cost[one]
+    for j in range(lanes):
         reached[j] = max(np.int16(same[j] - stay), np.int16(last[j] - step))
     for back in range(2, len(phase_cost)):
-        older, cost = before[(phase - back) % phases, start:stop], phase_cost[back]
-        for j in range(len(reached)):
+        older, cost = before[(phase - back) % phases], phase_cost[back]
+        for j in range(lanes):
             reached[j] = max(reached[j], np.int16(older[j] - cost))
 
 
 @njit(cache=True, nogil=True)
-def _other_views(own, first, first_cost, second, second_cost, result):  # type: ignore[no-untyped-def]
-    """Let views come from two others."""
+def _other_view(other, cost, result):  # type: ignore[no-untyped-def]
+    """Let states come from another view."""
     for j in range(len(result)):
-        other = max(np.int16(first[j] - first_cost), np.int16(second[j] - second_cost))
-        result[j] = max(own[j], other)
-
-
-@njit(cache=True, nogil=True)
-def _more_views(first, first_cost, second, second_cost, result):  # type: ignore[no-untyped-def]
-    """Let views come from two more."""
-    for j in range(len(result)):
-        other = max(np.int16(first[j] - first_cost), np.int16(second[j] - second_cost))
-        result[j] = max(result[j], other)
+        result[j] = max(result[j], np.int16(other[j] - cost))
 
 
 @njit(cache=True, nogil=True)
@@ -181,10 +156,10 @@ def _either_side(row, first, offset, low_cost, high_cost, result):  # type: igno
 
 
 @njit(cache=True, nogil=True)
-def _fade(row, lanes, move_cost, best, fading, gain, result):  # type: ignore[no-untyped-def]
+def _fade(row, first, offset, move_cost, best, fading, gain, result):  # type: ignore[no-untyped-def]
     """Let placements come from the next body heights, and make new scores of the old ones."""
     size = len(result)
-    here, low, high = row[lanes : lanes + size], row[:size], row[2 * lanes :]
+    here, low, high = row[first : first + size], row[first - offset :], row[first + offset :]
     for j in range(size):
         side = np.int16(max(low[j], high[j]) - move_cost)
         value = max(np.int16(max(here[j], side) - best), np.int16(FLOOR))
@@ -194,48 +169,38 @@ def _fade(row, lanes, move_cost, best, fading, gain, result):  # type: ignore[no
 
 
 @njit(cache=True, nogil=True)
-def _largest_used(result, shape, lanes):  # type: ignore[no-untyped-def]
-    """Put the filling to the floor and return the largest score."""
-    for scale in range(shape[0]):
-        for j in range(scale * lanes + shape[1] * shape[2], (scale + 1) * lanes):
-            result[j] = FLOOR
-    largest = result[0]
-    for j in range(len(result)):
-        largest = max(largest, result[j])
+def _largest(scores):  # type: ignore[no-untyped-def]
+    largest = scores[0]
+    for j in range(len(scores)):
+        largest = max(largest, scores[j])
     return largest
 
 
 @njit(cache=True, nogil=True)
-def shifted(rows, before, after, shape, shift, lowest, highest):  # type: ignore[no-untyped-def]
+def shifted(rows, before, after, phases, old, new, lanes, shift):  # type: ignore[no-untyped-def]
     """
-    Move all scores by whole placements, for a box that jumped.
+    Move all scores by whole placements.
 
-    :param rows: (R, P, N) int16, scores of sequences, N = S * L.
+    :param rows: (R, n) int16, scores of sequences.
     :param before: (V,) int32, the rows to move, -1 for sequences that are at the floor.
-    :param after: (V,) int32, the rows to put the result into; what comes from beyond the search
-        range is at the floor.
-    :param shape: (S, rows, columns).
+    :param after: (V,) int32, the rows to put the result into; what comes from beyond the range
+        searched before is at the floor.
+    :param old: (S, rows, columns) of the placements searched before, and ``new`` of those to be.
+    :param lanes: numbers of the former and of the latter with filling.
     :param shift: (3,) int64; the score of a placement is taken from placement + shift.
-    :param lowest: the first body height to fill, and ``highest`` the last one; the heights that
-        their scores come from must be there.
     """
-    scales, lines, columns = shape
-    lanes, used = rows.shape[2] // scales, lines * columns
-    offset = shift[1] * columns + shift[2]
-    first, last = max(-offset, 0), max(min(used - offset, used), 0)
-    # Columns beyond which there is nothing: what has been moved there comes from the next line.
-    start, stop = min(max(-shift[2], 0), columns), max(min(columns - shift[2], columns), 0)
+    low, high = np.empty(3, np.int64), np.empty(3, np.int64)
+    for axis in range(3):
+        low[axis] = max(-shift[axis], 0)
+        high[axis] = min(old[axis] - shift[axis], new[axis])
     for view in np.flatnonzero(before >= 0):
-        for phase in range(rows.shape[1]):
-            for scale in range(lowest, highest + 1):
-                come = scale + shift[0]
-                source = rows[before[view], phase, come * lanes : (come + 1) * lanes]
-                target = rows[after[view], phase, scale * lanes : (scale + 1) * lanes]
-                target[:] = FLOOR
-                if first < last:
-                    _copy(source[first + offset : last + offset], target[first:last])
-                for line in range(lines):
-                    for column in range(start):
-                        target[line * columns + column] = FLOOR
-                    for column in range(stop, columns):
-                        target[line * columns + column] = FLOOR
+        for phase in range(phases):
+            source = rows[before[view], phase * lanes[0] : (phase + 1) * lanes[0]]
+            target = rows[after[view], phase * lanes[1] : (phase + 1) * lanes[1]]
+            target[:] = FLOOR
+            for scale in range(low[0], high[0]):
+                for line in range(low[1], high[1]):
+                    here = (scale * new[1] + line) * new[2]
+                    come = ((scale + shift[0]) * old[1] + line + shift[1]) * old[2] + shift[2]
+                    for column in range(low[2], high[2]):
+                        target[here + column] = source[come + column]

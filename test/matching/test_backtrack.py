@@ -8,33 +8,34 @@ import pytest
 from gait_segmentation.matching.backtrack import trace
 from gait_segmentation.matching.scores import FLOOR
 
-SHAPE, LANES, MOVE = (2, 2, 3), 8, 20
+SHAPE, LANES, MOVE = (2, 2, 3), 15, 20
 NEAR, TURN = np.array([[1], [0]], np.int32), np.array([[70], [90]], np.int16)
 NOTHING = np.empty((0, 5), np.int64)
 
 
 def lane(state):
-    return state[2] * LANES + state[3] * SHAPE[2] + state[4]
+    return (state[2] * SHAPE[1] + state[3]) * SHAPE[2] + state[4]
 
 
 def clip(seed, frames=5, slots=7):
     rng = np.random.default_rng(seed)
-    ring = rng.integers(-500, 500, (slots, 2, 3, 2 * LANES)).astype(np.int16)
+    ring = rng.integers(-500, 500, (slots, 2, 3, LANES)).astype(np.int16)
     costs = rng.integers(0, 60, (slots, 3)).astype(np.int16)
     shifts = np.zeros((slots, 3), np.int64)
     return ring, rng.permutation(slots)[:frames], costs, np.full(slots, 2), shifts
 
 
-def traced(data, last, known=NOTHING):
+def traced(data, last, known=NOTHING, first=(0, 0, 0)):
     scores, slots, costs, counts, shifts = data
-    rows = scores.reshape(-1, *scores.shape[2:])
+    rows = scores.reshape(-1, 3 * LANES)
     # In reverse order, without views that are at the floor throughout.
     where = np.arange(len(rows), dtype=np.int32)[::-1].reshape(scores.shape[:2]).copy()
     where[(scores == FLOOR).all(axis=(2, 3))] = -1
     path = np.full((len(slots), 5), -1, np.int64)
     path[-1] = last
-    moving = NEAR, TURN, np.int64(MOVE), SHAPE
-    trace(rows[::-1], where, slots, costs, counts, shifts, *moving, known, path)
+    ranges = np.tile([*first, *SHAPE, LANES], (len(shifts), 1))
+    moving = NEAR, TURN, np.int64(MOVE)
+    trace(rows[::-1].copy(), where, slots, costs, counts, shifts, ranges, *moving, known, path)
     return path
 
 
@@ -96,3 +97,11 @@ def test_the_nearest_placement_takes_over_where_the_box_jumped_away(jump, neares
     path = traced(data, (0, 1, 1, 0, 2))
     step = int(data[2][data[1][1], :2].argmin())
     assert path[0].tolist() == [0, (1 - step) % 3, *nearest]
+
+
+def test_states_are_counted_from_the_first_placement_there_is():
+    data, first = clip(2), np.array([1, 3, 2])
+    path = traced(data, (1, 2, 0, 0, 2))
+    moved = traced(data, (1, 2, 1, 3, 4), first=first)
+    np.testing.assert_array_equal(moved[:, :2], path[:, :2])
+    np.testing.assert_array_equal(moved[:, 2:], path[:, 2:] + first)

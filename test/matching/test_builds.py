@@ -16,10 +16,10 @@ def test_each_build_has_its_rows_among_those_of_all():
     assert kernels.rows == 5
     assert (kernels.part(0), kernels.part(1)) == (slice(0, 2), slice(2, 5))
     expected = ReferenceKernel(templates.reshape(-1, 5, 4), grid).common_area(images)
-    out = kernels.new_rows()
-    for image, plane in enumerate(polyphase(images, grid)):
-        found = np.empty((kernels.rows, kernels.pitch), np.int32)
-        for build in (1, 0):
-            found[kernels.part(build)] = kernels.common_rows(plane, build, out)
-        found = found[kernels.row.reshape(-1), :6]
-        np.testing.assert_array_equal(found, expected[:, image].reshape(6, 6))
+    out = kernels.new_rows(12)
+    found = np.empty((kernels.rows, out.shape[1]), np.int32)
+    for build in (1, 0):
+        planes = polyphase(images, grid)
+        found[kernels.part(build)] = kernels.common_rows(planes, build, (0, 0), (2, 2, 3), out)
+    found = found[kernels.row.reshape(-1), :12]
+    np.testing.assert_array_equal(found, expected.reshape(6, 12))

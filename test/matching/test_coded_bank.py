@@ -24,8 +24,8 @@ def test_matchers_share_the_templates_but_not_what_they_work_in():
     template = one.templates[5].astype(int)
     assert one.sums.whole[place] == template.sum()
     found = [
-        coded.kernels.common_rows(plane, 0, coded.kernels.new_rows())
-        for coded, plane in zip((one, two), planes, strict=True)
+        coded.kernels.common_rows(plane, 0, (0, 0), (1, 1, 1), coded.kernels.new_rows(1))
+        for coded, plane in zip((one, two), np.split(planes, 2), strict=True)
     ]
     for image, rows in zip(images, found, strict=True):
         assert rows[place, 0] == np.minimum(template, image[:96, :64]).sum()

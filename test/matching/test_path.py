@@ -1,5 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+import itertools
+
 import numpy as np
 import pytest
 
@@ -7,9 +9,12 @@ from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.matching.path import PathSearch
 from gait_segmentation.matching.scores import FLOOR
+from gait_segmentation.matching.search_range import SearchRange
+from gait_segmentation.matching.tanimoto import pitch_of
 from gait_segmentation.matching.transitions import UNIT
 
 PHASES = 12
+ONE = SearchRange((0, 0, 0), (1, 1, 1))
 
 
 def search(**parameters):
@@ -18,11 +23,13 @@ def search(**parameters):
     )
     row = np.arange(PHASES, dtype=np.int32)
     config = MatchingConfig(**parameters)
-    return PathSearch(bank, row, (1, 1, 1), 1, config)
+    return PathSearch(bank, row, ONE.shape, config)
 
 
 def seen(similarities):
-    return np.round(UNIT * np.asarray(similarities)).astype(np.int16).reshape(PHASES, 1)
+    values = np.zeros((PHASES, pitch_of(1)), np.int16)
+    values[:, 0] = np.round(UNIT * np.asarray(similarities))
+    return values
 
 
 def bump(phase, twin=0.0):
@@ -36,7 +43,7 @@ def test_measures_the_cadence_and_never_goes_back():
     rng = np.random.default_rng(0)
     for k in range(60):
         noisy = np.clip(bump(0.4 * k) / 2 + rng.normal(0, 0.1, PHASES), 0, 1)
-        path.step(seen(noisy), k / 30, (0, 0, 0))
+        path.step(seen(noisy), k / 30, (0, 0, 0), ONE)
         found = path.follow()
     assert found.rate == pytest.approx(1.0, abs=0.06)
     assert (np.diff(found.states[:, 1]) % PHASES <= 1).all()
@@ -48,7 +55,7 @@ def test_stays_with_one_of_two_twins():
     rng = np.random.default_rng(1)
     phases = []
     for k in range(300):
-        path.step(seen(bump(0.4 * k, rng.normal(0, 0.02)) / 2), k / 30, (0, 0, 0))
+        path.step(seen(bump(0.4 * k, rng.normal(0, 0.02)) / 2), k / 30, (0, 0, 0), ONE)
         phases.append(int(path.follow().states[-1, 1]))
     steps = np.diff(phases) % PHASES
     assert (steps <= 2).all()
@@ -58,7 +65,7 @@ def test_leaves_a_twin_that_is_clearly_worse():
     path = search()
     for k in range(200):
         better = 0.0 if k < 60 else -0.3
-        path.step(seen(bump(0.4 * k, better) / 2), k / 30, (0, 0, 0))
+        path.step(seen(bump(0.4 * k, better) / 2), k / 30, (0, 0, 0), ONE)
         state = path.follow().states[-1, 1]
     assert abs((state - 0.4 * 199 + 6) % 12 - 6) <= 1
 
@@ -68,18 +75,19 @@ def test_what_is_not_searched_is_at_the_floor_in_whichever_slot():
         np.zeros((2, PHASES, 4, 4), np.uint8), np.zeros(2, np.float32), ('a', 'b'), 0.9
     )
     row = np.arange(2 * PHASES, dtype=np.int32)
-    path = PathSearch(bank, row, (3, 1, 1), 1, MatchingConfig(window=0.2))
+    path = PathSearch(bank, row, (2, 1, 2), MatchingConfig(window=0.2))
     rng = np.random.default_rng(3)
     for k in range(200):
-        similarity = rng.integers(0, UNIT, (2 * PHASES, 3)).astype(np.int16)
+        similarity = rng.integers(0, UNIT, (2 * PHASES, pitch_of(4))).astype(np.int16)
         active = np.array([True, False]) if k // 20 % 2 else np.array([k % 40 < 30, True])
-        first = k // 7 % 2
-        path.step(similarity, k / 30, (0, 0, 0), active, slice(first, first + 2))
+        searched = SearchRange((k // 7 % 2, 0, k // 11 % 3), (2, 1, 2 - k // 50 % 2))
+        path.step(similarity, k / 30, (0, 0, 0), searched, active)
         found = path.scores(0)
         np.testing.assert_array_equal(found.where >= 0, active)
-        scores = found.rows[found.where[active]]
-        assert (scores[:, :, 2 - 2 * first] == FLOOR).all()
-        assert (scores[:, :, first : first + 2] > FLOOR).all()
+        for view, scale, column in itertools.product((0, 1), range(4), range(6)):
+            here = scale in range(4)[searched.heights] and column in range(6)[searched.columns]
+            score = found.at(view, k % PHASES, (scale, 0, column))
+            assert (score > FLOOR) == (here and active[view])
 
 
 def test_keeps_of_each_frame_what_was_searched_in_it():
@@ -87,16 +95,16 @@ def test_keeps_of_each_frame_what_was_searched_in_it():
         np.zeros((2, PHASES, 4, 4), np.uint8), np.zeros(2, np.float32), ('a', 'b'), 0.9
     )
     row = np.arange(2 * PHASES, dtype=np.int32)
-    path = PathSearch(bank, row, (1, 1, 1), 1, MatchingConfig(lag=5, window=0.2))
+    path = PathSearch(bank, row, ONE.shape, MatchingConfig(lag=5, window=0.2))
     size = len(path._store.rows)
     assert size < 2 * len(path._where)
-    noise = np.zeros((2 * PHASES, 1), np.int16)
+    noise = np.zeros((2 * PHASES, pitch_of(1)), np.int16)
     for round in range(3):
         path.reset()
         for k in range(40):
             jump = (0, 0, k % 2)
             active = np.array([k == 0 or round != 1, k == 0 or round == 1])
-            path.step(noise, k / 30, jump, active)
+            path.step(noise, k / 30, jump, ONE, active)
             assert path._store.used == path.frames + (path.frames == k + 1)
     assert len(path._store.rows) == size
 
@@ -106,7 +114,7 @@ def test_is_bounded_over_many_frames():
     rng = np.random.default_rng(2)
     noise = [seen(rng.random(PHASES)) for _ in range(50)]
     for k in range(3_000):
-        path.step(noise[k % 50], k / 30, (0, 0, 0))
+        path.step(noise[k % 50], k / 30, (0, 0, 0), ONE)
     assert path.frames <= 12
     assert path.scores(0).of(0, 0).min() >= FLOOR
     assert abs(int(path.leading.max())) < 2 * 2048

@@ -7,12 +7,8 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.matching.placements import PlacementGrid, Sampled
 from gait_segmentation.matching.readout import Readout, WaitingFrame
-from gait_segmentation.matching.scores import Scores
-from gait_segmentation.matching.subgrid import SubgridPeak
 from gait_segmentation.matching.views import views_of
 from test.walkers import small_bank
-
-LANES = 128
 
 
 def setting():
@@ -20,8 +16,7 @@ def setting():
     grid = PlacementGrid(bank.grid, bank.fill, MatchingConfig())
     views = views_of(bank)
     templates = bank.templates.reshape(-1, *bank.grid)
-    peak = SubgridPeak(views, grid.shape, LANES)
-    return bank, grid, Readout(bank, templates, grid, views, peak)
+    return bank, grid, Readout(bank, templates, grid, views)
 
 
 def frame(images, known=None):
@@ -29,12 +24,10 @@ def frame(images, known=None):
     return WaitingFrame(10**9, 0.0, 3, box, 0.0, 0.5, (80, 100), Sampled(images, known))
 
 
-def result(readout, waiting, state, bank, grid):
-    scores = np.zeros((bank.sequences, bank.phases, grid.shape[0] * LANES), np.int16)
-    kept = Scores(scores, np.arange(bank.sequences, dtype=np.int32))
+def result(readout, waiting, state, bank):
     belief = np.zeros(bank.phases)
     belief[state[1]] = 1.0
-    return readout.result(waiting, state, kept, belief, 0.9)
+    return readout.result(waiting, state, [0.0] * 5, belief, 0.9)
 
 
 def test_the_template_of_the_state_is_laid_where_it_stands():
@@ -42,7 +35,7 @@ def test_the_template_of_the_state_is_laid_where_it_stands():
     state = (1, 2, *grid.center)
     images = np.zeros((grid.shape[0], *grid.windows.image_shape), np.uint8)
     images[(state[2], *grid.windows.part(state[3], state[4]))] = bank.templates[1, 2]
-    found = result(readout, frame(images), state, bank, grid)
+    found = result(readout, frame(images), state, bank)
     assert (found.sequence, found.phase_index, found.track_id) == (1, 2, 3)
     assert found.similarity == 1.0
     assert found.phase_rate == 0.9
@@ -61,13 +54,13 @@ def test_only_known_pixels_are_compared():
     known[:, 60:] = 0
     images[part] = bank.templates[0, 0]
     images &= known
-    assert result(readout, frame(images, known), state, bank, grid).similarity == 1.0
-    assert result(readout, frame(images), state, bank, grid).similarity < 1.0
+    assert result(readout, frame(images, known), state, bank).similarity == 1.0
+    assert result(readout, frame(images), state, bank).similarity < 1.0
 
 
 def test_without_a_likelihood_the_body_is_the_box():
     bank, grid, readout = setting()
     images = np.zeros((grid.shape[0], *grid.windows.image_shape), np.uint8)
-    found = result(readout, frame(images), (0, 1, 0, 0, 0), bank, grid)
+    found = result(readout, frame(images), (0, 1, 0, 0, 0), bank)
     assert (found.placement.dx, found.placement.dy, found.placement.scale) == (0, 0, 1)
     assert (found.similarity, found.confidence) == (0, 0)

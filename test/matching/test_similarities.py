@@ -5,14 +5,16 @@ import pytest
 
 from gait_segmentation.matching.builds import BuildKernels
 from gait_segmentation.matching.placements import Sampled
-from gait_segmentation.matching.similarities import SimilarityMaps
-from gait_segmentation.matching.tanimoto import ReferenceKernel, WindowGrid, tanimoto
+from gait_segmentation.matching.search_range import SearchRange
+from gait_segmentation.matching.similarities import SimilarityMaps, filled_up
+from gait_segmentation.matching.tanimoto import ReferenceKernel, WindowGrid, pitch_of, tanimoto
 from gait_segmentation.matching.transitions import UNIT
 from gait_segmentation.matching.visibility import LineSums
 
 GRID = WindowGrid(7, 5, 3, 4, 2)
 COST = np.array([30, 0], np.int16)
 LEAST = 0.25
+ALL = SearchRange((0, 0, 0), (2, GRID.rows, GRID.columns))
 
 
 def templates():
@@ -74,8 +76,8 @@ def test_similarities_are_those_of_the_definition(name):
     bank, known = templates(), MASKS[name]
     kernels, similarities = maps(bank)
     images = likelihoods() if known is None else np.minimum(likelihoods(), known)
-    found = similarities.update(Sampled(images, known), np.array([True, True]))
-    found = found[kernels.row].reshape(3, 2, 2, -1)[..., : GRID.rows * GRID.columns]
+    found = similarities.update(Sampled(images, known), np.array([True, True]), ALL)
+    found = found[kernels.row][..., : ALL.size].reshape(3, 2, 2, -1)
     share, seen = expected(bank, images, known)
     share = np.where(seen < LEAST, 0.0, share)
     assert np.abs(found + COST[:, None] - UNIT * share).max() <= 0.51
@@ -85,12 +87,12 @@ def test_similarities_are_those_of_the_definition(name):
 def test_only_builds_that_are_searched_are_compared(name):
     bank, known = templates(), MASKS[name]
     kernels, similarities = maps(bank)
-    every = similarities.update(Sampled(likelihoods(), known), np.array([True, True])).copy()
+    sampled = Sampled(likelihoods(), known)
+    every = similarities.update(sampled, np.array([True, True]), ALL).copy()
     kernels, similarities = maps(bank)
-    found = similarities.update(Sampled(likelihoods(), known), np.array([False, True]))
+    found = similarities.update(sampled, np.array([False, True]), ALL)
     part = kernels.part(1)
-    used = np.arange(2)[:, None] * kernels.pitch + np.arange(GRID.rows * GRID.columns)
-    np.testing.assert_array_equal(found[part][:, used], every[part][:, used])
+    np.testing.assert_array_equal(found[part, : ALL.size], every[part, : ALL.size])
     assert not found[kernels.part(0)].any()
 
 
@@ -99,24 +101,30 @@ def test_templates_out_of_sight_are_like_nothing():
     kernels, similarities = maps(bank, least=1.0)
     images = np.full((2, *GRID.image_shape), 255, np.uint8)
     known = mask(slice(0, GRID.image_shape[0] - 1))
-    found = similarities.update(Sampled(images, known), np.array([True, True]))
-    found = found[kernels.row].reshape(3, 2, 2, -1)[..., : GRID.rows * GRID.columns]
+    found = similarities.update(Sampled(images, known), np.array([True, True]), ALL)
+    found = found[kernels.row][..., : ALL.size].reshape(3, 2, 2, -1)
     low = found[:, :, 1].reshape(3, 2, GRID.rows, GRID.columns)
     assert (low[:, :, -1] == 0).all()
     assert (low[:, :, 0] > 0).all()
 
 
-@pytest.mark.parametrize('name', ['no mask', 'top cut', 'corner'])
-@pytest.mark.parametrize('height', [0, 1])
-def test_only_body_heights_that_are_searched_are_compared(name, height):
+@pytest.mark.parametrize('name', ['no mask', 'top cut', 'left cut', 'differs by scale', 'corner'])
+@pytest.mark.parametrize(
+    ('first', 'shape'), [((1, 0, 0), (1, 3, 4)), ((0, 1, 2), (2, 2, 2)), ((0, 0, 1), (1, 1, 3))]
+)
+def test_only_placements_that_are_searched_are_compared(name, first, shape):
     bank, known = templates(), MASKS[name]
-    kernels, similarities = maps(bank)
-    both = np.array([True, True])
-    every = similarities.update(Sampled(likelihoods(), known), both).copy()
-    kernels, similarities = maps(bank)
-    searched = slice(height, height + 1)
-    found = similarities.update(Sampled(likelihoods(), known), both, searched)
-    used = height * kernels.pitch + np.arange(GRID.rows * GRID.columns)
-    np.testing.assert_array_equal(found[:, used], every[:, used])
-    other = (1 - height) * kernels.pitch
-    assert not found[:, other : other + kernels.pitch].any()
+    _, similarities = maps(bank)
+    sampled, both, part = (
+        Sampled(likelihoods(), known),
+        np.array([True, True]),
+        SearchRange(first, shape),
+    )
+    every = similarities.update(sampled, both, ALL)[:, : ALL.size].copy()
+    found = similarities.update(sampled, both, part)
+    assert found.shape[1] == pitch_of(part.size)
+    np.testing.assert_array_equal(found[:, : part.size], ALL.part(every, part))
+    np.testing.assert_array_equal(
+        filled_up(ALL.part(every, part))[:, : part.size], found[:, : part.size]
+    )
+    assert filled_up(ALL.part(every, part)).shape == found.shape

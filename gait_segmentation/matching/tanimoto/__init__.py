@@ -9,7 +9,7 @@ Three kernels with one interface give the same bits: :class:`ReferenceKernel` is
 """
 
 from gait_segmentation.matching.tanimoto.direct_access_table import DirectAccessTableKernel
-from gait_segmentation.matching.tanimoto.events import EventKernel, polyphase
+from gait_segmentation.matching.tanimoto.events import EventKernel, pitch_of, polyphase
 from gait_segmentation.matching.tanimoto.reference import ReferenceKernel
 from gait_segmentation.matching.tanimoto.similarity import tanimoto
 from gait_segmentation.matching.tanimoto.windows import Kernel, WindowGrid
@@ -20,6 +20,7 @@ __all__ = [
     'Kernel',
     'ReferenceKernel',
     'WindowGrid',
+    'pitch_of',
     'polyphase',
     'tanimoto',
 ]

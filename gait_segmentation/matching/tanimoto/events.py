@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import math
 from copy import copy
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +15,7 @@ from gait_segmentation.matching.tanimoto.program import in_order, make_program
 from gait_segmentation.matching.tanimoto.simd import LANES, RUN, gather, run_program
 from gait_segmentation.matching.tanimoto.windows import WindowGrid, check_templates
 
-__all__ = ['EventKernel', 'polyphase']
+__all__ = ['EventKernel', 'pitch_of', 'polyphase']
 
 _CACHE_LINE = 64
 
@@ -24,8 +26,9 @@ class EventKernel:
 
     C(child) = C(parent) + sum over the pixels in which they differ of
     min(v, g_child) - min(v, g_parent), where the parents form a minimum spanning arborescence
-    from the empty template.  For each scale the pixels that ever change are gathered with all
-    windows side by side, so that one event is a handful of vector additions for 128 windows.
+    from the empty template.  The pixels that ever change are gathered with the windows, also of
+    several images, side by side, so that one event is a handful of vector additions for 192 of
+    them.
 
     The number of events of binary templates sampled from a closed motion tends to a constant, the
     number of times the pixels flip during the motion, however finely the motion is sampled.
@@ -51,20 +54,14 @@ class EventKernel:
         self.rows = len(different)
         program, place = in_order(make_program(templates[first]))
         self.row: NDArray[np.int32] = place[row.reshape(-1)]
-        windows = grid.rows * grid.columns
-        self._blocks = -(-windows // LANES)
-        self.pitch = self._blocks * LANES
         self._matrix = _aligned((len(program.pixels) + 1) * LANES)
         self._origins = _origins(program.pixels, grid)
         self._program = program
-        self._runs = [_runs(grid, block * LANES) for block in range(self._blocks)]
-        self._result = np.zeros((0, 0, 0), np.int32)
 
     def copy(self) -> EventKernel:
         """Return a kernel of the same templates that works in memory of its own."""
         other = copy(self)
         other._matrix = _aligned(len(self._matrix))
-        other._result = np.zeros((0, 0, 0), np.int32)
         return other
 
     @property
@@ -80,36 +77,34 @@ class EventKernel:
     def common_area(self, images: NDArray[np.uint8]) -> NDArray[np.int32]:
         """Return C for every template and window, see :class:`Kernel`."""
         grid = self._grid
-        rows = self.common_rows(images)[:, self.row, : grid.rows * grid.columns]
-        return rows.swapaxes(0, 1).reshape(len(self.row), len(images), grid.rows, grid.columns)
+        grid.check(images)
+        windows = len(images), grid.rows, grid.columns
+        rows = self.common_rows(polyphase(images, grid), (0, 0), windows)
+        return rows[self.row][:, : math.prod(windows)].reshape(-1, *windows)
 
-    def common_rows(self, images: NDArray[np.uint8]) -> NDArray[np.int32]:
+    def common_rows(
+        self,
+        planes: NDArray[np.uint8],
+        first: tuple[int, int],
+        windows: tuple[int, int, int],
+        out: NDArray[np.int32] | None = None,
+    ) -> NDArray[np.int32]:
         """
-        Return the same as it is computed: equal templates share a row of windows, filled up.
+        Return the same for some of the windows; equal templates share a row, filled up.
 
-        :param images: (S, height, width) uint8 of the grid's padded size.
-        :returns: (S, R, pitch) int32, C of template k in row ``row[k]``; what follows after rows *
-            columns is undefined.  Valid until the next call.
-        :raises InputError: if the images do not fit the grid.
-        """
-        self._grid.check(images)
-        if len(self._result) != len(images):
-            self._result = np.zeros((len(images), self.rows + 1, self.pitch), np.int32)
-        for plane, out in zip(polyphase(images, self._grid), self._result, strict=True):
-            self.fill_rows(plane, out)
-        return self._result[:, 1:]
-
-    def fill_rows(self, plane: NDArray[np.uint8], out: NDArray[np.int32]) -> None:
-        """
-        Compute the rows of one image.
-
-        :param plane: one image of :func:`polyphase`.
-        :param out: from :meth:`new_rows`, of this kernel or one with more rows; row 0 stays zero
-            and C of template k goes to row ``row[k] + 1``.
+        :param planes: from :func:`polyphase`.
+        :param first: row and column of the first window.
+        :param windows: number of images, rows and columns.
+        :param out: from :meth:`new_rows`, of this kernel or one with more rows, to work in.
+        :returns: (R, N) int32, a view of ``out``, C of template k in row ``row[k]``, image by
+            image and row by row; what follows, up to :func:`pitch_of` them, is undefined.
         """
         program = self._program
-        for block in range(self._blocks):
-            places, offsets = self._runs[block]
+        if out is None:
+            out = self.new_rows(math.prod(windows))
+        flat, stride = out.reshape(-1), out.shape[1]
+        plane = planes.reshape(-1)[first[0] * _plane_shape(self._grid)[1] + first[1] :]
+        for block, (places, offsets) in enumerate(_runs(self._grid, windows)):
             gather(plane, self._origins, places, offsets, self._matrix)
             run_program(
                 self._matrix,
@@ -119,14 +114,20 @@ class EventKernel:
                 program.bounds.reshape(-1),
                 program.target,
                 program.base,
-                out.reshape(-1),
-                self.pitch,
+                flat,
+                stride,
                 block * LANES,
             )
+        return out[1 : self.rows + 1]
 
-    def new_rows(self) -> NDArray[np.int32]:
-        """Return an array for ``out`` of :meth:`fill_rows`."""
-        return np.zeros((self.rows + 1, self.pitch), np.int32)
+    def new_rows(self, windows: int) -> NDArray[np.int32]:
+        """Return an array for ``out`` of :meth:`common_rows`; its first row must stay zero."""
+        return np.zeros((self.rows + 1, pitch_of(windows)), np.int32)
+
+
+def pitch_of(windows: int) -> int:
+    """Return how long a row of a number of windows is when it is filled up."""
+    return -(-windows // LANES) * LANES
 
 
 def _aligned(size: int) -> NDArray[np.uint8]:
@@ -150,17 +151,29 @@ def _origins(pixels: NDArray[np.int64], grid: WindowGrid) -> NDArray[np.int64]:
     return np.asarray((phase * rows + y // grid.step) * columns + x // grid.step)
 
 
-def _runs(grid: WindowGrid, first: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the runs of a block of windows: lane in the block, and offset in the planes."""
-    pitch = _plane_shape(grid)[1]
-    last = min(first + LANES, grid.rows * grid.columns)
-    places, offsets, window = [], [], first
-    while window < last:
-        row, column = divmod(window, grid.columns)
-        places.append(window - first)
-        offsets.append(row * pitch + column)
-        window += min(RUN, grid.columns - column)
-    return np.array(places, np.int64), np.array(offsets, np.int64)
+@lru_cache(maxsize=16)
+def _runs(
+    grid: WindowGrid, windows: tuple[int, int, int]
+) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    """
+    Return the runs of each block of windows: lane in the block, and offset in the planes.
+
+    :param windows: numbers of images, rows and columns.
+    """
+    planes, (height, width) = grid.step**2, _plane_shape(grid)
+    images, rows, columns = windows
+    blocks = []
+    for start in range(0, images * rows * columns, LANES):
+        last = min(start + LANES, images * rows * columns)
+        places, offsets, window = [], [], start
+        while window < last:
+            line, column = divmod(window, columns)
+            image, row = divmod(line, rows)
+            places.append(window - start)
+            offsets.append((image * planes * height + row) * width + column)
+            window += min(RUN, columns - column)
+        blocks.append((np.array(places, np.int64), np.array(offsets, np.int64)))
+    return blocks
 
 
 def polyphase(images: NDArray[np.uint8], grid: WindowGrid) -> NDArray[np.uint8]:

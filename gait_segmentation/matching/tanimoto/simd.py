@@ -23,7 +23,7 @@ from gait_segmentation.matching.tanimoto.program import PAIR
 
 __all__ = ['LANES', 'RUN', 'gather', 'run_program']
 
-LANES = 128
+LANES = 192
 """Windows that one call of :func:`run_program` treats."""
 
 RUN = 16
