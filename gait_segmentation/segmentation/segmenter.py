@@ -25,7 +25,7 @@ from gait_segmentation.segmentation.inputs import (
 )
 from gait_segmentation.segmentation.learnt_colours import LearntColours
 from gait_segmentation.segmentation.paper_prior import PaperPrior
-from gait_segmentation.segmentation.refinement import finest, refine, upsample
+from gait_segmentation.segmentation.refinement import finest, outline_term, refine, upsample
 from gait_segmentation.segmentation.residual import PersonalShape
 from gait_segmentation.segmentation.shape_prior import ShapeTerms, shape_terms
 from gait_segmentation.segmentation.thin_parts import loosen_thin_parts
@@ -143,8 +143,8 @@ class Segmenter:
         """
         Return the cut at working size.
 
-        With it come its data term and where the person is likely without the shape prior.
-        All that is given and returned is in the window.
+        With it come the data term for the outline and where the person is likely without the
+        shape prior.  All that is given and returned is in the window.
         """
         terms = self._terms(prior, lab, body, phase)
         logit = _LOGIT[evidence]
@@ -163,8 +163,11 @@ class Segmenter:
             support = (support + prior / np.float32(255)) / 2
         known = None if terms.psi is None else prior > 127
         labels = keep_supported(labels, support, known, body.height, evidence)
-        likely = logit > (0 if terms.logit is None else terms.logit)
-        return fill_holes(labels, self.config.hole_area * body.height**2), logit, likely
+        labels = fill_holes(labels, self.config.hole_area * body.height**2)
+        if terms.logit is None:
+            return labels, logit, logit > 0
+        likely = logit > terms.logit
+        return labels, outline_term(logit, terms.logit, body.height), likely
 
     def _cut_by_colours(
         self,
