@@ -11,18 +11,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, bounding_box
+from gait_segmentation.images import Window, bounding_box, signed_distance
 
 __all__ = ['REACH', 'Nearness', 'by_distance', 'nearness']
 
 REACH = 0.12
 """How far outside of a mask distances are told, in body heights: no cue reaches farther."""
-
-_UNIT = 1 << 16
-_STRAIGHT, _DIAGONAL = round(0.955 * _UNIT), round(1.3693 * _UNIT)
-"""Lengths of steps of the chamfer metric of 3 x 3 pixels (Borgefors 1986), true to about 5 %."""
-
-_FAR = 1 << 29
 
 
 @dataclass(frozen=True)
@@ -53,10 +47,7 @@ def nearness(mask: NDArray[np.uint8], height: float) -> Nearness | None:
         slice(max(top - margin, 0), min(top + down + margin, mask.shape[0])),
         slice(max(left - margin, 0), min(left + across + margin, mask.shape[1])),
     )
-    inside = np.ascontiguousarray(mask[part])
-    distance = np.empty(inside.shape, np.float32)
-    _measure(inside, distance)
-    return Nearness(part, distance)
+    return Nearness(part, signed_distance(mask[part] > 127))
 
 
 def by_distance(
@@ -93,81 +84,3 @@ def _limit(
         result = out[top + row, left : left + here.size]
         for col in range(here.size):
             result[col] = min(max(rise * here[col], least), most)
-
-
-@njit(nogil=True)
-def _padded(line: NDArray[np.uint8], out: NDArray[np.uint8]) -> None:
-    """Fill in a row that goes on for a pixel at both sides."""
-    out[1:-1] = line
-    out[0], out[-1] = line[0], line[-1]
-
-
-@njit(cache=True, nogil=True)
-def _begin(mask: NDArray[np.uint8], out: NDArray[np.int32]) -> None:
-    """
-    Fill in the lengths of single steps to pixels of the other kind, far where there is none.
-
-    :param out: with a column more at both sides, which is far.
-    """
-    height, width = mask.shape
-    straight, diagonal, far = np.int32(_STRAIGHT), np.int32(_DIAGONAL), np.int32(_FAR)
-    out[:, 0] = far
-    out[:, width + 1] = far
-    rows = np.empty((3, width + 2), np.uint8)
-    _padded(mask[0], rows[0])
-    rows[2] = rows[0]
-    for row in range(height):
-        above, here, below = rows[(row - 1) % 3], rows[row % 3], rows[(row + 1) % 3]
-        _padded(mask[min(row + 1, height - 1)], below)
-        result = out[row]
-        for col in range(width):
-            own = here[col + 1]
-            beside = (own ^ here[col]) | (own ^ here[col + 2])
-            beside |= (own ^ above[col + 1]) | (own ^ below[col + 1])
-            aslant = (own ^ above[col]) | (own ^ above[col + 2])
-            aslant |= (own ^ below[col]) | (own ^ below[col + 2])
-            result[col + 1] = straight if beside > 127 else diagonal if aslant > 127 else far
-
-
-@njit(nogil=True)
-def _sweep(lengths: NDArray[np.int32], turn: bool) -> None:
-    """Hand lengths on to the next pixels and rows, there or back."""
-    straight, diagonal = np.int32(_STRAIGHT), np.int32(_DIAGONAL)
-    height, columns = lengths.shape[0], lengths.shape[1] - 1
-    for step in range(height):
-        row = height - 1 - step if turn else step
-        here = lengths[row]
-        if step > 0:
-            last = lengths[row + 1 if turn else row - 1]
-            for col in range(1, columns):
-                length = min(min(last[col - 1], last[col + 1]) + diagonal, last[col] + straight)
-                here[col] = min(here[col], length)
-        length = np.int32(_FAR)
-        if turn:
-            for col in range(columns - 1, 0, -1):
-                length = min(length + straight, here[col])
-                here[col] = length
-        else:
-            for col in range(1, columns):
-                length = min(length + straight, here[col])
-                here[col] = length
-
-
-@njit(cache=True, nogil=True)
-def _measure(mask: NDArray[np.uint8], out: NDArray[np.float32]) -> None:
-    """
-    Fill in the distance of each pixel to the nearest of the other kind, negative outside.
-
-    Both kinds at once: what would come to a pixel through the other kind is farther than that.
-    """
-    height, width = mask.shape
-    lengths = np.empty((height, width + 2), np.int32)
-    _begin(mask, lengths)
-    _sweep(lengths, False)
-    _sweep(lengths, True)
-    scale = np.float32(1 / _UNIT)
-    for row in range(height):
-        line, here, result = mask[row], lengths[row], out[row]
-        for col in range(width):
-            length = scale * np.float32(here[col + 1])
-            result[col] = length if line[col] > 127 else -length
