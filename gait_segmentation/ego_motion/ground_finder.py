@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from gait_segmentation.ego_motion.corners import strength_of, strongest
 from gait_segmentation.ego_motion.flow import followed
 from gait_segmentation.ego_motion.pyramid import Pyramid
+from gait_segmentation.ego_motion.sampling import FIRST, pair_of
 from gait_segmentation.ego_motion.world_motion import Ground
 from gait_segmentation.geometry import Box, carry, scaling
 from gait_segmentation.images import bounding_box
@@ -210,13 +211,9 @@ def _agreed(
     weights, best, trial = np.zeros(count), np.zeros(count), np.zeros(4)
     without = _weigh(rows, off, trial, weights)
     most = 0.0
-    state = np.uint32(1)
+    state = FIRST
     for _ in range(_SAMPLES):
-        # A linear congruential generator (Numerical Recipes): the same samples in every run.
-        state = np.uint32(state * np.uint32(1664525) + np.uint32(1013904223))
-        first = int(state >> np.uint32(8)) % count
-        state = np.uint32(state * np.uint32(1664525) + np.uint32(1013904223))
-        second = int(state >> np.uint32(8)) % count
+        first, second, state = pair_of(count, state)
         apart = rows[second] - rows[first]
         if abs(apart) < _LEAST_APART:
             continue

@@ -8,6 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.ego_motion.sampling import FIRST, pair_of
+
 __all__ = ['camera_motion']
 
 _LEAST_AROUND = 8
@@ -105,13 +107,9 @@ def _consensus(
     count = then.shape[0]
     best, weights = np.zeros(count), np.zeros(count)
     most = 0.0
-    state = np.uint32(1)
+    state = FIRST
     for _ in range(samples):
-        # A linear congruential generator (Numerical Recipes): the same samples in every run.
-        state = np.uint32(state * np.uint32(1664525) + np.uint32(1013904223))
-        first = int(state >> np.uint32(8)) % count
-        state = np.uint32(state * np.uint32(1664525) + np.uint32(1013904223))
-        second = int(state >> np.uint32(8)) % count
+        first, second, state = pair_of(count, state)
         dx, dy = then[second, 0] - then[first, 0], then[second, 1] - then[first, 1]
         square = dx * dx + dy * dy
         if square < _LEAST_APART * _LEAST_APART:

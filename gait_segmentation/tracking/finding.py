@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from gait_segmentation.images import placed, shift_whole
 from gait_segmentation.results import TRACKED
 from gait_segmentation.tracking.competition import Claim
-from gait_segmentation.tracking.following import ALONE
 from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
-from gait_segmentation.tracking.recovery.visibility import LOST_BELOW, Sight
+from gait_segmentation.tracking.recovery.visibility import ALONE, LOST_BELOW, Sight
 from gait_segmentation.tracking.target import Target
 
 __all__ = ['recover']

@@ -17,6 +17,7 @@ from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.person.pace import STEADY_AFTER, is_astray
 from gait_segmentation.tracking.records import Shift
 from gait_segmentation.tracking.recovery.visibility import (
+    ALONE,
     CLEAR_ENOUGH,
     LOST_BELOW,
     Sight,
@@ -24,10 +25,7 @@ from gait_segmentation.tracking.recovery.visibility import (
 )
 from gait_segmentation.tracking.target import Target
 
-__all__ = ['ALONE', 'assess', 'move']
-
-ALONE = 0.9
-"""Share that must not be hidden by others, so that what hides the rest is the background."""
+__all__ = ['assess', 'move']
 
 _STEADY_RATE = 1 / 3
 """Share of the usual by which the pace changes while somebody else is near."""

@@ -16,7 +16,18 @@ from gait_segmentation.images import Window
 from gait_segmentation.tracking.nearness import Nearness
 from gait_segmentation.tracking.person.extent import extent_of, likely_extent
 
-__all__ = ['CLEAR_ENOUGH', 'LOST_BELOW', 'Sight', 'Visibility', 'likely_rows', 'visible_box']
+__all__ = [
+    'ALONE',
+    'CLEAR_ENOUGH',
+    'LOST_BELOW',
+    'Sight',
+    'Visibility',
+    'likely_rows',
+    'visible_box',
+]
+
+ALONE = 0.9
+"""Share that must not be hidden by others, so that what hides the rest is the background."""
 
 LOST_BELOW = 0.25
 """Share of a person that can be seen below which the person is lost."""
