@@ -31,7 +31,7 @@ from gait_segmentation.results import MatchResult
 __all__ = ['SequenceMatcher']
 
 _FINDING = 0.5
-"""Seconds from the beginning of a path on in which all shifts are searched."""
+"""Seconds from the beginning of a path during which all shifts are searched."""
 
 
 class SequenceMatcher:
@@ -175,6 +175,7 @@ class SequenceMatcher:
         self._path.step(similarity, seconds, jump, searched, of_sequence)
         leader = self._path.leader()
         self._place = leader[2:]
+        self._offsets = self._peak.offsets(self._path.scores(0), leader)
         self._builds.update(sampled, leader, seconds)
         self._find_phase(likelihood, known, box.scaled(scale), angle, seconds)
         self._waiting.append(
@@ -222,8 +223,7 @@ class SequenceMatcher:
     ) -> None:
         """Compare the phases about where the path leads; ``box`` is in the likelihood's pixels."""
         state = self._path.leader()
-        self._newest = state, self._peak.offsets(self._path.scores(0), state)
-        view, _, scale, row, column = self._newest[1]
+        view, _, scale, row, column = self._offsets
         placement = self._placements.placement(
             state[2] + scale, state[3] + row, state[4] + column, angle
         )
@@ -237,9 +237,9 @@ class SequenceMatcher:
         back = len(self._waiting) - 1 - index
         sequence, phase, scale, row, column = path.states[-1 - back].tolist()
         state = sequence, phase, scale, row, column
-        if back == 0 and state == self._newest[0]:
-            offsets = self._newest[1]
-        else:
+        # The path ends where it led when the newest frame was taken in.
+        offsets = self._offsets
+        if back > 0:
             offsets = self._peak.offsets(self._path.scores(back), state)
         waiting = self._waiting[index]
         return self._readout.result(waiting, state, offsets, belief, self._phase.rate)

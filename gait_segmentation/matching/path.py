@@ -242,7 +242,7 @@ class PathSearch:
         lowest, highest = self._config.minimum_cadence, self._config.maximum_cadence
         if seconds[-1] - seconds[0] >= _RATE_SPAN:
             self._rate = min(max(rate, lowest / 120), highest / 120)
-        self._followed, self._leader = leader[:2], None
+        self._followed = leader[:2]
         return Path(states, seconds, rate)
 
     def _leading_template(self) -> tuple[int, int]:

@@ -70,6 +70,15 @@ def test_leaves_a_twin_that_is_clearly_worse():
     assert abs((state - 0.4 * 199 + 6) % 12 - 6) <= 1
 
 
+def test_following_the_path_again_finds_the_same():
+    path = search()
+    for k in range(4):
+        path.step(seen(bump(4 * k) / 2), 0.35 * k, (0, 0, 0), ONE)
+        before, found = path.leader(), path.follow()
+        np.testing.assert_array_equal(path.follow().states, found.states)
+        assert path.leader() == before
+
+
 def test_what_is_not_searched_is_at_the_floor_in_whichever_slot():
     bank = TemplateBank(
         np.zeros((2, PHASES, 4, 4), np.uint8), np.zeros(2, np.float32), ('a', 'b'), 0.9
