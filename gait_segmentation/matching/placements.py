@@ -24,11 +24,10 @@ from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.search_range import Place, SearchRange
 from gait_segmentation.matching.tanimoto import WindowGrid
 
-__all__ = ['EVERY_HEIGHT', 'PlacementGrid', 'Sampled', 'inside', 'region']
+__all__ = ['PlacementGrid', 'Sampled', 'inside', 'region']
 
 _ALL = 255
-EVERY_HEIGHT = slice(None)
-"""All the body heights there are."""
+_EVERY_HEIGHT = slice(None)
 
 
 @dataclass(frozen=True)
@@ -112,7 +111,7 @@ class PlacementGrid:
         box: Box,
         blur: int,
         angle: float = 0.0,
-        searched: slice = EVERY_HEIGHT,
+        searched: slice = _EVERY_HEIGHT,
     ) -> Sampled:
         """
         Resample a likelihood for all placements about a box.

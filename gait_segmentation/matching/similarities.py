@@ -63,8 +63,8 @@ class SimilarityMaps:
             what follows is undefined.  The next call overwrites it.
         """
         grid, heights = self._windows, searched.heights
-        images = np.ascontiguousarray(sampled.images[heights])
-        known = None if sampled.known is None else np.ascontiguousarray(sampled.known[heights])
+        images = sampled.images[heights]
+        known = None if sampled.known is None else sampled.known[heights]
         if self._maps.shape[1] != pitch_of(searched.size):
             self._make_room(searched.size)
         areas = grid.areas(images)[:, searched.rows, searched.columns]

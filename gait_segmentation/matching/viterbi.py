@@ -61,15 +61,16 @@ def advance(  # type: ignore[no-untyped-def]
     :param leading: (V, P) int16, largest score of each template, result.
     """
     views, phases, lanes = len(after), leading.shape[1], similarity.shape[1]
-    used, level = shape[0] * shape[1] * shape[2], shape[1] * shape[2]
+    level = shape[1] * shape[2]
+    used = shape[0] * level
     started = before.max() >= 0
     walls = _walls(shape, lanes, move_cost)
     reached = np.full((views, lanes), FLOOR, np.int16)
     # Neighbouring placements of the first and last are read from a margin.
-    margin = max(level, shape[2])
-    across = np.full(lanes + 2 * margin, FLOOR, np.int16)
-    along = np.full(lanes + 2 * margin, _NOWHERE, np.int16)
-    start = np.full(lanes + 2 * margin, FLOOR, np.int16)
+    start = np.full(lanes + 2 * level, FLOOR, np.int16)
+    across = np.full(lanes + 2 * level, FLOOR, np.int16)
+    along = np.full(lanes + 2 * level, _NOWHERE, np.int16)
+    inner = slice(level, level + lanes)
     for phase in range(phases):
         if started:
             for view in range(views):
@@ -82,17 +83,16 @@ def advance(  # type: ignore[no-untyped-def]
             result = rows[after[view], phase * lanes : (phase + 1) * lanes]
             gain = similarity[row[view * phases + phase]]
             if started:
-                _copy(reached[view], start[margin : margin + lanes])
+                _copy(reached[view], start[inner])
                 for m in range(near.shape[1]):
                     other = near[view, m]
                     if other >= 0 and before[other] >= 0:
-                        turned = start[margin : margin + lanes]
-                        _other_view(reached[other], near_cost[view, m], turned)
-                _either_side(start, margin, 1, walls[0], walls[1], across)
-                _either_side(across, margin, shape[2], walls[2], walls[3], along)
+                        _other_view(reached[other], near_cost[view, m], start[inner])
+                _either_side(start, level, 1, walls[0], walls[1], across)
+                _either_side(across, level, shape[2], walls[2], walls[3], along)
                 # The last body height would take the filling for one more.
-                along[margin + used : margin + lanes] = _NOWHERE
-                _fade(along, margin, level, move_cost, best, fading, gain, result)
+                along[level + used : level + lanes] = _NOWHERE
+                _fade(along, level, move_cost, best, fading, gain, result)
             else:
                 _copy(gain, result)
             result[used:] = FLOOR
@@ -156,10 +156,10 @@ def _either_side(row, first, offset, low_cost, high_cost, result):  # type: igno
 
 
 @njit(cache=True, nogil=True)
-def _fade(row, first, offset, move_cost, best, fading, gain, result):  # type: ignore[no-untyped-def]
+def _fade(row, level, move_cost, best, fading, gain, result):  # type: ignore[no-untyped-def]
     """Let placements come from the next body heights, and make new scores of the old ones."""
     size = len(result)
-    here, low, high = row[first : first + size], row[first - offset :], row[first + offset :]
+    here, low, high = row[level : level + size], row[:size], row[2 * level :]
     for j in range(size):
         side = np.int16(max(low[j], high[j]) - move_cost)
         value = max(np.int16(max(here[j], side) - best), np.int16(FLOOR))
@@ -185,6 +185,7 @@ def shifted(rows, before, after, phases, old, new, lanes, shift):  # type: ignor
     :param before: (V,) int32, the rows to move, -1 for sequences that are at the floor.
     :param after: (V,) int32, the rows to put the result into; what comes from beyond the range
         searched before is at the floor.
+    :param phases: P.
     :param old: (S, rows, columns) of the placements searched before, and ``new`` of those to be.
     :param lanes: numbers of the former and of the latter with filling.
     :param shift: (3,) int64; the score of a placement is taken from placement + shift.
