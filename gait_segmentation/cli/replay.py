@@ -189,6 +189,8 @@ def _replay_all(options: argparse.Namespace) -> int:
             jobs.append(job)
     if not jobs:
         return _DONE
+    for job in jobs:
+        job.check(force=options.force)
     reports, seconds = replay_all(jobs, options.jobs, force=options.force)
     _print(reports, seconds, jobs[0].bag if len(jobs) == 1 else options.out)
     if any(report.interrupted for report in reports) or len(reports) < len(jobs):

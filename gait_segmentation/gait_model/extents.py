@@ -28,7 +28,7 @@ def _project(
 
 
 def extents(
-    images: NDArray[np.uint8], thresholds: tuple[int, ...] = (127,)
+    images: NDArray[np.uint8], thresholds: tuple[int, ...]
 ) -> tuple[NDArray[np.int32], ...]:
     """
     Return the tight boxes of what is brighter than each threshold.

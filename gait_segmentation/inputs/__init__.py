@@ -22,7 +22,8 @@ def open_input(
     Open an input of whatever kind it is, and look at its first frame.
 
     :param path: a film, a folder of images, a rosbag2 (folder, .mcap or .db3) or a ROS 1 bag.
-    :param topic: of the images in a bag; it may be left out where there is only one.
+    :param topic: of the images in a bag; it may be left out where there is only one, and must be
+        for what is no bag.
     :param width: of the frames in pixels; 0, or more than the input has, leaves them as they are.
     :param start: first frame wanted, counted from 0.
     :param count: number of frames wanted, None for all that follow.
@@ -45,5 +46,10 @@ def open_input(
         )
     if path.exists() and is_bag(path):
         return BagSource(path, topic=topic, width=width, start=start, count=count)
+    if topic and path.exists():
+        raise SequenceError(
+            f'{path} is no bag and has no topic {topic}: leave out --topic (topic:= of a launch '
+            'file)'
+        )
     kind = FolderSource if path.is_dir() else FilmSource
     return kind(path, width=width, start=start, count=count)

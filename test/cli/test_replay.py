@@ -160,8 +160,12 @@ def test_a_file_is_not_taken_for_a_folder_nor_replaced_by_one(
     assert 'letter is a file, not a folder' in capsys.readouterr().err
     assert main([*given, '--csv', str(album), *force]) == 2
     assert 'album is a folder, not a file' in capsys.readouterr().err
+    assert main([*given, '--csv', str(letter / 'table.csv'), *force]) == 2
+    assert 'letter is a file, not a folder' in capsys.readouterr().err
     assert letter.read_text() == 'dear'
     assert album.is_dir()
+    # Before anything is begun.
+    assert sorted(p.name for p in tmp_path.iterdir()) == ['album', 'letter']
 
 
 def test_a_damaged_bag_comes_out_up_to_the_damage(
@@ -289,7 +293,7 @@ def test_what_cannot_be_used_is_said(
     monkeypatch.chdir(tmp_path)
     assert main([*given, *options]) == 2
     assert reason in capfd.readouterr().err
-    assert not list(tmp_path.rglob('walk'))
+    assert not list(tmp_path.rglob('walk*'))
 
 
 def test_a_parameter_file_is_read_as_the_nodes_read_it(given: list[str], tmp_path: Path) -> None:

@@ -58,6 +58,11 @@ def test_images_numbered_without_zeros_are_read_in_the_order_of_numbers(tmp_path
     assert found == list(range(12))
 
 
+def test_only_bags_have_topics(folder: Path) -> None:
+    with pytest.raises(SequenceError, match='is no bag and has no topic /image: leave out'):
+        open_input(folder, topic='/image')
+
+
 def test_start_and_count_choose_frames(folder: Path) -> None:
     assert greys(open_input(folder, start=1, count=2)) == [1, 2]
     assert greys(open_input(folder, start=3, count=9)) == [3, 4]

@@ -63,6 +63,16 @@ class Job:
             if path is not None and (force or not kind.is_there(path))
         }
 
+    def check(self, *, force: bool) -> None:
+        """
+        Look at the places of the outputs that are to be made.
+
+        :param force: all wanted ones are.
+        :raises SequenceError: if one is taken by something else.
+        """
+        for kind, path in self.missing(force=force).items():
+            kind.check(path)
+
     def source(self) -> ImageSource:
         """Open the input."""
         return open_input(

@@ -84,15 +84,10 @@ class Output(ABC):
         """
         Begin an empty output in place of what an earlier attempt left.
 
-        :raises SequenceError: if the place is taken by what looks like something else, or another
-            process is just making the output.
+        :raises SequenceError: if the place cannot be used, see :meth:`check`, or another process
+            is just making the output.
         """
-        if self.files is None and path.is_dir():
-            raise SequenceError(f'{path} is a folder, not a file, and is not replaced; remove it')
-        if self.files is not None and path.is_file():
-            raise SequenceError(f'{path} is a file, not a folder, and is not replaced; remove it')
-        if path.is_dir():
-            self._check_folder(path)
+        self.check(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         self._closed = False
         self.path = path
@@ -108,11 +103,27 @@ class Output(ABC):
             return path.is_file()
         return path.is_dir() and any(path.iterdir())
 
-    def _check_folder(self, path: Path) -> None:
-        """Refuse to replace a folder that was not made by this."""
-        assert self.files is not None
+    @classmethod
+    def check(cls, path: Path) -> None:
+        """
+        Refuse a place where there is something else than such an output.
+
+        :raises SequenceError: if it is of the other kind, a folder with files that this would not
+            have made, or below a file.
+        """
+        above = next(folder for folder in path.absolute().parents if folder.exists())
+        if not above.is_dir():
+            raise SequenceError(f'{above} is a file, not a folder, and is not replaced; remove it')
+        if cls.files is None:
+            if path.is_dir():
+                raise SequenceError(
+                    f'{path} is a folder, not a file, and is not replaced; remove it'
+                )
+            return
+        if path.is_file():
+            raise SequenceError(f'{path} is a file, not a folder, and is not replaced; remove it')
         for each in path.rglob('*'):
-            if not each.is_dir() and not self.files.fullmatch(each.relative_to(path).as_posix()):
+            if not each.is_dir() and not cls.files.fullmatch(each.relative_to(path).as_posix()):
                 raise SequenceError(f'{path} holds {each.name} and is not replaced; remove it')
 
     @abstractmethod

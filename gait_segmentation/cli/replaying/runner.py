@@ -16,7 +16,7 @@ from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput,
 from gait_segmentation.cli.replaying.job import Job, Report
 from gait_segmentation.cli.replaying.lockstep import results_of
 from gait_segmentation.cli.replaying.opengait import OpenGaitOutput
-from gait_segmentation.cli.replaying.output import Output, Replayed, partial_path
+from gait_segmentation.cli.replaying.output import Output, Replayed, partial_path, remove
 from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputError
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box, check_start_box
@@ -76,6 +76,9 @@ def replay(
             for output in outputs:
                 output.close(complete=False)
             left = [partial_path(output.path) for output in outputs]
+            if report.frames == 0:
+                for path in left:
+                    remove(path)
             report.left = [path for path in left if path.exists()]
     return report
 
