@@ -88,23 +88,21 @@ class Attendance:
         """
         return self._seen[person]
 
-    def first_whole(self, person: int, since: int = 0) -> int | None:
+    def first_whole(self, person: int) -> int | None:
         """
         Return the first frame that shows all of a person, or, if none does, any of them.
 
         That is one with at least three quarters of the greatest area seen within a second, and a
         box that does not touch the border.
-
-        :param since: the first frame looked at.
         """
         width, height = self.size
-        later = [number for number in self._seen[person] if number >= since]
-        for number in later:
+        seen = self._seen[person]
+        for number in seen:
             box = self._sightings[person][number].box
             clear = box.x > 0 and box.y > 0 and box.right < width and box.bottom < height
             if clear and self._share(person, number) >= WHOLE_SHARE:
                 return number
-        return later[0] if later else None
+        return seen[0] if seen else None
 
     def returns(self, person: int) -> list[int]:
         """Return the frames in which somebody is seen again after not having been seen."""

@@ -21,7 +21,10 @@ class PersonScore:
     """
     What is known so far of a person who counts from frame ``since`` on.
 
-    The other fields are lists with an entry for every frame that counts, or sums over them.
+    ``ids`` are those of the tracks that held the person, one after the other, and ``held`` the
+    frames in which one did, also before ``since``.  The other fields are lists with an entry for
+    every frame that counts, or sums over them; ``features`` are sums of weights and variance
+    ratios over the ``looks``, the frames that have any.
     """
 
     since: int

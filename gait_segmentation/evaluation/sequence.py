@@ -48,7 +48,8 @@ class Sequence:
     numbers that have ground truth.  ``size`` is (width, height) of all frames.  ``label_files``
     maps the numbers that have labels of several people to files; it is empty where only one is
     labelled.  ``given_boxes`` maps frame numbers to the boxes that start tracks there as the YAML
-    file has them; ``initial_box`` is the first of them, None if it has none.
+    file has them; ``initial_box`` is the first of them, None if it has none.  ``all_given`` says
+    that nobody else is to be tracked.
     """
 
     name: str

@@ -8,8 +8,8 @@ person's box, or the first that shows all of the person.
 
 *Silhouettes and boxes.*  In every frame people and tracks are paired one to one, the pair with
 the greatest J (then box IoU) first; J, box IoU and centre error are those of the pair, whatever
-its id, and 0 for who is left over.  ``J_one_id`` takes for each person the one id that suits best
-over the whole clip.
+its id.  For who is left over J and box IoU are 0, and there is no centre error.  ``J_one_id``
+takes for each person the one id that suits best over the whole clip.
 
 *Identities.*  Somebody is *held* by a track whose box overlaps the true box by an IoU of at least
 0.5.  As in CLEAR-MOT (Bernardin and Stiefelhagen, 2008) who is held stays with the track as long

@@ -39,7 +39,6 @@ def test_who_touches_the_border_is_not_whole():
     seen = attendance(coming)
     assert seen.first_whole(1) == 6
     assert seen.first_whole(2) == 4
-    assert seen.first_whole(2, since=7) == 7
     at_border = attendance(lambda number: {1: slice(0, 10)})
     assert at_border.first_whole(1) == 0
 
