@@ -42,7 +42,7 @@ def match_clip(
     """
     Match a clip offline: every frame is decided by all frames of its path.
 
-    Needs the scores of all frames at once, 0.6 MB a frame with the standard bank.
+    Needs the scores of all frames at once, 0.4 MB a frame with the standard bank.
 
     :param frames: the frames in the order of their stamps.
     :param source_size: (width, height) of the source image.
