@@ -22,7 +22,7 @@ from gait_segmentation.geometry import (
 )
 from gait_segmentation.matching.evidence_kernels import compare, pair
 from gait_segmentation.matching.fine_views import FineViews
-from gait_segmentation.matching.placements import inside, region
+from gait_segmentation.matching.placements import inside, region, smoothed
 
 __all__ = ['HEIGHTS', 'ROWS', 'FineEvidence']
 
@@ -183,19 +183,12 @@ class FineEvidence:
         side = max(1, 2 * math.ceil(pitch / 2 - 0.75) + 1)
         window = region(sides, likelihood.shape, side)
         everywhere = known is None and inside(sides, likelihood.shape)
-        values = likelihood[window]
+        values, shown = smoothed(likelihood, known, window, side)
         result = np.zeros((2, len(frames), 2, 2, size[1] // 2, size[0] // 2), np.float32)
         if values.size == 0:
             return result[0], result[1], False
-        shown = np.full((1, 1) if everywhere else values.shape, _ALL, np.uint8)
-        if known is not None:
-            shown[known[window] == 0] = 0
-            values = cv2.bitwise_and(values, shown)
-        if side > 1:
-            values = cv2.blur(values, (side, side), borderType=cv2.BORDER_REPLICATE)
-            if known is not None:
-                share = cv2.blur(shown, (side, side), borderType=cv2.BORDER_REPLICATE)
-                values = cv2.divide(values, share, scale=_ALL)
+        if shown is None and not everywhere:
+            shown = np.full(values.shape, _ALL, np.uint8)
         images = np.empty((len(frames), size[1], size[0]), np.uint8)
         masks = np.full(images.shape, _ALL, np.uint8)
         origin = np.array([[1.0, 0.0, -window[1].start], [0.0, 1.0, -window[0].start]])
@@ -203,7 +196,7 @@ class FineEvidence:
             matrix = pixel_affine(invert(compose(origin, frame)))
             edge = cv2.BORDER_REPLICATE
             cv2.warpAffine(values, matrix, size, images[index], cv2.INTER_LINEAR, edge)
-            if not everywhere:
+            if shown is not None:
                 cv2.warpAffine(shown, matrix, size, masks[index], cv2.INTER_NEAREST)
         pair(images, masks, result[0], result[1])
         return result[0], result[1], everywhere or bool(masks.all())

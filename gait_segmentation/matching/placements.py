@@ -24,7 +24,7 @@ from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.search_range import Place, SearchRange
 from gait_segmentation.matching.tanimoto import WindowGrid
 
-__all__ = ['PlacementGrid', 'Sampled', 'inside', 'region']
+__all__ = ['PlacementGrid', 'Sampled', 'inside', 'region', 'smoothed']
 
 _ALL = 255
 _EVERY_HEIGHT = slice(None)
@@ -130,23 +130,13 @@ class PlacementGrid:
         sides = reach(self._transform(box, float(self.scales[-1]), angle), columns, rows)
         window = region(sides, likelihood.shape, side)
         all_seen = known is None and inside(sides, likelihood.shape, 0.5)
-        values = likelihood[window]
-        seen = None if known is None else np.where(known[window] != 0, _ALL, 0).astype(np.uint8)
-        if seen is not None:
-            values = cv2.bitwise_and(values, seen)
-        if side > 1 and values.size:
-            values = cv2.blur(values, (side, side), borderType=cv2.BORDER_REPLICATE)
+        values, seen = smoothed(likelihood, known, window, side)
         images = np.zeros((len(self.scales), rows, columns), np.uint8)
         masks = None if all_seen else np.zeros_like(images)
         if values.size == 0:
             return Sampled(images, masks)
         if masks is not None and seen is None:
             seen = np.full(values.shape, _ALL, np.uint8)
-        share = None
-        if known is not None and seen is not None and side > 1:
-            share = cv2.blur(seen, (side, side), borderType=cv2.BORDER_REPLICATE)
-        if share is not None:
-            values = cv2.divide(values, share, scale=_ALL)
         to_grid = invert(self._transform(box, 1.0, angle))
         origin = np.array([window[1].start, window[0].start], np.float64)
         to_grid[:, 2] += to_grid[:, :2] @ origin
@@ -197,6 +187,37 @@ def inside(
     """
     left, top, right, bottom = sides
     return min(left, top) >= margin and right <= shape[1] - margin and bottom <= shape[0] - margin
+
+
+def smoothed(
+    likelihood: NDArray[np.uint8],
+    known: NDArray[np.uint8] | None,
+    window: tuple[slice, slice],
+    side: int,
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | None]:
+    """
+    Average a likelihood over what is known of it.
+
+    :param likelihood: (h, w) uint8.
+    :param known: (h, w) uint8, 0 where the likelihood says nothing; None = known everywhere.
+    :param window: the rows and columns that are wanted.
+    :param side: of the square whose mean is taken.
+    :returns: the means in the window, and the same with 255 where the likelihood is known, else
+        0; None = known everywhere.
+    """
+    values = likelihood[window]
+    seen = None if known is None else np.where(known[window] != 0, _ALL, 0).astype(np.uint8)
+    if values.size == 0:
+        # OpenCV makes no arrays without pixels.
+        return values, seen
+    if seen is not None:
+        values = cv2.bitwise_and(values, seen)
+    if side > 1:
+        values = cv2.blur(values, (side, side), borderType=cv2.BORDER_REPLICATE)
+        if seen is not None:
+            share = cv2.blur(seen, (side, side), borderType=cv2.BORDER_REPLICATE)
+            values = cv2.divide(values, share, scale=_ALL)
+    return values, seen
 
 
 def region(

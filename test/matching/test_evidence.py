@@ -111,8 +111,9 @@ def test_what_is_beyond_the_image_is_unknown(evidence, fine):
     cut = compare(evidence, fine, np.ascontiguousarray(image[:, :70]), 1.2)
     hidden = compare(evidence, fine, image, 1.2, known=known)
     assert cut == pytest.approx(hidden, rel=0.1)
-    outside = compare(evidence, fine, image, 1.2, body=BodyFrame(900.0, 70.0, HEIGHT))
-    assert not outside.any()
+    away = BodyFrame(900.0, 70.0, HEIGHT)
+    assert not compare(evidence, fine, image, 1.2, body=away).any()
+    assert not compare(evidence, fine, image, 1.2, body=away, known=known).any()
 
 
 def test_nothing_to_be_told(evidence, fine):

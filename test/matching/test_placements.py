@@ -49,9 +49,10 @@ def test_outside_of_the_image_is_unknown(grid):
     assert set(np.unique(sampled.known)) == {0, 255}
     assert (sampled.images[sampled.known == 255] == 255).all()
     assert (sampled.images[sampled.known == 0] == 0).all()
-    away = grid.sample(image, None, Box(500, 500, 30, 70), 3)
-    assert away.known is not None
-    assert not away.known.any()
+    for known in (None, np.full_like(image, 255)):
+        away = grid.sample(image, known, Box(500, 500, 30, 70), 3)
+        assert away.known is not None
+        assert not away.known.any()
 
 
 def test_unknown_pixels_do_not_leak_into_known_ones(grid):
