@@ -26,10 +26,11 @@ def recover(
     """
     Look for the person who is lost: where expected, then all over the image.
 
-    :param claim: what was judged where the person is expected, and the likelihood after
-        competing with others; None if that is outside.
-    :param taken: non-zero where others are.
-    :returns: the likelihood if the person was found; the state is then tracked.
+    :param claim: what was judged where the person is expected, None if nothing was.
+    :param likelihood: (h, w) uint8 of that after competing with others, None likewise.
+    :param taken: (h, w) uint8, non-zero where others are.
+    :returns: the likelihood, (h, w) uint8, if the person was found; the state is then tracked.
+        Else None, and the person is where expected; only the confidence tells what was seen.
     """
     person, world = target.person, target.world
     others = world.passers_by.who_is_not(target.track_id, world.pending, world.shape)
@@ -40,7 +41,7 @@ def recover(
     found = target.memory.search(person, world, taken, target.config)
     if found is None:
         return None
-    expected, shift = (person.center_x, person.center_y), world.now.bodies[target.track_id]
+    expected = target.whereabouts
     dx, dy, partly = found
     target.shift_now(dx, dy)
     claim = target.judge()
@@ -49,8 +50,7 @@ def recover(
         likelihood[taken > 0] = 0
         if _shows(target, claim, likelihood, taken, partly=partly):
             return likelihood
-    person.center_x, person.center_y = expected
-    world.now.bodies[target.track_id] = shift
+    target.put_back(expected)
     return None
 
 
@@ -63,7 +63,9 @@ def _shows(
     partly: bool = False,
 ) -> bool:
     """
-    Return whether the person, and nobody else, can be seen at the place; then take it.
+    Return whether the person, and nobody else, can be seen at the place; then track them there.
+
+    If not, nothing but the confidence changes.
 
     :param partly: whether only what stands out before the known background counts.
     """

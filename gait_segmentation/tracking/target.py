@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,10 +26,18 @@ from gait_segmentation.tracking.recovery.lost_and_found import LostAndFound, Mem
 from gait_segmentation.tracking.recovery.visibility import Sight, Visibility, visible_box
 from gait_segmentation.tracking.world import World
 
-__all__ = ['Target', 'TargetSnapshot']
+__all__ = ['Target', 'TargetSnapshot', 'Whereabouts']
 
 _REACH = 0.7
 """How far about the middle of the body the window may reach, in body heights."""
+
+
+@dataclass(frozen=True)
+class Whereabouts:
+    """Where a person is in the newest frame, and the shift that led there, in working pixels."""
+
+    center: tuple[float, float]
+    shift: Shift
 
 
 class Target:
@@ -67,6 +74,7 @@ class Target:
             self.features.learn(view_of(world.now, window), start.mask[window], 1.0)
         self.person.learn_first_colours(world.now.image.lab, start.votes)
         world.now.bodies[track_id] = (0.0, 0.0)
+        # Nothing has been judged yet: the place then counts even without propagation.
         self._first = True
         self._box: Box | None = None
         self.visibility = Visibility()
@@ -181,6 +189,17 @@ class Target:
         body = self.world.now.bodies[self.track_id]
         self.world.now.bodies[self.track_id] = (body[0] + dx, body[1] + dy)
 
+    @property
+    def whereabouts(self) -> Whereabouts:
+        """Return where the person is now, to come back to by :meth:`put_back`."""
+        center = (self.person.center_x, self.person.center_y)
+        return Whereabouts(center, self.world.now.bodies[self.track_id])
+
+    def put_back(self, then: Whereabouts) -> None:
+        """Undo each :meth:`shift_now` since then."""
+        self.person.center_x, self.person.center_y = then.center
+        self.world.now.bodies[self.track_id] = then.shift
+
     def lose(self) -> None:
         """Give the person up for lost."""
         self.state = LOST
@@ -222,21 +241,15 @@ class Target:
         return TargetSnapshot(
             self.person.snapshot(),
             self.memory.snapshot(),
-            copy(self.visibility),
             self.state,
             self.confidence,
-            self._box,
-            self.world.now.bodies[self.track_id],
         )
 
     def restore(self, snapshot: TargetSnapshot) -> None:
-        """Forget what a search in the newest frame changed since a snapshot was made."""
+        """Forget what looking in vain in the newest frame changed since a snapshot was made."""
         self.person.restore(snapshot.person)
         self.memory.restore(snapshot.memory)
-        self.visibility = copy(snapshot.visibility)
         self.state, self.confidence = snapshot.state, snapshot.confidence
-        self._box = snapshot.box
-        self.world.now.bodies[self.track_id] = snapshot.shift
 
 
 @dataclass(frozen=True)
@@ -245,8 +258,5 @@ class TargetSnapshot:
 
     person: PersonSnapshot
     memory: MemorySnapshot
-    visibility: Visibility
     state: str
     confidence: float
-    box: Box | None
-    shift: Shift

@@ -30,7 +30,7 @@ def teach(
     Learn from the mask of a frame just taken out of the world, if one came back.
 
     :param alone: whether nobody else is near.
-    :returns: what it told; None if the mask says nothing.
+    :returns: what it told; None if the mask says nothing, or showed somebody else.
     """
     if feedback is None or target.state == LOST:
         target.skip(record)

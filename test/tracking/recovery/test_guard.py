@@ -4,12 +4,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from gait_segmentation.results import TrackResult
+from gait_segmentation.tracking.target import Target
 from test.tracking.figures import BLUE, RED, Figure, Told, picture
 
 OWN = Figure(110)
@@ -29,6 +32,29 @@ def meet(told: Told, until: int, coat: tuple[int, int, int] = BLUE) -> None:
         own, other = meeting(number, coat)
         image, (_, mine) = picture((other, own))
         told.see(image, [mine])
+
+
+def known(target: Target) -> tuple[object, ...]:
+    """Return what is known in the newest frame of somebody followed."""
+    person, memory = target.person, target.memory
+    return (
+        (target.state, target.confidence, target.box, target.whereabouts),
+        vars(target.visibility).copy(),
+        (person.box, person.velocity, id(person.mask), id(person.template)),
+        (memory.pace, memory.lost_s, id(memory.silhouette), id(memory.appearance.signature)),
+    )
+
+
+def spy(owner: object, name: str, note: Callable[[Any], object]) -> None:
+    """Let what a method returns be noted, each time it is called."""
+    method = getattr(owner, name)
+
+    def noting(*args: object, **options: object) -> object:
+        result = method(*args, **options)
+        note(result)
+        return result
+
+    setattr(owner, name, noting)
 
 
 def center_x(result: TrackResult) -> float:
@@ -65,14 +91,22 @@ def test_masks_of_somebody_else_are_noticed_and_the_person_found_again(watched: 
 def test_somebody_who_walks_into_the_shade_stays_who_it_is() -> None:
     told = Told()
     told.start(OWN)
+    verdicts: list[bool] = []
     for number in range(MET + 24):
         own, other = meeting(number)
         image, (_, mine) = picture((other, own))
-        light = max(1 - 0.05 * max(number - APART, 0), 0.5)
+        # Faster than the looks that are kept could follow.
+        light = max(1 - 0.1 * max(number - APART, 0), 0.6)
         image[mine > 0] = (light * image[mine > 0]).astype(np.uint8)
         (result,) = told.see(image, [mine])
         assert result.state == 'tracked'
         assert abs(center_x(result) - own.x) < 15
+        if number == 0:
+            (target,) = told.tracker._targets()
+            spy(target.guard, 'is_other', verdicts.append)
+    # Not even looked for elsewhere, in vain.
+    assert len(verdicts) > MET
+    assert not any(verdicts)
 
 
 def test_nothing_changes_while_the_person_is_not_to_be_found() -> None:
@@ -86,6 +120,25 @@ def test_nothing_changes_while_the_person_is_not_to_be_found() -> None:
         (first,), (second,) = one.see(image, [theirs]), two.see(image, [theirs])
         assert np.array_equal(first.likelihood, second.likelihood)
         assert (first.box, first.state) == (second.box, second.state)
+
+
+def test_looking_for_the_person_in_vain_changes_nothing() -> None:
+    told = Told()
+    meet(told, MET)
+    (target,) = told.tracker._targets()
+    target.guard.is_other = lambda *_, **__: True  # type: ignore[method-assign]
+    sought, before = [], []
+
+    def search(*_: object) -> tuple[float, float, bool]:
+        sought.append(target.state)
+        return 30.0, 5.0, False
+
+    target.memory.search = search  # type: ignore[method-assign]
+    spy(target.learner, 'learn', lambda _: before.append(known(target)))
+    image, (theirs,) = picture((meeting(MET)[1],))
+    told.see(image, [theirs])
+    assert sought == ['lost']
+    assert [known(target)] == before
 
 
 @pytest.mark.parametrize('coat', [BLUE, RED], ids=['otherwise dressed', 'alike'])
