@@ -151,7 +151,7 @@ class Learner:
         )
         if whole:
             moving = record.moving.get(person.track_id)
-            without_world(mask, prior, moving, person.height)
+            without_world(mask, prior, moving, person.height, settled=self._area.settled)
             # What hides the person was looked for with all of the mask.
             lesson = replace(lesson)
         part = mask if self._area.share > _ALL else lesson.hiding.away(mask)
