@@ -68,7 +68,7 @@ class CameraNode(GaitNode):
         self.intake = Intake(
             reset=self.start_over,
             initialize=initialize,
-            warn=self.warn,
+            warn=self.warnings.warn,
             initial_box=self.parameters.initial_box,
             initial_stamp_ns=self.parameters.get(StartConfig).initial_box_stamp,
         )
@@ -115,7 +115,7 @@ class CameraNode(GaitNode):
         try:
             box = read_region(message)
         except GaitSegmentationError as error:
-            self.warn('roi', f'init_roi is ignored: {error}')
+            self.warnings.warn('roi', f'init_roi is ignored: {error}')
             return
         self.later(lambda: self.intake.request(box))
 

@@ -132,7 +132,9 @@ class MatcherNode(GaitNode):
         check_size(size)
         stamp_ns = tracks[0].stamp_ns
         if stamp_ns < self._stamp_ns:
-            self.warn('time', 'the stamp went back (a bag that loops?): the paths begin anew')
+            self.warnings.warn(
+                'time', 'the stamp went back (a bag that loops?): the paths begin anew'
+            )
             self.finish()
             self.forget()
         self._stamp_ns = stamp_ns

@@ -130,7 +130,9 @@ class SegmenterNode(GaitNode):
         image = decode(frame['image'])
         shape = (image.shape[0], image.shape[1])
         if stamp_ns < self._stamp_ns or self._shape not in (None, shape):
-            self.warn('reset', 'the stamp went back or the image size changed: starting anew')
+            self.warnings.warn(
+                'reset', 'the stamp went back or the image size changed: starting anew'
+            )
             self._segmenter.reset()
         self._stamp_ns, self._shape = stamp_ns, shape
         slots = range(self._slots)
@@ -156,7 +158,7 @@ class SegmenterNode(GaitNode):
         if not self.accept(stamp_ns):
             return
         parts = self._join.add(part, stamp_ns, message)
-        self.note_missed(self._join)
+        self.note_missed(self._join, 'raise keep_images')
         if parts is not None:
             self.hand_over(stamp_ns, parts)
 

@@ -128,7 +128,7 @@ class TrackerNode(CameraNode):
             feedback = [read_feedback(parts, slot) for slot in range(self._slots)]
             self._tracker.learn([each for each in feedback if each is not None])
         except GaitSegmentationError as error:
-            self.warn('feedback', f'feedback is ignored: {error}')
+            self.warnings.warn('feedback', f'feedback is ignored: {error}')
 
 
 def read_feedback(parts: dict[str, Any], slot: int) -> Feedback | None:

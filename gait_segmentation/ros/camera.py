@@ -111,11 +111,10 @@ class CameraSubscription:
 
     def _lost(self, event: QoSMessageLostInfo) -> None:
         self._node.statistics.lost += event.total_count_change
-        self._node.warn(
-            'lost',
-            f'{event.total_count_change} images were lost on the way; for large images use the '
-            'shared memory profile config/fastdds_shm.xml in all processes, the camera too, or a '
-            'reliable camera',
+        self._node.warnings.warn_of(
+            event.total_count_change,
+            '{} lost on the way; for large images use the shared memory profile '
+            'config/fastdds_shm.xml in all processes, the camera too, or a reliable camera',
         )
 
     def _incompatible(self, event: QoSRequestedIncompatibleQoSInfo) -> None:

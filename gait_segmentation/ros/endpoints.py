@@ -37,7 +37,7 @@ def subscription(
     topic: str,
     profile: QoSProfile,
     received: Callable[[Any], None],
-    warn: Callable[[str, str], None],
+    warn: Callable[[str, str], object],
 ) -> Subscription:
     """
     Make a subscription to messages of a kind.

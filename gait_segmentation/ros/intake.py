@@ -29,7 +29,7 @@ class Intake:
         *,
         reset: Callable[[], None],
         initialize: Callable[[Box], None],
-        warn: Callable[[str, str], None],
+        warn: Callable[[str, str], object],
         initial_box: Box | None = None,
         initial_stamp_ns: int = 0,
     ) -> None:

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import time
 from abc import abstractmethod
-from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any, ClassVar
@@ -33,10 +32,10 @@ from gait_segmentation.ros.parameters import NodeParameters
 from gait_segmentation.ros.qos import BETWEEN_NODES
 from gait_segmentation.ros.statistics import Statistics
 from gait_segmentation.ros.waiting import Silence
+from gait_segmentation.ros.warnings import Warnings
 
 __all__ = ['GaitNode']
 
-_WARN_EVERY_S = 5.0
 _DRAIN_S = 5.0
 
 
@@ -63,12 +62,11 @@ class GaitNode(LifecycleNode):
         """
         super().__init__(name, **options)
         self.statistics = Statistics()
+        self.warnings = Warnings(self.get_logger().warning)
         self.enabled = True
         self._silence = Silence()
         self._inputs: list[Any] = []
         self._outputs: list[Any] = []
-        self._warned: dict[str, float] = {}
-        self._untold: Counter[str] = Counter()
         self._worker: Worker | None = None
         self._failure: BaseException | None = None
         self.parameters = NodeParameters(
@@ -144,13 +142,13 @@ class GaitNode(LifecycleNode):
         profile: QoSProfile = BETWEEN_NODES,
     ) -> None:
         """Make a subscription that lives until the deactivation."""
-        self._inputs.append(subscription(self, kind, topic, profile, received, self.warn))
+        self._inputs.append(subscription(self, kind, topic, profile, received, self.warnings.warn))
 
     def accept(self, stamp_ns: int) -> bool:
         """Return whether a frame is to be taken in; a zero stamp is refused with a warning."""
         if stamp_ns <= 0:
             self._silence.broken()
-            self.warn(
+            self.warnings.warn(
                 'zero stamp',
                 'an image with stamp zero is ignored: stamps tell frames apart, so the camera '
                 'driver must set header.stamp',
@@ -168,31 +166,17 @@ class GaitNode(LifecycleNode):
         dropped = self._worker.backlog.put((now, frame))
         if dropped:
             self.statistics.skipped += dropped
-            self._warn_of(dropped, 'cannot keep up: dropped {} that waited')
+            self.warnings.warn_of(dropped, 'cannot keep up: dropped {} that waited')
 
-    def note_missed(self, join: ExactJoin) -> None:
-        """Report frames of which not all parts have come, and empty the counters of a join."""
-        for stage, count in join.skipped.items():
-            self.statistics.skipped += count
-            self._warn_of(
-                count,
-                f'{stage} said nothing of {{}}, so there is no result: it skipped them (its log '
-                'says why), or was not there',
-            )
-        for part, count in join.missed.items():
-            self.statistics.incomplete += count
-            self._warn_of(
-                count,
-                f'{part} did not come for {{}}: its publisher left them out, or they were lost on '
-                'the way',
-            )
-        for part, count in join.late.items():
-            self.statistics.incomplete += count
-            self._warn_of(
-                count,
-                f'{part} had not come for {{}} when there was no room for more than '
-                f'{join.capacity} that wait: raise keep_images of gait_segmenter',
-            )
+    def note_missed(self, join: ExactJoin, remedy: str = '') -> None:
+        """
+        Count and report frames of which not all parts have come, and empty the join's counters.
+
+        :param remedy: what gives more room to those that wait, if anything does.
+        """
+        self.statistics.skipped += join.skipped.total()
+        self.statistics.incomplete += join.missed.total() + join.late.total()
+        self.warnings.warn_of_missed(join, remedy)
         for counter in (join.skipped, join.missed, join.late):
             counter.clear()
 
@@ -200,22 +184,6 @@ class GaitNode(LifecycleNode):
         """Have something done by the worker before the next frame."""
         if self._worker is not None:
             self._worker.backlog.call(call)
-
-    def warn(self, key: str, text: str) -> bool:
-        """Log a warning, those of one key at most every 5 seconds; return whether it was."""
-        now = time.monotonic()
-        if now - self._warned.get(key, -_WARN_EVERY_S) < _WARN_EVERY_S:
-            return False
-        self._warned[key] = now
-        self.get_logger().warning(text)
-        return True
-
-    def _warn_of(self, count: int, text: str) -> None:
-        """Log a warning of frames, with those it was not said of before, in place of ``{}``."""
-        self._untold[text] += count
-        frames = self._untold[text]
-        if self.warn(text, text.format(f'{frames} frame{"s" * (frames != 1)}')):
-            del self._untold[text]
 
     @property
     def state(self) -> str:
@@ -317,7 +285,7 @@ class GaitNode(LifecycleNode):
             self.process(frame)
         except GaitSegmentationError as error:
             self.statistics.failed += 1
-            self.warn(f'frame {type(error).__name__}', f'a frame cannot be used: {error}')
+            self.warnings.warn(f'frame {type(error).__name__}', f'a frame cannot be used: {error}')
             self.process_unusable(frame)
         now_s = time.monotonic()
         self.statistics.finished(now_s - arrived_s, now_s)

@@ -36,7 +36,7 @@ class Graph:
 
     @property
     def warnings(self) -> set[str]:
-        return {key for node in self.nodes for key in node._warned}
+        return set().union(*(node.warnings.keys for node in self.nodes))
 
     def feed(self, *messages: Image) -> dict[str, list[object]]:
         """Feed frames; return what has come for them, having checked that it is one for each."""

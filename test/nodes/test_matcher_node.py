@@ -16,6 +16,7 @@ from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.messages import box_message, read_body
 from gait_segmentation.ros.qos import LATCHED
+from gait_segmentation.ros.warnings import Warnings
 from test.nodes.bench import Bench, header
 
 OUTPUTS = ('person_0/matched_box', 'person_0/shape_prior', 'person_0/gait')
@@ -124,7 +125,7 @@ def test_a_changed_parameter_begins_a_new_path(bench: Bench) -> None:
 def test_frames_of_which_a_part_never_comes_are_counted_and_warned_about(bench: Bench) -> None:
     door = Door(bench)
     warnings: list[str] = []
-    door.node.warn = lambda key, text: warnings.append(text)
+    door.node.warnings = Warnings(warnings.append)
     door.publish(0, 1.0)
     for index in (1, 2):
         door.boxes.publish(box_message(BOX.corners(), 4, header(index)))

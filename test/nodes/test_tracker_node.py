@@ -21,7 +21,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_bgr, read_mono8
 from gait_segmentation.nodes import camera_node
 from gait_segmentation.nodes.tracker_node import TrackerNode
-from gait_segmentation.ros import lifecycle, outputs
+from gait_segmentation.ros import outputs
 from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.messages import box_message
 from gait_segmentation.tracking import TrackingConfig
@@ -86,7 +86,7 @@ def test_feedback_that_does_not_fit_is_ignored(bench: Bench) -> None:
     matched.publish(box_message(((0, 0), (9, 0), (9, 9), (0, 9)), 1, header(0)))
     masks.publish(image_message(wrong, header(0)))
     priors.publish(image_message(wrong, header(0)))
-    bench.until(lambda: 'feedback' in node._warned, 'the warning')
+    bench.until(lambda: 'feedback' in node.warnings.keys, 'the warning')
     bench.feed(camera, [frame(1)])
     assert boxes(bench) == [4, 4]
 
@@ -180,16 +180,6 @@ def test_a_configuration_that_fails_leaves_the_node_unconfigured(bench: Bench) -
     node = bench.add(TrackerNode, start=False, bank='/no/such/bank.npz')
     assert not node.start()
     assert (node.state, node._worker) == ('unconfigured', None)
-
-
-def test_warnings_of_frames_that_were_not_said_add_up(bench: Bench, capfd, monkeypatch) -> None:
-    node = bench.add(TrackerNode, start=False)
-    for count in (1, 2):
-        node._warn_of(count, 'nothing came of {}')
-    monkeypatch.setattr(lifecycle, '_WARN_EVERY_S', 0.0)
-    node._warn_of(3, 'nothing came of {}')
-    said = capfd.readouterr().err
-    assert [line.split('came of ')[1] for line in said.splitlines()] == ['1 frame', '5 frames']
 
 
 def test_autostart_can_be_switched_off(bench: Bench) -> None:
@@ -306,14 +296,13 @@ def test_the_qos_of_endpoints_can_be_overridden(bench: Bench) -> None:
     assert node._inputs[-1]._subscription.qos_profile.depth == 7
 
 
-def test_images_lost_on_the_way_are_counted_and_warned_about(bench: Bench, monkeypatch) -> None:
+def test_images_lost_on_the_way_are_counted_and_warned_about(bench: Bench, capfd) -> None:
     node = bench.add(TrackerNode)
-    warnings = []
-    monkeypatch.setattr(node, 'warn', lambda key, text: warnings.append((key, text)))
     node._inputs[-1]._lost(SimpleNamespace(total_count_change=3))
     assert node.statistics.lost == 3
-    assert warnings[0][0] == 'lost'
-    assert 'fastdds_shm.xml' in warnings[0][1]
+    said = capfd.readouterr().err
+    assert '3 frames lost on the way' in said
+    assert 'fastdds_shm.xml' in said
 
 
 def test_detections_start_tracks_of_new_people_and_tracks_go_out(
