@@ -9,7 +9,6 @@ import math
 import os
 import signal
 import sys
-import tempfile
 import time
 from collections.abc import Mapping, MutableMapping
 from pathlib import Path
@@ -19,7 +18,7 @@ from tqdm import tqdm
 
 from gait_segmentation.cli.clip import CLIP_BOX, CLIP_START, demo_clip
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
-from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.cli.tool import make_folder, run_tool
 from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.inputs import ImageSource, open_input
@@ -124,7 +123,7 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     :raises GaitSegmentationError: if the film cannot be used or a process fails.
     """
     film, box = _film_and_box(options)
-    _make_folder(options.out)
+    make_folder('--out', options.out)
     prepare_environment(os.environ)
     # Here, so that it finds the environment prepared and --help needs no ROS.
     import rclpy
@@ -197,20 +196,6 @@ def _film_and_box(options: argparse.Namespace) -> tuple[ImageSource, Box | None]
     except InputError as error:
         raise ConfigError(f'--box {" ".join(options.box)}: {error}') from error
     return film, scaled
-
-
-def _make_folder(folder: Path) -> None:
-    """
-    Make the output folder.
-
-    :raises ConfigError: if nothing can be written there.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
-    except OSError as error:
-        raise ConfigError(f'--out {folder}: nothing can be written: {error.strerror}') from error
 
 
 def _numbers(words: list[str] | None) -> Box | None:

@@ -20,7 +20,7 @@ from typing import TypeVar
 import cv2
 from tqdm import tqdm
 
-from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.cli.tool import make_folder, run_tool
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.evaluation.ablation import (
     compare_priors,
@@ -204,6 +204,14 @@ def evaluate(options: argparse.Namespace) -> None:
 
     :raises GaitSegmentationError: if an option, a sequence or a file cannot be used.
     """
+    if not options.sequence and not options.synthetic:
+        raise ConfigError('there must be a SEQUENCE_DIR or a --synthetic SCENE')
+    if options.threads < 1:
+        raise ConfigError(f'--threads must be at least 1, got {options.threads}')
+    if options.json not in (None, _OUTPUT):
+        check_place(options.json)
+    if options.out is not None:
+        make_folder('--out', options.out)
     if options.synthetic:
         with contextlib.ExitStack() as stack:
             folder = options.keep or Path(stack.enter_context(tempfile.TemporaryDirectory()))
@@ -211,10 +219,8 @@ def evaluate(options: argparse.Namespace) -> None:
             for name in tqdm(names, 'scenes', unit='scene', disable=None, leave=False):
                 scene(name, options.seed).write(folder / name)
             _evaluate(options, [*options.sequence, *(folder / name for name in names)])
-        return
-    if not options.sequence:
-        raise ConfigError('there must be a SEQUENCE_DIR or a --synthetic SCENE')
-    _evaluate(options, options.sequence)
+    else:
+        _evaluate(options, options.sequence)
 
 
 def _evaluate(options: argparse.Namespace, folders: list[Path]) -> None:
@@ -222,11 +228,7 @@ def _evaluate(options: argparse.Namespace, folders: list[Path]) -> None:
     from gait_segmentation.pipeline import Pipeline, PipelineConfig
     from gait_segmentation.warm_up import warm_up
 
-    if options.threads < 1:
-        raise ConfigError(f'--threads must be at least 1, got {options.threads}')
     to_output = options.json == _OUTPUT
-    if options.json is not None and not to_output:
-        check_place(options.json)
     say = partial(print, file=sys.stderr if to_output else sys.stdout)
     cv2.setNumThreads(options.threads)
     settings = list(options.set)

@@ -1,16 +1,18 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How a command ends: errors in one line, Ctrl-C without a traceback."""
+"""What commands share: errors in one line, Ctrl-C without a traceback, a folder for outputs."""
 
 from __future__ import annotations
 
 import os
 import sys
+import tempfile
 from collections.abc import Callable
+from pathlib import Path
 
-from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.errors import ConfigError, GaitSegmentationError
 
-__all__ = ['FAILED', 'INTERRUPTED', 'run_tool']
+__all__ = ['FAILED', 'INTERRUPTED', 'make_folder', 'run_tool']
 
 FAILED, INTERRUPTED = 2, 130
 """Exit codes."""
@@ -45,3 +47,20 @@ def run_tool(name: str, run: Callable[[], int | None]) -> int:
         print(f'{name}: interrupted', file=sys.stderr)
         return INTERRUPTED
     return code
+
+
+def make_folder(option: str, folder: Path) -> None:
+    """
+    Make a folder for outputs, before what is to be written is worked out.
+
+    :param option: that names it, for what is said.
+    :raises ConfigError: if nothing can be written there.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise ConfigError(
+            f'{option} {folder}: nothing can be written: {error.strerror}'
+        ) from error

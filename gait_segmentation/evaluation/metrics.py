@@ -100,8 +100,8 @@ def start_box(truth: NDArray[np.uint8]) -> Box | None:
     """
     Return the box a user would draw: tight about the person with its ambiguous rim.
 
-    The rim is the pixels that are not background at most 4 pixels from the person; other
-    ambiguous parts of the image (a second person, a bag on the floor) do not count.
+    The rim is the pixels that are not background at most :data:`RIM_PX` from the person;
+    other ambiguous parts of the image (a second person, a bag on the floor) do not count.
     """
     person = (truth == PERSON).astype(np.uint8)
     near = cv2.dilate(person, np.ones((2 * RIM_PX + 1, 2 * RIM_PX + 1), np.uint8))

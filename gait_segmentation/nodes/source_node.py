@@ -103,7 +103,7 @@ def parser() -> argparse.ArgumentParser:
         type=int,
         default=0,
         metavar='N',
-        help='begin when N subscribers are connected',
+        help='begin when N subscribers that can take the images (type, QoS) are connected',
     )
     add('--wait-timeout', type=float, default=60.0, metavar='S', help='and fail after this time')
     add(
@@ -163,7 +163,7 @@ def publish_input(options: argparse.Namespace, node: Node) -> int:
     frames = _frames(source, options.loop, options.preload)
     images = node.create_publisher(Image, 'image', BETWEEN_NODES)
     clock = node.create_publisher(Clock, '/clock', BETWEEN_NODES) if options.clock else None
-    _wait_for(images, options.wait_for, options.wait_timeout)
+    _wait_for(node, images, options.wait_for, options.wait_timeout)
     time.sleep(max(options.delay, 0.0))
     published = 0
     with open(options.stamps or os.devnull, 'w', encoding='ascii') as stamps:
@@ -203,13 +203,15 @@ def _frames(source: ImageSource, loop: bool, preload: bool) -> Iterator[Frame]:
     return source.frames()
 
 
-def _wait_for(publisher: Publisher, subscribers: int, timeout_s: float) -> None:
+def _wait_for(node: Node, publisher: Publisher, subscribers: int, timeout_s: float) -> None:
     deadline = time.monotonic() + timeout_s
-    while publisher.get_subscription_count() < subscribers:
+    while (connected := publisher.get_subscription_count()) < subscribers:
         if time.monotonic() > deadline:
+            name = publisher.topic_name
+            others = node.count_subscribers(name) - connected
             raise SequenceError(
-                f'--wait-for {subscribers}: only {publisher.get_subscription_count()} '
-                f'subscribers on {publisher.topic_name} within {timeout_s:g} s'
+                f'--wait-for {subscribers}: only {connected} on {name} within {timeout_s:g} s'
+                + (f', and {others} that want another type or QoS' if others > 0 else '')
             )
         time.sleep(_POLL_S)
 

@@ -152,6 +152,7 @@ def test_ingredients_are_left_out(pipeline, folder, tmp_path, capsys):
         (['--threads', '0'], '--threads must be at least 1, got 0'),
         (['--likelihood', 'heat'], 'heat is missing'),
         (['--json', '/nowhere/at/all.json'], 'cannot be written'),
+        (['--out', '/dev/null/at/all'], '--out /dev/null/at/all: nothing can be written'),
     ],
 )
 def test_errors_are_one_line(pipeline, folder, capsys, arguments, message):
@@ -172,6 +173,16 @@ def test_scores_that_could_not_be_kept_are_not_worked_out(
     kept.write_text('before')
     assert main([str(folder), '--json', str(kept), '--prior', 'hard']) == 2
     assert kept.read_text() == 'before'
+
+
+@pytest.mark.parametrize('option', ['--json', '--out'])
+def test_outputs_that_cannot_be_written_are_refused_before_the_scenes_are_made(
+    option, monkeypatch, capsys
+):
+    monkeypatch.setattr('gait_segmentation.cli.evaluate.scene', lambda *_: pytest.fail('made'))
+    monkeypatch.setitem(sys.modules, 'gait_segmentation.pipeline', None)
+    assert main(['--synthetic', 'crossing', option, '/dev/null/file']) == 2
+    assert '/dev/null/file' in capsys.readouterr().err
 
 
 def test_folders_that_cannot_be_scored_are_errors(pipeline, tmp_path, capsys):

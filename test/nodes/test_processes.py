@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -17,7 +18,8 @@ import pytest
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 
-from gait_segmentation.nodes.source_node import Pace
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.nodes.source_node import Pace, _wait_for
 from gait_segmentation.ros.messages import stamp_of
 from test.inputs.bags import greys, stamp, write_bag2
 from test.nodes.bench import TIMEOUT_S, Bench
@@ -124,6 +126,15 @@ def test_the_pace_follows_the_stamps_or_the_rate() -> None:
     assert pace.due_s(first + 10**11, 9.11) == pytest.approx(9.2)
     even = Pace(0.1, by_stamp=False)
     assert [even.due_s(stamp, 1.0) for stamp in (5, 6, 500)] == pytest.approx([1.0, 1.1, 1.2])
+
+
+@pytest.mark.parametrize(('known', 'more'), [(1, ''), (3, ', and 2 that want another type or')])
+def test_only_subscribers_that_can_take_the_images_are_waited_for(known: int, more: str) -> None:
+    publisher = SimpleNamespace(topic_name='/image', get_subscription_count=lambda: 1)
+    node = SimpleNamespace(count_subscribers={'/image': known}.get)
+    _wait_for(node, publisher, 1, 0.0)
+    with pytest.raises(SequenceError, match=f'--wait-for 2: only 1 on /image within 0 s{more}'):
+        _wait_for(node, publisher, 2, 0.0)
 
 
 @pytest.mark.parametrize(
