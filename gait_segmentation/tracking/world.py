@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.estimator import MotionEstimator
 from gait_segmentation.ego_motion.world_motion import WorldMotion
-from gait_segmentation.geometry import Box, invert
+from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.starting.finding.recollection import Recollection
+from gait_segmentation.tracking.background.carried import CarriedBackground
 from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.background.registration import remaining_shift
 from gait_segmentation.tracking.background.tone import tone_curve
@@ -73,10 +74,7 @@ class World:
         self._estimator = MotionEstimator()
         self._exposure = Exposure()
         self._contrast = Contrast()
-        self._background = BackgroundModel(self.shape)
-        # A model no longer needed, whose memory is used again: much of it need not be touched.
-        self._spare: BackgroundModel | None = None
-        self._version = 0
+        self._background = CarriedBackground(self.shape)
         self.pending: deque[Record] = deque()
         self.history: deque[Record] = deque(maxlen=_MOTION_GAP + 1)
         self.passers_by = PassersBy()
@@ -104,6 +102,11 @@ class World:
     def now(self) -> Record:
         """Return the newest frame."""
         return self.history[-1]
+
+    @property
+    def _steps(self) -> list[WorldMotion]:
+        """Return the motions of the frames that wait for feedback, oldest first."""
+        return [each.motion for each in self.pending]
 
     @property
     def step_s(self) -> float:
@@ -162,7 +165,7 @@ class World:
         about = windows_about(areas, motion, self.shape)
         windows = windows_about([], motion, self.shape) if everywhere else about
         # Tone and the last tenths of a pixel are measured about people only, which is cheaper.
-        background = self._background_now(motion, about)
+        background = self._background.ahead([*self._steps, motion], about)
         if tone and about and not frame.pyramid.is_blank:
             frame = self._toned(frame, background, people, about)
         shift = low = None
@@ -173,10 +176,10 @@ class World:
             low = remaining_shift(background.sums, lab, people, lower)
             motion = motion.corrected(shift, low)
         if shift is not None or low is not None or windows != about:
-            background = self._background_now(motion, windows, background)
+            background = self._background.ahead([*self._steps, motion], windows, background)
         if heat is not None:
             heat = np.asarray(cv2.resize(heat, self.shape[::-1], interpolation=cv2.INTER_LINEAR))
-        record = Record(frame, motion, background, self._version, windows, heat)
+        record = Record(frame, motion, background, self._background.version, windows, heat)
         self.pending.append(record)
         self.history.append(record)
         return motion
@@ -210,8 +213,7 @@ class World:
 
         :param where: (h, w) uint8, non-zero where to forget.
         """
-        for model in {id(m): m for m in (self._background, self.now.background)}.values():
-            model.forget(where)
+        self._background.forget(where, self.now.background)
 
     def recall(self, past: Recollection) -> None:
         """
@@ -219,18 +221,7 @@ class World:
 
         :param past: of the newest frame; it counts where less is known.
         """
-        model = self.now.background
-        if not any(np.any(each.count) for each in (model, self._background)):
-            self._background.sigma = model.sigma = past.sigma
-        model.recall(past.mean, past.count, past.window)
-        if self._background is not model:
-            ahead = BackgroundModel(self.shape)
-            ahead.recall(past.mean, past.count, past.window)
-            back = invert(WorldMotion.over(each.motion for each in self.pending).transform)
-            ahead.move(WorldMotion(back))
-            count = np.floor(ahead.count + 0.5).astype(np.uint8)
-            every = (slice(0, self.shape[0]), slice(0, self.shape[1]))
-            self._background.recall(np.rint(ahead.mean).astype(np.uint8), count, every)
+        self._background.recall(past, self.now.background, self._steps)
 
     def motions_of(self, track_id: int) -> tuple[Record, WorldMotion, Shift] | None:
         """
@@ -280,12 +271,7 @@ class World:
         while self.pending[0].image.stamp_ns != stamp_ns:
             skipped.append(self._skip())
         record = self.pending.popleft()
-        if record.version == self._version:
-            if record.background is not self._background:
-                self._spare, self._background = self._background, record.background
-        else:
-            self._background.move(record.motion, record.windows)
-        self._version += 1
+        self._background.take(record.motion, record.windows, record.background, record.version)
         return skipped, record
 
     def learn(
@@ -309,37 +295,19 @@ class World:
         if record.image.pyramid.is_blank:
             return None
         lab = _lab_of(record.image, [*record.windows, *around])
-        self._background.measure_noise(lab, people, around)
+        background = self._background.model
+        background.measure_noise(lab, people, around)
         if gate:
             people = people.copy()
-            add_moving(people, record, self.history, self._background.sigma)
-        self._background.learn(lab, people, record.windows)
+            add_moving(people, record, self.history, background.sigma)
+        background.learn(lab, people, record.windows)
         return people if gate else None
 
     def _skip(self) -> Record:
         record = self.pending.popleft()
-        self._background.move(record.motion, record.windows)
+        self._background.skip(record.motion, record.windows)
         self.passers_by.skip(record)
         return record
-
-    def _background_now(
-        self,
-        newest: WorldMotion,
-        windows: list[Window],
-        into: BackgroundModel | None = None,
-    ) -> BackgroundModel:
-        """
-        Return the background model as it looks in the newest frame.
-
-        :param into: a model that was returned before, to be filled in anew.
-        """
-        steps = [*(each.motion for each in self.pending), newest]
-        if into is None or into is self._background:
-            into = self._spare
-        model = self._background.moved(steps, windows, into=into)
-        if model is self._spare:
-            self._spare = None
-        return model
 
 
 def _lab_of(image: WorkingImage, windows: Sequence[Window]) -> NDArray[np.uint8]:

@@ -219,5 +219,5 @@ def test_what_was_remembered_is_known_in_all_frames_that_wait() -> None:
     assert (made.now.background.count[window] == 6).all()
     _, record = made.take(3 * 10**7)
     assert record is not None
-    assert made._background.count[45:75, 110:150].min() > 3
-    assert made._background.mean[60, 130, 0] == pytest.approx(90, abs=1)
+    assert made._background.model.count[45:75, 110:150].min() > 3
+    assert made._background.model.mean[60, 130, 0] == pytest.approx(90, abs=1)

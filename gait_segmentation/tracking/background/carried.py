@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The background as the last learnt frame left it, and as it looks in the frames since."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.ego_motion.world_motion import WorldMotion
+from gait_segmentation.geometry import invert
+from gait_segmentation.images import Window
+from gait_segmentation.starting.finding.recollection import Recollection
+from gait_segmentation.tracking.background.model import BackgroundModel
+
+__all__ = ['CarriedBackground']
+
+
+class CarriedBackground:
+    """
+    A background that is learnt late, and known in each frame all the same.
+
+    Masks come back frames after their image.  ``model`` is the background in the last frame that
+    was taken, from which each newer one gets a model of its own, in one step for however many
+    motions, since each step blurs.  Where a frame is taken of which that model still holds,
+    because nothing was learnt meanwhile, the two change places.
+    """
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        """Begin with nothing known, for a working image of the given (h, w)."""
+        self.model = BackgroundModel(shape)
+        self.version = 0
+        """How many frames have been taken."""
+
+        # A model no longer needed, whose memory is used again: much of it need not be touched.
+        self._spare: BackgroundModel | None = None
+
+    def ahead(
+        self,
+        steps: Sequence[WorldMotion],
+        windows: Sequence[Window],
+        into: BackgroundModel | None = None,
+    ) -> BackgroundModel:
+        """
+        Return the background as it looks in a newer frame.
+
+        :param steps: motions from the last frame that was taken, oldest first.
+        :param windows: the rows and columns to know it in.
+        :param into: a model that was returned before, to be filled in anew.
+        """
+        if into is None or into is self.model:
+            into = self._spare
+        made = self.model.moved(steps, windows, into=into)
+        if made is self._spare:
+            self._spare = None
+        return made
+
+    def skip(self, motion: WorldMotion, windows: Sequence[Window]) -> None:
+        """Go on to the next frame, from which nothing is learnt."""
+        self.model.move(motion, windows)
+
+    def take(
+        self,
+        motion: WorldMotion,
+        windows: Sequence[Window],
+        ahead: BackgroundModel,
+        version: int,
+    ) -> None:
+        """
+        Go on to the next frame, to learn from it.
+
+        :param ahead: what :meth:`ahead` returned for it.
+        :param version: :attr:`version` at that time.
+        """
+        if version != self.version:
+            self.model.move(motion, windows)
+        elif ahead is not self.model:
+            self._spare, self.model = self.model, ahead
+        self.version += 1
+
+    def forget(self, where: NDArray[np.uint8], ahead: BackgroundModel) -> None:
+        """
+        Forget some pixels.
+
+        :param where: (h, w) uint8, non-zero where to forget.
+        :param ahead: the background of the newest frame.
+        """
+        self.model.forget(where)
+        ahead.forget(where)
+
+    def recall(
+        self, past: Recollection, ahead: BackgroundModel, steps: Iterable[WorldMotion]
+    ) -> None:
+        """
+        Take over what is remembered from elsewhere, where less is known here.
+
+        :param past: of the newest frame.
+        :param ahead: the background of that frame.
+        :param steps: motions from the last frame that was taken to it, oldest first.
+        """
+        if not any(np.any(each.count) for each in (ahead, self.model)):
+            self.model.sigma = ahead.sigma = past.sigma
+        ahead.recall(past.mean, past.count, past.window)
+        if ahead is self.model:
+            return
+        back = BackgroundModel(self.model.count.shape)
+        back.recall(past.mean, past.count, past.window)
+        back.move(WorldMotion(invert(WorldMotion.over(steps).transform)))
+        count = np.floor(back.count + 0.5).astype(np.uint8)
+        every = slice(0, count.shape[0]), slice(0, count.shape[1])
+        self.model.recall(np.rint(back.mean).astype(np.uint8), count, every)
