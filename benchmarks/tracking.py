@@ -30,9 +30,9 @@ from tqdm import tqdm
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.cli.tool import check_file, run_tool
 from gait_segmentation.evaluation.means import mean_tracking
-from gait_segmentation.evaluation.report import aligned, check_place, tracking_table, write_json
+from gait_segmentation.evaluation.report import aligned, tracking_table, write_json
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.session import Session, load_sequences
 from gait_segmentation.evaluation.settings import overridden, replaced
@@ -248,7 +248,7 @@ def main() -> None:
         if sequence.name in scenes:
             parser.error(f'{sequence.folder} has the name of a scene')
     if options.json is not None:
-        check_place(options.json)
+        check_file(options.json)
     fixed = [setting.partition('=')[0].strip() for setting in options.set]
     warm_up(config)
     report: Numbers = {'bars': []}

@@ -20,7 +20,7 @@ from typing import TypeVar
 import cv2
 from tqdm import tqdm
 
-from gait_segmentation.cli.tool import make_folder, run_tool
+from gait_segmentation.cli.tool import check_file, make_folder, run_tool
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.evaluation.ablation import (
     compare_priors,
@@ -29,12 +29,7 @@ from gait_segmentation.evaluation.ablation import (
     prior_table,
 )
 from gait_segmentation.evaluation.plots import plot_priors
-from gait_segmentation.evaluation.report import (
-    check_place,
-    table,
-    tracking_table,
-    write_json,
-)
+from gait_segmentation.evaluation.report import table, tracking_table, write_json
 from gait_segmentation.evaluation.session import Session, load_sequences
 from gait_segmentation.evaluation.settings import overridden
 from gait_segmentation.evaluation.synthetic.scenes import SCENES, scene
@@ -209,7 +204,7 @@ def evaluate(options: argparse.Namespace) -> None:
     if options.threads < 1:
         raise ConfigError(f'--threads must be at least 1, got {options.threads}')
     if options.json not in (None, _OUTPUT):
-        check_place(options.json)
+        check_file(options.json)
     if options.out is not None:
         make_folder('--out', options.out)
     if options.synthetic:

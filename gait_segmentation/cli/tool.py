@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What commands share: errors in one line, Ctrl-C without a traceback, a folder for outputs."""
+"""What commands share: errors in one line, Ctrl-C without a traceback, places for outputs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 
-__all__ = ['FAILED', 'INTERRUPTED', 'make_folder', 'run_tool']
+__all__ = ['FAILED', 'INTERRUPTED', 'check_file', 'make_folder', 'run_tool']
 
 FAILED, INTERRUPTED = 2, 130
 """Exit codes."""
@@ -64,3 +64,18 @@ def make_folder(option: str, folder: Path) -> None:
         raise ConfigError(
             f'{option} {folder}: nothing can be written: {error.strerror}'
         ) from error
+
+
+def check_file(path: Path) -> None:
+    """
+    Make sure that a file can be written, before what is to be written is worked out.
+
+    :raises ConfigError: if it cannot.
+    """
+    there = path.exists()
+    try:
+        path.open('ab').close()
+        if not there:
+            path.unlink()
+    except OSError as error:
+        raise ConfigError(f'{path} cannot be written: {error.strerror}') from error

@@ -25,7 +25,6 @@ from gait_segmentation.evaluation.tracking_score import TrackingScore
 __all__ = [
     'Summary',
     'aligned',
-    'check_place',
     'mean_of',
     'restart_report',
     'table',
@@ -193,21 +192,6 @@ def tracking_table(report: Mapping[str, Any]) -> str:
 def _time_cell(value: float | None, never: int) -> str:
     """Return the longest time, and how many never came."""
     return _cell(value, 2) + (f' ({never} never)' if never else '')
-
-
-def check_place(path: Path) -> None:
-    """
-    Make sure that a file can be written, before what is to be written is worked out.
-
-    :raises SequenceError: if it cannot.
-    """
-    there = path.exists()
-    try:
-        path.open('ab').close()
-        if not there:
-            path.unlink()
-    except OSError as error:
-        raise SequenceError(f'{path} cannot be written: {error.strerror}') from error
 
 
 def write_json(path: Path, report: Mapping[str, Any]) -> None:
