@@ -22,7 +22,7 @@ def compare(  # type: ignore[no-untyped-def]
     Not by matrix products: those of BLAS wait for each other's threads where cores are busy.
 
     :param templates: (V, P, n) float32, and ``squares`` (V, P) the sums of their squares.
-    :param values: (S, 2, 2, h + 2, w + 2) float32, see :func:`_pair`; ``seen`` likewise.
+    :param values: (S, 2, 2, h + 2, w + 2) float32, see :func:`pair`; ``seen`` likewise.
     :param levels: values that mean 1 and 0.
     :param part: first row, first column and width of the part that the templates have.
     """

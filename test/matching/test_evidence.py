@@ -129,3 +129,36 @@ def test_a_large_body_is_compared_as_a_small_one(evidence, fine):
     found = compare(evidence, fine, large, 1.2, body=BODY.scaled(5))
     assert found.argmax() == small.argmax()
     assert found.max() == pytest.approx(small.max(), rel=0.05)
+
+
+def test_what_was_compared_before_does_not_matter(bank, evidence, fine):
+    compare(evidence, fine, picture(0.2), 0.2)
+    np.testing.assert_array_equal(
+        compare(evidence, fine, picture(1.2), 1.2),
+        compare(FineEvidence(fine, bank.fill), fine, picture(1.2), 1.2),
+    )
+
+
+def test_what_is_finer_than_the_views_is_averaged(evidence, fine):
+    image = cv2.resize(picture(1.2), None, fx=5, fy=5, interpolation=cv2.INTER_LINEAR)
+    rows, columns = np.mgrid[: image.shape[0], : image.shape[1]]
+    board = image + np.where((rows + columns) % 2, 45, -45)
+    plain = compare(evidence, fine, image, 1.2, body=BODY.scaled(5))
+    found = compare(evidence, fine, board.astype(np.uint8), 1.2, body=BODY.scaled(5))
+    assert found == pytest.approx(plain, rel=0.02)
+
+
+def test_person_and_surroundings_must_both_be_seen(evidence, fine):
+    image = picture(1.2)
+    person = np.where(image > 125, 255, 0).astype(np.uint8)
+    for known in (cv2.erode(person, np.ones((5, 5))), 255 - cv2.dilate(person, np.ones((5, 5)))):
+        assert not compare(evidence, fine, image, 1.2, known=known).any()
+
+
+def test_levels_do_not_depend_on_how_much_of_each_pixel_is_known(evidence, fine):
+    template = fine.templates[fine.around('average', fine.place('average', 1.2))[0], PHASE]
+    values = (0.1 + 0.6 * (template > 127)).astype(np.float32)
+    half = np.full(values.shape, 0.5, np.float32)
+    half[::2] = 1.0
+    expected = evidence._levels(values, np.ones_like(values), template)
+    assert evidence._levels(half * values, half, template) == pytest.approx(expected, abs=1e-3)

@@ -5,7 +5,7 @@ import pytest
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig
-from gait_segmentation.matching.placements import PlacementGrid
+from gait_segmentation.matching.placements import PlacementGrid, inside, region, smoothed
 from gait_segmentation.matching.shape_prior import warp_template
 
 CONFIG = MatchingConfig(shifts_x=2, shifts_y=1, scales=1, scale_step=0.06, blur=1)
@@ -77,3 +77,72 @@ def test_only_body_heights_that_are_searched_are_sampled(grid):
         assert not some.images[0].any()
         if every.known is not None and some.known is not None:
             np.testing.assert_array_equal(some.known[1:], every.known[1:])
+
+
+def test_what_is_known_where_it_is_searched_needs_no_mask(grid):
+    image = np.full((200, 200), 200, np.uint8)
+    known = np.full_like(image, 255)
+    box = Box(85, 75, 30, 60)
+    assert grid.sample(image, known, box, 3).known is None
+    assert grid.sample(image, known, box, 3, searched=slice(1, 3)).known is None
+
+
+@pytest.mark.parametrize('side', ['left', 'top', 'right', 'bottom'])
+def test_beyond_each_side_of_the_image_all_is_unknown(grid, side):
+    whole = np.full((200, 200), 255, np.uint8)
+    cuts = {
+        'left': (slice(None), slice(90, None)),
+        'top': (slice(90, None), slice(None)),
+        'right': (slice(None), slice(0, 110)),
+        'bottom': (slice(0, 110), slice(None)),
+    }
+    part = np.ascontiguousarray(whole[cuts[side]])
+    left, top = 90 * (side == 'left'), 90 * (side == 'top')
+    sampled = grid.sample(part, None, Box(85 - left, 75 - top, 30, 60), 1)
+    assert sampled.known is not None
+    assert 0.2 < (sampled.known == 0).mean() < 0.8
+    np.testing.assert_array_equal(sampled.images, sampled.known)
+
+
+def test_the_border_of_the_image_does_not_darken_what_is_just_inside(grid):
+    image = np.full((100, 100), 255, np.uint8)
+    # Half of what the largest body height takes of a box 40 high, in its own 18 columns.
+    half = 18 * 1.06 * 40 / (0.9 * 48)
+    for tenth in range(-5, 10):
+        sampled = grid.sample(image, None, Box.from_center(half + tenth / 10, 50, 20, 40), 1)
+        expected = 255 if sampled.known is None else sampled.known
+        assert (sampled.images == expected).all()
+
+
+def test_what_is_finer_than_the_templates_is_averaged(grid):
+    rows, columns = np.mgrid[:400, :400]
+    board = np.where((rows + columns) % 2, 255, 0).astype(np.uint8)
+    for size in (100.0, 150.0, 200.0):
+        sampled = grid.sample(board, None, Box.from_center(200, 200, 80, size), 1)
+        assert np.abs(sampled.images.astype(int) - 127).max() <= 30
+
+
+@pytest.mark.parametrize('shift_step', [0.005, 0.02])
+def test_shifts_are_at_least_a_pixel(shift_step):
+    assert PlacementGrid((24, 16), 0.9, MatchingConfig(shift_step=shift_step)).step == 1
+
+
+def test_inside_is_inside_of_all_sides():
+    assert inside((0, 0, 30, 20), (20, 30))
+    assert inside((1, 1, 29, 19), (20, 30), 1)
+    for sides in ((-1, 0, 30, 20), (0, -1, 30, 20), (0, 0, 31, 20), (0, 0, 30, 21)):
+        assert not inside(sides, (20, 30))
+
+
+def test_a_part_is_smoothed_as_the_whole():
+    rng = np.random.default_rng(0)
+    image = rng.integers(0, 256, (60, 80), dtype=np.uint8)
+    known = np.where(rng.random(image.shape) < 0.6, 255, 0).astype(np.uint8)
+    every = slice(0, 60), slice(0, 80)
+    for mask in (None, known):
+        whole, _ = smoothed(image, mask, every, 9)
+        window = region((20.2, 15.5, 50.0, 40.1), image.shape, 9)
+        part, _ = smoothed(image, mask, window, 9)
+        rows, columns = slice(15, 41), slice(20, 50)
+        inner = part[15 - window[0].start :, 20 - window[1].start :][:26, :30]
+        np.testing.assert_array_equal(inner, whole[rows, columns])

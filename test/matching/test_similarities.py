@@ -128,3 +128,31 @@ def test_only_placements_that_are_searched_are_compared(name, first, shape):
         filled_up(ALL.part(every, part))[:, : part.size], found[:, : part.size]
     )
     assert filled_up(ALL.part(every, part)).shape == found.shape
+
+
+def test_rows_are_as_long_as_what_is_searched_whatever_was_before():
+    bank, grid = templates(), WindowGrid(7, 5, 11, 13)
+    kernels = BuildKernels(bank, np.array([1, 0, 1]), grid)
+    sums = LineSums(bank, kernels.row, kernels.rows)
+    similarities = SimilarityMaps(kernels, sums, grid, COST, LEAST)
+    images = np.random.default_rng(1).integers(0, 256, (2, *grid.image_shape), dtype=np.uint8)
+    sampled, both = Sampled(images, None), np.array([True, True])
+    every = SearchRange((0, 0, 0), (2, 11, 13))
+    part = SearchRange((0, 3, 4), (2, 5, 6))
+    whole = similarities.update(sampled, both, every)[:, : every.size].copy()
+    found = similarities.update(sampled, both, part)
+    assert found.shape[1] == pitch_of(part.size) < pitch_of(every.size)
+    np.testing.assert_array_equal(found[:, : part.size], every.part(whole, part))
+
+
+def test_nothing_is_like_nothing():
+    bank = templates()
+    bank[0, 1] = 0
+    kernels, similarities = maps(bank)
+    black = Sampled(np.zeros((2, *GRID.image_shape), np.uint8), None)
+    found = similarities.update(black, np.array([True, True]), ALL)
+    assert (found[kernels.row[0, 1], : ALL.size] + _costs() == 0).all()
+
+
+def _costs():
+    return np.repeat(COST, GRID.rows * GRID.columns)
