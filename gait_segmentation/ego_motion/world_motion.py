@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import carry, compose, scaling
+from gait_segmentation.geometry import carry, compose, invert, scaling
 from gait_segmentation.images import Window
 from gait_segmentation.warping import warp_window
 
@@ -78,6 +78,15 @@ class WorldMotion:
     def carry(self, x: float, y: float) -> tuple[float, float]:
         """Return where a position of the world, above the ground, moved to."""
         return (x, y) if self.camera is None else carry(self.camera, x, y)
+
+    def inverse(self) -> WorldMotion:
+        """Return how the world moved from the later frame to the earlier one."""
+        camera = None if self.camera is None else invert(self.camera)
+        if self.ground is None:
+            return WorldMotion(camera)
+        back = invert(self.ground.motion)
+        _, row = carry(back, 0.0, self.ground.row)
+        return WorldMotion(camera, Ground(back, round(row)))
 
     def corrected(
         self, shift: tuple[float, float] | None, low: tuple[float, float] | None = None

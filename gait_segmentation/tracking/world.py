@@ -213,7 +213,7 @@ class World:
 
         :param where: (h, w) uint8, non-zero where to forget.
         """
-        self._background.forget(where, self.now.background)
+        self._background.forget(where, self.now.background, self._steps)
 
     def recall(self, past: Recollection) -> None:
         """

@@ -40,6 +40,21 @@ def test_motions_of_the_camera_are_made_one_after_the_other() -> None:
         assert nothing.transform @ [5, 1, 1] == pytest.approx((5, 1))
 
 
+def test_the_way_back_leads_to_where_it_began() -> None:
+    steps = WorldMotion(CAMERA, ground_from(40)), WorldMotion(CAMERA, ground_from(44))
+    back = WorldMotion.over(steps).inverse()
+    assert WorldMotion.over([*steps, back]).carry(10, 20) == pytest.approx((10, 20))
+    ground = WorldMotion.over([*steps, back]).ground
+    assert ground is not None
+    assert ground.row == 44
+    assert ground.motion @ [16, 48, 1] == pytest.approx([16, 48])
+    fell = WorldMotion(None, Ground(np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 5.0]]), 40)).inverse()
+    assert fell.camera is None
+    assert fell.ground is not None
+    assert fell.ground.row == 35
+    assert WorldMotion().inverse() == WorldMotion()
+
+
 def test_a_further_shift_of_the_world_is_added() -> None:
     still = WorldMotion()
     assert still.corrected(None) is still

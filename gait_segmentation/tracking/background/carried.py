@@ -4,13 +4,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.world_motion import WorldMotion
-from gait_segmentation.geometry import invert
 from gait_segmentation.images import Window
 from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.background.model import BackgroundModel
@@ -32,7 +31,7 @@ class CarriedBackground:
         """Begin with nothing known, for a working image of the given (h, w)."""
         self.model = BackgroundModel(shape)
         self.version = 0
-        """How many frames have been taken."""
+        """Counts what has changed since a frame's own background was made."""
 
         # A model no longer needed, whose memory is used again: much of it need not be touched.
         self._spare: BackgroundModel | None = None
@@ -80,18 +79,22 @@ class CarriedBackground:
             self._spare, self.model = self.model, ahead
         self.version += 1
 
-    def forget(self, where: NDArray[np.uint8], ahead: BackgroundModel) -> None:
+    def forget(
+        self, where: NDArray[np.uint8], ahead: BackgroundModel, steps: Sequence[WorldMotion]
+    ) -> None:
         """
         Forget some pixels.
 
         :param where: (h, w) uint8, non-zero where to forget.
         :param ahead: the background of the newest frame.
+        :param steps: motions from the last frame that was taken to it, oldest first.
         """
         self.model.forget(where)
         ahead.forget(where)
+        self._outdate(steps)
 
     def recall(
-        self, past: Recollection, ahead: BackgroundModel, steps: Iterable[WorldMotion]
+        self, past: Recollection, ahead: BackgroundModel, steps: Sequence[WorldMotion]
     ) -> None:
         """
         Take over what is remembered from elsewhere, where less is known here.
@@ -103,11 +106,17 @@ class CarriedBackground:
         if not any(np.any(each.count) for each in (ahead, self.model)):
             self.model.sigma = ahead.sigma = past.sigma
         ahead.recall(past.mean, past.count, past.window)
+        self._outdate(steps)
         if ahead is self.model:
             return
         back = BackgroundModel(self.model.count.shape)
         back.recall(past.mean, past.count, past.window)
-        back.move(WorldMotion(invert(WorldMotion.over(steps).transform)))
+        back.move(WorldMotion.over(steps).inverse())
         count = np.floor(back.count + 0.5).astype(np.uint8)
         every = slice(0, count.shape[0]), slice(0, count.shape[1])
         self.model.recall(np.rint(back.mean).astype(np.uint8), count, every)
+
+    def _outdate(self, steps: Sequence[WorldMotion]) -> None:
+        """Let none of the frames before the newest bring back what it looked like in them."""
+        if len(steps) > 1:
+            self.version += 1

@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.ego_motion.world_motion import Ground, WorldMotion
+from gait_segmentation.geometry import scaling
+from gait_segmentation.images import Window
+from gait_segmentation.starting.finding.recollection import Recollection
+from gait_segmentation.tracking.background.carried import CarriedBackground
+from gait_segmentation.tracking.background.model import BackgroundModel
+
+SHAPE = (40, 60)
+EVERY: list[Window] = [(slice(0, 40), slice(0, 60))]
+STILL = WorldMotion()
+NOBODY = np.zeros(SHAPE, np.uint8)
+
+
+def right(pixels: float) -> WorldMotion:
+    motion = scaling(1.0)
+    motion[0, 2] = pixels
+    return WorldMotion(motion)
+
+
+def scene() -> np.ndarray:
+    return np.random.default_rng(0).integers(0, 256, (*SHAPE, 3), dtype=np.uint8)
+
+
+class Film:
+    """Frames of a camera that pans by 2 pixels each, of which none has been taken."""
+
+    def __init__(self, frames: int, step: WorldMotion) -> None:
+        self.background = CarriedBackground(SHAPE)
+        self.background.model.learn(scene(), NOBODY)
+        self.steps: list[WorldMotion] = []
+        self.ahead: list[BackgroundModel] = []
+        for _ in range(frames):
+            self.steps.append(step)
+            self.ahead.append(self.background.ahead(self.steps, EVERY))
+
+    def take(self, version: int = 0) -> None:
+        step, ahead = self.steps.pop(0), self.ahead.pop(0)
+        self.background.take(step, EVERY, ahead, version)
+
+
+def test_a_newer_frame_is_reached_in_one_step() -> None:
+    film = Film(3, right(2.0))
+    np.testing.assert_allclose(film.ahead[2].mean[:, 6:], scene()[:, :-6], atol=1e-3)
+    assert film.ahead[2].count[0, 10] == pytest.approx(0.98**3)
+    np.testing.assert_array_equal(film.background.model.mean, scene())
+
+
+def test_a_frame_that_is_taken_brings_its_own_background_along() -> None:
+    film = Film(1, right(2.0))
+    before, ahead = film.background.model, film.ahead[0]
+    film.take()
+    assert film.background.model is ahead
+    # The memory of the one before is used again, for the next frame alone.
+    after = film.background.ahead([right(2.0)], EVERY)
+    assert after is before
+    assert film.background.ahead([right(2.0)], EVERY) is not before
+
+
+def test_what_was_learnt_meanwhile_is_kept() -> None:
+    film = Film(2, right(2.0))
+    film.take()
+    model = film.background.model
+    model.learn(np.full((*SHAPE, 3), 77, np.uint8), NOBODY)
+    film.take()
+    assert film.background.model is model
+    # Seen twice, once in the frame before.
+    assert model.count[20, 30] == pytest.approx(0.98 * (0.98 + 1))
+    assert film.background.version == 2
+
+
+def test_what_is_skipped_takes_the_background_along() -> None:
+    film = Film(2, right(2.0))
+    film.background.skip(film.steps[0], EVERY)
+    np.testing.assert_allclose(film.background.model.mean[:, 2:], scene()[:, :-2], atol=1e-3)
+    assert film.background.version == 0
+
+
+@pytest.mark.parametrize('frames', [1, 3])
+@pytest.mark.parametrize('step', [STILL, right(2.0)])
+def test_what_is_forgotten_stays_so(frames: int, step: WorldMotion) -> None:
+    film = Film(frames, step)
+    where = NOBODY.copy()
+    where[10:20, 15:35] = 255
+    film.background.forget(where, film.ahead[-1], film.steps)
+    assert (film.ahead[-1].count == 0)[where > 0].all()
+    for _ in range(frames):
+        film.take()
+        assert (film.background.model.count[10:20, 21:35] == 0).all()
+    assert film.background.model.count[25:, 21:35].min() > 0.9
+
+
+@pytest.mark.parametrize('frames', [1, 3])
+def test_what_is_remembered_is_known_in_all_frames_from_then_on(frames: int) -> None:
+    film = Film(frames, right(2.0))
+    window = slice(10, 30), slice(20, 40)
+    mean = np.random.default_rng(1).integers(0, 256, (20, 20, 3), dtype=np.uint8)
+    past = Recollection(window, mean, np.full((20, 20), 9, np.uint8), 3.0)
+    film.background.recall(past, film.ahead[-1], film.steps)
+    assert (film.ahead[-1].count[window] == 9).all()
+    while film.steps:
+        film.take()
+    found = film.background.model
+    # To the first frame and back again the border is lost.
+    assert found.count[12:28, 22:38].min() > 7
+    assert np.abs(found.mean[12:28, 22:38] - mean[2:-2, 2:-2]).max() < 1
+
+
+def test_the_ground_is_remembered_where_it_was() -> None:
+    low = scaling(1.0)
+    low[0, 2] = -3.0
+    film = Film(3, WorldMotion(right(2.0).camera, Ground(low, 20)))
+    window = slice(5, 35), slice(10, 50)
+    mean = np.random.default_rng(1).integers(0, 256, (30, 40, 3), dtype=np.uint8)
+    past = Recollection(window, mean, np.full((30, 40), 9, np.uint8), 3.0)
+    film.background.recall(past, film.ahead[-1], film.steps)
+    while film.steps:
+        film.take()
+    found = film.background.model
+    for rows in (slice(6, 19), slice(21, 34)):
+        assert found.count[rows, 22:38].min() > 7
+        inner = mean[rows.start - 5 : rows.stop - 5, 12:28]
+        assert np.abs(found.mean[rows, 22:38] - inner).max() < 1
+
+
+@pytest.mark.parametrize(('known', 'sigma'), [(True, 5.0), (False, 3.0)])
+def test_the_spread_is_taken_over_where_nothing_was_known(known: bool, sigma: float) -> None:
+    background = CarriedBackground(SHAPE)
+    if known:
+        background.model.learn(scene(), NOBODY)
+    window = slice(10, 30), slice(20, 40)
+    past = Recollection(window, scene()[window], np.full((20, 20), 9, np.uint8), 3.0)
+    ahead = background.ahead([right(1.0)], EVERY)
+    background.recall(past, ahead, [right(1.0)])
+    assert (background.model.sigma, ahead.sigma) == (sigma, sigma)
