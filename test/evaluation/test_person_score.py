@@ -55,3 +55,31 @@ def test_features_are_averaged_over_the_frames_that_have_any() -> None:
         'hue': {'weight': 1.0, 'variance_ratio': 2.0},
         'red': {'weight': 0.0, 'variance_ratio': 0.5},
     }
+
+
+def _seen_in(*frames: int) -> Attendance:
+    whole = np.zeros((40, 100), np.uint8)
+    whole[5:35, 20:30] = 1
+    last = max(frames) + 1
+    return Attendance([(n, whole * (n in frames)) for n in range(last)], FPS, (100, 40))
+
+
+def test_who_is_held_by_less_than_all_of_the_body_is_locked_at_once() -> None:
+    score = PersonScore(0)
+    score.hold(0, 4)
+    labels = [np.zeros((40, 100), np.uint8) for _ in range(3)]
+    for number, drawn in enumerate(labels):
+        # At the border in the first frame.
+        drawn[5:35, 20 * number : 20 * number + 10] = 1
+    attendance = Attendance(enumerate(labels), FPS, (100, 40))
+    assert attendance.first_whole(1) == 1
+    assert score.numbers(1, attendance)['lock_seconds'] == 0
+
+
+def test_only_returns_while_the_person_counts_are_recoveries() -> None:
+    score = PersonScore(4)
+    for number in (0, 3, 6):
+        score.hold(number, 4)
+    attendance = _seen_in(0, 2, 3, 4, 6)
+    assert attendance.returns(1) == [2, 6]
+    assert score.numbers(1, attendance)['recovery_seconds'] == [0.0]

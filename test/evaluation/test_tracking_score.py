@@ -76,6 +76,23 @@ def test_who_is_held_stays_with_the_track_while_both_fit():
     assert numbers['people']['1']['ids'] == [4]
 
 
+def test_who_is_hidden_for_a_while_stays_with_the_track_of_before():
+    numbers = score([{1: 20}, {}, {1: 20}], [{4: 20}, {}, {4: 22, 9: 20}])
+    assert numbers['people']['1']['ids'] == [4]
+
+
+def test_of_two_tracks_the_one_with_the_better_mask_is_the_persons():
+    labels = labels_of({1: 20})
+    scores = TrackingScore(Attendance([(0, labels)], FPS, SIZE), {1: 0})
+    good, bad = track(4, 22), track(9, 26)
+    # The boxes are the other way round.
+    tracks = [replace(good, mask=bad.mask), replace(bad, mask=good.mask)]
+    scores.add(0, labels, tracks)
+    numbers = scores.numbers()
+    assert numbers['J'] == pytest.approx(8 / 12)
+    assert numbers['box_iou'] == pytest.approx(4 / 16)
+
+
 def test_nobody_there_is_lost_frames_and_no_overlap():
     truth = [{1: 20}] * 4
     numbers = score(truth, [{4: 20}, {}, {4: 70}, {4: 22}])

@@ -25,7 +25,7 @@ def clip(seed, frames=5, slots=7):
     return ring, rng.permutation(slots)[:frames], costs, np.full(slots, 2), shifts
 
 
-def traced(data, last, known=NOTHING, first=(0, 0, 0)):
+def traced(data, last, known=NOTHING, first=(0, 0, 0), move=MOVE):
     scores, slots, costs, counts, shifts = data
     rows = scores.reshape(-1, 3 * LANES)
     # In reverse order, without views that are at the floor throughout.
@@ -34,7 +34,7 @@ def traced(data, last, known=NOTHING, first=(0, 0, 0)):
     path = np.full((len(slots), 5), -1, np.int64)
     path[-1] = last
     ranges = np.tile([*first, *SHAPE, LANES], (len(shifts), 1))
-    moving = NEAR, TURN, np.int64(MOVE)
+    moving = NEAR, TURN, np.int64(move)
     trace(rows[::-1].copy(), where, slots, costs, counts, shifts, ranges, *moving, known, path)
     return path
 
@@ -91,12 +91,21 @@ def test_a_path_that_meets_a_known_one_goes_on_with_it():
         ((0, 0, -9), [1, 0, 0]),
     ],
 )
-def test_the_nearest_placement_takes_over_where_the_box_jumped_away(jump, nearest):
+@pytest.mark.parametrize('step', [0, 1])
+def test_the_nearest_placement_takes_over_where_the_box_jumped_away(jump, nearest, step):
     data = clip(1, frames=2)
     data[4][data[1][1]] = jump
+    data[2][data[1][1]] = 30
+    data[2][data[1][1], step] = 20
     path = traced(data, (0, 1, 1, 0, 2))
-    step = int(data[2][data[1][1], :2].argmin())
-    assert path[0].tolist() == [0, (1 - step) % 3, *nearest]
+    assert path[0].tolist() == [0, 1 - step, *nearest]
+
+
+def test_who_might_as_well_have_stayed_has_stayed():
+    data = clip(0)
+    data[0][:], data[2][:] = 100, 0
+    path = traced(data, (1, 2, 1, 0, 1), move=0)
+    np.testing.assert_array_equal(path, np.tile([1, 2, 1, 0, 1], (5, 1)))
 
 
 def test_states_are_counted_from_the_first_placement_there_is():

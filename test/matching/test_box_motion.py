@@ -34,3 +34,9 @@ def test_after_a_pause_the_speed_is_measured_anew():
         motion.update(Box(5.0 * k, 0, 40, 100), 0.1 * k, 0.02, 0.06)
     assert motion.update(Box(90, 0, 40, 100), 0.9, 0.02, 0.06) == (0, 0, 0)
     assert motion.update(Box(102.5, 0, 40, 100), 1.0, 0.02, 0.06) == (0, 0, 0)
+
+
+def test_a_leap_is_not_taken_for_a_speed():
+    leap = [*[Box(0, 0, 40, 100)] * 3, *[Box(100, 0, 40, 100)] * 3]
+    # At most 2 body heights a second, of which 0.3 and then the rest are believed.
+    assert [right for _, _, right in jumps(leap)] == [0, 0, 0, 50, -3, -2]

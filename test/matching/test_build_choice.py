@@ -70,6 +70,15 @@ def test_at_first_the_build_that_fitted_best_so_far_is_searched(bank):
     assert feed(builds, template(2), 5, 9)[-1] == NARROW
 
 
+def test_at_first_no_lead_is_asked_for(bank):
+    builds = choice(bank, build_trial=1.0, build_lead=0.5)
+    # Like the wide one to 0.83, and to the narrow one, nearby, to 0.4.
+    assert feed(builds, template(5), 0, 9)[-1] == WIDE
+    settled = choice(bank, build_trial=1.0, build_lead=0.5)
+    feed(settled, template(2), 0, 40)
+    assert feed(settled, template(5), 40, 90)[-1] == NARROW
+
+
 def test_later_a_build_must_fit_better_for_long(bank):
     builds = choice(bank, build_trial=0.5)
     assert set(feed(builds, template(2), 0, 20)) == {NARROW}

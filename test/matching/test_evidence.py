@@ -140,11 +140,10 @@ def test_what_was_compared_before_does_not_matter(bank, evidence, fine):
 
 
 def test_what_is_finer_than_the_views_is_averaged(evidence, fine):
-    image = cv2.resize(picture(1.2), None, fx=5, fy=5, interpolation=cv2.INTER_LINEAR)
-    rows, columns = np.mgrid[: image.shape[0], : image.shape[1]]
-    board = image + np.where((rows + columns) % 2, 45, -45)
-    plain = compare(evidence, fine, image, 1.2, body=BODY.scaled(5))
-    found = compare(evidence, fine, board.astype(np.uint8), 1.2, body=BODY.scaled(5))
+    image = cv2.resize(picture(1.2), None, fx=8, fy=8, interpolation=cv2.INTER_LINEAR)
+    stripes = image + np.where(np.arange(image.shape[1]) % 5 < 2, 48, -32)
+    plain = compare(evidence, fine, image, 1.2, body=BODY.scaled(8))
+    found = compare(evidence, fine, stripes.astype(np.uint8), 1.2, body=BODY.scaled(8))
     assert found == pytest.approx(plain, rel=0.02)
 
 
@@ -162,3 +161,16 @@ def test_levels_do_not_depend_on_how_much_of_each_pixel_is_known(evidence, fine)
     half[::2] = 1.0
     expected = evidence._levels(values, np.ones_like(values), template)
     assert evidence._levels(half * values, half, template) == pytest.approx(expected, abs=1e-3)
+
+
+@pytest.mark.parametrize('known_from', [0, 75])
+@pytest.mark.parametrize('shift', [-1, 1])
+def test_half_a_pixel_to_the_side_is_as_good(evidence, fine, shift, known_from):
+    image = picture(1.2)
+    known = np.zeros(image.shape, np.uint8)
+    known[known_from:] = 255
+    aside = np.roll(image, shift, axis=1)
+    expected = compare(evidence, fine, image, 1.2, known=known).max()
+    found = compare(evidence, fine, aside, 1.2, known=known).max()
+    # A whole pixel costs 4 to 20.
+    assert found == pytest.approx(expected, abs=1.5)

@@ -91,6 +91,24 @@ def test_the_body_is_found_anywhere_at_first_and_then_followed_where_the_box_dri
         assert abs(result.body.center_x - box.center_x) < 0.06 * HEIGHT
 
 
+@pytest.mark.parametrize('far', [-4, 4])
+def test_a_box_that_jumps_does_not_take_the_path_along(bank, far):
+    matcher = SequenceMatcher(bank, config(shifts_x=6, shift_reach=1))
+    for number, (stamp, _, image, box) in enumerate(walk(0.3, 25)):
+        wrong = box.shifted(far * 0.02 * HEIGHT * (number >= 15), 0.0)
+        (result,) = matcher.update(image, wrong, stamp, track_id=1, source_size=SIZE)
+        assert abs(result.body.center_x - box.center_x) < 0.06 * HEIGHT
+
+
+def test_in_the_first_half_second_all_shifts_are_searched(bank):
+    matcher = SequenceMatcher(bank, config(shifts_x=6, shift_reach=1))
+    for number, (stamp, _, image, box) in enumerate(walk(0.3, 9)):
+        seen = image if number >= 4 else np.zeros_like(image)
+        wrong = box.shifted(0.1 * HEIGHT, 0.0)
+        (result,) = matcher.update(seen, wrong, stamp, track_id=1, source_size=SIZE)
+    assert abs(result.body.center_x - box.center_x) < 0.06 * HEIGHT
+
+
 @pytest.mark.parametrize('wrong', [0.82, 1.22])
 def test_a_path_begins_at_the_height_of_the_body_where_the_box_is_wrong(bank, wrong):
     matcher = SequenceMatcher(bank, config(scales=3, scale_reach=1))

@@ -9,7 +9,7 @@ from gait_segmentation.matching.near_leg import NearLeg
 
 
 @pytest.mark.parametrize(
-    ('degrees', 'swap'), [(0, 0.0), (60, 0.0), (180, 0.5), (-150, 0.5), (100, 0.5)]
+    ('degrees', 'swap'), [(0, 0.0), (60, 0.0), (180, 0.5), (-150, 0.5), (100, 0.5), (270, 0.0)]
 )
 def test_the_near_leg_is_the_right_one_of_somebody_walking_to_the_right(degrees, swap):
     assert NearLeg().update(0.3, math.radians(degrees), 0.0) == pytest.approx(0.3 + swap)

@@ -128,3 +128,80 @@ def test_is_bounded_over_many_frames():
     assert path.scores(0).of(0, 0).min() >= FLOOR
     assert abs(int(path.leading.max())) < 2 * 2048
     assert path.follow().states.shape == (path.frames, 5)
+
+
+def test_only_a_path_of_half_a_second_is_believed_to_have_a_rate_and_only_a_possible_one():
+    path = search(minimum_cadence=60.0)
+    nominal = path._rate
+    for k in range(40):
+        path.step(seen(bump(0) / 2), k / 30, (0, 0, 0), ONE)
+        path.follow()
+        # Who stands would have none.
+        assert path._rate == pytest.approx(nominal if k < 15 else 0.5)
+    path.reset()
+    assert path._rate == nominal
+
+
+def test_a_path_that_slides_is_the_one_traced_through_all_its_frames():
+    path = search(window=0.5)
+    for k in range(90):
+        phase = 0.4 * max(k % 45 - 20, 0)
+        path.step(seen(bump(phase) / 2), k / 30, (0, 0, 0), ONE)
+        found = path.follow().states
+        path._traced = np.empty((0, 5), np.int64)
+        np.testing.assert_array_equal(path.follow().states, found)
+
+
+@pytest.mark.parametrize('memory', [0.2, 2.0])
+def test_scores_fade(memory):
+    path = search(memory=memory)
+    first = np.full(PHASES, 0.3)
+    first[3] = 0.8
+    path.step(seen(first), 0.0, (0, 0, 0), ONE)
+    path.step(seen(np.zeros(PHASES)), 0.04, (0, 0, 0), ONE)
+    spread = int(path.leading.max()) - int(path.leading[0, 9])
+    stay = UNIT * 0.5 * np.exp(-0.04 / memory)
+    assert spread == pytest.approx(stay, rel=0.02)
+
+
+def test_a_box_that_jumps_leaves_the_body_where_it_is():
+    bank = TemplateBank(
+        np.zeros((1, PHASES, 4, 4), np.uint8), np.zeros(1, np.float32), ('a',), 0.9
+    )
+    wide = SearchRange((0, 0, 0), (1, 1, 7))
+    path = PathSearch(bank, np.arange(PHASES, dtype=np.int32), wide.shape, MatchingConfig())
+    values = np.zeros((PHASES, pitch_of(7)), np.int16)
+    values[2, 5] = UNIT
+    path.step(values, 0.0, (0, 0, 0), wide)
+    path.follow()
+    path.step(np.zeros_like(values), 0.04, (0, 0, 3), wide)
+    assert path.leader()[2:] == (0, 0, 2)
+    assert path.follow().states[:, 4].tolist() == [5, 2]
+
+
+def turning(seconds, followed, other, view=1):
+    """Return what leads after a step if two templates are nearly as good."""
+    bank = TemplateBank(
+        np.zeros((2, PHASES, 4, 4), np.uint8), np.float32([0.0, 0.3]), ('a', 'a'), 0.9
+    )
+    row = np.arange(2 * PHASES, dtype=np.int32)
+    path = PathSearch(bank, row, ONE.shape, MatchingConfig())
+    values = np.zeros((2 * PHASES, pitch_of(1)), np.int16)
+    values[followed, 0] = UNIT
+    path.step(values, 0.0, (0, 0, 0), ONE)
+    path.follow()
+    path.step(values, seconds, (0, 0, 0), ONE)
+    path.leading[:] = 0
+    path.leading[view, other], path.leading[0, (other + 6) % PHASES] = 1000, 1001
+    return path._leading_template()
+
+
+def test_a_neighbouring_view_in_time_is_preferred_to_a_twin():
+    assert turning(0.04, 4, 4) == (1, 4)
+
+
+def test_a_path_is_expected_where_its_rate_leads():
+    rate = (MatchingConfig().minimum_cadence + MatchingConfig().maximum_cadence) / 240
+    ahead = round(PHASES * rate * 0.35)
+    assert ahead >= 3
+    assert turning(0.35, 2, 2 + ahead, view=0) == (0, 2 + ahead)

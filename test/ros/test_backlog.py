@@ -68,6 +68,30 @@ def test_after_the_work_has_caught_up_frames_wait_again() -> None:
     assert [backlog.put(n) for n in range(3)] == [0, 0, 0]
 
 
+def behind(limit: int) -> Backlog:
+    backlog = Backlog(limit)
+    for number in range(limit + 1):
+        backlog.put(number)
+    backlog.take()
+    return backlog
+
+
+def test_the_work_has_not_caught_up_while_frames_wait() -> None:
+    backlog = behind(3)
+    for number in range(2 * CAUGHT_UP):
+        backlog.put(number)
+        backlog.take()
+    assert [backlog.put(n) for n in range(2)] == [0, 1]
+
+
+def test_after_another_overflow_catching_up_begins_anew() -> None:
+    backlog = behind(3)
+    for _ in range(3):
+        keep_up(backlog, CAUGHT_UP - 3)
+        assert [backlog.put(n) for n in range(2)] == [0, 1]
+        backlog.take()
+
+
 def test_calls_do_not_count_as_keeping_up() -> None:
     backlog = Backlog(2)
     for number in range(3):
@@ -139,5 +163,8 @@ def test_an_error_that_is_let_through_is_handed_on() -> None:
     worker = Worker(Backlog(3), fail, note)
     worker.backlog.put(1)
     assert failed.wait(TIMEOUT_S)
+    # Nobody waits for what nobody will do.
+    worker.backlog.put(2)
+    assert worker.backlog.drain(0.0)
     worker.stop()
     assert [str(error) for error in errors] == ['broken']

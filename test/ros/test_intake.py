@@ -82,3 +82,11 @@ def test_a_box_far_larger_than_the_image_is_ignored() -> None:
     (warning,) = log.take(1)
     assert 'at most 4 times' in warning
     assert 'got x 0, y 0, 321 x 10' in warning
+
+
+def test_a_box_asked_for_takes_the_place_of_the_initial_one() -> None:
+    log = Log(initial_box=BOX)
+    other = Box(5, 5, 20, 40)
+    log.intake.request(other)
+    assert log.take(1) == [other]
+    assert log.take(2) == []

@@ -196,3 +196,36 @@ def test_what_is_pushed_out_when_all_have_come_is_counted_at_once() -> None:
         False, False, True, True,
     ]  # fmt: skip
     assert counts(join) == ({}, {}, {'b': 2})
+
+
+def test_a_stamp_is_late_once() -> None:
+    join = empty('abc', 1)
+    join.add('a', 1, 'x')
+    join.add('a', 2, 'x')
+    assert join.add('b', 1, 'x') is None
+    assert join.add('c', 1, 'x') is None
+    assert counts(join) == ({}, {}, {'b': 1})
+
+
+def test_who_comes_after_the_others_jumped_passes_by_what_they_have_seen_since() -> None:
+    join = empty('ab')
+    for stamp in (5, 1, 2, 3, 4):
+        join.add('a', stamp, 'x')
+    assert join.add('b', 1, 'x') is not None
+    assert join.add('b', 3, 'x') is not None
+    assert counts(join) == ({}, {'tracker': 1}, {})
+
+
+def test_of_two_with_one_stamp_the_newer_is_meant() -> None:
+    join = empty('ab')
+    for stamp, value in ((7, 'old'), (6, 'x'), (7, 'new')):
+        join.add('a', stamp, value)
+    assert join.add('b', 7, 'b') == {'a': 'new', 'b': 'b'}
+
+
+def test_a_part_that_comes_twice_counts_once_and_the_last_time() -> None:
+    join = empty('ab')
+    join.add('a', 1, 'first')
+    join.add('a', 1, 'second')
+    assert join.add('b', 1, 'b') == {'a': 'second', 'b': 'b'}
+    assert len(join) == 0

@@ -24,7 +24,14 @@ def test_what_is_nearly_a_parameter_is_found(given, meant):
 
 
 @pytest.mark.parametrize(
-    'given', ['use_sim_time', 'matching.lag', 'qos_overrides./image.subscription.depth', 'backlog']
+    'given',
+    [
+        'use_sim_time',
+        'matching.lag',
+        'matching.backlog',
+        'qos_overrides./image.subscription.depth',
+        'backlog',
+    ],
 )
 def test_parameters_of_others_and_of_ros_are_no_mistakes(given):
     assert misnamed([given], KNOWN) == {}

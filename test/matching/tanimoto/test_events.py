@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from gait_segmentation.matching.tanimoto import EventKernel, ReferenceKernel, WindowGrid
+from gait_segmentation.matching.tanimoto import (
+    EventKernel,
+    ReferenceKernel,
+    WindowGrid,
+    polyphase,
+)
+from gait_segmentation.matching.tanimoto.events import _runs
+from gait_segmentation.matching.tanimoto.simd import RUN
 from test.matching.tanimoto.cases import banks
 
 
@@ -72,3 +79,24 @@ def test_finer_sampling_of_a_motion_hardly_adds_events():
 
     few, many = (EventKernel(moving(k), WindowGrid(8, 64, 1, 1)).events for k in (60, 960))
     assert many <= 1.15 * few
+
+
+@pytest.mark.parametrize(
+    ('step', 'rows', 'columns'), [(1, 3, 4), (2, 1, 1), (2, 5, 19), (3, 2, 7)]
+)
+def test_what_is_read_is_within_the_planes(step, rows, columns):
+    grid = WindowGrid(7, 5, rows, columns, step)
+    kernel = EventKernel(np.random.default_rng(0).integers(1, 255, (2, 7, 5), np.uint8), grid)
+    size = polyphase(np.zeros((2, *grid.image_shape), np.uint8), grid).size
+    offsets = [offsets.max() for _, offsets in _runs(grid, (2, rows, columns))]
+    assert kernel._origins.max() + max(offsets) + RUN <= size
+
+
+def test_copies_work_in_memory_of_their_own():
+    rng = np.random.default_rng(5)
+    grid = WindowGrid(6, 5, 2, 3)
+    kernel = EventKernel(rng.integers(0, 256, (3, 6, 5), dtype=np.uint8), grid)
+    other = kernel.copy()
+    assert not np.shares_memory(kernel._matrix, other._matrix)
+    images = rng.integers(0, 256, (1, *grid.image_shape), dtype=np.uint8)
+    np.testing.assert_array_equal(other.common_area(images), kernel.common_area(images))
