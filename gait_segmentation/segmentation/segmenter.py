@@ -46,13 +46,33 @@ class Segmenter:
     """Cuts one person out of frame after frame and learns the person's own shape."""
 
     def __init__(self, config: SegmentationConfig | None = None) -> None:
-        """Make a segmenter that has seen nobody."""
-        self.config = config or SegmentationConfig()
+        """
+        Make a segmenter that has seen nobody.
+
+        :raises VocabularyError: if the configuration names a vocabulary that cannot be used.
+        """
+        self._config = config or SegmentationConfig()
         self._personal = PersonalShape()
         self._colours = LearntColours()
-        self._paper = PaperPrior(self.config) if self.config.prior == 'paper' else None
+        # Also for other priors: the configuration may be exchanged, and a bad file is told now.
+        self._oriented = PaperPrior(self._config)
         self._track_id = 0
         self._last: Box | None = None
+
+    @property
+    def config(self) -> SegmentationConfig:
+        """Return the configuration in force; it may be exchanged between frames."""
+        return self._config
+
+    @config.setter
+    def config(self, config: SegmentationConfig) -> None:
+        if config.vocabulary != self._config.vocabulary:
+            self._oriented = PaperPrior(config)
+        self._config = self._oriented.config = config
+
+    @property
+    def _paper(self) -> PaperPrior | None:
+        return self._oriented if self.config.prior == 'paper' else None
 
     def reset(self) -> None:
         """Forget the person."""

@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import dataclasses
+from typing import Any
+
 import cv2
 import numpy as np
 import pytest
@@ -10,6 +13,7 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Placement
 from gait_segmentation.results import MatchResult
 from gait_segmentation.segmentation import SegmentationConfig, Segmenter
+from gait_segmentation.segmentation.vocabulary import VocabularyError
 
 SHAPE = (160, 120)
 BODY = BodyFrame(60, 80, 120)
@@ -62,6 +66,33 @@ def test_a_noisy_likelihood_becomes_a_clean_mask(prior: str) -> None:
     assert result.reason == ''
     assert set(np.unique(result.mask)) == {0, 255}
     assert iou(result.mask, person()) > 0.93
+
+
+@pytest.mark.parametrize(
+    ('before', 'changes'),
+    [
+        ('default', {'prior': 'paper'}),
+        ('paper', {'prior': 'default'}),
+        ('paper', {'prior': 'paper', 'paper_background': 0.005}),
+    ],
+)
+def test_an_exchanged_configuration_is_in_force(before: str, changes: dict[str, Any]) -> None:
+    old = SegmentationConfig(prior=before, contrast=0.5)
+    new = dataclasses.replace(old, **changes)
+    exchanged = Segmenter(old)
+    exchanged.config = new
+    likelihood = noisy()
+    likelihood[40:, 20:60] = 140
+    image = np.full((*SHAPE, 3), 120, np.uint8)
+    segmenters = (exchanged, Segmenter(new), Segmenter(old))
+    found, right, wrong = (each.update(image, likelihood, match()).mask for each in segmenters)
+    assert not np.array_equal(right, wrong)
+    assert np.array_equal(found, right)
+
+
+def test_a_vocabulary_that_cannot_be_used_is_an_error_with_any_prior() -> None:
+    with pytest.raises(VocabularyError, match='cannot read the vocabulary none.json'):
+        Segmenter(SegmentationConfig(vocabulary='none.json'))
 
 
 def test_the_mask_has_the_sources_size() -> None:
