@@ -32,7 +32,8 @@ def by_number(path: Path) -> tuple[list[str | int], str]:
 def images_in(folder: Path) -> list[Path]:
     """Return the images of a folder in the order of the numbers in their names."""
     files = (path for path in folder.iterdir() if path.suffix.lower() in IMAGE_SUFFIXES)
-    return sorted(files, key=by_number)
+    # Some systems leave a hidden ._NAME beside a file, which is no image.
+    return sorted((path for path in files if not path.name.startswith('.')), key=by_number)
 
 
 def read_image(path: Path) -> NDArray[np.uint8]:

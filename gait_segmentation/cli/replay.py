@@ -73,7 +73,7 @@ def parser() -> argparse.ArgumentParser:
         type=Path,
         default=Path('out/replay'),
         metavar='DIR',
-        help='for bags (%(default)s)',
+        help='folder for bags (%(default)s)',
     )
     add('--masks', type=Path, metavar='DIR', help='write masks as images')
     add('--overlay', type=Path, metavar='FILE', help='write a film (.mp4)')
@@ -91,6 +91,13 @@ def parser() -> argparse.ArgumentParser:
     add('--start', type=int, default=0, metavar='N', help='first frame, counted from 0')
     add('--count', type=int, metavar='M', help='number of frames (all)')
     add('--width', type=int, default=0, metavar='PX', help='scale down to this width')
+    add(
+        '--rate',
+        type=float,
+        default=0.0,
+        metavar='HZ',
+        help='frames per second of films (what they say) and folders (30)',
+    )
     add(
         '--set',
         action='append',
@@ -148,6 +155,7 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
             width=options.width,
             start=options.start,
             count=options.count,
+            rate=options.rate,
             box=box,
             masks=place(options.masks, name, ''),
             overlay=place(options.overlay, name, '.mp4'),

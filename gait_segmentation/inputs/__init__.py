@@ -16,7 +16,13 @@ __all__ = ['DamagedError', 'Frame', 'ImageSource', 'open_input']
 
 
 def open_input(
-    path: Path, *, topic: str = '', width: int = 0, start: int = 0, count: int | None = None
+    path: Path,
+    *,
+    topic: str = '',
+    width: int = 0,
+    start: int = 0,
+    count: int | None = None,
+    rate: float = 0.0,
 ) -> ImageSource:
     """
     Open an input of whatever kind it is, and look at its first frame.
@@ -27,6 +33,8 @@ def open_input(
     :param width: of the frames in pixels; 0, or more than the input has, leaves them as they are.
     :param start: first frame wanted, counted from 0.
     :param count: number of frames wanted, None for all that follow.
+    :param rate: frames per second of a film or a folder; 0: what the film says, 30 in a folder.
+        Bags have stamps and no rate.
     :raises SequenceError: if the input is missing, holds no images, or has no such frames.
     """
     try:
@@ -45,11 +53,11 @@ def open_input(
             'ros2 run v4l2_camera v4l2_camera_node'
         )
     if path.exists() and is_bag(path):
-        return BagSource(path, topic=topic, width=width, start=start, count=count)
+        return BagSource(path, topic=topic, width=width, start=start, count=count, rate=rate)
     if topic and path.exists():
         raise SequenceError(
             f'{path} is no bag and has no topic {topic}: leave out --topic (topic:= of a launch '
             'file)'
         )
     kind = FolderSource if path.is_dir() else FilmSource
-    return kind(path, width=width, start=start, count=count)
+    return kind(path, width=width, start=start, count=count, rate=rate)

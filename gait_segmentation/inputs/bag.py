@@ -21,7 +21,7 @@ from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource
 
 __all__ = ['BagSource', 'is_bag']
 
-_SUFFIXES = ('.mcap', '.db3', '.bag')
+_STORAGE = ('.mcap', '.db3')
 _IMAGE = 'sensor_msgs/msg/Image'
 _COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 _DEFAULT_FPS = 30.0
@@ -33,7 +33,12 @@ def is_bag(path: Path) -> bool:
     """Return whether a path looks like a bag: by its suffix, or by what the folder holds."""
     if path.is_dir():
         return (path / 'metadata.yaml').is_file() or bool(_storage_files(path))
-    return path.suffix in _SUFFIXES
+    return path.suffix == '.bag' or _is_storage(path)
+
+
+def _is_storage(path: Path) -> bool:
+    """Return whether a path looks like a file of a rosbag2, which may be packed as a whole."""
+    return path.name.removesuffix('.zstd').endswith(_STORAGE)
 
 
 def _storage_files(path: Path) -> list[Path]:
@@ -41,8 +46,8 @@ def _storage_files(path: Path) -> list[Path]:
     if not path.is_dir():
         return [path]
     # NAME_2 comes before NAME_10.
-    files = (p for p in path.iterdir() if p.suffix in ('.mcap', '.db3'))
-    return sorted(files, key=lambda p: (len(p.name), p.name))
+    files = {p.name.removesuffix('.zstd'): p for p in path.iterdir() if _is_storage(p)}
+    return [files[name] for name in sorted(files, key=lambda name: (len(name), name))]
 
 
 @dataclass(frozen=True)
@@ -74,6 +79,8 @@ class BagSource(ImageSource):
         :param wanted: ``width``, ``start`` and ``count``, see :func:`open_input`.
         :raises SequenceError: if the bag cannot be read, or the topic is not there or not clear.
         """
+        if wanted.get('rate'):
+            raise SequenceError(f'{path} is a bag, and its images have stamps: leave out --rate')
         self.topic = topic
         self._intact = True
         super().__init__(path, **wanted)
@@ -129,7 +136,7 @@ class BagSource(ImageSource):
         try:
             if self.path.suffix == '.bag':
                 return _ros1_types().deserialize_ros1(data, self._kind)
-            return _ros2_types().deserialize_cdr(data, self._kind)
+            return _ros2_types().deserialize_cdr(damaged.unpacked_message(data), self._kind)
         except Exception as error:
             # rosbags raises whatever the data made of it.
             raise InputError(f'the message cannot be read ({error!r})') from error

@@ -71,7 +71,9 @@ class FilmSource(ImageSource):
         return self._claimed or None
 
     def rate(self) -> float:
-        """Return what the film says."""
+        """Return what was asked for, or what the film says."""
+        if self._rate:
+            return self._rate
         return self._fps if 0 < self._fps <= 1000 else _DEFAULT_FPS
 
     def entries(self) -> Iterator[Entry]:
@@ -81,10 +83,13 @@ class FilmSource(ImageSource):
         number = 0
         stamp_ns = 0
         times = _Times(fps)
+        own = not self._rate
         try:
             # Not by seeking: that lands on another frame in films with few key frames.
             while capture.grab():
-                stamp_ns = times.stamp_ns(number, capture.get(cv2.CAP_PROP_POS_MSEC))
+                stamp_ns = _stamp_ns(number, fps)
+                if own:
+                    stamp_ns = times.stamp_ns(number, capture.get(cv2.CAP_PROP_POS_MSEC))
                 yield Entry(stamp_ns, stamp_ns, _FRAME_ID, _UNKNOWN, partial(_retrieve, capture))
                 number += 1
         finally:
@@ -98,7 +103,7 @@ class FilmSource(ImageSource):
 
 
 class FolderSource(ImageSource):
-    """A folder of images in the order of the numbers in their names, at 30 frames per second."""
+    """A folder of images in the order of the numbers in their names, 30 a second if not asked."""
 
     def open(self) -> int:
         """List the images."""
@@ -110,13 +115,13 @@ class FolderSource(ImageSource):
         return len(self._files)
 
     def rate(self) -> float:
-        """Return the default: a folder says nothing."""
-        return _DEFAULT_FPS
+        """Return what was asked for, or the default: a folder says nothing."""
+        return self._rate or _DEFAULT_FPS
 
     def entries(self) -> Iterator[Entry]:
         """Yield all frames."""
         for number, path in enumerate(self._files):
-            stamp_ns = _stamp_ns(number, _DEFAULT_FPS)
+            stamp_ns = _stamp_ns(number, self.rate())
             yield Entry(stamp_ns, stamp_ns, _FRAME_ID, _UNKNOWN, partial(read_image, path))
 
 

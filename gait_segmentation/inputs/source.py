@@ -73,7 +73,13 @@ class ImageSource(ABC):
     """
 
     def __init__(
-        self, path: Path, *, width: int = 0, start: int = 0, count: int | None = None
+        self,
+        path: Path,
+        *,
+        width: int = 0,
+        start: int = 0,
+        count: int | None = None,
+        rate: float = 0.0,
     ) -> None:
         """
         Look at the first frame; the parameters are those of :func:`open_input`.
@@ -84,6 +90,9 @@ class ImageSource(ABC):
         self.start = start
         self.count = count
         self._width = width
+        self._rate = rate
+        if not 0 <= rate <= 1000:
+            raise SequenceError(f'rate must be from 0 to 1000 Hz, got {rate:g}')
         for name, value, least in (('start', start, 0), ('count', count, 1), ('width', width, 0)):
             if value is not None and value < least:
                 raise SequenceError(f'{name} must be at least {least}, got {value}')

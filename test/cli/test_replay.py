@@ -116,6 +116,16 @@ def test_a_lag_leaves_no_frame_out(given: list[str], tmp_path: Path) -> None:
     assert [bool(mask.any()) for mask in masks] == [index != BROKEN for index in range(FRAMES)]
 
 
+def test_the_rate_gives_the_stamps_of_a_folder(tmp_path: Path) -> None:
+    frames = [tmp_path / 'walk' / f'{index}.png' for index in range(2)]
+    frames[0].parent.mkdir()
+    for path in frames:
+        cv2.imwrite(str(path), np.zeros((48, 64, 3), np.uint8))
+    options = parser().parse_args([str(frames[0].parent), '--rate', '8'])
+    (job,) = make_jobs(options)
+    assert [frame.stamp_ns for frame in job.source().frames()] == [125_000_000, 250_000_000]
+
+
 def test_other_outputs_on_request(given: list[str], tmp_path: Path) -> None:
     masks, film, table = tmp_path / 'masks', tmp_path / 'film.mp4', tmp_path / 'table.csv'
     options = ['--masks', str(masks), '--overlay', str(film), '--csv', str(table)]

@@ -61,9 +61,14 @@ def write_bag2(
     return path
 
 
-def write_compressed_bag2(path: Path, topics: dict[str, list[Any]]) -> Path:
-    writer = Writer2(path, version=9, storage_plugin=StoragePlugin.MCAP)
-    writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+def write_compressed_bag2(
+    path: Path,
+    topics: dict[str, list[Any]],
+    mode: CompressionMode = CompressionMode.STORAGE,
+    plugin: StoragePlugin = StoragePlugin.MCAP,
+) -> Path:
+    writer = Writer2(path, version=9, storage_plugin=plugin)
+    writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer:
         _write(writer, topics, ROS2.serialize_cdr, ROS2)
     return path

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs import DamagedError, ImageSource, open_input
@@ -86,6 +86,42 @@ def test_a_storage_file_or_a_folder_without_metadata_will_do(tmp_path: Path) -> 
     assert numbers(open_input(folder / 'walk.mcap')) == [0, 1, 2]
     (folder / 'metadata.yaml').unlink()
     assert numbers(open_input(folder)) == [0, 1, 2]
+
+
+@pytest.mark.parametrize('plugin', [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+@pytest.mark.parametrize('mode', [CompressionMode.MESSAGE, CompressionMode.FILE])
+def test_packed_messages_and_files_are_read_without_metadata(
+    plugin: StoragePlugin, mode: CompressionMode, tmp_path: Path
+) -> None:
+    folder = write_compressed_bag2(tmp_path / 'walk', {'/image': noisy(3)}, mode, plugin)
+    (file,) = (path for path in folder.iterdir() if path.suffix != '.yaml')
+    assert numbers(open_input(folder)) == [0, 1, 2]
+    assert numbers(open_input(file)) == [0, 1, 2]
+    (folder / 'metadata.yaml').unlink()
+    assert numbers(open_input(folder)) == [0, 1, 2]
+    data = file.read_bytes()
+    file.write_bytes(data[: len(data) * 3 // 4])
+    found = []
+    with pytest.raises(DamagedError, match='come before'):
+        found.extend(open_input(folder).frames())
+    assert [frame.number for frame in found] == list(range(len(found)))
+    assert 1 <= len(found) <= 2
+
+
+def test_a_recording_that_was_killed_goes_on_behind_its_packed_files(tmp_path: Path) -> None:
+    packed = write_compressed_bag2(tmp_path / 'walk_0', {'/image': noisy(2)}, CompressionMode.FILE)
+    plain = write_bag2(tmp_path / 'walk_1', {'/image': noisy(4)})
+    folder = tmp_path / 'walk'
+    folder.mkdir()
+    (packed / 'walk_0.mcap.zstd').rename(folder / 'walk_0.mcap.zstd')
+    (plain / 'walk_1.mcap').rename(folder / 'walk_1.mcap')
+    assert numbers(open_input(folder)) == [0, 1, 0, 1, 2, 3]
+
+
+def test_bags_have_stamps_and_no_rate(tmp_path: Path) -> None:
+    bag = write_bag2(tmp_path / 'walk', {'/image': greys(3)})
+    with pytest.raises(SequenceError, match='leave out --rate'):
+        open_input(bag, rate=10)
 
 
 def test_compressed_images_and_other_encodings_are_read(tmp_path: Path) -> None:

@@ -32,7 +32,8 @@ def read(path: Path, topic: str = '/image') -> tuple[list[tuple[int, bytes]], st
 
 
 def test_whole_bags_are_read_to_the_end(bag: Path) -> None:
-    found, _ = read(bag)
+    found, problem = read(bag)
+    assert bag.suffix == '.bag' or not problem
     assert len(found) == 6
     assert [recorded_ns for recorded_ns, _ in found] == sorted(at for at, _ in found)
     assert len(read(bag, '/other')[0]) == 3

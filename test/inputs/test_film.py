@@ -58,6 +58,20 @@ def test_images_numbered_without_zeros_are_read_in_the_order_of_numbers(tmp_path
     assert found == list(range(12))
 
 
+def test_hidden_files_are_no_frames(folder: Path) -> None:
+    (folder / '._0001.png').write_bytes(b'of another system')
+    assert greys(open_input(folder)) == [0, 1, 2, 3, 4]
+
+
+def test_the_rate_of_a_folder_can_be_told(folder: Path) -> None:
+    stamps = [frame.stamp_ns for frame in open_input(folder, rate=8).frames()]
+    assert stamps == [125_000_000 * (index + 1) for index in range(len(stamps))]
+    assert open_input(folder, rate=8).fps == 8
+    for wrong in (-1, float('nan')):
+        with pytest.raises(SequenceError, match='rate must be from 0 to 1000 Hz'):
+            open_input(folder, rate=wrong)
+
+
 def test_only_bags_have_topics(folder: Path) -> None:
     with pytest.raises(SequenceError, match='is no bag and has no topic /image: leave out'):
         open_input(folder, topic='/image')
@@ -92,6 +106,8 @@ def test_a_film_file_is_read(tmp_path: Path) -> None:
     film = open_input(path, start=2)
     assert film.fps == pytest.approx(12)
     assert greys(film) == [2, 3, 4]
+    slower = [frame.stamp_ns for frame in open_input(path, rate=4).frames()]
+    assert slower == [250_000_000 * (index + 1) for index in range(5)]
 
 
 def test_stamps_are_of_the_rate_unless_the_film_says_otherwise() -> None:

@@ -36,6 +36,7 @@ class Job:
     width: int = 0
     start: int = 0
     count: int | None = None
+    rate: float = 0.0
     box: Box | None = None
     masks: Path | None = None
     overlay: Path | None = None
@@ -76,7 +77,12 @@ class Job:
     def source(self) -> ImageSource:
         """Open the input."""
         return open_input(
-            self.input, topic=self.topic, width=self.width, start=self.start, count=self.count
+            self.input,
+            topic=self.topic,
+            width=self.width,
+            start=self.start,
+            count=self.count,
+            rate=self.rate,
         )
 
 

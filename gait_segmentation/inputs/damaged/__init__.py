@@ -10,13 +10,19 @@ and which ``rosbags`` therefore does not open.
 from __future__ import annotations
 
 import mmap
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 from gait_segmentation.inputs.damaged import mcap, ros1, sqlite
-from gait_segmentation.inputs.damaged.parts import BrokenError, Message
+from gait_segmentation.inputs.damaged.parts import (
+    BrokenError,
+    Message,
+    unpack_file,
+    unpacked_message,
+)
 
-__all__ = ['BrokenError', 'messages', 'topics']
+__all__ = ['BrokenError', 'messages', 'topics', 'unpacked_message']
 
 _SCANS = {'.mcap': mcap.scan, '.db3': sqlite.scan, '.bag': ros1.scan}
 
@@ -44,6 +50,19 @@ def messages(path: Path, topic: str) -> Iterator[tuple[int, bytes]]:
 
 
 def _scan(path: Path) -> Iterator[Message]:
+    if path.suffix != '.zstd':
+        yield from _scan_unpacked(path)
+        return
+    with tempfile.TemporaryDirectory(prefix='gait_segmentation') as folder:
+        inner = Path(folder) / path.stem
+        try:
+            unpack_file(path, inner)
+        except OSError as error:
+            raise BrokenError(f'{path.name}: {error}') from error
+        yield from _scan_unpacked(inner)
+
+
+def _scan_unpacked(path: Path) -> Iterator[Message]:
     scan = _SCANS[path.suffix]
     try:
         with (

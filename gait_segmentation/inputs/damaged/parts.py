@@ -5,15 +5,23 @@
 from __future__ import annotations
 
 import bz2
+import importlib
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import lz4.frame
 
-__all__ = ['BrokenError', 'Bytes', 'Message', 'unpacked']
+__all__ = ['BrokenError', 'Bytes', 'Message', 'unpack_file', 'unpacked', 'unpacked_message']
 
 Bytes = Any
 """bytes, or the map of a file."""
+
+
+_ZSTD = b'\x28\xb5\x2f\xfd'
+"""How data that zstd has packed begins, and no message of ROS 2 does."""
+
+_PIECE = 1 << 20
 
 
 class BrokenError(Exception):
@@ -43,19 +51,39 @@ def unpacked(compression: str, data: bytes) -> bytes:
         raise BrokenError(f'a chunk cannot be unpacked: {error}') from error
 
 
-def _unpack_zstd(data: bytes) -> bytes:
-    # Older versions of rosbags bring one package, newer ones another.
-    try:
-        from backports import zstd
-    except ImportError:
-        import zstandard
+def unpacked_message(data: bytes) -> bytes:
+    """Return a message as it was before rosbag2 packed it, of which only its metadata tells."""
+    return unpacked('zstd', data) if data[:4] == _ZSTD else data
 
-        return bytes(zstandard.ZstdDecompressor().decompressobj().decompress(data))
-    return bytes(zstd.ZstdDecompressor().decompress(data))
+
+def unpack_file(path: Path, output: Path) -> None:
+    """Unpack a file that zstd has packed for as far as it goes."""
+    unpacker = _zstd()
+    with open(path, 'rb') as packed, open(output, 'wb') as file:
+        while not unpacker.eof and (piece := packed.read(_PIECE)):
+            try:
+                file.write(unpacker.decompress(piece))
+            except OSError:
+                raise
+            except Exception:
+                # Every library has errors of its own; what is read will say where it ends.
+                return
+
+
+def _zstd() -> Any:
+    # Which package there is depends on the versions of Python and of rosbags.
+    for name in ('compression.zstd', 'backports.zstd'):
+        try:
+            return importlib.import_module(name).ZstdDecompressor()
+        except ImportError:
+            continue
+    import zstandard
+
+    return zstandard.ZstdDecompressor().decompressobj()
 
 
 _UNPACK: dict[str, Callable[[bytes], bytes]] = {
-    'zstd': _unpack_zstd,
+    'zstd': lambda data: bytes(_zstd().decompress(data)),
     'lz4': lambda data: bytes(lz4.frame.LZ4FrameDecompressor().decompress(data)),
     'bz2': lambda data: bz2.BZ2Decompressor().decompress(data),
 }

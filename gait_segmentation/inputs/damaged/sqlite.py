@@ -38,7 +38,7 @@ def scan(data: Bytes, path: Path) -> Iterator[Message]:
     SQLite itself finds rows from the root of a tree, parts of which are written late and are
     missing first; the leaves with the rows lie in the file in the order of recording.
 
-    :raises BrokenError: where the file breaks off.
+    :raises BrokenError: where the file breaks off, unless it is whole.
     """
     connections = _topics(path)
     for name, kind in connections.values():
@@ -56,7 +56,10 @@ def scan(data: Bytes, path: Path) -> Iterator[Message]:
             raise BrokenError(f'behind message {last}, message {row.number} is cut off')
         yield Message(*connections[row.topic], row.recorded_ns, content)
         last = row.number
-    raise BrokenError(f'behind message {last}')
+    pages = int.from_bytes(data[28:32], 'big')
+    # Messages are numbered through, whatever their topic.
+    if pages * size != len(data) or (rows and last - rows[0].number + 1 != len(rows)):
+        raise BrokenError(f'behind message {last}')
 
 
 def _topics(path: Path) -> dict[int, tuple[str, str]]:
