@@ -37,10 +37,13 @@ seen from evenly spaced directions and drawn at every phase of the stride.
 Builds: {builds}.
 
 With --from, every folder becomes one sequence of templates: its images, in the
-order of the numbers in their names, must be silhouettes (grey value 128 or
-more) of one walker who keeps one direction for at least one stride.  The
-period is found by itself; phase 0 is where the legs are farthest apart.  Which
-leg is in front then cannot be seen in profile: --first-contact says it.
+order of the numbers in their names, must be silhouettes (white on black) of
+one walker who keeps one direction for at least one stride, all of the body in
+view, as gait_replay --masks writes them.  They have one size, or each is cut
+out by its box.  Images before the walker comes and after they are gone may be
+empty.  The period is found by itself; phase 0 is where the legs are farthest
+apart.  Which leg is in front then cannot be seen in profile: --first-contact
+says it.
 
 Azimuth is the direction of walking: 0 to the right in the image, 90 away from
 the camera, 180 to the left, -90 towards the camera.
@@ -51,6 +54,9 @@ examples:
   gait_bank build mine.npz --from walk1 walk2 --azimuth 180 0 --mirror
 """
 
+_DRAWN = ('builds', 'azimuths', 'elevation')
+"""What of a :class:`BankSpec` does not matter to silhouettes that are given."""
+
 
 def _spec_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group('the bank')
@@ -59,7 +65,7 @@ def _spec_options(parser: argparse.ArgumentParser) -> None:
         group.add_argument(
             f'--{about.name}',
             type=about.type,
-            default=about.default,
+            default=argparse.SUPPRESS,
             metavar={int: 'N', float: 'X', str: 'NAMES'}[about.type],
             help=f'{about.description}{unit} Default: {about.default}.'.replace('%', '%%'),
         )
@@ -100,7 +106,6 @@ def _parser() -> argparse.ArgumentParser:
     source.add_argument(
         '--first-contact',
         choices=('right', 'left'),
-        default='right',
         help='leg of the first heel contact in the folders (default: right)',
     )
     source.add_argument(
@@ -143,27 +148,44 @@ def _azimuths(options: argparse.Namespace) -> list[float]:
             f'--azimuth must have 1 or {len(folders)} values for {len(folders)} folders, '
             f'got {len(given)}'
         )
+    for value in given:
+        if not abs(value) <= 360:
+            raise BankError(f'--azimuth must be from -360 to 360 degrees, got {value:g}')
     return [math.radians(value) for value in (given * len(folders))[: len(folders)]]
+
+
+def _names(folders: list[str]) -> list[str]:
+    """Return the builds' names: those of the folders, with their folders' if two are the same."""
+    paths = [Path(folder).resolve() for folder in folders]
+    names = [path.name for path in paths]
+    if len(set(names)) == len(names):
+        return names
+    return [f'{path.parent.name}_{path.name}' for path in paths]
 
 
 def _build(options: argparse.Namespace) -> None:
     names = [field.name for field in dataclasses.fields(BankSpec)]
-    spec = BankSpec(**{name: getattr(options, name) for name in names})
+    given = {name: getattr(options, name) for name in names if hasattr(options, name)}
+    spec = BankSpec(**given)
     output = Path(options.output)
     if not output.parent.is_dir():
         raise BankError(f'cannot write the bank {output}: {output.parent} is not a folder')
-    if options.folders is None and (options.azimuth is not None or options.mirror):
-        raise BankError('--azimuth and --mirror belong to --from')
+    of_folders = options.azimuth is not None or options.first_contact is not None
+    if options.folders is None and (of_folders or options.mirror):
+        raise BankError('--azimuth, --first-contact and --mirror belong to --from')
+    drawn = [f'--{name}' for name in _DRAWN if name in given]
+    if options.folders is not None and drawn:
+        raise BankError(f'{", ".join(drawn)}: only a bank without --from has them')
     count = len(options.folders or ()) or len(spec.build_names) * spec.azimuths
     with tqdm(total=count, unit='sequence', disable=options.quiet or None, leave=False) as bar:
         if options.folders is None:
             bank = build_bank(spec, bar.update)
         else:
+            first = options.first_contact or 'right'
+            azimuths, folders = _azimuths(options), options.folders
             sequences = [
-                SilhouetteSequence(
-                    read_silhouettes(folder), azimuth, Path(folder).name, options.first_contact
-                )
-                for folder, azimuth in zip(options.folders, _azimuths(options), strict=True)
+                SilhouetteSequence(read_silhouettes(folder), azimuth, name, first)
+                for folder, azimuth, name in zip(folders, azimuths, _names(folders), strict=True)
             ]
             bank = bank_from_silhouettes(
                 sequences, spec, mirror=options.mirror, progress=bar.update
@@ -183,7 +205,10 @@ def _build(options: argparse.Namespace) -> None:
 
 def _size(bank: TemplateBank) -> str:
     height, width = bank.grid
-    return f'{bank.sequences} sequences x {bank.phases} phases of {height} x {width} pixels'
+    several = 's' * (bank.sequences != 1)
+    return (
+        f'{bank.sequences} sequence{several} x {bank.phases} phases of {height} x {width} pixels'
+    )
 
 
 def _open(name: str | None) -> TemplateBank:

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from gait_segmentation.config import parameters_of
-from gait_segmentation.gait_model.silhouettes import read_silhouettes
+from gait_segmentation.gait_model.silhouettes import read_masks
 from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
 from gait_segmentation.segmentation.vocabulary_picture import draw_vocabulary
 from gait_segmentation.segmentation.vocabulary_training import (
@@ -31,13 +31,13 @@ _TEXT = """\
 The words are Gaussians over position and orientation of outline points, found
 by K-means and then EM.  They split the outline of a template where
 segmentation.prior is 'paper'; name the file in segmentation.vocabulary to use
-it.  Learning needs scikit-learn: pip install gait_segmentation[learn]
+it.  Learning needs scikit-learn: pip install scikit-learn
 
 Without --from, the silhouettes are drawn from the package's gait model (576:
 6 builds, 16 views, 6 phases).  With --from, they are the images in the folders:
-grey value 128 or more is the person; in one folder all have the same size.  A
-few hundred of varied people, views and phases are needed for words that fit
-everybody.
+grey value 128 or more is the person, of any size and in any order; images
+without anybody are left out.  A few hundred of varied people, views and phases
+are needed for words that fit everybody.
 
 examples:
   gait_bank vocabulary words.json --picture words.png
@@ -111,7 +111,7 @@ def _silhouettes(folders: list[str] | None) -> tuple[list[Silhouette], str]:
     if folders is None:
         bank = model_bank()
         return list(bank_silhouettes(bank)), f'gait model, {bank.provenance["model"]}'
-    found = [s for folder in folders for s in mask_silhouettes(read_silhouettes(folder))]
+    found = [s for folder in folders for s in mask_silhouettes(read_masks(folder))]
     return found, 'folders ' + ', '.join(Path(folder).name for folder in folders)
 
 

@@ -29,6 +29,7 @@ __all__ = [
     'autocorrelation',
     'find_contacts',
     'find_step',
+    'read_masks',
     'read_silhouettes',
     'register_silhouettes',
     'step_width',
@@ -66,34 +67,85 @@ class Cycle:
 
 def read_silhouettes(folder: str | os.PathLike[str]) -> NDArray[np.uint8]:
     """
-    Read the silhouettes of a folder in the order of the numbers in their names.
+    Read the silhouettes of a walk, in the order of the numbers in their names.
 
-    :param folder: folder of equally large images; grey values of 128 and more are the person.
+    Images before the walker comes and after they are gone may be empty.  Silhouettes that fill
+    images of many sizes from top to bottom were cut out by their boxes: they are laid on one
+    ground, each by its median column.
+
+    :param folder: folder of images; grey values of 128 and more are the person.
     :returns: (N, height, width) uint8 0/255.
-    :raises BankError: if there are no images, one cannot be read, is empty or of another size.
+    :raises BankError: if there are no silhouettes, an image cannot be read, is white up to its
+        corners or empty between others, or sizes differ otherwise.
     """
-    folder = Path(folder)
+    images = _named_masks(Path(folder))
+    paths = [path for path, _ in images]
+    listed = images_in(Path(folder))
+    for path in listed[listed.index(paths[0]) : listed.index(paths[-1])]:
+        if path not in paths:
+            raise BankError(f'{path} is empty, and those before and after it are not')
+    masks = [mask for _, mask in images]
+    if len({mask.shape for mask in masks}) == 1:
+        return np.stack(masks)
+    if all(mask[0].any() and mask[-1].any() for mask in masks):
+        return _on_one_ground(masks)
+    path, mask = next(each for each in images if each[1].shape != masks[0].shape)
+    raise BankError(
+        f'{path} is {mask.shape[1]} x {mask.shape[0]}, the silhouettes before it are '
+        f'{masks[0].shape[1]} x {masks[0].shape[0]}'
+    )
+
+
+def read_masks(folder: str | os.PathLike[str]) -> list[NDArray[np.uint8]]:
+    """
+    Read the silhouettes of a folder, of any sizes; images without one are left out.
+
+    :returns: (height, width) uint8 0/255 each, none of them empty.
+    :raises BankError: if there are none, an image cannot be read, or is white up to its corners.
+    """
+    return [mask for _, mask in _named_masks(Path(folder))]
+
+
+def _named_masks(folder: Path) -> list[tuple[Path, NDArray[np.uint8]]]:
     if not folder.is_dir():
         raise BankError(f'{folder} is not a folder of silhouettes')
     files = images_in(folder)
     if not files:
         endings = ', '.join(IMAGE_SUFFIXES)
         raise BankError(f'no images in {folder}: expected files ending in {endings}')
-    images: list[NDArray[np.uint8]] = []
+    found = []
+    brightest = 0
     for file in files:
         try:
             image = read_grey(file)
         except SequenceError as error:
             raise BankError(str(error)) from error
-        if images and image.shape != images[0].shape:
-            raise BankError(
-                f'{file} is {image.shape[1]} x {image.shape[0]}, the silhouettes before it are '
-                f'{images[0].shape[1]} x {images[0].shape[0]}'
-            )
-        if image.max() < 128:
-            raise BankError(f'{file} is empty: no grey value of 128 or more')
-        images.append(np.where(image >= 128, 255, 0).astype(np.uint8))
-    return np.stack(images)
+        if image[:: max(image.shape[0] - 1, 1), :: max(image.shape[1] - 1, 1)].min() >= 128:
+            raise BankError(f'{file} is white in all corners: silhouettes must be white on black')
+        brightest = max(brightest, int(image.max()))
+        if image.max() >= 128:
+            found.append((file, np.where(image >= 128, 255, 0).astype(np.uint8)))
+    if not found:
+        raise BankError(
+            f'{folder} holds no silhouettes: no grey value of 128 or more, at most {brightest}'
+        )
+    return found
+
+
+def _median_column(mask: NDArray[np.uint8]) -> float:
+    mass = np.cumsum((mask > 0).sum(axis=0, dtype=np.float64))
+    return float(np.interp(mass[-1] / 2, mass, np.arange(1, len(mass) + 1)))
+
+
+def _on_one_ground(masks: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
+    """Lay silhouettes of many sizes into images of one, by their feet and median columns."""
+    height = max(mask.shape[0] for mask in masks)
+    half = max(mask.shape[1] for mask in masks)
+    result = np.zeros((len(masks), height, 2 * half), np.uint8)
+    for image, mask in zip(result, masks, strict=True):
+        left = half - round(_median_column(mask))
+        image[height - mask.shape[0] :, left : left + mask.shape[1]] = mask
+    return result
 
 
 def _smooth(values: NDArray[np.float64], window: float) -> NDArray[np.float64]:
@@ -120,10 +172,9 @@ def register_silhouettes(
     tops, bottoms, medians = [], [], []
     for mask in masks:
         rows = np.flatnonzero(mask.any(axis=1))
-        mass = np.cumsum((mask > 0).sum(axis=0, dtype=np.float64))
         tops.append(float(rows[0]))
         bottoms.append(float(rows[-1] + 1))
-        medians.append(float(np.interp(mass[-1] / 2, mass, np.arange(1, len(mass) + 1))))
+        medians.append(_median_column(mask))
     top, bottom, axis = (_smooth(np.array(values), window) for values in (tops, bottoms, medians))
     fine = (grid[0] * _FINE, grid[1] * _FINE)
     result = np.empty((len(masks), *grid), dtype=np.uint8)
@@ -186,7 +237,10 @@ def find_step(registered: NDArray[np.uint8], profile: bool = True) -> float:
     inner = np.arange(SHORTEST_STEP, longest)
     peaks = inner[(values[inner] >= values[inner - 1]) & (values[inner] > values[inner + 1])]
     if peaks.size == 0 or values[peaks].max() < 0.1:
-        raise BankError('the silhouettes show no period: is this a person walking past?')
+        raise BankError(
+            f'{len(registered)} silhouettes show no period: one stride at least of a person '
+            'walking past is needed'
+        )
     # In profile the peaks at a step and at a stride are about as high; the first one is meant.
     strong = peaks[values[peaks] >= (0.5 if profile else 0.8) * values[peaks].max()]
     step = _vertex(values, int(strong[0])) / (1 if profile else 2)

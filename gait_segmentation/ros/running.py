@@ -19,6 +19,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.utilities import remove_ros_args
 
 from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.ros.config import CameraConfig
 from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.memory import keep_freed_memory
@@ -33,7 +34,7 @@ exit code: 0, also after Ctrl-C; 1 if the node cannot be started; 2 if the
 command line is wrong
 
 examples
-  %(prog)s --ros-args -r image:=/camera/image_raw
+  %(prog)s --ros-args -r {remap}
   %(prog)s --ros-args --params-file gait_segmentation.yaml -p max_people:=4
 
 Topics are in docs/ros.md, parameters in docs/parameters.md; "ros2 param list"
@@ -112,10 +113,11 @@ def _made(make: Callable[[], GaitNode]) -> GaitNode:
 
 def _check(make: Callable[[], GaitNode], arguments: list[str]) -> None:
     """Show the usage if it is asked for, or if there is anything but ROS arguments."""
+    sees = any(kind is CameraConfig for _, kind in getattr(make, 'groups', ()))
     parser = argparse.ArgumentParser(
         usage='%(prog)s [--ros-args [-p NAME:=VALUE] [-r FROM:=TO] [--params-file FILE] ...]',
         description=inspect.getdoc(make),
-        epilog=_EPILOG,
+        epilog=_EPILOG.format(remap='image:=/camera/image_raw' if sees else '__ns:=/robot1'),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.parse_args(remove_ros_args(arguments)[1:])

@@ -85,13 +85,13 @@ def bank_silhouettes(bank: TemplateBank) -> Iterator[Silhouette]:
         yield Silhouette(template, body)
 
 
-def mask_silhouettes(masks: NDArray[np.uint8]) -> Iterator[Silhouette]:
+def mask_silhouettes(masks: Iterable[NDArray[np.uint8]]) -> Iterator[Silhouette]:
     """
     Yield masks of people with the bodies in them.
 
     The body's axis is the median column of its pixels, top and bottom are the outermost rows.
 
-    :param masks: (N, h, w) uint8 0/255, none of them empty.
+    :param masks: (h, w) uint8 0/255 each, none of them empty.
     :raises VocabularyError: if a silhouette is less than 16 pixels tall.
     """
     for index, mask in enumerate(masks):
@@ -214,6 +214,6 @@ def _estimators() -> tuple[Any, Any]:
         from sklearn.mixture import GaussianMixture
     except ImportError as error:
         raise VocabularyError(
-            'learning a vocabulary needs scikit-learn: pip install gait_segmentation[learn]'
+            'learning a vocabulary needs scikit-learn: pip install scikit-learn'
         ) from error
     return KMeans, GaussianMixture

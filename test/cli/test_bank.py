@@ -13,7 +13,14 @@ from gait_segmentation.cli import bank as command
 from gait_segmentation.gait_model import TemplateBank, cache, render_silhouette
 from gait_segmentation.gait_model.finer import DIRECTIONS, finer_bank
 
-SMALL = ['--height', '48', '--width', '32', '--phases', '4', '--azimuths', '2']
+GRID = ['--height', '48', '--width', '32', '--phases', '4']
+SMALL = [*GRID, '--azimuths', '2']
+
+
+def draw_walk(folder):
+    for n in range(64):
+        alpha = render_silhouette(n / 28, 0.0, 60.0)
+        cv2.imwrite(str(folder / f'{n:03}.png'), np.where(alpha >= 128, 255, 0).astype(np.uint8))
 
 
 @pytest.fixture
@@ -59,15 +66,25 @@ def test_show(built, tmp_path, capsys):
 def test_build_from_silhouettes(tmp_path):
     folder = tmp_path / 'walk'
     folder.mkdir()
-    for n in range(64):
-        alpha = render_silhouette(n / 28, 0.0, 60.0)
-        cv2.imwrite(str(folder / f'{n:03}.png'), np.where(alpha >= 128, 255, 0).astype(np.uint8))
+    draw_walk(folder)
     path = tmp_path / 'own.npz'
-    arguments = ['build', str(path), *SMALL, '--quiet', '--from', str(folder)]
+    arguments = ['build', str(path), *GRID, '--quiet', '--from', str(folder)]
     assert command.main([*arguments, '--azimuth', '0', '--mirror']) == 0
     bank = TemplateBank.load(path)
     assert bank.builds == ('walk', 'walk')
     assert bank.azimuth == pytest.approx([0, np.pi])
+
+
+def test_folders_of_the_same_name_are_told_apart(tmp_path):
+    folders = [tmp_path / name / 'masks' for name in ('anna', 'bert')]
+    for folder in folders:
+        folder.mkdir(parents=True)
+        draw_walk(folder)
+    path = tmp_path / 'own.npz'
+    names = [str(folder) for folder in folders]
+    arguments = ['build', str(path), *GRID, '--quiet', '--from', *names, '--azimuth', '0']
+    assert command.main(arguments) == 0
+    assert TemplateBank.load(path).builds == ('anna_masks', 'bert_masks')
 
 
 @pytest.mark.parametrize(
@@ -78,7 +95,16 @@ def test_build_from_silhouettes(tmp_path):
         (['build', 'x.npz', '--phases', '1'], 'phases must be an integer from 4 to 240, got 1'),
         (['build', 'x.npz', '--builds', 'giant'], "build must be one of .*got 'giant'"),
         (['build', 'no/where/x.npz'], 'no/where is not a folder'),
-        (['build', 'x.npz', '--azimuth', '3'], '--azimuth and --mirror belong to --from'),
+        (['build', 'x.npz', '--azimuth', '3'], '--mirror belong to --from'),
+        (['build', 'x.npz', '--first-contact', 'left'], '--mirror belong to --from'),
+        (
+            ['build', 'x.npz', '--from', 'f', '--azimuth', '400'],
+            'from -360 to 360 degrees, got 400',
+        ),
+        (
+            ['build', 'x.npz', '--from', 'f', '--azimuth', '0', '--builds', 'coat'],
+            '--builds: only',
+        ),
         (['build', 'x.npz', '--from', 'f'], '--from needs --azimuth'),
         (['build', 'x.npz', '--from', 'f', 'g', 'h', '--azimuth', '1', '2'], '1 or 3 values'),
         (['build', 'x.npz', '--from', 'none', '--azimuth', '1'], 'none is not a folder'),

@@ -15,6 +15,7 @@ from gait_segmentation.gait_model.silhouettes import (
     autocorrelation,
     find_contacts,
     find_step,
+    read_masks,
     read_silhouettes,
     register_silhouettes,
 )
@@ -88,7 +89,7 @@ def test_phase_goes_on_before_and_after_the_contacts():
 def test_too_short_and_without_rhythm(registered):
     with pytest.raises(BankError, match='at least 14 silhouettes, got 9'):
         find_step(registered[:9])
-    with pytest.raises(BankError, match='show no period'):
+    with pytest.raises(BankError, match='50 silhouettes show no period'):
         find_step(np.repeat(registered[:1], 50, axis=0))
     with pytest.raises(BankError, match='fewer than three heel contacts'):
         find_contacts(registered[:25], 15.5)
@@ -118,8 +119,42 @@ def test_folders_that_cannot_be_used(tmp_path, masks):
     with pytest.raises(BankError, match=r'1\.png is 48 x .*before it are'):
         read_silhouettes(tmp_path)
     cv2.imwrite(str(tmp_path / '1.png'), np.zeros_like(masks[0]))
-    with pytest.raises(BankError, match=r'1\.png is empty'):
+    cv2.imwrite(str(tmp_path / '2.png'), masks[2])
+    with pytest.raises(BankError, match=r'1\.png is empty, and those before and after'):
+        read_silhouettes(tmp_path)
+    cv2.imwrite(str(tmp_path / '1.png'), 255 - masks[1])
+    with pytest.raises(BankError, match=r'1\.png is white in all corners'):
         read_silhouettes(tmp_path)
     (tmp_path / '1.png').write_bytes(b'broken')
     with pytest.raises(BankError, match=r'1\.png is not a complete image'):
         read_silhouettes(tmp_path)
+
+
+def test_folders_without_anybody_say_how_bright_they_are(tmp_path, masks):
+    cv2.imwrite(str(tmp_path / '0.png'), masks[0] // 255)
+    with pytest.raises(BankError, match=r'no silhouettes: .* at most 1$'):
+        read_silhouettes(tmp_path)
+
+
+def test_images_before_and_after_the_walk_may_be_empty(tmp_path, masks):
+    for n, mask in enumerate([0 * masks[0], *masks[:3], 0 * masks[0]]):
+        cv2.imwrite(str(tmp_path / f'{n}.png'), mask)
+    assert (read_silhouettes(tmp_path) == masks[:3]).all()
+
+
+def test_silhouettes_cut_out_by_their_boxes_make_the_same_bank(tmp_path, masks):
+    for n, mask in enumerate(masks):
+        rows, columns = np.nonzero(mask)
+        crop = mask[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
+        cv2.imwrite(str(tmp_path / f'{n}.png'), crop)
+    cut = register_silhouettes(read_silhouettes(tmp_path), GRID, FILL)
+    whole = register_silhouettes(masks, GRID, FILL)
+    difference = np.abs(cut.astype(int) - whole).mean() / whole.mean()
+    assert difference < 0.05
+
+
+def test_masks_of_any_size_are_read_without_those_of_nobody(tmp_path, masks):
+    for n, mask in enumerate([masks[0], 0 * masks[1], masks[2][:-2]]):
+        cv2.imwrite(str(tmp_path / f'{n}.png'), mask)
+    found = read_masks(tmp_path)
+    assert [mask.shape for mask in found] == [masks[0].shape, masks[2][:-2].shape]

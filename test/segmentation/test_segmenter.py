@@ -91,7 +91,7 @@ def test_an_exchanged_configuration_is_in_force(before: str, changes: dict[str, 
 
 
 def test_a_vocabulary_that_cannot_be_used_is_an_error_with_any_prior() -> None:
-    with pytest.raises(VocabularyError, match='cannot read the vocabulary none.json'):
+    with pytest.raises(VocabularyError, match='cannot read the vocabulary'):
         Segmenter(SegmentationConfig(vocabulary='none.json'))
 
 

@@ -93,5 +93,5 @@ def test_a_missing_scikit_learn_is_named(
     monkeypatch: pytest.MonkeyPatch, silhouettes: list[Silhouette]
 ) -> None:
     monkeypatch.setitem(sys.modules, 'sklearn.cluster', None)
-    with pytest.raises(VocabularyError, match=r'pip install gait_segmentation\[learn\]'):
+    with pytest.raises(VocabularyError, match='pip install scikit-learn'):
         learn_vocabulary(silhouettes, SPEC)
