@@ -19,7 +19,8 @@ from gait_segmentation.evaluation.metrics import (
     start_box,
     true_box,
 )
-from gait_segmentation.evaluation.runner import Outcome, run, run_restarts, run_sequence
+from gait_segmentation.evaluation.restarts import run_restarts
+from gait_segmentation.evaluation.runner import Outcome, run, run_sequence
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.session import Session, load_sequences
 

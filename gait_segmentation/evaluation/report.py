@@ -19,7 +19,8 @@ from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.means import mean_known, mean_tracking
 from gait_segmentation.evaluation.metrics import FrameScore
 from gait_segmentation.evaluation.mot import MISSING
-from gait_segmentation.evaluation.runner import Outcome, StartScore
+from gait_segmentation.evaluation.restarts import StartScore
+from gait_segmentation.evaluation.runner import Outcome
 from gait_segmentation.evaluation.tracking_score import TrackingScore
 
 __all__ = [

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Running a pipeline over a sequence, and over many short stretches of it."""
+"""Running a pipeline over a sequence."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.evaluation.metrics import FrameScore, jaccard, score_frame, start_box
+from gait_segmentation.evaluation.metrics import FrameScore, jaccard, score_frame
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.tracking_score import FoundTrack
 from gait_segmentation.evaluation.truth import PERSON, read_mask
@@ -22,29 +22,14 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.results import TRACKED
 
 __all__ = [
-    'RESTART_EVERY',
-    'RESTART_FRAMES',
     'Clip',
-    'NumberedClip',
     'Outcome',
     'Runnable',
-    'StartScore',
     'check_truth',
     'likelihoods_of',
-    'restart_starts',
     'run',
-    'run_restarts',
     'run_sequence',
 ]
-
-RESTART_EVERY = 10
-"""Frames between the starts of the restart score."""
-
-RESTART_FRAMES = 14
-"""Length of the runs of the restart score."""
-
-RESTART_LEAST = 5
-"""Frames that must follow a start for it to count."""
 
 
 class Runnable(Protocol):
@@ -76,14 +61,6 @@ class Clip(Protocol):
 
     def truth(self, number: int) -> NDArray[np.uint8] | None:
         """Return the truth of a frame."""
-
-
-class NumberedClip(Clip, Protocol):
-    """A sequence that knows its frames."""
-
-    @property
-    def numbers(self) -> list[int]:
-        """Return the frame numbers, ascending."""
 
 
 @dataclass(frozen=True)
@@ -254,50 +231,3 @@ def likelihoods_of(sequence: Sequence, name: str) -> Callable[[int], NDArray[np.
     if not folder.is_dir():
         raise SequenceError(f'{folder} is missing, no likelihood images to read')
     return lambda number: read_mask(folder / f'{sequence.frames[number].stem}.png', sequence.size)
-
-
-@dataclass(frozen=True)
-class StartScore:
-    """One run of the restart score: its first frame, mean J and J of the first frame."""
-
-    number: int
-    j: float
-    j0: float
-
-
-def restart_starts(sequence: NumberedClip) -> list[int]:
-    """Return every tenth frame with a person in its truth and at least five frames to follow."""
-    numbers = sequence.numbers
-    starts = []
-    for place in range(0, len(numbers) - RESTART_LEAST, RESTART_EVERY):
-        truth = sequence.truth(numbers[place])
-        if truth is not None and (truth == PERSON).any():
-            starts.append(numbers[place])
-    return starts
-
-
-def run_restarts(
-    make_pipeline: Callable[[], Runnable],
-    sequence: Sequence,
-    *,
-    clock: Callable[[], float],
-    likelihood_name: str = '',
-) -> Iterator[StartScore]:
-    """
-    Start anew from the true box (with its ambiguous rim) at every tenth frame, for 14 frames.
-
-    :param make_pipeline: makes a pipeline that has seen nothing.
-    :param likelihood_name: see :func:`run_sequence`.
-    """
-    numbers = sequence.numbers
-    likelihood = likelihoods_of(sequence, likelihood_name)
-    for start in restart_starts(sequence):
-        truth = sequence.truth(start)
-        box = None if truth is None else start_box(truth)
-        if box is None:
-            continue
-        place = numbers.index(start)
-        stretch = numbers[place : place + RESTART_FRAMES]
-        outcomes = run(make_pipeline(), sequence, stretch, box, clock=clock, likelihood=likelihood)
-        scores = [outcome.score.j for outcome in outcomes if outcome.score is not None]
-        yield StartScore(start, float(np.mean(scores)), scores[0])

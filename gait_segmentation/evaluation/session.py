@@ -12,13 +12,12 @@ from typing import Any, Protocol, TypeVar
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.output import SequenceOutput
 from gait_segmentation.evaluation.report import Summary, mean_of, restart_report
+from gait_segmentation.evaluation.restarts import restart_starts, run_restarts
 from gait_segmentation.evaluation.runner import (
     Outcome,
     Runnable,
     check_truth,
     likelihoods_of,
-    restart_starts,
-    run_restarts,
     run_sequence,
 )
 from gait_segmentation.evaluation.sequence import Sequence

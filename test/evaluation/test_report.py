@@ -18,7 +18,8 @@ from gait_segmentation.evaluation.report import (
     tracking_table,
     write_json,
 )
-from gait_segmentation.evaluation.runner import Outcome, StartScore
+from gait_segmentation.evaluation.restarts import StartScore
+from gait_segmentation.evaluation.runner import Outcome
 from gait_segmentation.evaluation.tracking_score import FoundTrack, TrackingScore
 from gait_segmentation.geometry import Box
 

@@ -10,9 +10,7 @@ import pytest
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.runner import (
     check_truth,
-    restart_starts,
     run,
-    run_restarts,
     run_sequence,
 )
 from gait_segmentation.evaluation.sequence import Sequence
@@ -92,24 +90,6 @@ def test_likelihoods_are_read_beside_the_frames(sequence):
     (folder / '0003.png').unlink()
     with pytest.raises(SequenceError, match=r'heat.0003\.png cannot be read'):
         list(run_sequence(FakePipeline(), sequence, clock=ticking(), likelihood_name='heat'))
-
-
-def test_restarts_begin_at_every_tenth_frame_with_enough_to_follow(tmp_path):
-    sequence = Sequence.load(write_sequence(tmp_path / 'a', frames=16, without_mask=(0,)))
-    assert restart_starts(sequence) == [10]
-    sequence = Sequence.load(write_sequence(tmp_path / 'b', frames=15))
-    assert restart_starts(sequence) == [0]
-    pipelines = []
-
-    def make():
-        pipelines.append(FakePipeline())
-        return pipelines[-1]
-
-    scores = list(run_restarts(make, sequence, clock=ticking()))
-    assert [(score.number, score.j, score.j0) for score in scores] == [(0, 1, 1)]
-    assert len(pipelines[0].likelihoods) == 14
-    # The box of the person with its rim, one pixel wide.
-    assert pipelines[0].box == sequence.initial_box
 
 
 def test_masks_of_zeros_and_ones_are_refused(sequence):

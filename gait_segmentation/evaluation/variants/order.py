@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gait_segmentation.evaluation.metrics import start_box
-from gait_segmentation.evaluation.runner import RESTART_FRAMES, restart_starts
+from gait_segmentation.evaluation.restarts import RESTART_FRAMES, restart_starts
 from gait_segmentation.evaluation.variants.made_clip import MadeClip
 
 __all__ = ['backwards', 'every_second', 'starts']

@@ -1,0 +1,26 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import itertools
+
+from gait_segmentation.evaluation.restarts import restart_starts, run_restarts
+from gait_segmentation.evaluation.sequence import Sequence
+
+from .fakes import FakePipeline, write_sequence
+
+
+def test_restarts_begin_at_every_tenth_frame_with_enough_to_follow(tmp_path):
+    sequence = Sequence.load(write_sequence(tmp_path / 'a', frames=16, without_mask=(0,)))
+    assert restart_starts(sequence) == [10]
+    sequence = Sequence.load(write_sequence(tmp_path / 'b', frames=15))
+    assert restart_starts(sequence) == [0]
+    pipelines = []
+
+    def make():
+        pipelines.append(FakePipeline())
+        return pipelines[-1]
+
+    scores = list(run_restarts(make, sequence, clock=itertools.count().__next__))
+    assert [(score.number, score.j, score.j0) for score in scores] == [(0, 1, 1)]
+    assert len(pipelines[0].likelihoods) == 14
+    # The box of the person with its rim, one pixel wide.
+    assert pipelines[0].box == sequence.initial_box
