@@ -184,3 +184,16 @@ def test_one_frame_rules_no_phase_out():
     belief = clock.beliefs(1)[0]
     assert belief.argmax() == 6
     assert belief.min() == pytest.approx(np.exp(-12.0), rel=0.01)
+
+
+def test_the_past_is_seen_from_the_views_of_then():
+    clock = PhaseClock(PHASES, 0.5, 1.33, 2, np.ones(3))
+    first, second = np.full((2, 3, PHASES), -1e3)
+    first[1, 0] = first[2, 15] = 0.0
+    second[1] = 0.0
+    clock.update(first, 0.0)
+    assert clock.beliefs(1)[0, [0, 15]] == pytest.approx([0.5, 0.5], abs=0.01)
+    # The second view is now what was the third.
+    clock.update(second, 0.05, 1)
+    before = clock.beliefs(2)[0]
+    assert before[15] > 3 * before[0]

@@ -90,6 +90,8 @@ def test_after_another_overflow_catching_up_begins_anew() -> None:
         keep_up(backlog, CAUGHT_UP - 3)
         assert [backlog.put(n) for n in range(2)] == [0, 1]
         backlog.take()
+        backlog.call(lambda: None)
+        backlog.take()
 
 
 def test_calls_do_not_count_as_keeping_up() -> None:
