@@ -127,3 +127,12 @@ def test_an_interrupt_while_a_process_starts_leaves_no_stray(
     assert alive(pid)
     group.stop()
     assert not alive(pid)
+
+
+def test_of_a_long_log_the_end_is_shown(group: ProcessGroup, tmp_path: Path) -> None:
+    (tmp_path / 'talker.py').write_text('for k in range(99): print("line", k)\nprint("ready")')
+    with group:
+        group.start('talker', 'talker')
+        wait_for_output(group, 'talker')
+        said = group.last_lines('talker').splitlines()
+    assert said == [*(f'    line {k}' for k in range(85, 99)), '    ready']

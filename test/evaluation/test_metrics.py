@@ -79,6 +79,12 @@ def test_boxes_of_the_truth():
     assert start_box(np.full((5, 5), 170, np.uint8)) is None
 
 
+def test_the_rim_about_a_person_is_4_pixels_wide():
+    truth = np.full((40, 50), 170, np.uint8)
+    truth[15:25, 20:30] = 255
+    assert start_box(truth) == Box(16, 11, 18, 18)
+
+
 def test_boundary_f_of_known_cases():
     truth = np.zeros((40, 40), np.uint8)
     truth[10:30, 10:30] = 255
