@@ -39,17 +39,29 @@ _MOST_PIXELS = 1 << 26
 
 @dataclass(frozen=True)
 class Encoding:
-    """How the pixels of an encoding lie in memory, and the OpenCV code that makes them BGR."""
+    """
+    How the pixels of an encoding lie in memory, and the OpenCV code that makes them BGR.
+
+    With ``chroma_rows`` half as many rows of colour follow those of lightness.
+    """
 
     channels: int
     to_bgr: int | None
     sample_bytes: int = 1
+    chroma_rows: bool = False
 
 
 _UYVY = Encoding(2, cv2.COLOR_YUV2BGR_UYVY)
 _YUYV = Encoding(2, cv2.COLOR_YUV2BGR_YUY2)
 
 # OpenCV names a Bayer pattern by its second row and column, ROS by its first.
+_BAYER = {
+    'rggb': cv2.COLOR_BayerBG2BGR,
+    'bggr': cv2.COLOR_BayerRG2BGR,
+    'gbrg': cv2.COLOR_BayerGR2BGR,
+    'grbg': cv2.COLOR_BayerGB2BGR,
+}
+
 ENCODINGS: dict[str, Encoding] = {
     'bgr8': Encoding(3, None),
     'rgb8': Encoding(3, cv2.COLOR_RGB2BGR),
@@ -63,12 +75,16 @@ ENCODINGS: dict[str, Encoding] = {
     'uyvy': _UYVY,
     'yuv422_yuy2': _YUYV,
     'yuyv': _YUYV,
-    'bayer_rggb8': Encoding(1, cv2.COLOR_BayerBG2BGR),
-    'bayer_bggr8': Encoding(1, cv2.COLOR_BayerRG2BGR),
-    'bayer_gbrg8': Encoding(1, cv2.COLOR_BayerGR2BGR),
-    'bayer_grbg8': Encoding(1, cv2.COLOR_BayerGB2BGR),
+    'nv12': Encoding(1, cv2.COLOR_YUV2BGR_NV12, chroma_rows=True),
+    'nv21': Encoding(1, cv2.COLOR_YUV2BGR_NV21, chroma_rows=True),
+    'bgr16': Encoding(3, None, 2),
+    'rgb16': Encoding(3, cv2.COLOR_RGB2BGR, 2),
+    'bgra16': Encoding(4, cv2.COLOR_BGRA2BGR, 2),
+    'rgba16': Encoding(4, cv2.COLOR_RGBA2BGR, 2),
+    **{f'bayer_{pattern}8': Encoding(1, code) for pattern, code in _BAYER.items()},
+    **{f'bayer_{pattern}16': Encoding(1, code, 2) for pattern, code in _BAYER.items()},
 }
-"""The encodings that can be read; 8UC3 is taken for BGR."""
+"""The encodings that can be read; 8UC3 is taken for BGR, and 16 bits for their upper 8."""
 
 
 def pixels(message: ImageLike) -> NDArray[np.uint8] | NDArray[np.uint16]:
@@ -77,8 +93,8 @@ def pixels(message: ImageLike) -> NDArray[np.uint8] | NDArray[np.uint16]:
 
     The array aliases the message: copy it before you draw on it.
 
-    :returns: (height, width) or (height, width, channels), uint8, or uint16 for ``mono16`` in
-        the byte order of the message.
+    :returns: (height, width) or (height, width, channels), uint8, or uint16 in the byte order of
+        the message where a sample has two bytes; half as many rows more for ``nv12`` and ``nv21``.
     :raises InputError: if the encoding is unknown, the size zero, ``step`` too small for a row
         or the data too short.
     """
@@ -96,22 +112,20 @@ def pixels(message: ImageLike) -> NDArray[np.uint8] | NDArray[np.uint16]:
             f'image step must be at least {width * pixel} bytes for {width} pixels of '
             f'{message.encoding}, got {step}'
         )
+    rows = height + (height + 1) // 2 if encoding.chroma_rows else height
     # Some drivers leave out the padding behind the last row.
-    needed = step * (height - 1) + width * pixel
+    needed = step * (rows - 1) + width * pixel
     if len(message.data) < needed:
         raise InputError(
             f'image data must have at least {needed} bytes for {width} x {height} pixels of '
             f'{message.encoding} with step {step}, got {len(message.data)}'
         )
     data = np.frombuffer(message.data, np.uint8)
-    if encoding.sample_bytes == 2:
-        order = '>' if message.is_bigendian else '<'
-        strides: tuple[int, ...] = (step, 2)
-        return np.ndarray((height, width), f'{order}u2', data.data, 0, strides)
-    if encoding.channels == 1:
-        return np.ndarray((height, width), np.uint8, data.data, 0, (step, 1))
-    shape = (height, width, encoding.channels)
-    return np.ndarray(shape, np.uint8, data.data, 0, (step, encoding.channels, 1))
+    order = '>' if message.is_bigendian else '<'
+    kind = np.dtype(f'{order}u{encoding.sample_bytes}')
+    shape, strides = (rows, width, encoding.channels), (step, pixel, encoding.sample_bytes)
+    axes = 2 if encoding.channels == 1 else 3
+    return np.ndarray(shape[:axes], kind, data.data, 0, strides[:axes])
 
 
 def read_bgr(message: ImageLike) -> NDArray[np.uint8]:
@@ -128,8 +142,10 @@ def read_bgr(message: ImageLike) -> NDArray[np.uint8]:
         view = (view >> 8).astype(np.uint8)
     if encoding.to_bgr is None:
         return np.ascontiguousarray(view)
-    if encoding.channels == 2 and message.width % 2:
+    if (encoding.channels == 2 or encoding.chroma_rows) and message.width % 2:
         raise InputError(f'{message.encoding} needs an even width, got {message.width}')
+    if encoding.chroma_rows and message.height % 2:
+        raise InputError(f'{message.encoding} needs an even height, got {message.height}')
     if message.encoding.startswith('bayer') and min(message.width, message.height) < 4:
         raise InputError(
             f'{message.encoding} needs at least 4 x 4 pixels, got '

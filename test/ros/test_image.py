@@ -91,13 +91,49 @@ def test_yuv_keeps_the_colour(encoding, first, colour) -> None:
     assert read.argmax(axis=2).tolist() == plain(colour).argmax(axis=2).tolist()
 
 
+@pytest.mark.parametrize('big', [False, True])
+@pytest.mark.parametrize(
+    ('encoding', 'code'),
+    [
+        ('bgr16', None),
+        ('rgb16', cv2.COLOR_BGR2RGB),
+        ('bgra16', cv2.COLOR_BGR2BGRA),
+        ('rgba16', cv2.COLOR_BGR2RGBA),
+    ],
+)
+def test_colours_of_16_bits_are_read_in_both_byte_orders(encoding, code, big) -> None:
+    image = np.random.default_rng(0).integers(0, 256, (6, 8, 3)).astype(np.uint8)
+    wide = (image if code is None else cv2.cvtColor(image, code)).astype(np.uint16) << 8
+    data = (wide + 200).astype('>u2' if big else '<u2')
+    np.testing.assert_array_equal(read_bgr(message(data, encoding, 6, big)), image)
+
+
 @pytest.mark.parametrize('colour', [BLUE, GREEN, RED])
+@pytest.mark.parametrize(('encoding', 'first'), [('nv12', 'u'), ('nv21', 'v')])
+def test_rows_of_colour_behind_those_of_lightness_keep_the_colour(encoding, first, colour) -> None:
+    y, u, v = (int(value) for value in cv2.cvtColor(plain(colour), cv2.COLOR_BGR2YUV)[0, 0])
+    data = np.empty((9, 8), np.uint8)
+    data[:6] = 16 + round(y * 219 / 255)
+    data[6:, 0::2], data[6:, 1::2] = (u, v) if first == 'u' else (v, u)
+    made = message(data, encoding, 4)
+    made.height = 6
+    read = read_bgr(made)
+    assert read.argmax(axis=2).tolist() == plain(colour).argmax(axis=2).tolist()
+    made.data = made.data[: 12 * 8]
+    with pytest.raises(InputError, match='data must have at least 104 bytes'):
+        read_bgr(made)
+
+
+@pytest.mark.parametrize('colour', [BLUE, GREEN, RED])
+@pytest.mark.parametrize('bits', [8, 16])
 @pytest.mark.parametrize('pattern', ['rggb', 'bggr', 'gbrg', 'grbg'])
-def test_bayer_patterns_keep_the_colour(pattern, colour) -> None:
+def test_bayer_patterns_keep_the_colour(pattern, bits, colour) -> None:
     data = np.empty((8, 8), np.uint8)
     for place, letter in enumerate(pattern):
         data[place // 2 :: 2, place % 2 :: 2] = colour['bgr'.index(letter)]
-    read = read_bgr(message(data, f'bayer_{pattern}8', 2))
+    if bits == 16:
+        data = data.astype(np.uint16) << 8
+    read = read_bgr(message(data, f'bayer_{pattern}{bits}', 2))
     np.testing.assert_array_equal(read[2:-2, 2:-2], plain(colour, 4, 4))
 
 
@@ -151,6 +187,10 @@ def test_an_image_of_no_size_is_refused(height, width) -> None:
 def test_sizes_that_do_not_suit_the_encoding_are_refused() -> None:
     with pytest.raises(InputError, match='even width, got 3'):
         read_bgr(message(np.zeros((2, 3, 2), np.uint8), 'yuyv'))
+    odd = message(np.zeros((5, 4), np.uint8), 'nv12')
+    odd.height = 3
+    with pytest.raises(InputError, match='even height, got 3'):
+        read_bgr(odd)
     with pytest.raises(InputError, match='at least 4 x 4'):
         read_bgr(message(np.zeros((2, 8), np.uint8), 'bayer_rggb8'))
 
@@ -198,5 +238,8 @@ def test_an_empty_image_can_be_written() -> None:
 
 def test_every_encoding_reads_a_plain_image() -> None:
     for name, encoding in ENCODINGS.items():
-        data = np.zeros((8, 8, encoding.channels * encoding.sample_bytes), np.uint8)
-        assert read_bgr(message(data, name)).shape == (8, 8, 3)
+        rows = 12 if encoding.chroma_rows else 8
+        data = np.zeros((rows, 8, encoding.channels * encoding.sample_bytes), np.uint8)
+        made = message(data, name)
+        made.height = 8
+        assert read_bgr(made).shape == (8, 8, 3)
