@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -33,6 +34,9 @@ _REACH_X, _REACH_Y = 0.35, 0.75
 """How far about the body what moves ought to belong to it, in body heights."""
 
 _LEAST_AREA = 8
+_ABOUT = np.ones((5, 5), np.uint8)
+"""What lies about a template: up to two pixels of a shape beside it."""
+
 _PLACE_Y, _PLACE_X = np.ogrid[:_ROWS, :_COLUMNS]
 _TRUNK, _LEGS = slice(10, 24), slice(27, 46)
 
@@ -46,7 +50,8 @@ class Gait:
     legs' mean area, ``trunk`` the same of the trunk.  ``legs`` is the area of the legs over that
     of the trunk, ``plain`` the overlap of a shape with an ellipse or a rectangle, whichever fits
     better.  ``rigid`` is by how much the legs are more like those of the other times than like
-    those of the matched templates, as Tanimoto similarities.
+    those of the matched templates, as Tanimoto similarities, with what is beside them or without,
+    whichever is less: a shadow and a companion keep their shape, too.
     """
 
     swing: float
@@ -106,11 +111,20 @@ def gait_of(shapes: Sequence[Shape]) -> Gait:
 
 
 def _rigidity(legs: NDArray[np.float32], templates: NDArray[np.uint8]) -> float:
-    """Return by how much legs are more like those of the other times than like templates."""
+    """
+    Return by how much legs are more like those of the other times than like templates.
+
+    Whichever is less, of all that is there or of what lies about where some template has legs.
+    """
     if len(legs) < 2:
         return 0.0
-    others = (legs.sum(axis=0) - legs) / (len(legs) - 1)
-    return _similarity(legs, others) - _similarity(legs, templates.astype(np.float32))
+    swath = cv2.dilate((templates.max(axis=0) > 127).astype(np.uint8), _ABOUT)
+    expected = templates.astype(np.float32)
+    least = math.inf
+    for shown in (legs, legs * swath):
+        others = (shown.sum(axis=0) - shown) / (len(shown) - 1)
+        least = min(least, _similarity(shown, others) - _similarity(shown, expected))
+    return least
 
 
 def _similarity(shapes: NDArray[np.float32], others: NDArray[np.float32]) -> float:

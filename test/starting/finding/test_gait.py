@@ -54,6 +54,19 @@ def test_what_stays_as_it_is_while_templates_walk_is_rigid() -> None:
     assert gait_of([Shape.of(stiff, walking[0], BODY)]).rigid == 0
 
 
+@pytest.mark.parametrize('swings', [True, False])
+def test_a_shadow_beside_the_legs_makes_nobody_rigid(swings: bool) -> None:
+    front = np.pi / 2
+    walking = [walker(0.06 * step, front) for step in range(9)]
+    legs = walking if swings else [np.full_like(walking[0], 255)] * len(walking)
+    shapes = []
+    for body, template in zip(legs, walking, strict=True):
+        shadowed = body.copy()
+        shadowed[62:108, 95:118] = 255
+        shapes.append(Shape.of(shadowed, template, BODY))
+    assert (gait_of(shapes).rigid < 0.05) == swings
+
+
 def test_rectangles_and_ellipses_are_plain() -> None:
     box = np.zeros((120, 160), np.uint8)
     box[15:105, 60:100] = 255
