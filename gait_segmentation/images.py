@@ -151,6 +151,8 @@ def check_map(array: NDArray[np.uint8], name: str) -> None:
     :param name: what the message calls it.
     :raises InputError: if it has another shape or type.
     """
+    if not isinstance(array, np.ndarray):
+        raise InputError(f'{name} must be an array, got {type(array).__name__}')
     if array.ndim != 2 or array.dtype != np.uint8:
         raise InputError(f'{name} must be (height, width) uint8, got {array.shape} {array.dtype}')
 

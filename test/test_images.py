@@ -99,6 +99,11 @@ def test_what_has_not_one_byte_a_pixel_is_no_map(array: np.ndarray) -> None:
         check_map(array, 'likelihood')
 
 
+def test_a_list_is_no_map() -> None:
+    with pytest.raises(InputError, match='likelihood must be an array, got list'):
+        check_map([np.zeros((4, 5), np.uint8)], 'likelihood')  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize('density', [0.0, 0.001, 0.5])
 def test_the_bounds_are_those_of_opencv(density: float) -> None:
     rng = np.random.default_rng(7)

@@ -53,9 +53,8 @@ def test_the_example_of_the_library_runs(monkeypatch: pytest.MonkeyPatch) -> Non
 
     shown: list[np.ndarray] = []
     monkeypatch.setattr(cv2, 'VideoCapture', Camera)
-    # The headless build of OpenCV has no windows.
-    monkeypatch.setattr(cv2, 'imshow', lambda name, image: shown.append(image))
-    monkeypatch.setattr(cv2, 'waitKey', lambda milliseconds: -1)
+    # Windows would raise: the build of OpenCV that is installed has none.
+    monkeypatch.setattr(cv2, 'imwrite', lambda name, image: shown.append(image))
     threads = cv2.getNumThreads()
     try:
         found: dict[str, Any] = {}

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 
@@ -16,7 +17,7 @@ __all__ = ['DamagedError', 'Frame', 'ImageSource', 'open_input']
 
 
 def open_input(
-    path: Path,
+    path: str | os.PathLike[str],
     *,
     topic: str = '',
     width: int = 0,
@@ -37,6 +38,7 @@ def open_input(
         Bags have stamps and no rate.
     :raises SequenceError: if the input is missing, holds no images, or has no such frames.
     """
+    path = Path(path)
     try:
         str(path).encode()
     except UnicodeEncodeError as error:

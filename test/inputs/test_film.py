@@ -26,7 +26,7 @@ def greys(film: ImageSource) -> list[int]:
 
 
 def test_a_folder_is_read_in_the_order_of_names(folder: Path) -> None:
-    film = open_input(folder)
+    film = open_input(str(folder))
     assert (film.size, film.scale, film.fps) == ((60, 40), 1.0, 30.0)
     assert greys(film) == [0, 1, 2, 3, 4]
     assert greys(film) == [0, 1, 2, 3, 4]
