@@ -89,6 +89,38 @@ def test_with_a_lag_all_come_in_the_end(bench: Bench) -> None:
     assert headers == [header(index) for index in range(4)]
 
 
+@pytest.mark.parametrize('ends', ['jump', 'parameter'])
+def test_what_the_lag_holds_back_comes_before_the_paths_begin_anew(bench: Bench, ends) -> None:
+    door = Door(bench, **{'matching.lag': 2})
+    for index in range(4):
+        door.publish(index, 1.0)
+    door.wait(2)
+    if ends == 'jump':
+        door.publish(0, 1.0)
+    else:
+        (result,) = door.node.set_parameters([Parameter('matching.view_cost', value=0.2)])
+        assert result.successful
+    door.wait(4)
+    bench.settle()
+    headers = [m.header for m in bench.received['person_0/gait']]
+    assert headers == [header(index) for index in range(4)]
+    # What was held back does not come again.
+    assert len(door.node._messages) == (ends == 'jump')
+
+
+def test_a_size_given_as_parameters_counts_more_than_one_that_is_told(bench: Bench) -> None:
+    sizes = bench.probe.create_publisher(RegionOfInterest, 'image_size', LATCHED)
+    door = Door(bench, source_width=320, source_height=240)
+    bench.until(lambda: sizes.get_subscription_count() == 1, 'image_size')
+    sizes.publish(RegionOfInterest(width=160, height=120))
+    assert sizes.wait_for_all_acked()
+    bench.settle()
+    door.publish(0, 0.5)
+    door.wait(1)
+    assert door.heights()[0] == pytest.approx(160, rel=0.2)
+    assert door.node._size == (320, 240)
+
+
 def test_likelihoods_that_cannot_be_used_give_empty_outputs(bench: Bench) -> None:
     door = Door(bench, source_width=320, source_height=240)
     door.publish(0, 0.5)
