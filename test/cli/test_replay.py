@@ -21,6 +21,7 @@ import pytest
 from rosbags.rosbag2 import Reader
 
 from gait_segmentation.cli.replay import main, make_jobs, names_of, parser
+from gait_segmentation.cli.replaying import batch
 from gait_segmentation.cli.replaying.bag_output import Messages
 from gait_segmentation.cli.replaying.file_outputs import COLUMNS
 from gait_segmentation.cli.replaying.runner import replay
@@ -284,6 +285,17 @@ def test_names_tell_inputs_apart(tmp_path: Path) -> None:
     assert names_of(paths) == ['a_walk', 'b_walk', 'run']
     with pytest.raises(ConfigError, match='2 inputs have the name a_walk'):
         names_of([tmp_path / 'a/walk.mp4', tmp_path / 'a/walk.bag'])
+
+
+def test_a_folder_is_called_by_all_of_its_name(tmp_path: Path) -> None:
+    for name in ('take.1', 'take.2'):
+        (tmp_path / name).mkdir()
+    assert names_of([tmp_path / 'take.1', tmp_path / 'take.2']) == ['take.1', 'take.2']
+
+
+def test_inputs_that_were_not_begun_are_an_interrupt(given: list[str], monkeypatch) -> None:
+    monkeypatch.setattr(batch, 'replay_all', lambda *_, **__: ([], 0.0))
+    assert main(given) == 130
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -40,20 +41,39 @@ def test_errors_are_one_line(error: BaseException, code: int, text: str, capsys)
     assert capsys.readouterr().err == text
 
 
-def test_a_reader_that_leaves_is_no_error() -> None:
+@pytest.mark.parametrize('letters', [1, 200_000])
+def test_a_reader_that_leaves_is_no_error(letters: int) -> None:
+    """Also of what is written at the end only."""
     script = (
         'import sys; from gait_segmentation.cli.tool import run_tool\n'
-        'sys.exit(run_tool("tool", lambda: print("x" * 200_000)))'
+        'print("begun", flush=True), sys.stdin.read()\n'
+        f'sys.exit(run_tool("tool", lambda: print("x" * {letters})))'
     )
+    pipe = subprocess.PIPE
     with subprocess.Popen(
-        [sys.executable, '-c', script], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        [sys.executable, '-c', script],
+        cwd=ROOT,
+        env={**os.environ, 'PYTHONUNBUFFERED': ''},
+        stdin=pipe,
+        stdout=pipe,
+        stderr=pipe,
     ) as process:
+        assert process.stdin is not None
         assert process.stdout is not None
         assert process.stderr is not None
-        process.stdout.read(10)
+        assert process.stdout.readline() == b'begun\n'
         process.stdout.close()
+        process.stdin.close()
         assert process.stderr.read() == b''
         assert process.wait(60) == 1
+
+
+def test_errors_that_are_about_no_file_are_mistakes_of_the_program() -> None:
+    def fail() -> None:
+        raise OSError(9, 'Bad file descriptor')
+
+    with pytest.raises(OSError, match='Bad file descriptor'):
+        run_tool('tool', fail)
 
 
 def test_a_benchmark_says_in_one_line_what_is_wrong(tmp_path: Path) -> None:
