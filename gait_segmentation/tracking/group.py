@@ -200,7 +200,7 @@ def _learn_passers_by(
             target.person,
             target.appearance,
             learnt.window,
-            whole=learnt.share >= _WELL_SEEN,
+            whole=learnt.share >= _WELL_SEEN and not learnt.lately_part,
             inside=target.person.share_inside(world.shape) >= _WELL_SEEN,
         )
         others.find(beside, neighbour, config)

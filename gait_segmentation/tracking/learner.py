@@ -33,6 +33,12 @@ __all__ = ['Learner', 'Learnt']
 _ALL = 0.95
 """Share of the usual area from which nothing hides any of the person."""
 
+_PART, _LATELY_S = 0.75, 0.7
+"""
+Share of it below which a mask shows only a part, and for how long after that the place of the body
+may still be wrong.
+"""
+
 
 @dataclass(frozen=True)
 class Learnt:
@@ -42,7 +48,8 @@ class Learnt:
     ``mask`` and ``template`` are (H, W) uint8 of the working image, ``strange`` (h, w) uint8 of
     the window about the person, non-zero on what is not the known background.  ``margin`` is a
     window and (h, w) uint8 of it, the mask with a margin: where the person may be.  ``share`` is
-    the area of the mask over what is usual.
+    the area of the mask over what is usual; ``lately_part`` tells whether this mask or one shortly
+    before showed only a part of the person.
     """
 
     window: Window
@@ -51,6 +58,7 @@ class Learnt:
     template: NDArray[np.uint8]
     strange: NDArray[np.uint8]
     share: float
+    lately_part: bool
 
 
 @dataclass(frozen=True)
@@ -101,6 +109,7 @@ class Learner:
         self._features = features
         self._memory = memory
         self._area = WholeArea(person)
+        self._part_ns: int | None = None
 
     def hide(self) -> None:
         """Take the next masks for those of somebody hidden in part, until one is whole."""
@@ -166,7 +175,11 @@ class Learner:
         person.shift(dx, dy)
         if not (whole or alone):
             return None
-        return Learnt(window, mask, margin, prior, strange, self._area.share)
+        share, stamp_ns = self._area.share, record.image.stamp_ns
+        if share < _PART:
+            self._part_ns = stamp_ns
+        lately = self._part_ns is not None and stamp_ns - self._part_ns < _LATELY_S * 1e9
+        return Learnt(window, mask, margin, prior, strange, share, lately)
 
     def _learn_all(
         self, lesson: _Lesson, body: BodyFrame | None, config: TrackingConfig

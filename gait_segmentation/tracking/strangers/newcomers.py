@@ -22,12 +22,12 @@ from gait_segmentation.tracking.person.appearance import Appearance, colour_sign
 from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.strangers.beside import Beside
 
-__all__ = ['Neighbour', 'newcomers']
+__all__ = ['APART', 'Neighbour', 'newcomers']
 
 _LEAST_HEIGHT, _LEAST_AREA = 0.35, 0.015
 """Height and area of what is somebody else, in body heights of the person near."""
 
-_APART, _ASIDE = 0.08, 0.25
+APART, _ASIDE = 0.08, 0.25
 """
 Distance of all of it from the template, and of its middle from the person's axis, in body heights:
 an arm or a bag that was missed is nearer.
@@ -85,7 +85,7 @@ def newcomers(
         return []
     sure = neighbour.whole and neighbour.inside
     if sure:
-        strange &= beside.far(window, _APART * height)
+        strange &= beside.far(window, APART * height)
     for outline, margin in known:
         strange[_grown(outline.seen_in(window), margin) > 0] = 0
     if not _enough(strange, moving, height):
@@ -132,7 +132,7 @@ def _enough(strange: NDArray[np.uint8], moving: NDArray[np.uint8], height: float
 
 def _touches(beside: Beside, window: Window, part: NDArray[np.bool_], height: float) -> bool:
     """Return whether something is so near a person that it may be what is seen of the rest."""
-    near = cv2.bitwise_not(beside.far(window, _APART * height))
+    near = cv2.bitwise_not(beside.far(window, APART * height))
     taken = cv2.bitwise_or(beside.people[window], near)
     return bool(_grown(np.asarray(taken), _GAP * height)[part].any())
 

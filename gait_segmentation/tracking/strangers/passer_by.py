@@ -25,6 +25,7 @@ from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.records import Record, body_over
 from gait_segmentation.tracking.strangers.beside import Beside
 from gait_segmentation.tracking.strangers.block_matching import matched_shift
+from gait_segmentation.tracking.strangers.newcomers import APART
 
 __all__ = ['JOINED', 'PasserBy', 'meets']
 
@@ -40,9 +41,13 @@ of somebody else beyond what they won.
 _GROWTH = 0.05
 """How far from the outline somebody is seen, in body heights."""
 
-_WHOLE, _SEEN = 0.7, 0.1
+_WHOLE = 0.7
+"""Share of the usual area from which outline and shift are learnt."""
+
+_SEEN = 0.1
 """
-Share of the usual area from which outline and shift are learnt, and from which there is anybody.
+Share of the usual area that must be seen apart from who is tracked: what only shows in their place
+is a part of them that was taken for somebody else.
 """
 
 _MOSTLY = 0.5
@@ -51,7 +56,7 @@ _MOSTLY = 0.5
 _COLOUR_RATE = 0.15
 
 _PATIENCE_S = 1.0
-"""How long somebody hidden is waited for."""
+"""How long somebody is waited for who is not seen apart."""
 
 _FASTEST, _SLOWER = 0.2, 0.1
 """How far somebody new may go from frame to frame, and how far off the pace later, in heights."""
@@ -213,7 +218,7 @@ class PasserBy:
         seen, clear = self._seen(beside, window)
         area = cv2.countNonZero(seen)
         stamp_ns = record.image.stamp_ns
-        if area >= _SEEN * self.usual_area:
+        if self._seen_apart(beside, window, seen) >= _SEEN * self.usual_area:
             self.seen_ns = stamp_ns
         self.well_seen = area >= _WHOLE * self.usual_area
         if self.well_seen:
@@ -240,6 +245,12 @@ class PasserBy:
             seen |= beside.record.passers_by[self.number].seen_in(window)
         seen &= cv2.bitwise_not(beside.masks[window])
         return np.asarray(seen), clear
+
+    def _seen_apart(self, beside: Beside, window: Window, seen: NDArray[np.uint8]) -> int:
+        """Return how many pixels of what is seen in a window are no part of who is tracked."""
+        if not seen.any():
+            return 0
+        return cv2.countNonZero(seen & beside.far(window, APART * self.height / 2))
 
     def learn_colours(self, record: Record, pending: Sequence[Record], of: Outline) -> None:
         """

@@ -91,3 +91,23 @@ def test_who_left_the_image_is_forgotten_in_time() -> None:
     assert kept[0]
     assert not kept[-1]
     assert not other.well_seen
+
+
+@pytest.mark.parametrize('where', ['in their place', 'apart'])
+def test_who_is_only_seen_in_the_place_of_who_is_tracked_is_forgotten(where: str) -> None:
+    figure = Figure(100, BLUE)
+    other = passer_by(figure)
+    tracked = figure if where == 'in their place' else Figure(180, BLUE)
+    nothing = np.zeros((HEIGHT, WIDTH), np.uint8)
+    all_of_it = (slice(0, HEIGHT), slice(0, WIDTH))
+    kept = []
+    for number in range(40):
+        record = frame(figure, number)
+        record.bodies[-1] = (0.0, 0.0)
+        # It goes on winning pixels of the figure, which the mask of who is tracked thus lacks.
+        record.passers_by[-1] = other.outline
+        beside = Beside(record, nothing, None)
+        beside.add(all_of_it, nothing, nothing, tracked.mask())
+        kept.append(other.learn(beside, []))
+    assert kept[0]
+    assert kept[-1] == (where == 'apart')
