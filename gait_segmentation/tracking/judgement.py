@@ -12,6 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import colour_bins
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import carry
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.tracking.config import TrackingConfig
@@ -22,8 +23,8 @@ from gait_segmentation.tracking.likelihood.shadows import Backdrop
 from gait_segmentation.tracking.likelihood.spreading import spread_evidence
 from gait_segmentation.tracking.nearness import Nearness, nearness
 from gait_segmentation.tracking.person.person import Person
-from gait_segmentation.tracking.records import Record
-from gait_segmentation.tracking.world import World
+from gait_segmentation.tracking.records import Record, Shift
+from gait_segmentation.tracking.world import MOTION_GAPS, World
 
 __all__ = ['judge', 'view_of']
 
@@ -134,20 +135,10 @@ def _add_motion(
 ) -> NDArray[np.float32] | None:
     """Add the evidence from motion, and note it in the newest frame; None if there is none."""
     record = world.now
-    motions = world.motions_of(person.track_id)
+    motions = _motions(person, world)
     if motions is None:
         return None
     earlier, motion, (dx, dy) = motions
-    then_x, then_y = person.center_x - dx, person.center_y - dy
-    stays_x, stays_y = motion.carry(then_x, then_y)
-    off = math.hypot(person.center_x - stays_x, person.center_y - stays_y)
-    if motion.ground is not None:
-        # The ground may pass under somebody who stays before the houses far behind.
-        soles = then_y + person.height / 2
-        x, y = carry(motion.ground.motion, then_x, soles)
-        off = max(off, math.hypot(then_x + dx - x, soles + dy - y))
-    if off < _LEAST_MOTION * person.height:
-        return None
     body = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
     moving = add_motion(logit, record.image.gray, earlier.image.gray, motion, body, window, weight)
     people, sums = earlier.people, record.background.sums
@@ -156,11 +147,41 @@ def _add_motion(
     if people is not None and early and _may_be_new(moving, sums, *place):
         there = motion.warped(people, window, cv2.BORDER_CONSTANT)
         along = np.ascontiguousarray(shifted_part(people, round(dx), round(dy), window))
-        way = round(person.center_x - stays_x), round(person.center_y - stays_y)
+        x, y = _way(person, motion, (dx, dy))
+        way = round(x), round(y)
         before = moving.copy()
         _take_back_uncovered(there, along, sums, *place, way, before, weight, moving, logit)
     record.moving[person.track_id] = (window, moving)
     return moving
+
+
+def _motions(person: Person, world: World) -> tuple[Record, WorldMotion, Shift] | None:
+    """
+    Return an earlier frame, and how world and body moved since then.
+
+    It is farther back for who comes towards the camera, and hardly moves against the world from
+    one frame to the next; None if the body stays even so.
+    """
+    for gap in MOTION_GAPS:
+        motions = world.motions_of(person.track_id, gap)
+        if motions is None:
+            return None
+        _, motion, shift = motions
+        off = math.hypot(*_way(person, motion, shift))
+        if motion.ground is not None:
+            # The ground may pass under somebody who stays before the houses far behind.
+            then_x, soles = person.center_x - shift[0], person.center_y + person.height / 2
+            x, y = carry(motion.ground.motion, then_x, soles - shift[1])
+            off = max(off, math.hypot(person.center_x - x, soles - y))
+        if off >= _LEAST_MOTION * person.height:
+            return motions
+    return None
+
+
+def _way(person: Person, motion: WorldMotion, shift: Shift) -> tuple[float, float]:
+    """Return how far the body went against the world, right and down in pixels."""
+    x, y = motion.carry(person.center_x - shift[0], person.center_y - shift[1])
+    return person.center_x - x, person.center_y - y
 
 
 @njit(cache=True, nogil=True)

@@ -30,13 +30,13 @@ from gait_segmentation.tracking.records import Record, Shift, body_over
 from gait_segmentation.tracking.strangers.passers_by import PassersBy
 from gait_segmentation.tracking.windows import windows_about
 
-__all__ = ['World']
+__all__ = ['MOTION_GAPS', 'World']
 
 _MOST_PENDING = 15
 """Frames kept that no feedback has come for."""
 
-_MOTION_GAP = 4
-"""Frames between the two that the cue from motion compares."""
+MOTION_GAPS = (4, 8, 12)
+"""Frames between the two that the cue from motion compares, in the order of preference."""
 
 _SHORTEST_STEP_S, _LONGEST_STEP_S = 0.02, 1.0
 """
@@ -76,7 +76,7 @@ class World:
         self._contrast = Contrast()
         self._background = CarriedBackground(self.shape)
         self.pending: deque[Record] = deque()
-        self.history: deque[Record] = deque(maxlen=_MOTION_GAP + 1)
+        self.history: deque[Record] = deque(maxlen=MOTION_GAPS[-1] + 1)
         self.passers_by = PassersBy()
 
     @classmethod
@@ -223,14 +223,17 @@ class World:
         """
         self._background.recall(past, self.now.background, self._steps)
 
-    def motions_of(self, track_id: int) -> tuple[Record, WorldMotion, Shift] | None:
+    def motions_of(
+        self, track_id: int, gap: int = MOTION_GAPS[0]
+    ) -> tuple[Record, WorldMotion, Shift] | None:
         """
-        Return how world and body moved over the frames kept in which a track was there.
+        Return how world and body moved over the last frames in which a track was there.
 
+        :param gap: how many frames back at most.
         :returns: the first of these frames, and from it to the newest the motion of the world
             and the shift of the body; None if there is but one frame.
         """
-        frames = [each for each in self.history if track_id in each.bodies]
+        frames = [each for each in self.history if track_id in each.bodies][-gap - 1 :]
         if len(frames) < 2:
             return None
         since = frames[1:]

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+import pytest
 
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import Feedback
-from gait_segmentation.tracking.judgement import _take_back_uncovered
-from test.tracking.figures import HEIGHT, STEP_NS, WIDTH, Figure, Told, walk
+from gait_segmentation.tracking import TrackingConfig
+from gait_segmentation.tracking.judgement import _motions, _take_back_uncovered
+from gait_segmentation.tracking.person.person import Person, new_colours
+from gait_segmentation.tracking.world import World
+from test.tracking.figures import HEIGHT, STEP_NS, WIDTH, Figure, Told, walk, wall
 
 BOARD = (42, 42, 205)
 """Colour of an even board behind the person: that of the coat."""
@@ -65,6 +69,21 @@ def test_of_somebody_who_stands_nothing_is_doubted() -> None:
     without = ghost_after(3, 0, held=False, spread_weight=0.0)
     assert ghost_after(3, 0, held=False) == without
     assert ghost_after(3, 3, held=False) != ghost_after(3, 3, held=False, spread_weight=0.0)
+
+
+@pytest.mark.parametrize(('step', 'gap'), [(1.0, 4), (0.3, 8), (0.2, 12), (0.1, None)])
+def test_who_hardly_moves_is_told_by_a_frame_farther_back(step: float, gap: int | None) -> None:
+    config = TrackingConfig()
+    world = World.for_person((HEIGHT, WIDTH), 100.0, config)
+    nowhere = np.zeros((HEIGHT, WIDTH), np.uint8)
+    person = Person(1, 150.0, 90.0, 100.0, 15.0, 15.0, nowhere, *new_colours(config))
+    for number in range(15):
+        world.advance(wall(), (number + 1) * STEP_NS, (), camera=False)
+        world.now.bodies[1] = (step, 0.0)
+    found = _motions(person, world)
+    assert (None if found is None else found[0]) is (
+        None if gap is None else world.history[-gap - 1]
+    )
 
 
 def taken_back(*, seen: float = 0.0, gone: float = 0.0) -> np.ndarray:
