@@ -17,9 +17,9 @@ from gait_segmentation.geometry import carry
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import STEP, FeatureSelector, View
+from gait_segmentation.tracking.likelihood.backdrop import Backdrop
 from gait_segmentation.tracking.likelihood.cues import add_motion, add_propagation
 from gait_segmentation.tracking.likelihood.log_ratio import colour_log_ratio, log_ratio
-from gait_segmentation.tracking.likelihood.shadows import Backdrop
 from gait_segmentation.tracking.likelihood.spreading import spread_evidence
 from gait_segmentation.tracking.nearness import Nearness, nearness
 from gait_segmentation.tracking.person.person import Person

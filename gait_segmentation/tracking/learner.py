@@ -16,7 +16,7 @@ from gait_segmentation.images import Window, bounding_box
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector
 from gait_segmentation.tracking.judgement import view_of
-from gait_segmentation.tracking.likelihood.shadows import Backdrop
+from gait_segmentation.tracking.likelihood.backdrop import Backdrop
 from gait_segmentation.tracking.person.learning import (
     WholeArea,
     grown,

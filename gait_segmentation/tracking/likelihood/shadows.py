@@ -19,7 +19,6 @@ something that is neither background nor shadow, as it does on people who walk a
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -27,12 +26,19 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.images import Window
-from gait_segmentation.lab import BLACK, NO_GRADIENT
+from gait_segmentation.lab import BLACK
 from gait_segmentation.tracking.background.kernels import SURE_COUNT
-from gait_segmentation.tracking.background.model import BackgroundModel
+from gait_segmentation.tracking.likelihood.backdrop import (
+    COLUMNS,
+    EVERY,
+    ROWS,
+    Backdrop,
+    Place,
+    is_near,
+    settle_places,
+)
 
-__all__ = ['Backdrop', 'ShadowModel']
+__all__ = ['ShadowModel']
 
 _DARKEST, _DEPTH_STEP, _DEPTHS = 0.75, 0.05, 5
 """Ratio of these that the deepest shadow has, and the bins from there to 1."""
@@ -40,14 +46,8 @@ _DARKEST, _DEPTH_STEP, _DEPTHS = 0.75, 0.05, 5
 _TINT_STEP, _TINTS = 3.0, 5
 """Grey levels of a* or b* a bin, and the bins, of which the middle one has no tint."""
 
-_PLACE_STEP, _ROWS, _COLUMNS = 0.1, 12, 16
-"""Size of a place in body heights, and the places from the head down and about the axis."""
-
 _LEAST_COUNT, _DOUBT = 0.5, 0.1
 """Times a pixel of the background was seen from which shadows are told, and for half the trust."""
-
-_DARKER = 2.5
-"""By how much a shadow is darker than the background, in ``sigma``."""
 
 _LEAST_LIGHT = 20.0
 """Lightness of the background from which there are shadows on it."""
@@ -67,44 +67,6 @@ Log-likelihood ratio down to which shadows take pixels: clothes may be a little 
 is behind them, and what a mask missed of them once must not be missed for ever.
 """
 
-_EVERY = 2
-"""Every how many rows and columns pixels are learnt from."""
-
-Place = tuple[float, float, float]
-"""Row and column, in steps, of a window's first pixel among the places, and steps per pixel."""
-
-
-@dataclass(frozen=True)
-class Backdrop:
-    """
-    A window of a working image, and what is known of the background there.
-
-    ``lab`` is (h, w, 3) uint8, the window, and ``window`` its rows and columns; ``textured`` tells
-    whether gradient energy stands for a* and b*.
-    """
-
-    lab: NDArray[np.uint8]
-    window: Window
-    background: BackgroundModel
-    textured: bool
-
-    @property
-    def darker(self) -> float:
-        """Return by how many levels a shadow is darker than the background."""
-        return _DARKER * self.background.sigma
-
-    @property
-    def neutral(self) -> float:
-        """Return what a* and b* are where there is no colour."""
-        return NO_GRADIENT if self.textured else 128.0
-
-    def place(self, body: BodyFrame) -> Place:
-        """Return where about a body the window lies."""
-        rows, columns = self.window
-        step = 1 / (_PLACE_STEP * body.height)
-        row = step * (rows.start + 0.5 - body.center_y + body.height / 2)
-        return row, step * (columns.start + 0.5 - body.center_x) + _COLUMNS / 2, step
-
 
 class ShadowModel:
     """
@@ -119,10 +81,10 @@ class ShadowModel:
         """Know of no shadows."""
         shape = (_DEPTHS, _TINTS, _TINTS)
         self.density = np.zeros(shape, np.float32)
-        self.share = np.zeros((_ROWS, _COLUMNS), np.float32)
+        self.share = np.zeros((ROWS, COLUMNS), np.float32)
         self._counts = np.zeros(shape, np.float32)
         # Of all that was seen of the background, and of what was shadow.
-        self._seen = np.zeros((2, _ROWS, _COLUMNS), np.float32)
+        self._seen = np.zeros((2, ROWS, COLUMNS), np.float32)
         self._masks = 0
 
     def learn(
@@ -226,16 +188,6 @@ def _depth_and_tint(
     return depth, int(a), int(b)
 
 
-@njit(nogil=True, inline='always')
-def _is_near(where: NDArray[np.uint8], row: int, col: int, far: int, most: int) -> bool:
-    """Tell whether a pixel, or one so far above, below or beside it, is above some level."""
-    height, width = where.shape
-    over, under = max(row - far, 0), min(row + far, height - 1)
-    before, after = max(col - far, 0), min(col + far, width - 1)
-    about = where[row, col] | where[over, col] | where[under, col]
-    return (about | where[row, before] | where[row, after]) > most
-
-
 @njit(cache=True, nogil=True, error_model='numpy')
 def _learn(
     lab: NDArray[np.uint8],
@@ -259,23 +211,23 @@ def _learn(
     counts *= keep
     seen *= keep
     first_row, first_column, step = place
-    for row in range(0, lab.shape[0], _EVERY):
+    for row in range(0, lab.shape[0], EVERY):
         y = top + row
         down = math.floor(first_row + step * row)
-        if down < 0 or down >= _ROWS:
+        if down < 0 or down >= ROWS:
             continue
-        for col in range((row // _EVERY) % _EVERY, lab.shape[1], _EVERY):
+        for col in range((row // EVERY) % EVERY, lab.shape[1], EVERY):
             x = left + col
             across = math.floor(first_column + step * col)
-            if across < 0 or across >= _COLUMNS or sums[y, x, 3] < fewest:
+            if across < 0 or across >= COLUMNS or sums[y, x, 3] < fewest:
                 continue
-            if _is_near(template, y, x, margin, 127) or _is_near(mask, y, x, mask_margin, 127):
+            if is_near(template, y, x, margin, 127) or is_near(mask, y, x, mask_margin, 127):
                 continue
             seen[0, down, across] += np.float32(1)
             depth, a, b = _depth_and_tint(lab[row, col], sums[y, x], least, middle)
-            if depth < 0 or _is_near(strange, row, col, margin, 0):
+            if depth < 0 or is_near(strange, row, col, margin, 0):
                 continue
-            if not _is_near(strange, row, col, 2 * margin, 0):
+            if not is_near(strange, row, col, 2 * margin, 0):
                 counts[depth, a, b] += np.float32(1)
                 seen[1, down, across] += np.float32(1)
 
@@ -299,15 +251,7 @@ def _settle(
                             weight = (2 - abs(i - depth)) * (2 - abs(j - a)) * (2 - abs(k - b))
                             value += np.float32(weight) * counts[i, j, k]
                 density[depth, a, b] = value / (np.float32(64) * total)
-    for row in range(_ROWS):
-        for col in range(_COLUMNS):
-            every, dark = np.float32(_FEW), np.float32(0)
-            for i in range(max(row - 2, 0), min(row + 3, _ROWS)):
-                for j in range(max(col - 2, 0), min(col + 3, _COLUMNS)):
-                    weight = np.float32((3 - abs(i - row)) * (3 - abs(j - col)))
-                    every += weight * seen[0, i, j]
-                    dark += weight * seen[1, i, j]
-            share[row, col] = dark / every
+    settle_places(seen, _FEW, share)
 
 
 @njit(cache=True, nogil=True, error_model='numpy')
@@ -337,11 +281,11 @@ def _weigh(
     first_row, first_column, step = place
     for row in range(logit.shape[0]):
         line = logit[row]
-        down = min(max(math.floor(first_row + step * row), 0), _ROWS - 1)
+        down = min(max(math.floor(first_row + step * row), 0), ROWS - 1)
         for col in range(line.size):
             if line[col] <= lowest:
                 continue
-            across = min(max(math.floor(first_column + step * col), 0), _COLUMNS - 1)
+            across = min(max(math.floor(first_column + step * col), 0), COLUMNS - 1)
             known = sums[top + row, left + col]
             if known[3] < fewest:
                 continue

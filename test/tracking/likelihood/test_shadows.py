@@ -9,7 +9,8 @@ import numpy as np
 from gait_segmentation.colour import ColourModel, colour_bins
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.tracking.background.model import BackgroundModel
-from gait_segmentation.tracking.likelihood.shadows import Backdrop, ShadowModel
+from gait_segmentation.tracking.likelihood.backdrop import Backdrop
+from gait_segmentation.tracking.likelihood.shadows import ShadowModel
 
 SHAPE = (130, 160)
 ALL = (slice(0, 130), slice(0, 160))
