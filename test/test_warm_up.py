@@ -20,7 +20,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.warm_up import open_bank, warm_up
-from test.walkers import clip, couple, small_bank
+from test.walkers import clip, couple, small_bank, sunlit
 
 NOT_OF_A_STAGE = ('cli', 'commands', 'evaluation', 'nodes', 'ros')
 FRAMES = 14
@@ -99,6 +99,11 @@ def unannounced() -> Play:
     return [frame.image for frame in clip(frames=40)], []
 
 
+def sunny() -> Play:
+    frames = sunlit()
+    return [frame.image for frame in frames], [seen(frames[0].boxes[0])]
+
+
 def seen(box: Box | None) -> Box:
     assert box is not None
     return box
@@ -108,7 +113,7 @@ def test_nothing_is_compiled_or_loaded_while_people_walk(kernels: dict[str, Disp
     config = PipelineConfig(people=PeopleConfig(max_people=2))
     warm_up(config, small_bank())
     before = {name: set(kernel.signatures) for name, kernel in kernels.items()}
-    for play in (panned, narrow, turning, grey, leaving, two, two_close, unannounced):
+    for play in (panned, narrow, turning, grey, leaving, two, two_close, unannounced, sunny):
         pipeline = Pipeline(config, small_bank())
         images, boxes = play()
         for box in boxes:

@@ -105,6 +105,11 @@ class TrackingConfig(StageConfig):
         'Explain darker pixels of unchanged chroma near the feet as cast shadow, and learn what '
         'soft shadows look like in this film and where they lie.',
     )
+    use_hard_shadow: bool = parameter(
+        True,
+        'Learn what hard shadows, as of the sun, look like in this film, from where they lie '
+        'apart from the person, and take them out; needs use_shadow.',
+    )
     shadow_share: float = parameter(
         0.25,
         'Prior share of shadow among the background pixels at the feet.',

@@ -94,7 +94,13 @@ def judge(
     if config.use_background and config.use_shadow:
         backdrop = Backdrop(lab, window, record.background, record.image.textured)
         trust = config.background_trust
-        person.shadows.weigh(logit, backdrop, person.frame, bins, rows, person.person, trust)
+        looks = bins, rows, person.person, trust
+        person.shadows.weigh(logit, backdrop, person.frame, *looks)
+        if person.hard_shadows.known is not None and person.template is not None:
+            template = np.ascontiguousarray(
+                world.carried(person.template, person.track_id, window)
+            )
+            person.hard_shadows.weigh(logit, backdrop, person.frame, template, *looks)
     moving = None
     if config.use_motion_cue and seen:
         moving = _add_motion(logit, person, world, window, config.motion_weight)

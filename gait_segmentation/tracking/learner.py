@@ -167,7 +167,7 @@ class Learner:
         if whole:
             person.take(mask, prior, part)
             scaled = None if body is None else body.scaled(world.scale)
-            margin = self._learn_all(lesson, scaled, config)
+            margin = self._learn_all(lesson, scaled, config, alone=alone)
         else:
             self.skip(record)
             person.part = part
@@ -182,12 +182,13 @@ class Learner:
         return Learnt(window, mask, margin, prior, strange, share, lately)
 
     def _learn_all(
-        self, lesson: _Lesson, body: BodyFrame | None, config: TrackingConfig
+        self, lesson: _Lesson, body: BodyFrame | None, config: TrackingConfig, *, alone: bool
     ) -> tuple[Window, NDArray[np.uint8]]:
         """
         Learn from a mask of all of the person.
 
         :param body: the matched body in working pixels.
+        :param alone: whether nobody else is near.
         :returns: the mask with a margin.
         """
         person, record, window = self._person, lesson.record, lesson.window
@@ -201,8 +202,11 @@ class Learner:
         margin = grown(mask, person.height, bounds)
         if config.use_background and config.use_shadow:
             backdrop = Backdrop(lesson.lab, window, record.background, record.image.textured)
-            shown = mask, lesson.template, lesson.strange
-            person.shadows.learn(backdrop, person.frame, *shown)
+            shown = mask, lesson.template
+            person.shadows.learn(backdrop, person.frame, *shown, lesson.strange)
+            if config.use_hard_shadow and alone:
+                company = person.track_id in record.company
+                person.hard_shadows.learn(backdrop, person.frame, *shown, company=company)
         person.learn_place(mask, body, bounds, record.rows.get(person.track_id))
         if config.use_tilt:
             person.learn_angle(mask, bounds)

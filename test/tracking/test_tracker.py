@@ -204,6 +204,7 @@ def test_flat_or_repeated_images_do_not_break_it(image: np.ndarray | None) -> No
     [
         'use_background',
         'use_shadow',
+        'use_hard_shadow',
         'use_ego_motion',
         'use_tone',
         'use_texture',
