@@ -7,8 +7,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import placed, shift_whole
-from gait_segmentation.results import TRACKED
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
 from gait_segmentation.tracking.recovery.visibility import ALONE, LOST_BELOW, Sight
@@ -75,18 +73,11 @@ def _shows(
     window = claim.window
     values, rivals = likelihood[window], taken[window]
     sight = Sight.of(values, claim.mask, rivals, rivals)
-    target.confidence = sight.confidence
+    target.note(sight)
     likely = np.zeros(world.shape, np.uint8)
     likely[window] = np.where(values > 127, sight.uncovered, 0)
     part = target.clear_sight(sight, values, window) if sight.share > ALONE else None
     if not target.memory.is_found(person, sight, part, likely, world.now, partly=partly):
         return False
-    dx, dy = world.since_mask(target.track_id)
-    expected = placed(claim.mask, window, world.shape)
-    person.take(shift_whole(expected, round(-dx), round(-dy)), None)
-    person.learnt_anew = 0
-    target.state = TRACKED
-    target.guard.found(person)
-    target.visibility.seen = sight.seen
-    target.see(values, sight, claim)
+    target.regain(values, sight, claim)
     return True

@@ -17,7 +17,6 @@ from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.person.pace import STEADY_AFTER, is_astray
 from gait_segmentation.tracking.records import Shift
 from gait_segmentation.tracking.recovery.visibility import (
-    ALONE,
     CLEAR_ENOUGH,
     LOST_BELOW,
     Sight,
@@ -118,8 +117,7 @@ def assess(
     person, visibility, window = target.person, target.visibility, claim.window
     values = likelihood[window]
     sight = Sight.of(values, claim.mask, cover)
-    target.confidence = sight.confidence
-    target.uncovered = sight.share > ALONE
+    target.note(sight)
     clear = 0.0
     if sight.seen < LOST_BELOW and target.uncovered:
         clear = _clear(target, sight, values, claim, cover)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window
+from gait_segmentation.images import Window, placed, shift_whole
 from gait_segmentation.results import LOST, TRACKED, TrackResult
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.competition import Claim
@@ -23,7 +23,7 @@ from gait_segmentation.tracking.person.person import Person, PersonSnapshot, new
 from gait_segmentation.tracking.records import Record, Shift
 from gait_segmentation.tracking.recovery.guard import Guard
 from gait_segmentation.tracking.recovery.lost_and_found import LostAndFound, MemorySnapshot
-from gait_segmentation.tracking.recovery.visibility import Sight, Visibility, visible_box
+from gait_segmentation.tracking.recovery.visibility import ALONE, Sight, Visibility, visible_box
 from gait_segmentation.tracking.world import World
 
 __all__ = ['Target', 'TargetSnapshot', 'Whereabouts']
@@ -45,8 +45,7 @@ class Target:
     A person in one slot.
 
     What is done with it is elsewhere: ``following`` for each frame, ``finding`` of somebody lost,
-    and ``teaching`` by each mask.  ``state`` is tracked or lost; nothing is learnt of somebody
-    lost.  ``uncovered`` tells whether nobody hid more than a little in the newest frame.
+    and ``teaching`` by each mask.
     """
 
     def __init__(self, track_id: int, world: World, start: Start, config: TrackingConfig) -> None:
@@ -54,8 +53,8 @@ class Target:
         self.track_id = track_id
         self.world = world
         self.config = config
-        self.state = TRACKED
-        self.confidence = 0.0
+        self._state = TRACKED
+        self._confidence = 0.0
         self.person = Person(
             track_id,
             start.body.center_x,
@@ -78,10 +77,25 @@ class Target:
         self._first = True
         self._box: Box | None = None
         self.visibility = Visibility()
-        self.uncovered = True
+        self._uncovered = True
         self.memory = LostAndFound(self.person, world.now)
         self.learner = Learner(self.person, world, self.features, self.memory)
         self.guard = Guard()
+
+    @property
+    def state(self) -> str:
+        """Return whether the person is tracked or lost; nothing is learnt of somebody lost."""
+        return self._state
+
+    @property
+    def confidence(self) -> float:
+        """Return how well (0..1) the person stood out in the newest frame."""
+        return self._confidence
+
+    @property
+    def uncovered(self) -> bool:
+        """Return whether nobody hid more than a little when the person was seen last."""
+        return self._uncovered
 
     @property
     def box(self) -> Box:
@@ -132,7 +146,7 @@ class Target:
 
     def carried_mask(self) -> NDArray[np.uint8]:
         """Return the last mask, carried along with the body, in the window about the person."""
-        if self.state == LOST:
+        if self._state == LOST:
             return self.memory.silhouette.placed(self.person, self.world.shape)[self.window]
         return self.world.carried(self.person.mask, self.track_id, self.window)
 
@@ -147,7 +161,7 @@ class Target:
 
     def judge(self) -> Claim | None:
         """Judge the pixels in a window about the person, None if all of it is outside."""
-        person, seen = self.person, self.state == TRACKED
+        person, seen = self.person, self._state == TRACKED
         expected = self.carried_mask()
         judged = judge(
             person,
@@ -172,6 +186,12 @@ class Target:
         """
         record = self.world.now
         return sight.before(record.strange(window, self.config.shadow_floor), values)
+
+    def note(self, sight: Sight) -> None:
+        """Note how well the person stands out in the newest frame."""
+        self._confidence = sight.confidence
+        if self._state == TRACKED:
+            self._uncovered = sight.share > ALONE
 
     def see(self, values: NDArray[np.uint8], sight: Sight, claim: Claim) -> None:
         """
@@ -202,14 +222,38 @@ class Target:
 
     def lose(self) -> None:
         """Give the person up for lost."""
-        self.state = LOST
+        self._state = LOST
         self.person.template = None
         self.memory.begin_search()
         if self.guard.in_doubt:
             self.guard.bring_back(self.person, self.memory)
+        self.hide()
+        self._box = None
+
+    def regain(self, values: NDArray[np.uint8], sight: Sight, claim: Claim) -> None:
+        """
+        Track somebody lost again, where the expected mask is.
+
+        :param values: (h, w) uint8 likelihood of the window of the claim.
+        """
+        dx, dy = self.world.since_mask(self.track_id)
+        expected = placed(claim.mask, claim.window, self.world.shape)
+        self.person.take(shift_whole(expected, round(-dx), round(-dy)), None)
+        self.person.learnt_anew = 0
+        self._state = TRACKED
+        self.guard.found(self.person)
+        self.visibility.seen = sight.seen
+        self.see(values, sight, claim)
+
+    def doubt(self) -> None:
+        """Go back to what was known before, for the body that is followed is somebody else's."""
+        self.guard.bring_back(self.person, self.memory)
+        self._state, self.person.template = LOST, None
+
+    def hide(self) -> None:
+        """Take the next masks for those of somebody seen in part, until they show all."""
         self.learner.hide()
         self.visibility.restart()
-        self._box = None
 
     def result(self, likelihood: NDArray[np.uint8]) -> TrackResult:
         """
@@ -217,23 +261,23 @@ class Target:
 
         :param likelihood: (h, w) uint8 of the working image.
         """
-        seen = self.state == TRACKED
+        seen = self._state == TRACKED
         source = self.world.source
         return TrackResult(
             self.world.now.image.stamp_ns,
             self.track_id,
             (self.box.clipped(source[1], source[0]) or self.body) if seen else None,
             likelihood,
-            self.confidence,
+            self._confidence,
             self.person.angle,
-            self.state,
+            self._state,
             self.body if seen else None,
             self.features.features if seen else (),
         )
 
     def skip(self, record: Record) -> None:
         """Let go of a frame that is never learnt: only its motion counts."""
-        if self.state == TRACKED:
+        if self._state == TRACKED:
             self.learner.skip(record)
 
     def snapshot(self) -> TargetSnapshot:
@@ -241,15 +285,15 @@ class Target:
         return TargetSnapshot(
             self.person.snapshot(),
             self.memory.snapshot(),
-            self.state,
-            self.confidence,
+            self._state,
+            self._confidence,
         )
 
     def restore(self, snapshot: TargetSnapshot) -> None:
         """Forget what looking in vain in the newest frame changed since a snapshot was made."""
         self.person.restore(snapshot.person)
         self.memory.restore(snapshot.memory)
-        self.state, self.confidence = snapshot.state, snapshot.confidence
+        self._state, self._confidence = snapshot.state, snapshot.confidence
 
 
 @dataclass(frozen=True)

@@ -76,17 +76,15 @@ def _turn_back(target: Target, record: Record, learnt: Learnt) -> bool:
     :returns: whether the person was found; the body that was followed is then that of
         somebody without a slot.  Else all is as it was.
     """
-    person, world = target.person, target.world
+    world = target.world
     since = world.since_mask(target.track_id)
     followed = target.snapshot()
-    target.guard.bring_back(person, target.memory)
-    target.state, person.template = LOST, None
+    target.doubt()
     taken = shift_whole(learnt.mask, round(since[0]), round(since[1]))
     if recover(target, None, None, taken) is None:
         target.restore(followed)
         return False
-    target.learner.hide()
-    target.visibility.restart()
+    target.hide()
     world.passers_by.forget()
     world.passers_by.welcome(learnt.mask, since, record, followed.person.state, target.config)
     return True
