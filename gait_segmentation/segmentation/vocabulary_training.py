@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.config import StageConfig, parameter
+from gait_segmentation.errors import ConfigError
 from gait_segmentation.gait_model import FIGURES, BankSpec, TemplateBank, build_bank
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.segmentation.oriented_edges import silhouette_edges
@@ -36,6 +37,7 @@ _KMEANS_STARTS = 10
 _EM_STEPS = 200
 _MARGIN = 3
 _LEAST_HEIGHT = 16
+_POINTS_A_WORD = 10
 
 
 class Silhouette(NamedTuple):
@@ -70,6 +72,15 @@ class VocabularySpec(StageConfig):
     aspect: float = parameter(
         2 / 3, 'Width of the frame over its height.', minimum=0.1, maximum=10.0
     )
+
+    def __post_init__(self) -> None:
+        """Check all fields, and that there are points for each word."""
+        super().__post_init__()
+        if self.points < _POINTS_A_WORD * self.words:
+            raise ConfigError(
+                f'points must be at least {_POINTS_A_WORD} for each of {self.words} words, '
+                f'got {self.points}'
+            )
 
 
 def model_bank() -> TemplateBank:
@@ -119,7 +130,7 @@ def outline_features(
     Return z of all outline points of silhouettes.
 
     :returns: (n, 4) float32, and the number of silhouettes.
-    :raises VocabularyError: if there are fewer points than words.
+    :raises VocabularyError: if there are too few points for the words.
     """
     # A mixture of one word, only for its frame.
     frame = Vocabulary(
@@ -137,9 +148,9 @@ def outline_features(
             frame.features(points.columns + 0.5, points.rows + 0.5, points.orientation, body)
         )
     features = np.concatenate(parts) if parts else np.empty((0, 4), np.float32)
-    if len(features) < 10 * spec.words:
+    if len(features) < _POINTS_A_WORD * spec.words:
         raise VocabularyError(
-            f'{spec.words} words need at least {10 * spec.words} outline points, got '
+            f'{spec.words} words need at least {_POINTS_A_WORD * spec.words} outline points, got '
             f'{len(features)} in {len(parts)} silhouettes'
         )
     return features, len(parts)
