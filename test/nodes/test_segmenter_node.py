@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the segmenter publishes of frames, usable or not, and when it starts anew."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from sensor_msgs.msg import Image, JointState
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.inputs.encodings import read_mono8
+from gait_segmentation.nodes.segmenter_node import SegmenterNode
+from gait_segmentation.ros.image import image_message
+from gait_segmentation.ros.messages import box_message
+from test.nodes.bench import Bench, frame, header
+
+MASKS = ('mask', 'person_0/mask', 'labels')
+SMALL, LARGE = (160, 120), (320, 240)
+BODY = Box(30, 20, 24, 80)
+
+
+class Cutter:
+    """A segmenter to which parts of frames are handed over in the process."""
+
+    def __init__(self, bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.bench = bench
+        self.node = bench.add(SegmenterNode)
+        bench.record_outputs(*MASKS)
+        self.resets = 0
+        reset = self.node._segmenter.reset
+
+        def counted() -> None:
+            self.resets += 1
+            reset()
+
+        monkeypatch.setattr(self.node._segmenter, 'reset', counted)
+
+    def show(
+        self, index: int, size: tuple[int, int] = SMALL, image: Image | None = None
+    ) -> list[np.ndarray]:
+        """Hand a frame with a person over; return the masks that come."""
+        about = header(index)
+        body = BODY.shifted(2 * index, 0)
+        inside = np.zeros(size[::-1], np.uint8)
+        inside[body.slices(*size)] = 255
+        self.node._part('image', frame(index, size) if image is None else image)
+        self.node._part('person_0/likelihood', image_message(inside, about))
+        self.node._part('person_0/matched_box', box_message(body.corners(), 7, about))
+        self.node._part('person_0/shape_prior', image_message(inside, about))
+        self.node._part('person_0/gait', JointState(header=about))
+        self.bench.settle()
+        messages = [self.bench.received[topic][-1] for topic in MASKS]
+        assert [message.header for message in messages] == [about] * len(MASKS)
+        return [read_mono8(message) for message in messages]
+
+
+@pytest.fixture
+def cutter(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> Cutter:
+    return Cutter(bench, monkeypatch)
+
+
+def test_the_masks_show_the_person(cutter: Cutter) -> None:
+    mask, person, labels = cutter.show(0)
+    truth = np.zeros(SMALL[::-1], bool)
+    truth[BODY.slices(*SMALL)] = True
+    assert ((mask > 0) & truth).sum() > 0.9 * ((mask > 0) | truth).sum()
+    np.testing.assert_array_equal(person, mask)
+    np.testing.assert_array_equal(labels > 0, mask > 0)
+
+
+def test_another_size_of_the_image_starts_anew(cutter: Cutter, capfd) -> None:
+    for index in range(2):
+        cutter.show(index)
+    assert cutter.resets == 0
+    masks = cutter.show(2, LARGE)
+    assert cutter.resets == 1
+    assert [mask.shape for mask in masks] == [LARGE[::-1]] * len(MASKS)
+    assert masks[0].any()
+    assert 'the image size changed: starting anew' in capfd.readouterr().err
+    cutter.show(3, LARGE)
+    assert cutter.resets == 1
+
+
+def test_an_image_that_cannot_be_used_gives_empty_masks_of_its_size(cutter: Cutter) -> None:
+    cutter.show(0)
+    strange = frame(1)
+    strange.encoding = 'nonsense'
+    for mask in cutter.show(1, image=strange):
+        assert mask.shape == SMALL[::-1]
+        assert not mask.any()
+    assert cutter.show(2)[0].any()
+    assert cutter.resets == 0
+    assert cutter.node.statistics.failed == 1
