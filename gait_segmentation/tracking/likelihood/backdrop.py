@@ -15,7 +15,7 @@ from gait_segmentation.images import Window
 from gait_segmentation.lab import NO_GRADIENT
 from gait_segmentation.tracking.background.model import BackgroundModel
 
-__all__ = ['COLUMNS', 'EVERY', 'ROWS', 'Backdrop', 'Place', 'is_near', 'settle_places']
+__all__ = ['COLUMNS', 'EVERY', 'ROWS', 'Backdrop', 'Place', 'is_near', 'settle_places', 'tint_of']
 
 _PLACE_STEP, ROWS, COLUMNS = 0.1, 12, 16
 """Size of a place in body heights, and the places from the head down and about the axis."""
@@ -70,6 +70,19 @@ def is_near(where: NDArray[np.uint8], row: int, col: int, far: int, most: int) -
     before, after = max(col - far, 0), min(col + far, width - 1)
     about = where[row, col] | where[over, col] | where[under, col]
     return (about | where[row, before] | where[row, after]) > most
+
+
+@njit(nogil=True, error_model='numpy', inline='always')
+def tint_of(
+    level: np.uint8, known: np.float32, count: np.float32, ratio: float, neutral: float
+) -> float:
+    """
+    Return what a* or b* is off that of the background in a neutral shadow.
+
+    :param known, count: sum of the background's levels, and how often it was seen.
+    :param ratio: of L + 16 over the background's.
+    """
+    return np.float32(level) - neutral - ratio * (known / count - neutral)
 
 
 @njit(cache=True, nogil=True, error_model='numpy')

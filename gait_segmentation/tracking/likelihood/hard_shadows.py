@@ -35,6 +35,7 @@ from gait_segmentation.tracking.likelihood.backdrop import (
     Place,
     is_near,
     settle_places,
+    tint_of,
 )
 
 __all__ = ['HardShadow', 'HardShadowModel']
@@ -256,14 +257,6 @@ def _look(
     return base / count, light / base
 
 
-@njit(nogil=True, error_model='numpy', inline='always')
-def _tint(
-    level: np.uint8, known: np.float32, count: np.float32, ratio: float, neutral: float
-) -> float:
-    """Return what a* or b* is off that of the background in a neutral shadow of that ratio."""
-    return np.float32(level) - neutral - ratio * (known / count - neutral)
-
-
 @njit(cache=True, nogil=True, error_model='numpy')
 def _learn(
     lab: NDArray[np.uint8],
@@ -307,8 +300,8 @@ def _learn(
             if base == 0:
                 continue
             lost = base * (1 - ratio)
-            a = _tint(pixel[1], known[1], known[3], ratio, middle) / lost
-            b = _tint(pixel[2], known[2], known[3], ratio, middle) / lost
+            a = tint_of(pixel[1], known[1], known[3], ratio, middle) / lost
+            b = tint_of(pixel[2], known[2], known[3], ratio, middle) / lost
             if abs(a) > _MOST_TINT or abs(b) > _MOST_TINT:
                 continue
             seen[1, down, across] += np.float32(1)
@@ -366,8 +359,8 @@ def _weigh(
                 continue
             lost = base * (one - ratio)
             spread_a, spread_b = spreads[1] * lost + _ROUNDING, spreads[2] * lost + _ROUNDING
-            a = _tint(pixel[1], known[1], known[3], ratio, middle) - means[1] * lost
-            b = _tint(pixel[2], known[2], known[3], ratio, middle) - means[2] * lost
+            a = tint_of(pixel[1], known[1], known[3], ratio, middle) - means[1] * lost
+            b = tint_of(pixel[2], known[2], known[3], ratio, middle) - means[2] * lost
             deeper = min(ratio - means[0], 0.0) / spreads[0]
             off = deeper**2 + (a / spread_a) ** 2 + (b / spread_b) ** 2
             if off > _FARTHEST:

@@ -36,6 +36,7 @@ from gait_segmentation.tracking.likelihood.backdrop import (
     Place,
     is_near,
     settle_places,
+    tint_of,
 )
 
 __all__ = ['ShadowModel']
@@ -180,8 +181,8 @@ def _depth_and_tint(
     ratio = (light + black * count) / (known[0] + black * count)
     depth = min(int((ratio - np.float32(_DARKEST)) * np.float32(1 / _DEPTH_STEP)), _DEPTHS - 1)
     scale, middle = np.float32(1 / _TINT_STEP), np.float32(_TINTS / 2)
-    a = np.float32(pixel[1]) - neutral - ratio * (known[1] / count - neutral)
-    b = np.float32(pixel[2]) - neutral - ratio * (known[2] / count - neutral)
+    a = tint_of(pixel[1], known[1], count, ratio, neutral)
+    b = tint_of(pixel[2], known[2], count, ratio, neutral)
     a, b = a * scale + middle, b * scale + middle
     if a < 0 or a >= _TINTS or b < 0 or b >= _TINTS:
         return -1, 0, 0
