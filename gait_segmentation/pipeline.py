@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import Box
+from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.images import check_image, check_map
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
@@ -98,7 +98,7 @@ class Pipeline:
         )
         self.matcher = PeopleMatcher(self.bank, config.matching, max_people=slots, threads=threads)
         self.segmenter = PeopleSegmenter(config.segmentation, max_people=slots, threads=threads)
-        self._waiting: deque[tuple[NDArray[np.uint8], list[TrackResult], bool]] = deque()
+        self._held: HeldFrames[tuple[NDArray[np.uint8], list[TrackResult], bool]] = HeldFrames()
         self._unlearnt: list[tuple[list[Feedback], dict[str, float]]] = []
         self._stamp_ns = 0
 
@@ -107,7 +107,7 @@ class Pipeline:
         self.tracker.reset()
         self.matcher.reset()
         self.segmenter.reset()
-        self._waiting.clear()
+        self._held.clear()
         self._unlearnt.clear()
         self._stamp_ns = 0
 
@@ -165,7 +165,7 @@ class Pipeline:
         if stamp_ns < self._stamp_ns:
             self.matcher.reset()
             self.segmenter.reset()
-            self._waiting.clear()
+            self._held.clear()
         self._stamp_ns = stamp_ns
         waits = self.config.matching.lag > 0
         if likelihood is not None:
@@ -175,7 +175,8 @@ class Pipeline:
         matches = self.matcher.update(tracks, source_size=(image.shape[1], image.shape[0]))
         matched = self._clock()
         # Until then the caller may have filled its buffer anew.
-        self._waiting.append((image.copy() if waits else image, tracks, likelihood is not None))
+        kept = image.copy() if waits else image
+        self._held.hold(stamp_ns, (kept, tracks, likelihood is not None))
         times = {'tracking': tracked - started, 'matching': matched - tracked}
         return [self._finish(frame, times) for frame in matches]
 
@@ -199,9 +200,7 @@ class Pipeline:
             timings_ms['total'] += passed_ms
 
     def _finish(self, matches: Sequence[MatchResult], times: dict[str, float]) -> FrameResult:
-        image, tracks, outside = self._waiting.popleft()
-        while tracks[0].stamp_ns != matches[0].stamp_ns:
-            image, tracks, outside = self._waiting.popleft()
+        image, tracks, outside = self._held.take(matches[0].stamp_ns)
         started = self._clock()
         likelihoods = [track.likelihood for track in tracks]
         masks = self.segmenter.update(image, likelihoods, matches, outside=outside)

@@ -23,9 +23,9 @@ from sensor_msgs.msg import Image, JointState
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_mono8
-from gait_segmentation.people import slot_name
 from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.messages import read_box, read_gait, stamp_of
+from gait_segmentation.ros.topics import slot_topic
 
 __all__ = ['Record', 'Recorder', 'Seen']
 
@@ -119,7 +119,7 @@ class Recorder:
         self._slots: dict[str, tuple[int, str]] = {}
         for slot in range(slots):
             for name, kind in _SLOT_TOPICS.items():
-                topic = f'{slot_name(slot)}/{name}'
+                topic = slot_topic(slot, name)
                 self._topics[topic] = kind
                 self._connected[topic] = _SLOT_CONNECTED[name]
                 self._slots[topic] = (slot, name)

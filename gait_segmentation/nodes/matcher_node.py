@@ -15,9 +15,10 @@ from sensor_msgs.msg import Image, RegionOfInterest
 from std_msgs.msg import Header
 
 from gait_segmentation.config import StageConfig
+from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
-from gait_segmentation.people import PeopleConfig, slot_name
+from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult, TrackResult
 from gait_segmentation.ros.camera import claimed_shape
 from gait_segmentation.ros.config import BankConfig, NodeConfig, SizeConfig
@@ -29,6 +30,7 @@ from gait_segmentation.ros.outputs import DebugOutput, MatchOutputs
 from gait_segmentation.ros.pictures import matching_picture
 from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.ros.running import run_node
+from gait_segmentation.ros.topics import slot_topic, slot_topics
 from gait_segmentation.ros.waiting import unpublished
 from gait_segmentation.warm_up import open_bank, warm_up_matcher
 
@@ -73,7 +75,7 @@ class MatcherNode(GaitNode):
         self._matcher = PeopleMatcher(
             self._bank, config, max_people=self._slots, threads=people.people_threads
         )
-        self._messages: deque[Parts] = deque()
+        self._messages: HeldFrames[Parts] = HeldFrames()
         self._stamp_ns = 0
         self._results = MatchOutputs(self, self._bank, self._slots)
         self._debug = DebugOutput(self)
@@ -88,11 +90,7 @@ class MatcherNode(GaitNode):
         self._unsized: deque[tuple[int, Parts]] = deque(
             maxlen=self.parameters.get(NodeConfig).backlog
         )
-        topics = {
-            f'{slot_name(slot)}/{name}': kind
-            for slot in range(self._slots)
-            for name, kind in _TOPICS.items()
-        }
+        topics = slot_topics(_TOPICS, self._slots)
         self._topics = list(topics)
         self._join = ExactJoin({'gait_tracker': topics}, _KEPT)
         self.input(RegionOfInterest, 'image_size', self._sized, LATCHED)
@@ -139,25 +137,23 @@ class MatcherNode(GaitNode):
             self.forget()
         self._stamp_ns = stamp_ns
         results = self._matcher.update(tracks, source_size=size)
-        self._messages.append(frame)
+        self._messages.hold(stamp_ns, frame)
         self._publish(results)
 
     def process_unusable(self, frame: Parts) -> None:
         """Publish that nobody is seen."""
         header = _header(frame)
-        shape = claimed_shape(frame[f'{slot_name(0)}/likelihood']) or (0, 0)
+        shape = claimed_shape(frame[slot_topic(0, 'likelihood')]) or (0, 0)
         self._results.blank(shape, header)
         self._debug.blank(shape, header)
 
     def _publish(self, results: Sequence[Sequence[MatchResult]]) -> None:
         for matches in results:
-            message = self._messages.popleft()
-            while stamp_of(_header(message)) != matches[0].stamp_ns:
-                message = self._messages.popleft()
+            message = self._messages.take(matches[0].stamp_ns)
             self._results.publish(matches, _header(message))
             if self._debug.wanted:
                 likelihoods = [
-                    read_mono8(message[f'{slot_name(slot)}/likelihood'])
+                    read_mono8(message[slot_topic(slot, 'likelihood')])
                     for slot in range(self._slots)
                 ]
                 self._debug.publish(matching_picture(likelihoods, matches), _header(message))
@@ -190,20 +186,20 @@ def read_track(parts: Parts, slot: int) -> TrackResult:
 
     :raises InputError: if a message cannot be read.
     """
-    message = parts[f'{slot_name(slot)}/box']
+    message = parts[slot_topic(slot, 'box')]
     box, angle = read_box(message)
     return TrackResult(
         stamp_ns=stamp_of(message.header),
         track_id=int(message.polygon.id),
         box=box,
-        likelihood=read_mono8(parts[f'{slot_name(slot)}/likelihood']),
+        likelihood=read_mono8(parts[slot_topic(slot, 'likelihood')]),
         confidence=0.0,
         angle=angle,
     )
 
 
 def _header(parts: Parts) -> Header:
-    return parts[f'{slot_name(0)}/box'].header
+    return parts[slot_topic(0, 'box')].header
 
 
 def main(arguments: list[str] | None = None) -> int:

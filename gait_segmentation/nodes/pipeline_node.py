@@ -5,13 +5,13 @@
 from __future__ import annotations
 
 import sys
-from collections import deque
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.config import StageConfig
+from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.camera_node import CameraMessage, CameraNode
 from gait_segmentation.people import PeopleConfig
@@ -67,7 +67,7 @@ class PipelineNode(CameraNode):
         )
         warm_up(config, bank)
         self._pipeline = Pipeline(config, bank)
-        self._waiting: deque[tuple[NDArray[np.uint8], CameraMessage]] = deque()
+        self._held: HeldFrames[tuple[NDArray[np.uint8], CameraMessage]] = HeldFrames()
         self.take_from(initialize=self._pipeline.initialize)
         slots = config.people.max_people
         self._track = TrackOutputs(self, slots)
@@ -99,7 +99,7 @@ class PipelineNode(CameraNode):
         if self._pipeline is not None:
             self._pipeline.reset()
             self.intake.forget()
-            self._waiting.clear()
+            self._held.clear()
             self.show(())
 
     def start_over(self) -> None:
@@ -107,7 +107,7 @@ class PipelineNode(CameraNode):
         self.finish()
         assert self._pipeline is not None
         self._pipeline.reset()
-        self._waiting.clear()
+        self._held.clear()
 
     def finish(self) -> None:
         """Publish what the lag holds back."""
@@ -121,7 +121,7 @@ class PipelineNode(CameraNode):
         stamp_ns = stamp_of(frame.header)
         self.intake.take(image, stamp_ns)
         results = self._pipeline.take(image, stamp_ns)
-        self._waiting.append((image, frame))
+        self._held.hold(stamp_ns, (image, frame))
         self._publish(results)
         self._pipeline.learn()
 
@@ -135,9 +135,7 @@ class PipelineNode(CameraNode):
 
     def _publish(self, results: list[FrameResult]) -> None:
         for result in results:
-            image, message = self._waiting.popleft()
-            while stamp_of(message.header) != result.stamp_ns:
-                image, message = self._waiting.popleft()
+            image, message = self._held.take(result.stamp_ns)
             header = message.header
             tracks = [person.track for person in result.people]
             matches = [person.match for person in result.people]

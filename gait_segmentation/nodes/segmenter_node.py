@@ -13,7 +13,7 @@ from sensor_msgs.msg import CompressedImage, Image, JointState
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.inputs.encodings import read_mono8
-from gait_segmentation.people import PeopleConfig, slot_name
+from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.camera import CameraSubscription, claimed_shape, decode
 from gait_segmentation.ros.config import CameraConfig, SegmenterNodeConfig
@@ -23,6 +23,7 @@ from gait_segmentation.ros.messages import read_body, read_gait, stamp_of
 from gait_segmentation.ros.outputs import DebugOutput, SegmentationOutputs
 from gait_segmentation.ros.pictures import segmentation_picture
 from gait_segmentation.ros.running import run_node
+from gait_segmentation.ros.topics import slot_topic, slot_topics
 from gait_segmentation.ros.waiting import no_images, unpublished
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 from gait_segmentation.warm_up import warm_up_segmenter
@@ -78,14 +79,7 @@ class SegmenterNode(GaitNode):
 
     def connect(self) -> None:
         """Subscribe to the camera and to the other nodes' outputs."""
-        self._topics = {
-            node: {
-                f'{slot_name(slot)}/{name}': kind
-                for slot in range(self._slots)
-                for name, kind in topics.items()
-            }
-            for node, topics in _TOPICS.items()
-        }
+        self._topics = {node: slot_topics(kinds, self._slots) for node, kinds in _TOPICS.items()}
         self._join = ExactJoin(
             {'camera': ['image'], **self._topics},
             self.parameters.get(SegmenterNodeConfig).keep_images,
@@ -136,7 +130,7 @@ class SegmenterNode(GaitNode):
             self._segmenter.reset()
         self._stamp_ns, self._shape = stamp_ns, shape
         slots = range(self._slots)
-        likelihoods = [read_mono8(frame[f'{slot_name(slot)}/likelihood']) for slot in slots]
+        likelihoods = [read_mono8(frame[slot_topic(slot, 'likelihood')]) for slot in slots]
         matches = [read_match(frame, slot) for slot in slots]
         masks = self._segmenter.update(image, likelihoods, matches)
         self._results.publish(masks, header)
@@ -172,7 +166,7 @@ def read_match(parts: Parts, slot: int) -> MatchResult:
     :raises InputError: if a message cannot be read.
     """
     box, prior, gait = (
-        parts[f'{slot_name(slot)}/{name}'] for name in ('matched_box', 'shape_prior', 'gait')
+        parts[slot_topic(slot, name)] for name in ('matched_box', 'shape_prior', 'gait')
     )
     phase, rate, azimuth = read_gait(gait)
     return MatchResult(

@@ -15,7 +15,7 @@ from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.camera_node import CameraMessage, CameraNode
-from gait_segmentation.people import PeopleConfig, slot_name
+from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback
 from gait_segmentation.ros.camera import claimed_shape, decode
 from gait_segmentation.ros.config import BankConfig
@@ -24,6 +24,7 @@ from gait_segmentation.ros.messages import read_body, stamp_of
 from gait_segmentation.ros.outputs import DebugOutput, TrackOutputs
 from gait_segmentation.ros.pictures import tracking_picture
 from gait_segmentation.ros.running import run_node
+from gait_segmentation.ros.topics import slot_topic, slot_topics
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 from gait_segmentation.warm_up import open_bank, warm_up_tracker
@@ -64,11 +65,7 @@ class TrackerNode(CameraNode):
 
     def connect(self) -> None:
         """Subscribe to the feedback, to the camera and to first boxes."""
-        parts = {
-            f'{slot_name(k)}/{name}': kind
-            for k in range(self._slots)
-            for name, kind in _FEEDBACK.items()
-        }
+        parts = slot_topics(_FEEDBACK, self._slots)
         self._join = ExactJoin({'feedback': parts}, _FEEDBACK_KEPT)
         for topic, kind in parts.items():
             self.input(kind, topic, partial(self._feedback, topic))
@@ -137,7 +134,7 @@ def read_feedback(parts: dict[str, Any], slot: int) -> Feedback | None:
 
     :raises InputError: if a message cannot be read.
     """
-    mask, prior, box = (parts[f'{slot_name(slot)}/{name}'] for name in _FEEDBACK)
+    mask, prior, box = (parts[slot_topic(slot, name)] for name in _FEEDBACK)
     track_id, body = int(box.polygon.id), read_body(box)
     if not track_id:
         return None

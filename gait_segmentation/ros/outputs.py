@@ -16,11 +16,11 @@ from geometry_msgs.msg import PolygonInstanceStamped
 from numpy.typing import NDArray
 from sensor_msgs.msg import Image, JointState, RegionOfInterest
 
-from gait_segmentation.people import slot_name
 from gait_segmentation.ros.fields import matched_corners, track_corners
 from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.messages import box_message, gait_message
 from gait_segmentation.ros.qos import LATCHED
+from gait_segmentation.ros.topics import slot_topic
 from gait_segmentation.ros.vision import detection_types, detections_message
 
 if TYPE_CHECKING:
@@ -67,8 +67,8 @@ class TrackOutputs:
         self._size = node.output(RegionOfInterest, 'image_size', LATCHED)
         self._slots = [
             (
-                node.output(PolygonInstanceStamped, f'{slot_name(slot)}/box'),
-                node.output(Image, f'{slot_name(slot)}/likelihood'),
+                node.output(PolygonInstanceStamped, slot_topic(slot, 'box')),
+                node.output(Image, slot_topic(slot, 'likelihood')),
             )
             for slot in range(slots)
         ]
@@ -109,9 +109,9 @@ class MatchOutputs:
         self._bank = bank
         self._slots = [
             (
-                node.output(PolygonInstanceStamped, f'{slot_name(slot)}/matched_box'),
-                node.output(Image, f'{slot_name(slot)}/shape_prior'),
-                node.output(JointState, f'{slot_name(slot)}/gait'),
+                node.output(PolygonInstanceStamped, slot_topic(slot, 'matched_box')),
+                node.output(Image, slot_topic(slot, 'shape_prior')),
+                node.output(JointState, slot_topic(slot, 'gait')),
             )
             for slot in range(slots)
         ]
@@ -140,7 +140,7 @@ class SegmentationOutputs:
 
     def __init__(self, node: GaitNode, slots: int) -> None:
         """Make the publishers."""
-        self._slots = [node.output(Image, f'{slot_name(slot)}/mask') for slot in range(slots)]
+        self._slots = [node.output(Image, slot_topic(slot, 'mask')) for slot in range(slots)]
         self._mask = node.output(Image, 'mask')
         self._labels = node.output(Image, 'labels')
 

@@ -26,8 +26,8 @@ from rosbags.typesys import Stores, get_typestore
 from gait_segmentation.cli.replaying.output import Output, Replayed
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.inputs import Frame
-from gait_segmentation.people import slot_name
 from gait_segmentation.ros.fields import Corners, gait_joints, matched_corners, track_corners
+from gait_segmentation.ros.topics import slot_topic, slot_topics
 
 __all__ = ['BagOutput', 'Messages']
 
@@ -35,6 +35,15 @@ _BOX = 'geometry_msgs/msg/PolygonInstanceStamped'
 _IMAGE = 'sensor_msgs/msg/Image'
 _GAIT = 'sensor_msgs/msg/JointState'
 _SIZE = 'sensor_msgs/msg/RegionOfInterest'
+
+_SLOT_TOPICS = {
+    'box': _BOX,
+    'likelihood': _IMAGE,
+    'matched_box': _BOX,
+    'shape_prior': _IMAGE,
+    'gait': _GAIT,
+    'mask': _IMAGE,
+}
 
 _RESERVE_BYTES = 4 << 20
 """Kept free for the end of the bag, in case that the disk becomes full."""
@@ -138,16 +147,8 @@ class BagOutput(Output):
         self._writer.open()
         self._connections: dict[str, Any] = {}
         self._connect('image_size', _SIZE, latched=True)
-        for slot in range(slots):
-            for topic, kind in (
-                ('box', _BOX),
-                ('likelihood', _IMAGE),
-                ('matched_box', _BOX),
-                ('shape_prior', _IMAGE),
-                ('gait', _GAIT),
-                ('mask', _IMAGE),
-            ):
-                self._connect(f'{slot_name(slot)}/{topic}', kind)
+        for topic, kind in slot_topics(_SLOT_TOPICS, slots).items():
+            self._connect(topic, kind)
         self._connect('mask', _IMAGE)
         self._connect('labels', _IMAGE)
         self._good = self._written()
@@ -162,15 +163,18 @@ class BagOutput(Output):
             self._shape = shape
             self._write('image_size', frame, make.size(shape))
         for slot, person in enumerate(result.people):
-            track, match, name = person.track, person.match, slot_name(slot)
-            box = make.box(track_corners(track), track.track_id, header)
-            matched = make.box(matched_corners(match, self._bank), match.track_id, header)
-            self._write(f'{name}/box', frame, box)
-            self._write(f'{name}/likelihood', frame, make.image(track.likelihood, header))
-            self._write(f'{name}/matched_box', frame, matched)
-            self._write(f'{name}/shape_prior', frame, make.image(match.shape_prior, header))
-            self._write(f'{name}/gait', frame, make.gait(match, header))
-            self._write(f'{name}/mask', frame, make.image(person.segmentation.mask, header))
+            track, match = person.track, person.match
+            matched = matched_corners(match, self._bank)
+            messages = {
+                'box': make.box(track_corners(track), track.track_id, header),
+                'likelihood': make.image(track.likelihood, header),
+                'matched_box': make.box(matched, match.track_id, header),
+                'shape_prior': make.image(match.shape_prior, header),
+                'gait': make.gait(match, header),
+                'mask': make.image(person.segmentation.mask, header),
+            }
+            for name, data in messages.items():
+                self._write(slot_topic(slot, name), frame, data)
         self._write('mask', frame, make.image(result.mask, header))
         self._write('labels', frame, make.image(result.labels, header))
 

@@ -1,0 +1,23 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import pytest
+
+from gait_segmentation.held_frames import HeldFrames
+
+
+def test_results_take_their_frames_and_pass_over_those_without() -> None:
+    held: HeldFrames[str] = HeldFrames()
+    for stamp_ns, frame in enumerate('abcd'):
+        held.hold(stamp_ns, frame)
+    assert (held.take(0), held.take(2), len(held)) == ('a', 'c', 1)
+    with pytest.raises(IndexError):
+        held.take(1)
+    assert len(held) == 0
+
+
+def test_nothing_is_held_after_clearing() -> None:
+    held: HeldFrames[str] = HeldFrames()
+    held.hold(5, 'a')
+    held.clear()
+    held.hold(3, 'b')
+    assert held.take(3) == 'b'
