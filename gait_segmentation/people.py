@@ -27,8 +27,8 @@ class PeopleConfig(StageConfig):
     )
     people_threads: int = parameter(
         2,
-        'Threads that matching and segmentation share several people out to. The results do not '
-        'depend on it.',
+        'Threads among which matching and segmentation divide several people. The results '
+        'do not depend on it.',
         minimum=1,
         maximum=MOST_PEOPLE,
         read_only=True,

@@ -32,9 +32,9 @@ class NodeConfig(StageConfig):
     )
     backlog: int = parameter(
         10,
-        'Frames that may wait when the work falls behind; when more come, all but the newest '
-        'are dropped, and only one waits until the work has caught up. Raising it loses less '
-        'in hiccups.',
+        'Frames that may wait in the backlog. When more come, all but the newest are '
+        'dropped, and only one waits until the node has caught up. Raising it drops fewer '
+        'frames after short delays.',
         unit='frames',
         minimum=1,
         maximum=1000,
@@ -100,8 +100,8 @@ class SizeConfig(StageConfig):
 
     source_width: int = parameter(
         0,
-        'Width of the source image that boxes are measured in. 0 = as told on image_size; if '
-        'nobody publishes that, the width of the likelihood.',
+        'Width of the source image, in whose pixels boxes are given. 0 = as published on '
+        'image_size, or else the width of the likelihood.',
         unit='px',
         minimum=0,
         maximum=65535,

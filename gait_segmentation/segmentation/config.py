@@ -62,18 +62,18 @@ class SegmentationConfig(StageConfig):
     )
     template_margin: float = parameter(
         0.004,
-        'How far outside of the template its log-odds are even: people wear more than the model.',
+        'Distance outside of the template up to which its log-odds are constant: people '
+        'wear more than the model.',
         minimum=0.0,
         maximum=0.5,
     )
     use_alignment: bool = parameter(
         True,
-        'Lay the template onto the likelihood more closely than it was matched: shift, width, '
-        'height and slant.',
+        'Align the matched template with the likelihood: shift, width, height and slant.',
     )
     alignment_stiffness: float = parameter(
         0.5,
-        'How firmly the template keeps to where it was matched; 0: only what is likely counts.',
+        'Penalty on moving the template from where it was matched; 0: only the likelihood counts.',
         minimum=0.0,
         maximum=100.0,
     )
@@ -100,12 +100,13 @@ class SegmentationConfig(StageConfig):
     )
     outside: bool = parameter(
         False,
-        "The likelihood does not come from the tracker but from outside, as a detector's heat map "
-        'that takes its place on the topic; gait_evaluate --likelihood knows by itself.',
+        'The likelihood does not come from the tracker but from outside, such as a '
+        "detector's heat map that takes its place on the topic; gait_evaluate "
+        '--likelihood implies it.',
     )
     outside_share: float = parameter(
         0.5,
-        'What a likelihood from outside counts beside the colours learnt from it.',
+        'Weight of a likelihood from outside beside the colours learnt from it.',
         minimum=0.0,
         maximum=1.0,
     )
@@ -135,7 +136,8 @@ class SegmentationConfig(StageConfig):
     )
     paper_depth: float = parameter(
         0.04,
-        'The same inside: limbs are thin, and their middle is never far from the outline.',
+        "Distance inside of the template's outline at which the paper prior's term is "
+        'full: limbs are thin, and their middle is never far from the outline.',
         minimum=0.005,
         maximum=0.5,
     )
@@ -154,7 +156,7 @@ class SegmentationConfig(StageConfig):
     )
     paper_search: float = parameter(
         0.01,
-        "What the local search takes off the paper prior's distance (at least one pixel).",
+        "By how much the local search reduces the paper prior's distance (at least one pixel).",
         minimum=0.0,
         maximum=0.2,
     )

@@ -32,21 +32,22 @@ class StartingConfig(StageConfig):
     )
     least_height: float = parameter(
         20.0,
-        'Height below which nobody is searched, in the image that is searched.',
+        'Least height of people who are searched for, in the searched image.',
         unit='px',
         minimum=12.0,
         maximum=400.0,
     )
     watch: float = parameter(
         0.5,
-        'How long somebody must be seen to walk. Less starts earlier, more errs less.',
+        'How long somebody must be seen to walk. Lower values start earlier, higher ones '
+        'make fewer errors.',
         unit='s',
         minimum=0.1,
         maximum=5.0,
     )
     least_way: float = parameter(
         0.15,
-        'How far somebody must have come, or grown, before getting a slot.',
+        'Distance that somebody must have covered, or grown by, before getting a slot.',
         unit='body height',
         minimum=0.0,
         maximum=2.0,

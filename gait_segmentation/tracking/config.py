@@ -56,8 +56,8 @@ class TrackingConfig(StageConfig):
     )
     start_left_out: float = parameter(
         0.7,
-        'Share of the colours learnt near a pixel that does not count when the first mask is '
-        'estimated there; 0 lets errors confirm themselves.',
+        'Share of the colours learnt near a pixel that is subtracted when that pixel is '
+        'judged for the first mask (leave-one-out); 0 lets errors confirm themselves.',
         minimum=0.0,
         maximum=1.0,
     )
@@ -69,7 +69,7 @@ class TrackingConfig(StageConfig):
     )
     band_share: float = parameter(
         0.7,
-        'Weight of the colours of the own height band against those of the whole body.',
+        "Weight of the colours of a pixel's own height band against those of the whole body.",
         minimum=0.0,
         maximum=1.0,
     )
@@ -90,7 +90,7 @@ class TrackingConfig(StageConfig):
     )
     background_trust: float = parameter(
         0.95,
-        'Most that the background model can weigh against the background colours.',
+        'Largest weight of the background model against the background colours.',
         minimum=0.0,
         maximum=0.999,
     )
@@ -141,7 +141,7 @@ class TrackingConfig(StageConfig):
         True, "Undo changes of the camera's tone curve, read off the remembered background."
     )
     use_texture: bool = parameter(
-        True, 'In images without colour, tell things apart by the energy of their gradients, too.'
+        True, 'In images without colour, use the energy of the gradients in place of colour.'
     )
     use_motion_gate: bool = parameter(
         True, 'Do not learn as background what moves against it: other people, cars.'
@@ -154,15 +154,16 @@ class TrackingConfig(StageConfig):
     )
     spread_weight: float = parameter(
         3.0,
-        'Weight, in the first frames, of what is known nearby where the background was never '
-        'seen; 0 = none.',
+        'Weight, in the first frames, of evidence spread from pixels nearby to where the '
+        'background was never seen; 0 = none.',
         minimum=0.0,
         maximum=10.0,
     )
     use_feature_selection: bool = parameter(
         True,
-        'Rank further features (R, G, B, H, S, r, g, orientation of gradients) and add those '
-        'that tell person and surroundings better apart than joint colour and background.',
+        'Rank further features (R, G, B, H, S, r, g, orientation of gradients) and add '
+        'those that separate person and surroundings better than joint colour and '
+        'background.',
     )
     use_propagation: bool = parameter(
         True, 'Carry the last mask forward with the motion of the body as a weak prior.'
@@ -181,7 +182,7 @@ class TrackingConfig(StageConfig):
     )
     patience: float = parameter(
         3.0,
-        'How long somebody who is hidden or gone is waited for before the track ends.',
+        'How long a lost person (occluded or gone) is searched for before the track ends.',
         unit='s',
         minimum=0.0,
         maximum=60.0,
