@@ -67,25 +67,25 @@ ARGUMENTS = [
         'use_sim_time',
         default_value='false',
         choices=TRUTH,
-        description='take the time from /clock',
+        description='use the time of /clock',
     ),
     DeclareLaunchArgument(
         'log_level',
         default_value='info',
         choices=['debug', 'info', 'warn', 'error', 'fatal'],
-        description='least severe messages that are logged',
+        description='lowest severity that is logged',
     ),
     DeclareLaunchArgument(
         'respawn',
         default_value='false',
         choices=TRUTH,
-        description='start a node again that has died',
+        description='restart nodes that die',
     ),
     DeclareLaunchArgument(
         'enclaves',
         default_value='',
-        description='where the enclaves of SROS2 are that have the names of the nodes, such as '
-        '/gait for /gait/gait_tracker; empty = none are given',
+        description='path of the SROS2 enclaves, which are named like the nodes, such as /gait '
+        'for /gait/gait_tracker; empty = none',
     ),
 ]
 
@@ -105,7 +105,7 @@ def _nodes(context):
     # launch would only warn, and start the nodes with their defaults.
     if not Path(given['params_file']).is_file():
         raise ValueError(f'params_file:={given["params_file"]} is no file')
-    # Nor would it say a word of a misspelt argument. Those of a file that includes this are no
+    # Nor would it mention a misspelt argument. Arguments of a file that includes this one are no
     # mistake.
     known = [*given, 'input', 'topic', 'rate', 'width', 'loop', 'keep_stamps']
     others = [name for name in context.launch_configurations if name not in known]
@@ -137,7 +137,7 @@ def _node(name, given):
         parameters['max_people'] = int(_numbers(given, 'max_people', 1)[0])
     if given['initial_box']:
         parameters['initial_box'] = _numbers(given, 'initial_box', 4)
-    # Told with or without what image_transport appends.
+    # Given with or without the suffix that image_transport appends.
     image = given['image'].removesuffix('/compressed')
     enclave = ['--enclave', f'{given["enclaves"].rstrip("/")}/{name}'] if given['enclaves'] else []
     # Three nodes side by side need three names for their pictures.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Play a bag, a film or a folder of images through the nodes, as fast as it was recorded."""
+"""Play a bag, a film or a folder of images through the nodes, at the rate it was recorded."""
 
 from pathlib import Path
 
@@ -30,7 +30,7 @@ FLOW_OUT_S = 3.0
 ARGUMENTS = [
     DeclareLaunchArgument('input', description='bag (ROS 2 or ROS 1), film or folder of images'),
     DeclareLaunchArgument(
-        'topic', default_value='', description='of the images in a bag, where there are several'
+        'topic', default_value='', description='topic of the images, if a bag has several'
     ),
     DeclareLaunchArgument(
         'rate', default_value='0', description='frames per second; 0 = as recorded'
@@ -39,7 +39,7 @@ ARGUMENTS = [
         'width', default_value='0', description='scale down to this width; 0 = as recorded'
     ),
     DeclareLaunchArgument(
-        'loop', default_value='false', choices=['true', 'false'], description='play for ever'
+        'loop', default_value='false', choices=['true', 'false'], description='repeat forever'
     ),
     DeclareLaunchArgument(
         'keep_stamps',
