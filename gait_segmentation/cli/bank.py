@@ -41,9 +41,9 @@ order of the numbers in their names, must be silhouettes (white on black) of
 one walker who keeps one direction for at least one stride, all of the body in
 view, as gait_replay --masks writes them.  They have one size, or each is cut
 out by its box.  Images before the walker comes and after they are gone may be
-empty.  The period is found by itself; phase 0 is where the legs are farthest
+empty.  The period is estimated; phase 0 is where the legs are farthest
 apart.  Which leg is in front then cannot be seen in profile: --first-contact
-says it.
+tells it.
 
 Azimuth is the direction of walking: 0 to the right in the image, 90 away from
 the camera, 180 to the left, -90 towards the camera.

@@ -46,9 +46,9 @@ DESCRIPTION = """\
 Show the package at work on this computer.
 
 A film is played as a live camera at its own rate; gait_tracker, gait_matcher
-and gait_segmenter run as processes of their own, as on a robot, and all they
-publish is recorded. The film is a woman who walks past a standing camera
-(from the package Sports2D, BSD-3-Clause, fetched once), or one of yours.
+and gait_segmenter run as separate processes, as on a robot, and everything they
+publish is recorded. The film shows a woman walking past a static camera (from
+the package Sports2D, BSD-3-Clause, downloaded once); --clip plays another.
 """
 
 EPILOG = """\
@@ -59,7 +59,7 @@ writes to the output folder
   phase.png          gait phase and direction over time
   report.json        frames in and out, dropped, fps, latency from the frame's
                      stamp to its mask, frames tracked
-  logs/NAME.log      what the processes said
+  logs/NAME.log      what the processes logged
 
 examples
   gait_demo

@@ -74,16 +74,16 @@ columns of the first table
            the pipeline, the start included
 
 columns of the second table
-  J, box IoU, centre  per person, with the track that suits best in each frame;
+  J, box IoU, centre  per person, with the track that fits best in each frame;
                       centre: distance over the person's height
-  one id              J with the one track id that suits the person best
+  one id              J with the one track id that fits the person best
   lost                frames of somebody visible without a box of IoU >= 0.2
   switches            times that somebody is held (IoU >= 0.5) by another id
                       than before; shared: ids that held two people
   MOTA, IDF1          by motmetrics, left out if that is not installed
   lock s              longest time from showing somebody whole to the first box
-                      with IoU >= 0.5; back s: the same for somebody who comes
-                      back into view after having been hidden
+                      with IoU >= 0.5; back s: the same for somebody who is
+                      visible again after an occlusion
   false               track ids that never were on a person
 
 scenes (--synthetic)
@@ -119,8 +119,8 @@ def parser() -> argparse.ArgumentParser:
         choices=[*SCENES, 'all'],
         help='also make a synthetic scene (see below) and run it; may be repeated',
     )
-    add('--seed', type=int, default=0, help='of the scenes (default: %(default)s)')
-    add('--keep', type=Path, metavar='DIR', help='leave the scenes in DIR as sequence folders')
+    add('--seed', type=int, default=0, help='seed of the scenes (default: %(default)s)')
+    add('--keep', type=Path, metavar='DIR', help='keep the scenes in DIR as sequence folders')
     add(
         '--init',
         choices=('box', 'auto'),
@@ -139,8 +139,8 @@ def parser() -> argparse.ArgumentParser:
     add(
         '--restarts',
         action='store_true',
-        help='also start anew at every 10th frame for 14 frames: J over all of them, and J0 of '
-        'the first frame alone, say how well tracks start',
+        help='also restart at every 10th frame for 14 frames: J over all of them, and J0 of the '
+        'first frame alone, show how well tracks start',
     )
     add(
         '--ablate',

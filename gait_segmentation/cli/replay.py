@@ -77,9 +77,9 @@ def parser() -> argparse.ArgumentParser:
     )
     add('--masks', type=Path, metavar='DIR', help='write masks as images')
     add('--overlay', type=Path, metavar='FILE', help='write a film (.mp4)')
-    add('--csv', type=Path, metavar='FILE', help='write a table')
+    add('--csv', type=Path, metavar='FILE', help='write a table of people, boxes and gait')
     add('--opengait', type=Path, metavar='DIR', help='write normalised silhouettes')
-    add('--topic', default='', help='of the images in bags, where there are several')
+    add('--topic', default='', help='topic of the images, if a bag has several')
     add(
         '--box',
         type=float,
@@ -96,7 +96,7 @@ def parser() -> argparse.ArgumentParser:
         type=float,
         default=0.0,
         metavar='HZ',
-        help='frames per second of films (what they say) and folders (30)',
+        help='frames per second (films: their own; folders: 30)',
     )
     add(
         '--set',
@@ -109,7 +109,7 @@ def parser() -> argparse.ArgumentParser:
     add('--bank', default='', metavar='FILE', help='template bank, as gait_bank writes it')
     add('--jobs', type=int, default=1, metavar='N', help='inputs at a time (%(default)s)')
     add('--threads', type=int, default=1, help='threads of OpenCV in each (%(default)s)')
-    add('--force', action='store_true', help='make outputs that exist anew')
+    add('--force', action='store_true', help='make existing outputs anew')
     return made
 
 

@@ -71,13 +71,13 @@ def parser() -> argparse.ArgumentParser:
         type=Path,
         help='film, folder of images (in the order of the numbers in their names), or bag',
     )
-    add('--topic', default='', help='of the images in a bag, where there are several')
+    add('--topic', default='', help='topic of the images, if a bag has several')
     add(
         '--rate',
         type=float,
         default=0.0,
         metavar='HZ',
-        help='frames per second (those of the film; in a bag, as its stamps lie)',
+        help='frames per second (films: their own; bags: the intervals of the stamps)',
     )
     add('--width', type=int, default=0, metavar='PX', help='scale down to this width')
     add('--start', type=int, default=0, metavar='N', help='first frame, counted from 0')
@@ -105,13 +105,19 @@ def parser() -> argparse.ArgumentParser:
         metavar='N',
         help='begin when N subscribers that can take the images (type, QoS) are connected',
     )
-    add('--wait-timeout', type=float, default=60.0, metavar='S', help='and fail after this time')
+    add(
+        '--wait-timeout',
+        type=float,
+        default=60.0,
+        metavar='S',
+        help='how long --wait-for waits before it fails (%(default)s)',
+    )
     add(
         '--delay',
         type=float,
         default=0.0,
         metavar='S',
-        help='and wait for this time before the first frame, for nodes to find each other',
+        help='pause before the first frame, so that nodes discover each other',
     )
     add('--stamps', type=Path, metavar='FILE', help='write "frame stamp_ns" of every frame')
     add('--frame-id', default='camera', help='frame_id of the headers (%(default)s)')

@@ -38,7 +38,7 @@ examples
   %(prog)s --ros-args --params-file gait_segmentation.yaml -p max_people:=4
 
 Topics are in docs/ros.md, parameters in docs/parameters.md; "ros2 param list"
-and "ros2 param describe" tell those of a node that runs.
+and "ros2 param describe" show those of a running node.
 """
 
 
