@@ -12,17 +12,18 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-__all__ = ['advance', 'carry', 'waver']
+__all__ = ['advance', 'carry', 'diffuse']
 
 _BLOCK = 16
 
 
 @njit(cache=True, nogil=True, fastmath=True)
-def waver(belief, share):  # type: ignore[no-untyped-def]
+def diffuse(belief, share):  # type: ignore[no-untyped-def]
     """
     Let neighbouring views, heights and rows exchange a share, in place; its own adjoint.
 
     :param belief: (V, S, Y, N) float64.
+    :param share: of the difference of two neighbours that goes from one to the other, below 0.5.
     """
     views, heights, rows, size = belief.shape
     along = belief.reshape(1, views, heights * rows * size)
@@ -55,8 +56,9 @@ def carry(belief, turn, exchange, result):  # type: ignore[no-untyped-def]
     Let neighbouring rates exchange a share, and move the phases of each rate on.
 
     :param belief: (N, R, P) float64, the first rate is standing, which exchanges nothing.
-    :param turn: (R, P), how likely each advance of the phase is.
-    :param result: (N, R, P).
+    :param turn: (R, P) float64, how likely each advance of the phase is.
+    :param exchange: share that goes to each neighbouring rate.
+    :param result: (N, R, P) float64, written.
     """
     row, out = _buffers(belief.shape[2])
     for cell in range(len(belief)):
@@ -70,8 +72,9 @@ def advance(belief, turn, exchange, kept, prior, likelihood, result):  # type: i
 
     :param belief: (N, R, P) float64, not negative.
     :param turn: see :func:`carry`.
-    :param kept: share that does not begin anew with ``prior``, (R, P).
-    :param likelihood: (N, P) of the frame; where it is 0 nothing is left.
+    :param kept: share that does not begin anew with ``prior``, (R, P) float64.
+    :param likelihood: (N, P) float64 of the frame; where it is 0 nothing is left.
+    :param result: (N, R, P) float64, written; adds up to 1.
     """
     cells, rates, phases = belief.shape
     row, out = _buffers(phases)

@@ -10,9 +10,12 @@ from gait_segmentation.geometry import Box
 
 __all__ = ['BoxMotion']
 
-_RATE = 0.3
-_LONGEST = 0.5
+_GAIN = 0.3
+"""Share of the newest speed in its running mean."""
+_LONGEST_S = 0.5
+"""Pause after which the speed is taken anew."""
 _FASTEST = 2.0
+"""Largest speed, along each axis, in box heights per second."""
 
 
 class BoxMotion:
@@ -53,12 +56,12 @@ class BoxMotion:
         off_y = (box.center_y - last.center_y) / box.height
         speed = self._speed
         fresh = tuple(max(-_FASTEST, min(_FASTEST, off / passed)) for off in (off_x, off_y))
-        if speed is None or passed > _LONGEST:
+        if speed is None or passed > _LONGEST_S:
             self._speed = fresh[0], fresh[1]
             return 0, 0, 0
         self._speed = (
-            speed[0] + _RATE * (fresh[0] - speed[0]),
-            speed[1] + _RATE * (fresh[1] - speed[1]),
+            speed[0] + _GAIN * (fresh[0] - speed[0]),
+            speed[1] + _GAIN * (fresh[1] - speed[1]),
         )
         jump = (
             round(math.log(box.height / last.height) / log_step),

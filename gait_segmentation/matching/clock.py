@@ -15,18 +15,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.matching.belief import advance, carry, waver
+from gait_segmentation.matching.belief import advance, carry, diffuse
 
 __all__ = ['PhaseClock']
 
 _RATES = 14
+"""Rates of the grid, the first of which is standing."""
 _USUAL_RATE, _SPREAD = 0.92, 0.2
 """Strides per second of adults, 110 steps/min, and the standard deviation of its logarithm."""
 _STANDING = 0.05
 """Share of people who stand."""
-_WANDER = 0.1
+_RATE_DIFFUSION = 0.1
 """Standard deviation by which the logarithm of the rate changes in a second."""
-_DIFFUSION = 0.02
+_PHASE_DIFFUSION = 0.02
 """Standard deviation in strides by which the phase leaves an even walk in a second."""
 _RENEWAL = 0.02
 """Share of the belief that begins anew in a second: people stop, and the view was wrong."""
@@ -35,7 +36,7 @@ _NOISE = 12.0
 Evidence that is worth a factor of e.  Flipped pixels alone would give about 8; errors of real
 likelihoods are alike in neighbouring pixels.
 """
-_WAVER = 2.0
+_CELL_DIFFUSION = 2.0
 """Share of the belief in a view, height or row that goes to each neighbour in a second."""
 _UNLIKELY = 3e-3
 """Views and placements believed in less than this are not looked at."""
@@ -115,7 +116,7 @@ class PhaseClock:
             return self._cells > 0
         last = self._steps[-1]
         share = last.belief.sum(axis=(-2, -1))
-        share = self._wavered(_moved(share, moved, share.ndim), seconds - last.seconds)
+        share = self._diffused(_moved(share, moved, share.ndim), seconds - last.seconds)
         return np.asarray(share > _UNLIKELY * share.sum())
 
     def update(self, evidence: NDArray[np.float64], seconds: float, moved: int = 0) -> None:
@@ -130,7 +131,7 @@ class PhaseClock:
         """
         passed = seconds - self._steps[-1].seconds if self._steps else 0.0
         turn = self._turn(passed)
-        exchange = min(0.3, 0.5 * _WANDER**2 * passed / self._spacing**2)
+        exchange = min(0.3, 0.5 * _RATE_DIFFUSION**2 * passed / self._spacing**2)
         kept = float(np.exp(-_RENEWAL * passed))
         likelihood = np.exp((evidence - evidence.max()) / _NOISE)
         # No phase of a view that was looked at is ruled out by one frame; where nobody looked,
@@ -138,7 +139,7 @@ class PhaseClock:
         likelihood = np.where(np.isfinite(evidence), np.maximum(likelihood, _FLOOR), 0.0)
         if self._steps:
             last = self._steps[-1].belief
-            before = self._wavered(_moved(last, moved, self._cells.ndim), passed)
+            before = self._diffused(_moved(last, moved, self._cells.ndim), passed)
             belief = np.empty(before.shape)
             shape = -1, *self._prior.shape
             advance(
@@ -192,7 +193,7 @@ class PhaseClock:
         back = self._carried(self._carried(seen, turn, 0.0), self._turn(0.0), step.exchange)
         renewed = (self._prior * seen).sum(axis=(-2, -1), keepdims=True)
         back = step.kept * back + (1 - step.kept) * renewed
-        back = _moved(self._wavered(back, step.passed), -step.moved, self._cells.ndim)
+        back = _moved(self._diffused(back, step.passed), -step.moved, self._cells.ndim)
         return np.asarray(back / back.max())
 
     def _turn(self, seconds: float) -> NDArray[np.float64]:
@@ -202,7 +203,7 @@ class PhaseClock:
         It is the probability of each advance; turns by fractions of a bin are exact in the
         frequency domain.
         """
-        spread = np.exp(-0.5 * (self._waves * _DIFFUSION) ** 2 * seconds)
+        spread = np.exp(-0.5 * (self._waves * _PHASE_DIFFUSION) ** 2 * seconds)
         turn = np.exp(-1j * np.outer(self._rates * seconds, self._waves)) * spread
         return np.asarray(np.fft.irfft(turn, self._phases, axis=1))
 
@@ -215,11 +216,11 @@ class PhaseClock:
         carry(np.ascontiguousarray(belief).reshape(shape), turn, exchange, result.reshape(shape))
         return result
 
-    def _wavered(self, belief: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
+    def _diffused(self, belief: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
         """Let neighbouring views and placements exchange a share, in a copy."""
         result = np.array(belief, order='C')
         cells = (*self._cells.shape, 1, 1)[:3]
-        waver(result.reshape(*cells, -1), min(0.3, _WAVER * seconds))
+        diffuse(result.reshape(*cells, -1), min(0.3, _CELL_DIFFUSION * seconds))
         return result
 
 

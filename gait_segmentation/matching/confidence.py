@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 __all__ = ['phase_near']
 
 _TOLERANCE = 0.05
+"""Strides to either side of a phase that is called right."""
 _CLEARLY = 0.99999
 """Belief in the other half of the stride from which it is taken."""
 

@@ -171,6 +171,21 @@ class MatchingConfig(StageConfig):
         maximum=1.0,
     )
 
+    @property
+    def slowest_rate(self) -> float:
+        """Return the rate of the slowest walk in strides (two steps) per second."""
+        return self.minimum_cadence / 120
+
+    @property
+    def fastest_rate(self) -> float:
+        """Return the rate of the fastest walk in strides per second."""
+        return self.maximum_cadence / 120
+
+    @property
+    def middle_rate(self) -> float:
+        """Return the rate half way between the two."""
+        return (self.minimum_cadence + self.maximum_cadence) / 240
+
     def __post_init__(self) -> None:
         """Check the fields one by one and together."""
         super().__post_init__()

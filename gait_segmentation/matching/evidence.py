@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from copy import copy
 
 import cv2
@@ -22,7 +21,7 @@ from gait_segmentation.geometry import (
 )
 from gait_segmentation.matching.evidence_kernels import compare, pair
 from gait_segmentation.matching.fine_views import FineViews
-from gait_segmentation.matching.placements import inside, region, smoothed
+from gait_segmentation.matching.sampling import antialiasing_side, inside, region, smoothed
 
 __all__ = ['HEIGHTS', 'ROWS', 'FineEvidence']
 
@@ -33,7 +32,9 @@ ROWS = (-1, 0, 1)
 _COLUMNS = (-1, 0, 1)
 """Shifts to the right; the best one counts."""
 _MARGIN = 2
+"""Samples about the grid on each side, by which it can be shifted."""
 _LEAST_CONTRAST = 0.05
+"""Least difference of the mean likelihoods (0..1) inside and outside that tells anything."""
 _AROUND = np.ones((3, 3), np.uint8)
 _ALL = 255
 
@@ -179,8 +180,7 @@ class FineEvidence:
             for factor in HEIGHTS
         ]
         sides = reach(frames[-1], *size)
-        pitch = body.height / (self._fill * height)
-        side = max(1, 2 * math.ceil(pitch / 2 - 0.75) + 1)
+        side = antialiasing_side(body.height / (self._fill * height))
         window = region(sides, likelihood.shape, side)
         everywhere = known is None and inside(sides, likelihood.shape)
         values, shown = smoothed(likelihood, known, window, side)

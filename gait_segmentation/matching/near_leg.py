@@ -9,7 +9,9 @@ import math
 __all__ = ['NearLeg']
 
 _TURNED = math.cos(math.radians(60.0))
+"""Cosine of the azimuth above which it can be seen which leg is nearer."""
 _WAITS = 0.25
+"""Strides by which a phase may lie behind the last one and be taken for a stand-still."""
 
 
 class NearLeg:

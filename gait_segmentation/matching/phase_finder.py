@@ -44,8 +44,8 @@ class PhaseFinder:
         self._azimuth, self._body = SteadyAngle(), SteadyBody()
         self._clock = PhaseClock(
             phases,
-            config.minimum_cadence / 120,
-            config.maximum_cadence / 120,
+            config.slowest_rate,
+            config.fastest_rate,
             config.lag + 1,
             evidence.cells,
         )

@@ -21,10 +21,11 @@ from gait_segmentation.geometry import (
     template_to_image,
 )
 from gait_segmentation.matching.config import MatchingConfig
+from gait_segmentation.matching.sampling import antialiasing_side, inside, region, smoothed
 from gait_segmentation.matching.search_range import Place, SearchRange
 from gait_segmentation.matching.tanimoto import WindowGrid
 
-__all__ = ['PlacementGrid', 'Sampled', 'inside', 'region', 'smoothed']
+__all__ = ['PlacementGrid', 'Sampled']
 
 _ALL = 255
 _EVERY_HEIGHT = slice(None)
@@ -126,7 +127,7 @@ class PlacementGrid:
         """
         rows, columns = self.windows.image_shape
         pitch = box.height * float(self.scales[-1]) / self._body
-        side = max(blur, 2 * math.ceil(pitch / 2 - 0.75) + 1) if pitch > 1 else blur
+        side = max(blur, antialiasing_side(pitch))
         sides = reach(self._transform(box, float(self.scales[-1]), angle), columns, rows)
         window = region(sides, likelihood.shape, side)
         all_seen = known is None and inside(sides, likelihood.shape, 0.5)
@@ -173,57 +174,3 @@ class PlacementGrid:
 def _all_set(masks: NDArray[np.uint8]) -> bool:
     """Tell whether no pixel of (S, h, w) masks is 0."""
     return cv2.countNonZero(masks.reshape(-1, masks.shape[2])) == masks.size
-
-
-def inside(
-    sides: tuple[float, float, float, float], shape: tuple[int, ...], margin: float = 0.0
-) -> bool:
-    """
-    Tell whether what lies between sides is in an image.
-
-    :param sides: left, top, right and bottom.
-    :param shape: (h, w) of the image.
-    :param margin: pixels that must be left beyond the sides; linear interpolation needs a half.
-    """
-    left, top, right, bottom = sides
-    return min(left, top) >= margin and right <= shape[1] - margin and bottom <= shape[0] - margin
-
-
-def smoothed(
-    likelihood: NDArray[np.uint8],
-    known: NDArray[np.uint8] | None,
-    window: tuple[slice, slice],
-    side: int,
-) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | None]:
-    """
-    Average a likelihood over what is known of it.
-
-    :param likelihood: (h, w) uint8.
-    :param known: (h, w) uint8, 0 where the likelihood says nothing; None = known everywhere.
-    :param window: the rows and columns that are wanted.
-    :param side: of the square whose mean is taken.
-    :returns: the means in the window, and the same with 255 where the likelihood is known, else
-        0; None = known everywhere.
-    """
-    values = likelihood[window]
-    seen = None if known is None else np.where(known[window] != 0, _ALL, 0).astype(np.uint8)
-    if values.size == 0:
-        # OpenCV makes no arrays without pixels.
-        return values, seen
-    if seen is not None:
-        values = cv2.bitwise_and(values, seen)
-    if side > 1:
-        values = cv2.blur(values, (side, side), borderType=cv2.BORDER_REPLICATE)
-        if seen is not None:
-            share = cv2.blur(seen, (side, side), borderType=cv2.BORDER_REPLICATE)
-            values = cv2.divide(values, share, scale=_ALL)
-    return values, seen
-
-
-def region(
-    sides: tuple[float, float, float, float], shape: tuple[int, ...], margin: int
-) -> tuple[slice, slice]:
-    """Return the part of an image that can matter between sides, with a margin to be blurred."""
-    left, top, right, bottom = sides
-    box = Box(left, top, right - left, bottom - top).padded(margin + 1, margin + 1)
-    return box.slices(shape[1], shape[0])

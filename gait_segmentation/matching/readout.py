@@ -126,5 +126,5 @@ class Readout:
             template = np.minimum(template, sampled.known[part])
         values = sampled.images[part]
         common = int(np.minimum(template, values).sum(dtype=np.int64))
-        joint = int(values.sum(dtype=np.int64)) + int(template.sum(dtype=np.int64)) - common
-        return common / joint if joint else 0.0
+        union = int(values.sum(dtype=np.int64)) + int(template.sum(dtype=np.int64)) - common
+        return common / union if union else 0.0

@@ -25,6 +25,9 @@ class SimilarityMaps:
     """
     Compares the likelihoods about a box with the templates of the builds that are searched.
 
+    The Tanimoto similarity is C / (F + G - C), with C the common area of likelihood and template
+    (their intersection), F the area of the likelihood and G that of the template.
+
     One build is done after the other: the common areas of one stay in the processor's cache until
     they have become similarities, half as large.
     """
@@ -41,7 +44,7 @@ class SimilarityMaps:
         Prepare the comparison.
 
         :param sums: of the kernels' templates.
-        :param cost: (S,), what each body height costs.
+        :param cost: (S,) int16 in path units, what each body height costs.
         :param minimum_visible: share of a template that must be known for it to count.
         """
         self._kernels, self._sums, self._windows, self._cost = kernels, sums, windows, cost
@@ -124,8 +127,8 @@ def _compare(common, area, cost, maps, whole):  # type: ignore[no-untyped-def]
     for row in range(len(common)):
         shared, g, result = common[row], whole[row], maps[row]
         for j in range(len(shared)):
-            joint = max(np.int32(area[j] + g - shared[j]), np.int32(1))
-            share = np.float32(shared[j]) / np.float32(joint)
+            union = max(np.int32(area[j] + g - shared[j]), np.int32(1))
+            share = np.float32(shared[j]) / np.float32(union)
             result[j] = np.int16(np.int32(share * np.float32(UNIT) + np.float32(0.5)) - cost[j])
 
 
@@ -184,8 +187,8 @@ def _compare_row(shared, area, seen, least, cost, result):  # type: ignore[no-un
         g = seen[j]
         if g < least:
             g = np.int32(_HUGE)
-        joint = max(np.int32(area[j] + g - shared[j]), np.int32(1))
-        share = np.float32(shared[j]) / np.float32(joint)
+        union = max(np.int32(area[j] + g - shared[j]), np.int32(1))
+        share = np.float32(shared[j]) / np.float32(union)
         result[j] = np.int16(np.int32(share * np.float32(UNIT) + np.float32(0.5)) - cost[j])
 
 

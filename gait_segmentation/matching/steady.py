@@ -9,8 +9,10 @@ import math
 
 __all__ = ['SteadyAngle']
 
-_MEMORY = 0.7  # seconds
+_MEMORY_S = 0.7
+"""Time constant of the mean."""
 _JUMP = math.pi / 4
+"""Radians from the mean from which on an angle has jumped."""
 
 
 class SteadyAngle:
@@ -34,7 +36,7 @@ class SteadyAngle:
         turn = cmath.exp(1j * angle)
         if self._weight and abs(cmath.phase(turn * self._sum.conjugate())) > _JUMP:
             self.reset()
-        kept = math.exp(-(seconds - self._seconds) / _MEMORY) if self._weight else 0.0
+        kept = math.exp(-(seconds - self._seconds) / _MEMORY_S) if self._weight else 0.0
         self._sum = kept * self._sum + turn
         self._weight = kept * self._weight + 1
         self._seconds = seconds

@@ -13,8 +13,10 @@ from gait_segmentation.geometry import BodyFrame
 __all__ = ['SteadyBody']
 
 _FRAMES = 20
-_LONGEST = 0.8
+_LONGEST_S = 0.8
+"""How many frames, and how much time, a line is drawn through."""
 _JUMP = 0.25
+"""Share of the height, of the place or of the height itself, from which on a body has jumped."""
 _STILL = (0.04, 0.12, 0.12)
 """
 Time in which a motion must show to be believed, across, down and in height: seconds that stand
@@ -53,7 +55,7 @@ class SteadyBody:
             ):
                 self._last.clear()
         self._last.append((seconds, body.center_x, body.center_y, size))
-        while seconds - self._last[0][0] > _LONGEST:
+        while seconds - self._last[0][0] > _LONGEST_S:
             self._last.popleft()
         # A few numbers: lists are faster than arrays.
         count = len(self._last)

@@ -19,3 +19,8 @@ from gait_segmentation.matching import MatchingConfig
 def test_refuses_values_with_their_name(wrong):
     with pytest.raises(ConfigError, match=next(iter(wrong))):
         MatchingConfig(**wrong)
+
+
+def test_two_steps_are_a_stride() -> None:
+    config = MatchingConfig(minimum_cadence=60.0, maximum_cadence=120.0)
+    assert (config.slowest_rate, config.middle_rate, config.fastest_rate) == (0.5, 0.75, 1.0)

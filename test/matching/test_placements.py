@@ -5,7 +5,7 @@ import pytest
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig
-from gait_segmentation.matching.placements import PlacementGrid, inside, region, smoothed
+from gait_segmentation.matching.placements import PlacementGrid
 from gait_segmentation.matching.shape_prior import warp_template
 
 CONFIG = MatchingConfig(shifts_x=2, shifts_y=1, scales=1, scale_step=0.06, blur=1)
@@ -125,24 +125,3 @@ def test_what_is_finer_than_the_templates_is_averaged(grid):
 @pytest.mark.parametrize('shift_step', [0.005, 0.02])
 def test_shifts_are_at_least_a_pixel(shift_step):
     assert PlacementGrid((24, 16), 0.9, MatchingConfig(shift_step=shift_step)).step == 1
-
-
-def test_inside_is_inside_of_all_sides():
-    assert inside((0, 0, 30, 20), (20, 30))
-    assert inside((1, 1, 29, 19), (20, 30), 1)
-    for sides in ((-1, 0, 30, 20), (0, -1, 30, 20), (0, 0, 31, 20), (0, 0, 30, 21)):
-        assert not inside(sides, (20, 30))
-
-
-def test_a_part_is_smoothed_as_the_whole():
-    rng = np.random.default_rng(0)
-    image = rng.integers(0, 256, (60, 80), dtype=np.uint8)
-    known = np.where(rng.random(image.shape) < 0.6, 255, 0).astype(np.uint8)
-    every = slice(0, 60), slice(0, 80)
-    for mask in (None, known):
-        whole, _ = smoothed(image, mask, every, 9)
-        window = region((20.2, 15.5, 50.0, 40.1), image.shape, 9)
-        part, _ = smoothed(image, mask, window, 9)
-        rows, columns = slice(15, 41), slice(20, 50)
-        inner = part[15 - window[0].start :, 20 - window[1].start :][:26, :30]
-        np.testing.assert_array_equal(inner, whole[rows, columns])

@@ -24,12 +24,12 @@ def tanimoto(
     :param template_area: G, the sum over the template, broadcast to it.
     :returns: float32 in [0, 1].
     """
-    joint = window_area + template_area - common
+    union = window_area + template_area - common
     return np.divide(
         common,
-        joint,
-        out=np.zeros(joint.shape, np.float32),
-        where=joint > 0,
+        union,
+        out=np.zeros(union.shape, np.float32),
+        where=union > 0,
         dtype=np.float32,
         casting='unsafe',
     )
