@@ -11,21 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.matching.backtrack import trace
 from gait_segmentation.matching.builds import builds_of
 from gait_segmentation.matching.config import MatchingConfig
-from gait_segmentation.matching.scores import Scores, ScoreStore
+from gait_segmentation.matching.scores import Scores
 from gait_segmentation.matching.search_range import Place, SearchRange
-from gait_segmentation.matching.tanimoto import pitch_of
 from gait_segmentation.matching.transitions import UNIT, phase_costs, view_changes
-from gait_segmentation.matching.viterbi import advance, shifted
+from gait_segmentation.matching.trellis import Trellis
+from gait_segmentation.matching.viterbi import advance
 
 __all__ = ['Path', 'PathSearch']
 
-_MOST_BYTES = 12 * 2**20
-"""Memory for the scores of one build, 34 frames of the standard one; those of all are kept of the
-first frame only."""
-_STEPS_PER_STRIDE = 2
 _RATE_SPAN = 0.5
 """Seconds of path from which on its own rate is believed."""
 
@@ -34,6 +29,8 @@ _RATE_SPAN = 0.5
 class Path:
     """
     The best path through the frames of the window, oldest frame first.
+
+    A *sequence* of the bank is one build seen from one direction; kernels call it a view.
 
     ``states`` is (N, 5) int64: sequence, phase, scale, row, column.  ``seconds`` (N,) float64
     counts from the first frame of the path search.  ``rate`` is in strides per second.
@@ -72,29 +69,17 @@ class PathSearch:
         self._near, self._near_cost = view_changes(bank, config)
         self._move_cost = round(UNIT * config.move_cost)
         together = int(np.bincount(builds_of(bank)).max())
-        lanes = pitch_of(math.prod(shape))
-        slots = max(config.lag + 2, min(64, _MOST_BYTES // (2 * together * bank.phases * lanes)))
-        # A range that moves needs as much again as the frame before it.
-        rows = bank.sequences + slots * together
-        self._store = ScoreStore(rows, bank.phases * lanes)
-        self._where = np.full((slots, bank.sequences), -1, np.int32)
-        self._costs = np.zeros((slots, bank.phases), np.int16)
-        self._counts = np.zeros(slots, np.int64)
-        self._shifts = np.zeros((slots, 3), np.int64)
-        self._ranges = np.zeros((slots, 7), np.int64)
-        self._nothing = np.full(bank.sequences, -1, np.int32)
+        self._trellis = Trellis(bank.sequences, bank.phases, together, shape, config.lag + 2)
         self.leading: NDArray[np.int16] = np.zeros((bank.sequences, bank.phases), np.int16)
-        self._nominal = (config.minimum_cadence + config.maximum_cadence) / 240
-        self._slots: list[int] = []
+        """(V, P) int16, the best score of each template in the newest frame."""
+
         self.reset()
 
     def reset(self) -> None:
         """Forget all frames."""
-        while self._slots:
-            self._store.give_back(self._where[self._slots.pop()])
-        self._seconds: list[float] = []
+        self._trellis.clear()
         self._best = 0
-        self._rate = self._nominal
+        self._rate = self._config.middle_rate
         self._followed: tuple[int, int] | None = None
         self._leader: tuple[int, int, int, int, int] | None = None
         self._traced = np.empty((0, 5), np.int64)
@@ -102,12 +87,11 @@ class PathSearch:
     @property
     def frames(self) -> int:
         """Return the number of frames in the window."""
-        return len(self._slots)
+        return len(self._trellis)
 
     def scores(self, back: int) -> Scores:
         """Return the scores of a frame until the next step; 0 = the newest, 1 the one before."""
-        slot = self._slots[-1 - back]
-        return Scores(self._store.rows, self._where[slot], self._range(slot))
+        return self._trellis.scores(back)
 
     def step(
         self,
@@ -127,31 +111,25 @@ class PathSearch:
         :param searched: the placements searched.
         :param active: (V,) bool, sequences that are searched; all if None.
         """
-        config = self._config
+        config, trellis = self._config, self._trellis
+        phases = self.leading.shape[1]
         if active is None:
             active = np.ones(len(self.leading), np.bool_)
-        started = bool(self._slots)
-        passed = seconds - self._seconds[-1] if started else 0.0
+        started = len(trellis) > 0
+        passed = seconds - trellis.seconds[-1] if started else 0.0
         self._make_room(seconds)
-        before = self._where[self._slots[-1]] if started else self._nothing
-        moved = self._moved(searched, jump) if started else None
-        cost = phase_costs(
-            len(self._costs[0]),
-            passed,
-            self._rate,
-            config.maximum_cadence / 60 / _STEPS_PER_STRIDE,
-            config.rate_cost,
-        )
-        slot = next(k for k in range(len(self._where)) if k not in self._slots)
-        self._where[slot] = self._store.take(active)
+        before = trellis.where()
+        moved = trellis.moved(searched, jump) if started else None
+        costs = phase_costs(phases, passed, self._rate, config.fastest_rate, config.rate_cost)
+        after = trellis.add(active, seconds, costs, jump, searched)
         fading = min(int(32768 * math.exp(-passed / config.memory)), 32767)
         advance(
-            self._store.rows,
+            trellis.rows,
             before if moved is None else moved,
-            self._where[slot],
+            after,
             np.int16(self._best),
             np.int16(fading),
-            cost,
+            costs,
             self._near,
             self._near_cost,
             np.int16(self._move_cost),
@@ -161,47 +139,19 @@ class PathSearch:
             self.leading,
         )
         if moved is not None:
-            self._store.give_back(moved)
-        self._slots.append(slot)
-        self._seconds.append(seconds)
-        self._costs[slot, : len(cost)], self._counts[slot] = cost, len(cost)
-        self._shifts[slot] = jump
-        self._ranges[slot] = *searched.first, *searched.shape, similarity.shape[1]
+            trellis.give_back(moved)
         self._best = int(self.leading.max())
         self._leader = None
 
     def _make_room(self, seconds: float) -> None:
         """Let go of the oldest frames, so that one of a time can be taken in."""
-        config = self._config
-        while self._slots and (
-            len(self._slots) == len(self._where)
-            or (len(self._slots) > config.lag + 1 and seconds - self._seconds[1] > config.window)
+        config, trellis = self._config, self._trellis
+        while len(trellis) and (
+            len(trellis) == trellis.capacity
+            or (len(trellis) > config.lag + 1 and seconds - trellis.seconds[1] > config.window)
         ):
-            self._store.give_back(self._where[self._slots[0]])
-            del self._slots[0], self._seconds[0]
+            trellis.drop_oldest()
             self._traced = self._traced[1:]
-
-    def _moved(self, searched: SearchRange, jump: Place) -> NDArray[np.int32] | None:
-        """
-        Return rows with the scores of the frame before at the placements searched now.
-
-        :returns: (V,) int32, None if they were those of the frame before.
-        """
-        slot = self._slots[-1]
-        last = self._range(slot)
-        shift = np.add(searched.first, jump) - last.first
-        if searched.shape == last.shape and not shift.any():
-            return None
-        rows = self._store.take(self._where[slot] >= 0)
-        lanes = pitch_of(last.size), pitch_of(searched.size)
-        sizes = self._costs.shape[1], last.shape, searched.shape, lanes
-        shifted(self._store.rows, self._where[slot], rows, *sizes, shift)
-        return rows
-
-    def _range(self, slot: int) -> SearchRange:
-        """Return what was searched in the frame of a slot."""
-        a, b, c, scales, rows, columns, _ = self._ranges[slot].tolist()
-        return SearchRange((a, b, c), (scales, rows, columns))
 
     def leader(self) -> tuple[int, int, int, int, int]:
         """
@@ -220,28 +170,14 @@ class PathSearch:
     def follow(self) -> Path:
         """Trace the path back from the leader."""
         leader = self.leader()
-        states = np.empty((len(self._slots), 5), np.int64)
-        states[-1] = leader
-        trace(
-            self._store.rows,
-            self._where,
-            np.array(self._slots, np.int64),
-            self._costs,
-            self._counts,
-            self._shifts,
-            self._ranges,
-            self._near,
-            self._near_cost,
-            np.int64(self._move_cost),
-            self._traced,
-            states,
+        states = self._trellis.trace(
+            leader, self._near, self._near_cost, self._move_cost, self._traced
         )
         self._traced = states
-        seconds = np.array(self._seconds)
+        seconds = np.array(self._trellis.seconds)
         rate = self._measure(states[:, 1], seconds)
-        lowest, highest = self._config.minimum_cadence, self._config.maximum_cadence
         if seconds[-1] - seconds[0] >= _RATE_SPAN:
-            self._rate = min(max(rate, lowest / 120), highest / 120)
+            self._rate = min(max(rate, self._config.slowest_rate), self._config.fastest_rate)
         self._followed = leader[:2]
         return Path(states, seconds, rate)
 
@@ -249,10 +185,11 @@ class PathSearch:
         """Return sequence and phase of the leader."""
         phases = self.leading.shape[1]
         best = divmod(int(self.leading.argmax()), phases)
-        if self._followed is None or len(self._slots) < 2:
+        if self._followed is None or len(self._trellis) < 2:
             return best
         view, phase = self._followed
-        expected = phase + phases * self._rate * (self._seconds[-1] - self._seconds[-2])
+        then, now = self._trellis.seconds[-2:]
+        expected = phase + phases * self._rate * (now - then)
         away = np.abs((np.arange(phases) - expected + phases / 2) % phases - phases / 2)
         family = [view, *self._near[view][self._near[view] >= 0].tolist()]
         alike = np.full(self.leading.shape, np.iinfo(np.int16).min, np.int16)

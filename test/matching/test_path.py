@@ -105,8 +105,8 @@ def test_keeps_of_each_frame_what_was_searched_in_it():
     )
     row = np.arange(2 * PHASES, dtype=np.int32)
     path = PathSearch(bank, row, ONE.shape, MatchingConfig(lag=5, window=0.2))
-    size = len(path._store.rows)
-    assert size < 2 * len(path._where)
+    size = len(path._trellis.rows)
+    assert size < 2 * path._trellis.capacity
     noise = np.zeros((2 * PHASES, pitch_of(1)), np.int16)
     for round in range(3):
         path.reset()
@@ -114,8 +114,8 @@ def test_keeps_of_each_frame_what_was_searched_in_it():
             jump = (0, 0, k % 2)
             active = np.array([k == 0 or round != 1, k == 0 or round == 1])
             path.step(noise, k / 30, jump, ONE, active)
-            assert path._store.used == path.frames + (path.frames == k + 1)
-    assert len(path._store.rows) == size
+            assert path._trellis.used == path.frames + (path.frames == k + 1)
+    assert len(path._trellis.rows) == size
 
 
 def test_is_bounded_over_many_frames():
@@ -201,7 +201,7 @@ def test_a_neighbouring_view_in_time_is_preferred_to_a_twin():
 
 
 def test_a_path_is_expected_where_its_rate_leads():
-    rate = (MatchingConfig().minimum_cadence + MatchingConfig().maximum_cadence) / 240
+    rate = MatchingConfig().middle_rate
     ahead = round(PHASES * rate * 0.35)
     assert ahead >= 3
     assert turning(0.35, 2, 2 + ahead, view=0) == (0, 2 + ahead)
