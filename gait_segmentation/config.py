@@ -40,7 +40,7 @@ class Parameter:
         """Say in words which values are allowed."""
         if self.choices is not None:
             return 'one of ' + ', '.join(self.choices)
-        kind = {bool: 'true or false', int: 'an integer', float: 'a number', str: 'a text'}
+        kind = {bool: 'true or false', int: 'an integer', float: 'a number', str: 'a string'}
         words = kind[self.type]
         if self.minimum is not None and self.maximum is not None:
             words += f' from {self.minimum:g} to {self.maximum:g}'
