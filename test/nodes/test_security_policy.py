@@ -40,6 +40,12 @@ SOMETIMES = {
 Rules = Mapping[tuple[str, str], set[str]]
 
 
+@pytest.fixture(autouse=True)
+def alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let nobody else be in the graph: one asks it by name, and nodes that are gone linger."""
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF')
+
+
 def rules(name: str) -> Rules:
     """Return the names that a node's rules allow, by what and how."""
     (enclave,) = ElementTree.parse(POLICY).iterfind(f".//enclave[@path='/gait/{name}']")
