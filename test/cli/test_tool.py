@@ -87,6 +87,8 @@ def test_a_benchmark_says_in_one_line_what_is_wrong(tmp_path: Path) -> None:
     assert done.stderr.count('\n') == 1
 
 
-@pytest.mark.parametrize('path', sorted(BENCHMARKS.glob('*.py')), ids=lambda path: path.name)
-def test_every_benchmark_ends_as_the_commands_do(path: Path) -> None:
-    assert f"sys.exit(run_tool('{path.name}', main))" in path.read_text()
+def test_every_benchmark_ends_as_the_commands_do() -> None:
+    programs = sorted(BENCHMARKS.glob('*.py'))
+    assert BENCHMARKS / 'tracking.py' in programs
+    for path in programs:
+        assert f"sys.exit(run_tool('{path.name}', main))" in path.read_text(), path
