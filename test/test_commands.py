@@ -9,7 +9,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import cv2
@@ -36,12 +35,7 @@ sys.exit(commands.{}())
 """
 
 
-@pytest.fixture(autouse=True)
-def handlers() -> Iterator[None]:
-    before = [signal.getsignal(number) for number in SIGNALS]
-    yield
-    for number, handler in zip(SIGNALS, before, strict=True):
-        signal.signal(number, handler)
+pytestmark = pytest.mark.usefixtures('signal_handlers')
 
 
 @pytest.mark.parametrize('number', SIGNALS)
@@ -176,7 +170,7 @@ def test_all_commands_are_installed() -> None:
 
 
 def test_an_interrupt_that_would_be_lost_comes_a_little_later():
-    before = signal.signal(signal.SIGINT, commands._interrupt)
+    signal.signal(signal.SIGINT, commands._interrupt)
     reached = []
 
     def _raw_object_cache_notify():
@@ -187,11 +181,8 @@ def test_an_interrupt_that_would_be_lost_comes_a_little_later():
         _raw_object_cache_notify()
         time.sleep(10)
 
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            work()
-        assert reached
-        with pytest.raises(KeyboardInterrupt):
-            signal.raise_signal(signal.SIGINT)
-    finally:
-        signal.signal(signal.SIGINT, before)
+    with pytest.raises(KeyboardInterrupt):
+        work()
+    assert reached
+    with pytest.raises(KeyboardInterrupt):
+        signal.raise_signal(signal.SIGINT)

@@ -64,6 +64,25 @@ def test_frames_without_a_result_count_as_empty(sequence):
     assert outcomes[0].timings_ms == {}
 
 
+class Repeating(FakePipeline):
+    """Answers each frame twice, the second time without anybody, and some other frame besides."""
+
+    def update(self, image, stamp_ns, likelihood=None):
+        (result,) = super().update(image, stamp_ns, likelihood)
+        (person,) = result.people
+        nobody = SimpleNamespace(mask=np.zeros_like(person.segmentation.mask))
+        again = SimpleNamespace(**vars(person) | {'segmentation': nobody})
+        other = SimpleNamespace(**vars(result) | {'people': (again,)})
+        unasked = SimpleNamespace(**vars(other) | {'stamp_ns': stamp_ns + 1})
+        return [unasked, result, other]
+
+
+def test_of_two_results_for_one_frame_the_first_counts(sequence):
+    outcomes = list(run_sequence(Repeating(), sequence, clock=ticking()))
+    assert [outcome.number for outcome in outcomes] == list(range(8))
+    assert [outcome.score.j for outcome in outcomes] == [1] * 8
+
+
 def test_frames_without_truth_are_run_but_not_scored(tmp_path):
     sequence = Sequence.load(write_sequence(tmp_path / 'walk', without_mask=(2, 3)))
     outcomes = list(run_sequence(FakePipeline(), sequence, clock=ticking()))

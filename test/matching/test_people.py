@@ -50,6 +50,21 @@ def test_a_lag_holds_a_frame_until_all_slots_have_it() -> None:
     assert matcher.flush() == []
 
 
+def test_a_lag_tells_of_each_frame_where_the_bodies_were_in_it() -> None:
+    """To a part of a step between placements, as nothing in later frames says otherwise."""
+    direct, late = people(), people(lag=3)
+    now, then = [], []
+    for index in range(14):
+        now += direct.update(tracks(index, True, True), source_size=SIZE)
+        then += late.update(tracks(index, True, True), source_size=SIZE)
+    then += late.flush()
+    for slot in (0, 1):
+        pairs = [(a[slot], b[slot]) for a, b in zip(now, then, strict=True)]
+        assert [a.stamp_ns for a, _ in pairs] == [b.stamp_ns for _, b in pairs]
+        assert [a.body for a, _ in pairs] == [b.body for _, b in pairs]
+        assert len({a.placement for a, _ in pairs}) == len(pairs)
+
+
 def test_threads_change_nothing() -> None:
     one, three = people(3, 1), people(3, 3)
     for index in range(4):

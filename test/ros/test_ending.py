@@ -9,7 +9,6 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -28,6 +27,10 @@ from gait_segmentation.ros.running import run_node
 def wait():
     print('starting', flush=True)
     time.sleep(100)
+
+def wait_a_little():
+    print('starting', flush=True)
+    time.sleep(0.2)
 
 def swallow():
     try:
@@ -53,12 +56,22 @@ sys.exit(run_node(Quiet, ['quiet']))
 """
 
 
-@pytest.fixture(autouse=True)
-def handlers() -> Iterator[None]:
-    before = [signal.getsignal(number) for number in SIGNALS]
-    yield
-    for number, handler in zip(SIGNALS, before, strict=True):
-        signal.signal(number, handler)
+SIGNALLED = """
+import signal
+from gait_segmentation.ros.ending import Ending
+
+ending = Ending(at_once={at_once})
+ending.closes(lambda: print('closed'))
+ending.handle_signals()
+signal.raise_signal(signal.SIGTERM)
+print('went on')
+signal.raise_signal(signal.SIGINT)
+print('went on for ever')
+"""
+
+BUSY = """self.create_timer(0.01, lambda: (wait_a_little(), print('done', flush=True)))"""
+
+pytestmark = pytest.mark.usefixtures('signal_handlers')
 
 
 def _begin(start: str = 'pass', close: str = 'pass') -> subprocess.Popen[str]:
@@ -95,6 +108,25 @@ def test_an_end_at_once_does_not_wait_for_ever() -> None:
         process.send_signal(signal.SIGINT)
         said, _ = process.communicate(timeout=60)
     assert (process.returncode, said) == (0, 'closed\n')
+
+
+@pytest.mark.parametrize(('at_once', 'said'), [(True, 'closed\n'), (False, 'went on\nclosed\n')])
+def test_the_first_signal_or_the_second_ends_the_process_from_within(
+    at_once: bool, said: str
+) -> None:
+    script = SIGNALLED.format(at_once=at_once)
+    done = subprocess.run([sys.executable, '-c', script], cwd=ROOT, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (0, said, '')
+
+
+def test_once_started_what_runs_is_done_before_the_end() -> None:
+    with _begin(BUSY) as process:
+        assert [_line(process), _line(process)] == ['started', 'starting']
+        process.send_signal(signal.SIGINT)
+        said, _ = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert said.startswith('done\n')
+    assert said.endswith('closed\n')
 
 
 def test_any_number_of_signals_ends_a_node_in_order() -> None:
