@@ -13,19 +13,13 @@ import pytest
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import FrameResult, Pipeline
-from test.walkers import clip, small_bank
+from test.walkers import box_of, clip, small_bank
 
 FRAMES = 4
 
 
 def film() -> list[np.ndarray]:
     return [frame.image for frame in clip()[:FRAMES]]
-
-
-def first_box() -> Box:
-    box = clip()[0].boxes[0]
-    assert box is not None
-    return box
 
 
 def play(
@@ -48,7 +42,7 @@ def play(
 @pytest.mark.parametrize('shape', [(240, 320), (24, 32), (1, 1)])
 @pytest.mark.parametrize('value', [0, 255])
 def test_a_likelihood_that_says_the_same_everywhere(value: int, shape: tuple[int, int]) -> None:
-    results = play(film(), first_box(), np.full(shape, value, np.uint8))
+    results = play(film(), box_of(clip()[0]), np.full(shape, value, np.uint8))
     assert all(result.mask.any() == (value > 0) for result in results)
     if value == 0:
         assert results[0].people[0].segmentation.reason == 'the cut found no person'
@@ -56,7 +50,7 @@ def test_a_likelihood_that_says_the_same_everywhere(value: int, shape: tuple[int
 
 @pytest.mark.parametrize('value', [0, 77, 255])
 def test_a_constant_image(value: int) -> None:
-    play([np.full((240, 320, 3), value, np.uint8)] * FRAMES, first_box())
+    play([np.full((240, 320, 3), value, np.uint8)] * FRAMES, box_of(clip()[0]))
 
 
 @pytest.mark.parametrize(
@@ -90,17 +84,17 @@ def test_boxes_that_cannot_hold_a_person_are_refused_and_the_stream_goes_on(box:
 
 
 def test_a_person_of_20_px() -> None:
-    scale = 20 / first_box().height
+    scale = 20 / box_of(clip()[0]).height
     small = [
         cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
         for image in film()
     ]
-    results = play(small, first_box().scaled(scale))
+    results = play(small, box_of(clip()[0]).scaled(scale))
     assert all(result.mask.any() for result in results)
 
 
 def test_a_person_of_2000_px() -> None:
-    box = first_box()
+    box = box_of(clip()[0])
     scale = 2000 / box.height
     # The part of the image about the walker, as the whole of it would be 5000 pixels wide.
     left, top = max(round(box.x) - 20, 0), max(round(box.y) - 5, 0)

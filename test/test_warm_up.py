@@ -20,7 +20,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.warm_up import open_bank, warm_up
-from test.walkers import clip, couple, small_bank, sunlit
+from test.walkers import box_of, clip, couple, small_bank, sunlit
 
 NOT_OF_A_STAGE = ('cli', 'commands', 'evaluation', 'nodes', 'ros')
 FRAMES = 14
@@ -46,7 +46,7 @@ def kernels() -> dict[str, Dispatcher]:
 
 def panned() -> Play:
     frames = clip(frames=FRAMES)
-    return [frame.image for frame in frames], [seen(frames[0].boxes[0])]
+    return [frame.image for frame in frames], [box_of(frames[0])]
 
 
 def narrow() -> Play:
@@ -54,7 +54,7 @@ def narrow() -> Play:
     frames = clip(frames=FRAMES)
     images, boxes = [], []
     for frame in frames:
-        box = seen(frame.boxes[0])
+        box = box_of(frame)
         left = round(box.center_x) - 32
         images.append(np.ascontiguousarray(frame.image[:, left : left + 64]))
         boxes.append(box.shifted(-left, 0.0))
@@ -86,7 +86,7 @@ def leaving() -> Play:
 
 def two() -> Play:
     frames = couple()
-    return [frame.image for frame in frames], [seen(box) for box in frames[0].boxes]
+    return [frame.image for frame in frames], [box_of(frames[0], number) for number in (0, 1)]
 
 
 def two_close() -> Play:
@@ -101,12 +101,7 @@ def unannounced() -> Play:
 
 def sunny() -> Play:
     frames = sunlit()
-    return [frame.image for frame in frames], [seen(frames[0].boxes[0])]
-
-
-def seen(box: Box | None) -> Box:
-    assert box is not None
-    return box
+    return [frame.image for frame in frames], [box_of(frames[0])]
 
 
 def test_nothing_is_compiled_or_loaded_while_people_walk(kernels: dict[str, Dispatcher]) -> None:

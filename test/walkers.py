@@ -32,14 +32,20 @@ def clip(pan: float = 2.0, frames: int = 16, seed: int = 3) -> tuple[SyntheticFr
     return tuple(SyntheticSequence(config))
 
 
+def box_of(frame: SyntheticFrame, number: int = 0) -> Box:
+    """Return the true box of a walker who is to be seen."""
+    box = frame.boxes[number]
+    assert box is not None
+    return box
+
+
 @cache
 def sunlit(frames: int = 30, seed: int = 3) -> tuple[SyntheticFrame, ...]:
     """Return the same walk with a hard shadow, which leaves a twelfth of the light, and bluer."""
     left = np.array([0.11, 0.08, 0.07])
     lit = []
     for frame in clip(frames=frames, seed=seed):
-        box = frame.boxes[0]
-        assert box is not None
+        box = box_of(frame)
         # From the feet forwards, three fifths as long.
         fall = np.array([[1.0, -0.6, 0.6 * box.bottom], [0.0, 0.4, 0.6 * box.bottom - 2]])
         size = frame.masks[0].shape[::-1]

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 import pytest
 
-from test.walkers import clip
+from test.walkers import box_of, clip
 
 pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
 
@@ -38,8 +38,7 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[str]]:
     frames = clip(frames=FRAMES)
     for index, frame in enumerate(frames):
         cv2.imwrite(str(folder / f'{index:04d}.png'), frame.image)
-    box = frames[0].boxes[0]
-    assert box is not None
+    box = box_of(frames[0])
     return folder, ['--box', *(str(v) for v in (box.x, box.y, box.width, box.height))]
 
 

@@ -29,7 +29,7 @@ from gait_segmentation.errors import ConfigError
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
 from test.inputs.bags import compressed_fields, image_fields, stamp, write_bag2
-from test.walkers import clip, small_bank
+from test.walkers import box_of, clip, small_bank
 
 ROOT = Path(__file__).parents[2]
 TIMEOUT_S = 300
@@ -53,8 +53,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def given(folder: Path, tmp_path: Path) -> list[str]:
     """Return the command line."""
-    box = clip()[0].boxes[0]
-    assert box is not None
+    box = box_of(clip()[0])
     numbers = [str(value) for value in (box.x, box.y, box.width, box.height)]
     return [
         str(folder / 'walk'), '--bank', str(folder / 'small.npz'), '--box', *numbers,

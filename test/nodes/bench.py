@@ -21,6 +21,10 @@ from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Image, JointState
 from std_msgs.msg import Header
 
+from gait_segmentation.nodes.matcher_node import MatcherNode
+from gait_segmentation.nodes.pipeline_node import PipelineNode
+from gait_segmentation.nodes.segmenter_node import SegmenterNode
+from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros.image import image_message
 
 TIMEOUT_S = 300.0
@@ -36,6 +40,12 @@ OUTPUTS = {
     'mask': Image,
     'labels': Image,
 }
+
+STYLES = {'split': (TrackerNode, MatcherNode, SegmenterNode), 'single': (PipelineNode,)}
+"""The nodes that make up a graph."""
+
+CAMERAS = {'split': 2, 'single': 1}
+"""How many of them see the images."""
 
 DEEP = QoSProfile(depth=100)
 

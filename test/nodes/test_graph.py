@@ -11,16 +11,10 @@ import pytest
 from sensor_msgs.msg import Image, RegionOfInterest
 
 from gait_segmentation.inputs.encodings import read_mono8
-from gait_segmentation.nodes.matcher_node import MatcherNode
-from gait_segmentation.nodes.pipeline_node import PipelineNode
-from gait_segmentation.nodes.segmenter_node import SegmenterNode
-from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros.image import image_message
-from test.nodes.bench import OUTPUTS, Bench, frame, header
+from test.nodes.bench import CAMERAS, OUTPUTS, STYLES, Bench, frame, header
 from test.walkers import couple
 
-STYLES = {'split': (TrackerNode, MatcherNode, SegmenterNode), 'single': (PipelineNode,)}
-CAMERAS = {'split': 2, 'single': 1}
 PERSON = RegionOfInterest(x_offset=30, y_offset=20, width=24, height=80)
 
 

@@ -4,38 +4,28 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from sensor_msgs.msg import Image
 
 from gait_segmentation.inputs.encodings import read_mono8
-from gait_segmentation.nodes.matcher_node import MatcherNode
-from gait_segmentation.nodes.pipeline_node import PipelineNode
-from gait_segmentation.nodes.segmenter_node import SegmenterNode
-from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.pipeline import Pipeline
 from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.messages import stamp_of
-from test.nodes.bench import Bench, header
+from test.nodes.bench import CAMERAS, STYLES, Bench, header
 from test.walkers import clip, overlap, small_bank
 
 FRAMES = 8
-STYLES = {
-    'split': (TrackerNode, MatcherNode, SegmenterNode),
-    'single': (PipelineNode,),
-}
 
 
-def found_by_nodes(bench: Bench, kinds: tuple[Any, ...]) -> list[np.ndarray]:
+def found_by_nodes(bench: Bench, style: str) -> list[np.ndarray]:
     frames = clip()[:FRAMES]
     box = frames[0].boxes[0]
     start = {'initial_box': [box.x, box.y, box.width, box.height]}
-    for kind in kinds:
+    for kind in STYLES[style]:
         bench.add(kind, **(start if kind.with_initial_box else {}))
     bench.record_outputs()
-    camera = bench.publisher(Image, 'image', min(len(kinds), 2))
+    camera = bench.publisher(Image, 'image', CAMERAS[style])
     for index, frame in enumerate(frames):
         bench.feed(camera, [image_message(frame.image, header(index))])
         # Until the tracker has learnt from the mask, as in lockstep.
@@ -45,7 +35,7 @@ def found_by_nodes(bench: Bench, kinds: tuple[Any, ...]) -> list[np.ndarray]:
 
 @pytest.mark.parametrize('style', STYLES)
 def test_masks_agree(bench: Bench, style: str) -> None:
-    found = found_by_nodes(bench, STYLES[style])
+    found = found_by_nodes(bench, style)
     frames = clip()[:FRAMES]
     pipeline = Pipeline(bank=small_bank())
     pipeline.initialize(frames[0].boxes[0])

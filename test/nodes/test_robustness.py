@@ -30,7 +30,7 @@ from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.messages import box_message
 from gait_segmentation.ros.qos import LATCHED
 from test.nodes.bench import DEEP, Bench, frame, header
-from test.walkers import clip
+from test.walkers import box_of, clip
 
 BOX = [30.0, 20.0, 24.0, 80.0]
 LOOPS = 3
@@ -160,8 +160,7 @@ def test_the_matcher_answers_boxes_that_make_no_sense(bench: Bench, size) -> Non
 
 
 def test_a_bag_that_is_looped_begins_anew_each_time(bench: Bench) -> None:
-    box = clip()[0].boxes[0]
-    assert box is not None
+    box = box_of(clip()[0])
     node = bench.add(PipelineNode, initial_box=[box.x, box.y, box.width, box.height])
     bench.record_outputs()
     camera = bench.publisher(Image, 'image', 1)

@@ -17,7 +17,7 @@ import cv2
 import pytest
 
 from test.nodes.bench import TIMEOUT_S
-from test.walkers import clip
+from test.walkers import box_of, clip
 
 ROOT = Path(__file__).parents[2]
 MASKS = 12
@@ -115,8 +115,7 @@ def test_masks_come_across_the_network(
     robot, desk = machines
     for index, frame in enumerate(clip()):
         cv2.imwrite(str(tmp_path / f'{index:02d}.png'), frame.image)
-    box = clip()[0].boxes[0]
-    assert box is not None
+    box = box_of(clip()[0])
     start = f'initial_box:=[{box.x}.0, {box.y}.0, {box.width}.0, {box.height}.0]'
     nodes = 'gait_segmentation.nodes'
     bank = ('--ros-args', '-p', f'bank:={bank_file}')

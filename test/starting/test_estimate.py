@@ -7,17 +7,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from gait_segmentation.evaluation.synthetic import SyntheticFrame
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting import Start, estimate_start
-from test.walkers import clip, overlap, small_bank
+from test.walkers import box_of, clip, overlap, small_bank
 
 
-def start(frame_number: int = 0, grow: float = 0.0):
-    frame = clip()[frame_number]
+def start() -> tuple[SyntheticFrame, Start]:
+    frame = clip()[0]
     lab = cv2.cvtColor(frame.image, cv2.COLOR_BGR2Lab)
-    box = frame.boxes[0]
-    assert box is not None
-    return frame, estimate_start(lab, box.padded(grow, grow), small_bank())
+    return frame, estimate_start(lab, box_of(frame), small_bank())
 
 
 def test_the_first_mask_resembles_the_person() -> None:
@@ -32,8 +31,7 @@ def test_the_first_mask_resembles_the_person() -> None:
 
 def test_the_body_stands_in_the_box() -> None:
     frame, found = start()
-    box = frame.boxes[0]
-    assert box is not None
+    box = box_of(frame)
     assert found.body.height == pytest.approx(box.height, rel=0.1)
     assert abs(found.body.center_x - box.center_x) < 0.15 * box.height
     assert abs(found.body.center_y - box.center_y) < 0.1 * box.height
@@ -41,8 +39,7 @@ def test_the_body_stands_in_the_box() -> None:
 
 def test_nothing_outside_of_the_box_is_person() -> None:
     frame, found = start()
-    box = frame.boxes[0]
-    assert box is not None
+    box = box_of(frame)
     rows, columns = box.padded(2, 2).slices(frame.image.shape[1], frame.image.shape[0])
     rest = found.mask.copy()
     rest[rows, columns] = 0
@@ -91,8 +88,7 @@ def test_boxes_at_borders_and_of_odd_sizes_give_a_mask(box: Box) -> None:
 
 def test_a_person_cut_by_the_border_is_found_down_to_it() -> None:
     frame = clip()[0]
-    whole = frame.boxes[0]
-    assert whole is not None
+    whole = box_of(frame)
     end = round(whole.y + 0.3 * whole.height)
     lab = cv2.cvtColor(np.ascontiguousarray(frame.image[:end]), cv2.COLOR_BGR2Lab)
     truth = frame.truths[0][:end]

@@ -90,4 +90,4 @@ def test_what_is_small_wide_or_still_is_not_followed(unlikely: Blob) -> None:
 
 def test_the_number_of_candidates_is_bounded() -> None:
     blobs = [blob(30 * number) for number in range(50)]
-    assert len(follow([], blobs, 1.0, (0, 0), 24, 1)) <= 24
+    assert len(follow([], blobs, 1.0, (0, 0), 24, 1)) == 24

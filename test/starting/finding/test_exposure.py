@@ -57,7 +57,7 @@ def test_what_moves_says_nothing() -> None:
     hidden[:, 50:] = 255
     image = scene()
     image[:, 50:] = image[:, 50:] // 2
-    assert exposure.undo(scene()) is not None
+    exposure.undo(scene())
     assert exposure.settle(image, scene(), KNOWN, hidden) is image
 
 

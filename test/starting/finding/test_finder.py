@@ -14,7 +14,7 @@ from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting import StartingConfig, WalkerFinder
 from gait_segmentation.starting.finding import watch
-from test.walkers import clip, small_bank
+from test.walkers import box_of, clip, small_bank
 
 PERIOD_NS = 40_000_000
 
@@ -53,8 +53,7 @@ def test_a_walker_is_found_with_a_tight_box(pan: float) -> None:
     found = run(frame.image for frame in frames)
     assert len(found) == 1
     number, box = found[0]
-    truth = frames[number].boxes[0]
-    assert truth is not None
+    truth = box_of(frames[number])
     assert box.iou(truth) > 0.6
 
 
@@ -235,8 +234,7 @@ def test_who_moves_and_is_not_known_is_a_stranger() -> None:
     frames = clip(pan=0.0, frames=12)
     finder, told = WalkerFinder(small_bank()), WalkerFinder(small_bank())
     for frame in frames:
-        truth = frame.boxes[0]
-        assert truth is not None
+        truth = box_of(frame)
         assert finder.update(frame.image, frame.stamp_ns, wanted=False) == []
         told.update(frame.image, frame.stamp_ns, [truth.padded(4, 4)], wanted=False)
     last = frames[-1]

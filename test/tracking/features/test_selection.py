@@ -15,8 +15,7 @@ from gait_segmentation.results import FeatureWeight
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 from gait_segmentation.tracking.features import STEP, FeatureSelector, View
 from gait_segmentation.tracking.features.selection import labels_of
-
-from ...walkers import overlap, small_bank
+from test.walkers import box_of, overlap, small_bank
 
 SHAPE = (60, 80)
 MASK = np.zeros(SHAPE, np.uint8)
@@ -37,14 +36,6 @@ def evidence() -> dict[str, np.ndarray]:
 
 def by_name(selector: FeatureSelector) -> dict[str, FeatureWeight]:
     return {feature.name: feature for feature in selector.features}
-
-
-def test_labels_leave_the_outline_out() -> None:
-    labels = labels_of(MASK)
-    assert labels.shape == (SHAPE[0] // STEP, SHAPE[1] // STEP)
-    assert labels[15, 20] == 1
-    assert labels[15, 5] == 0
-    assert labels[15, 15] == 2
 
 
 def test_what_separates_joins_a_poor_likelihood() -> None:
@@ -156,8 +147,7 @@ def camouflaged(kind: str, use: bool) -> tuple[list[float], tuple[FeatureWeight,
     scores = []
     features: tuple[FeatureWeight, ...] = ()
     for frame in clip:
-        here = frame.boxes[0]
-        assert here is not None
+        here = box_of(frame)
         height, width = frame.masks[0].shape
         shift = (round(here.center_y), round(here.center_x))
         dress = np.roll(cloth, shift, (0, 1))[:height, :width]

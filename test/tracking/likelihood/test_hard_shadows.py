@@ -14,7 +14,7 @@ from gait_segmentation.tracking import TrackingConfig
 from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.likelihood.backdrop import Backdrop
 from gait_segmentation.tracking.likelihood.hard_shadows import HardShadowModel
-from test.walkers import overlap, small_bank, sunlit
+from test.walkers import box_of, overlap, small_bank, sunlit
 
 SHAPE = (130, 160)
 ALL = (slice(0, 130), slice(0, 160))
@@ -228,9 +228,8 @@ def test_the_mask_of_somebody_in_the_sun_leaves_the_shadow_out() -> None:
     scores = {}
     for used in (True, False):
         config = PipelineConfig(tracking=TrackingConfig(use_hard_shadow=used))
-        pipeline, box = Pipeline(config, small_bank()), frames[0].boxes[0]
-        assert box is not None
-        pipeline.initialize(box)
+        pipeline = Pipeline(config, small_bank())
+        pipeline.initialize(box_of(frames[0]))
         late = []
         for number, frame in enumerate(frames):
             (result,) = pipeline.update(frame.image, (number + 1) * 40_000_000)
