@@ -13,7 +13,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.results import Feedback, TrackResult
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
-from test.walkers import clip, small_bank
+from test.walkers import box_of, clip, small_bank
 
 
 class Tracker:
@@ -47,9 +47,7 @@ def feedback(frame, result: TrackResult) -> Feedback:
 
 def started(**changes) -> tuple[Tracker, TrackResult]:
     track = tracker(**changes)
-    box = clip()[0].boxes[0]
-    assert box is not None
-    track.initialize(box)
+    track.initialize(box_of(clip()[0]))
     return track, track.update(clip()[0].image, clip()[0].stamp_ns)
 
 
@@ -111,8 +109,7 @@ def test_late_feedback_teaches_as_well() -> None:
 def test_without_any_feedback_it_goes_on_for_longer_than_it_keeps_frames() -> None:
     frames = clip(pan=0.0, frames=34)
     track = tracker()
-    box = frames[0].boxes[0]
-    assert box is not None
+    box = box_of(frames[0])
     track.initialize(box)
     for frame in frames:
         result = track.update(frame.image, frame.stamp_ns)
@@ -122,13 +119,21 @@ def test_without_any_feedback_it_goes_on_for_longer_than_it_keeps_frames() -> No
     assert result.box.iou(frames[-1].boxes[0]) > 0.3
 
 
-def test_feedback_of_others_and_of_forgotten_frames_is_ignored() -> None:
-    track, result = started()
+def test_feedback_of_others_and_of_frames_not_kept_is_ignored() -> None:
+    (plain, result), (pestered, _) = started(), started()
     good = feedback(clip()[0], result)
-    track.learn(replace(good, stamp_ns=123))
-    track.learn(replace(good, track_id=99))
-    track.learn(good)
-    track.learn(good)
+    pestered.learn(replace(good, stamp_ns=123))
+    pestered.learn(replace(good, track_id=99))
+    plain.learn(good)
+    pestered.learn(good)
+    # That frame is not kept any more.
+    pestered.learn(replace(good, mask=255 - good.mask))
+    one, two, untaught = (
+        each.update(clip()[1].image, clip()[1].stamp_ns).likelihood
+        for each in (plain, pestered, started()[0])
+    )
+    np.testing.assert_array_equal(one, two)
+    assert (one != untaught).any()
 
 
 def test_a_mask_of_another_size_is_refused() -> None:
@@ -149,9 +154,7 @@ def test_ids_are_never_used_twice() -> None:
     track, first = started()
     track.reset()
     assert track.update(clip()[1].image, clip()[1].stamp_ns).track_id == 0
-    box = clip()[2].boxes[0]
-    assert box is not None
-    track.initialize(box)
+    track.initialize(box_of(clip()[2]))
     assert track.update(clip()[2].image, clip()[2].stamp_ns).track_id == first.track_id + 1
 
 
