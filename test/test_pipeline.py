@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gait_segmentation.errors import InputError
+from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.people import PeopleConfig
@@ -214,6 +214,13 @@ def test_boxes_at_the_border_or_of_one_pixel_are_no_problem(box: Box) -> None:
     for frame in clip()[:4]:
         [result] = pipe.update(frame.image, frame.stamp_ns)
     assert result.mask.shape == frame.image.shape[:2]
+
+
+@pytest.mark.parametrize('name', ['tracking', 'people'])
+def test_a_configuration_of_no_stage_is_refused_by_name(name: str) -> None:
+    kind = {'tracking': 'TrackingConfig', 'people': 'PeopleConfig'}[name]
+    with pytest.raises(ConfigError, match=f'{name} must be a {kind}, got None'):
+        PipelineConfig(**{name: None})  # type: ignore[arg-type]
 
 
 SECOND = 4

@@ -69,13 +69,22 @@ examples
 """
 
 
+class _Help(argparse.RawDescriptionHelpFormatter):
+    """Shows the words of --box as they are to be given: argparse knows one word or many alike."""
+
+    def _format_args(self, action: argparse.Action, default_metavar: str) -> str:
+        if action.dest == 'box':
+            return str(action.metavar)
+        return super()._format_args(action, default_metavar)
+
+
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     made = argparse.ArgumentParser(
         prog='gait_demo',
         description=DESCRIPTION,
         epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        formatter_class=_Help,
     )
     add = made.add_argument
     add('--out', type=Path, default=Path('out/demo'), help='output folder (%(default)s)')
@@ -83,7 +92,7 @@ def parser() -> argparse.ArgumentParser:
     add(
         '--box',
         nargs='+',
-        metavar=('auto|X', 'Y W H'),
+        metavar='auto|X Y W H',
         help='tight box of the person in the first frame played, in pixels of the film; auto, and '
         'with --clip without --box, people are found by their walk',
     )

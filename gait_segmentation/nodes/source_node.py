@@ -103,7 +103,8 @@ def parser() -> argparse.ArgumentParser:
         type=int,
         default=0,
         metavar='N',
-        help='begin when N subscribers that can take the images (type, QoS) are connected',
+        help='begin when N subscribers of any nodes that can take the images (type, QoS) are '
+        'connected',
     )
     add(
         '--wait-timeout',

@@ -22,7 +22,7 @@ from test.walkers import box_of, clip
 pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
 
 from gait_segmentation.cli import demo as module
-from gait_segmentation.cli.demo import lost_frames, main, play
+from gait_segmentation.cli.demo import lost_frames, main, parser, play
 from gait_segmentation.cli.processes import ProcessError
 from gait_segmentation.inputs import open_input
 
@@ -242,3 +242,8 @@ def test_options_that_make_no_sense_are_errors(
     assert signal.getsignal(signal.SIGTERM) == handler
     assert reason in capsys.readouterr().err
     assert not (tmp_path / 'out').exists()
+
+
+def test_the_help_shows_both_forms_of_the_box() -> None:
+    assert '[--box auto|X Y W H]' in parser().format_usage()
+    assert parser().format_help().count('--box auto|X Y W H') == 2
