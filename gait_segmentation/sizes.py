@@ -8,7 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ['same_proportions', 'shrink']
+__all__ = ['MOST_PIXELS', 'same_proportions', 'shrink']
+
+MOST_PIXELS = 1 << 26
+"""Of an image whose size a message claims: no camera has more, and memory is made for them."""
 
 
 def same_proportions(shape: tuple[int, ...], source: tuple[int, ...]) -> bool:

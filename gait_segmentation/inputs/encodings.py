@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
+from gait_segmentation.sizes import MOST_PIXELS
 
 __all__ = [
     'ENCODINGS',
@@ -33,8 +34,6 @@ ImageLike: TypeAlias = Any
 
 CompressedImageLike: TypeAlias = Any
 """What has the fields of sensor_msgs/CompressedImage."""
-
-_MOST_PIXELS = 1 << 26
 
 
 @dataclass(frozen=True)
@@ -188,4 +187,4 @@ def read_compressed(message: CompressedImageLike) -> NDArray[np.uint8]:
 def claimed_shape(message: ImageLike) -> tuple[int, int] | None:
     """Return (height, width) that an image claims to have, None if it says nothing sensible."""
     shape = (message.height, message.width)
-    return shape if 0 < shape[0] * shape[1] <= _MOST_PIXELS else None
+    return shape if 0 < shape[0] * shape[1] <= MOST_PIXELS else None

@@ -15,6 +15,7 @@ import numpy as np
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.sizes import MOST_PIXELS
 
 if TYPE_CHECKING:
     from gait_segmentation.gait_model import TemplateBank
@@ -36,9 +37,6 @@ GAIT_NAMES = ('gait_phase', 'view_azimuth')
 
 Corners = tuple[tuple[float, float], ...]
 """Four (x, y) clockwise from the body's top left, none if nobody is tracked."""
-
-
-_MOST_PIXELS = 1 << 26
 
 
 class Joints(NamedTuple):
@@ -86,9 +84,9 @@ def check_size(size: tuple[int, int]) -> None:
     :param size: width and height of the source image.
     :raises InputError: if the image has more than 64 megapixels.
     """
-    if size[0] * size[1] > _MOST_PIXELS:
+    if size[0] * size[1] > MOST_PIXELS:
         raise InputError(
-            f'image must have at most {_MOST_PIXELS} pixels, got {size[0]} x {size[1]}'
+            f'image must have at most {MOST_PIXELS} pixels, got {size[0]} x {size[1]}'
         )
 
 
