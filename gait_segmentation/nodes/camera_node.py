@@ -6,16 +6,16 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, ClassVar
 
-from sensor_msgs.msg import CompressedImage, Image, RegionOfInterest
+from sensor_msgs.msg import RegionOfInterest
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import Box
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
-from gait_segmentation.ros.camera import CameraSubscription
+from gait_segmentation.ros.camera import CameraMessage
 from gait_segmentation.ros.config import (
     BankConfig,
     CameraConfig,
@@ -30,9 +30,7 @@ from gait_segmentation.ros.waiting import no_images
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import TrackingConfig
 
-__all__ = ['CameraMessage', 'CameraNode']
-
-CameraMessage: TypeAlias = Image | CompressedImage
+__all__ = ['CameraNode']
 
 
 class CameraNode(GaitNode):
@@ -83,9 +81,7 @@ class CameraNode(GaitNode):
         types = detection_types()
         if types is not None:
             self.input(types.Detection2DArray, 'detections', self._detected)
-        camera = CameraSubscription(self, self.parameters.get(CameraConfig), self._image)
-        self._inputs.append(camera)
-        self._camera_topic = camera.topic
+        self._camera_topic = self.camera_input(self._image)
 
     def missing(self) -> str:
         """Say why there are no images."""

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from gait_segmentation.config import StageConfig
 from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.matching import MatchingConfig
-from gait_segmentation.nodes.camera_node import CameraMessage, CameraNode
+from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
-from gait_segmentation.ros.camera import claimed_shape, decode
+from gait_segmentation.ros.camera import CameraMessage, claimed_shape, decode
 from gait_segmentation.ros.config import BankConfig
 from gait_segmentation.ros.messages import stamp_of
 from gait_segmentation.ros.outputs import (

@@ -9,13 +9,13 @@ from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PolygonInstanceStamped
-from sensor_msgs.msg import CompressedImage, Image, JointState
+from sensor_msgs.msg import Image, JointState
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.camera import CameraSubscription, claimed_shape, decode
+from gait_segmentation.ros.camera import claimed_shape, decode
 from gait_segmentation.ros.config import CameraConfig, SegmenterNodeConfig
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.lifecycle import GaitNode
@@ -87,13 +87,7 @@ class SegmenterNode(GaitNode):
         for topics in self._topics.values():
             for topic, kind in topics.items():
                 self.input(kind, topic, partial(self._part, topic))
-        camera = CameraSubscription(
-            self,
-            self.parameters.get(CameraConfig),
-            lambda message: self._part('image', message),
-        )
-        self._inputs.append(camera)
-        self._camera_topic = camera.topic
+        self._camera_topic = self.camera_input(partial(self._part, 'image'))
 
     def missing(self) -> str:
         """Say whether it is the camera or another node that does not publish."""
@@ -140,12 +134,9 @@ class SegmenterNode(GaitNode):
     def process_unusable(self, frame: Parts) -> None:
         """Publish empty masks."""
         header = frame['image'].header
-        shape = self._blank_shape(frame['image'])
+        shape = claimed_shape(frame['image']) or self._shape or (0, 0)
         self._results.blank(shape, header)
         self._debug.blank(shape, header)
-
-    def _blank_shape(self, message: Image | CompressedImage) -> tuple[int, int]:
-        return claimed_shape(message) or self._shape or (0, 0)
 
     def _part(self, part: str, message: Any) -> None:
         stamp_ns = stamp_of(message.header)

@@ -14,10 +14,10 @@ from sensor_msgs.msg import Image
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.inputs.encodings import read_mono8
-from gait_segmentation.nodes.camera_node import CameraMessage, CameraNode
+from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback
-from gait_segmentation.ros.camera import claimed_shape, decode
+from gait_segmentation.ros.camera import CameraMessage, claimed_shape, decode
 from gait_segmentation.ros.config import BankConfig
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.messages import read_body, stamp_of

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,13 +24,15 @@ if TYPE_CHECKING:
     from gait_segmentation.ros.config import CameraConfig
     from gait_segmentation.ros.lifecycle import GaitNode
 
-__all__ = ['CameraSubscription', 'claimed_shape', 'decode']
+__all__ = ['CameraMessage', 'CameraSubscription', 'claimed_shape', 'decode']
+
+CameraMessage: TypeAlias = Image | CompressedImage
 
 _OVERRIDABLE = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH)
 """By qos_overrides parameters; reliability has a parameter of its own, and changes."""
 
 
-def decode(message: Image | CompressedImage) -> NDArray[np.uint8]:
+def decode(message: CameraMessage) -> NDArray[np.uint8]:
     """
     Return the image of a message as (height, width, 3) uint8 BGR.
 
@@ -41,7 +43,7 @@ def decode(message: Image | CompressedImage) -> NDArray[np.uint8]:
     return read_bgr(message)
 
 
-def claimed_shape(message: Image | CompressedImage) -> tuple[int, int] | None:
+def claimed_shape(message: CameraMessage) -> tuple[int, int] | None:
     """Return (height, width) that an image claims to have, None if it says nothing sensible."""
     return None if isinstance(message, CompressedImage) else encodings.claimed_shape(message)
 
@@ -58,7 +60,7 @@ class CameraSubscription:
         self,
         node: GaitNode,
         config: CameraConfig,
-        received: Callable[[Image | CompressedImage], None],
+        received: Callable[[CameraMessage], None],
     ) -> None:
         """
         Subscribe.

@@ -7,14 +7,11 @@ from __future__ import annotations
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any, ClassVar
 
 import cv2
 from diagnostic_msgs.msg import DiagnosticArray
-from lifecycle_msgs.srv import ChangeState
 from rclpy.clock import Clock, ClockType
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
@@ -22,8 +19,9 @@ from std_srvs.srv import SetBool, Trigger
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.ros.backlog import Backlog, Worker
+from gait_segmentation.ros.camera import CameraMessage, CameraSubscription
 from gait_segmentation.ros.compiling import compiling
-from gait_segmentation.ros.config import NodeConfig
+from gait_segmentation.ros.config import CameraConfig, NodeConfig
 from gait_segmentation.ros.diagnostics import diagnostic_message
 from gait_segmentation.ros.endpoints import publisher, subscription
 from gait_segmentation.ros.join import ExactJoin
@@ -31,6 +29,7 @@ from gait_segmentation.ros.memory import take_ahead
 from gait_segmentation.ros.parameters import NodeParameters
 from gait_segmentation.ros.qos import BETWEEN_NODES
 from gait_segmentation.ros.statistics import Statistics
+from gait_segmentation.ros.transitions import refuse_impossible, state_of
 from gait_segmentation.ros.waiting import Silence
 from gait_segmentation.ros.warnings import Warnings
 
@@ -76,9 +75,7 @@ class GaitNode(LifecycleNode):
             changed=self._parameters_changed,
         )
         self._alarm = self.create_guard_condition(self._raise_failure)
-        self._service_change_state.callback = partial(
-            self._change_state, self._service_change_state.callback
-        )
+        refuse_impossible(self)
         self.create_service(SetBool, '~/enable', self._enable)
         self.create_service(Trigger, '~/reset', self._reset)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -144,6 +141,12 @@ class GaitNode(LifecycleNode):
         """Make a subscription that lives until the deactivation."""
         self._inputs.append(subscription(self, kind, topic, profile, received, self.warnings.warn))
 
+    def camera_input(self, received: Callable[[CameraMessage], None]) -> str:
+        """Subscribe to the camera until the deactivation; return the topic, not yet remapped."""
+        made = CameraSubscription(self, self.parameters.get(CameraConfig), received)
+        self._inputs.append(made)
+        return made.topic
+
     def accept(self, stamp_ns: int) -> bool:
         """Return whether a frame is to be taken in; a zero stamp is refused with a warning."""
         if stamp_ns <= 0:
@@ -188,7 +191,7 @@ class GaitNode(LifecycleNode):
     @property
     def state(self) -> str:
         """Return the state of the life cycle in words."""
-        return str(self._state_machine.current_state[1])
+        return state_of(self)
 
     def start(self) -> bool:
         """Configure and activate if the node starts itself; return whether that went well."""
@@ -301,31 +304,6 @@ class GaitNode(LifecycleNode):
             raise self._failure
 
     # Services, parameters and diagnostics.
-
-    def _change_state(
-        self,
-        change: Callable[[ChangeState.Request, ChangeState.Response], ChangeState.Response],
-        request: ChangeState.Request,
-        response: ChangeState.Response,
-    ) -> ChangeState.Response:
-        try:
-            return change(request, response)
-        except rclpy_implementation.RCLError:
-            # rclpy lets it through, and so would end the node.
-            if not self.context.ok():
-                raise
-            asked = request.transition.label or self._label(request.transition.id)
-            possible = [label for _, label, *_ in self._state_machine.available_transitions]
-            self.get_logger().warning(
-                f'the node is {self.state}, so {asked} is ignored; now there is: '
-                + ', '.join(possible)
-            )
-            response.success = False
-            return response
-
-    def _label(self, number: int) -> str:
-        known = {each: label for each, label, *_ in self._state_machine.transition_graph}
-        return str(known.get(number, f'transition {number}'))
 
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         self.enabled = bool(request.data)
