@@ -26,7 +26,7 @@ from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.records import Record, Shift
 from gait_segmentation.tracking.world import MOTION_GAPS, World
 
-__all__ = ['judge', 'view_of']
+__all__ = ['carried_template', 'judge', 'view_of']
 
 _LEAST_MOTION = 0.02
 """Motion of the body relative to the world that the cue needs, in body heights."""
@@ -96,10 +96,10 @@ def judge(
         trust = config.background_trust
         looks = bins, rows, person.person, trust
         person.shadows.weigh(logit, backdrop, person.frame, *looks)
-        if person.hard_shadows.known is not None and person.template is not None:
-            template = np.ascontiguousarray(
-                world.carried(person.template, person.track_id, window)
-            )
+        template = None
+        if person.hard_shadows.known is not None:
+            template = carried_template(person, world, window)
+        if template is not None:
             person.hard_shadows.weigh(logit, backdrop, person.frame, template, *looks)
     moving = None
     if config.use_motion_cue and seen:
@@ -134,6 +134,17 @@ def view_of(record: Record, window: Window) -> View:
     heat = None if record.heat is None else record.heat[window]
     image = record.image
     return View(image.bgr_about(window)[window], image.gray[window], heat=heat)
+
+
+def carried_template(person: Person, world: World, window: Window) -> NDArray[np.uint8] | None:
+    """
+    Return a window of the last template, carried along with the body; None without one.
+
+    :returns: (h, w) uint8, contiguous.
+    """
+    if person.template is None:
+        return None
+    return np.ascontiguousarray(world.carried(person.template, person.track_id, window))
 
 
 def _add_motion(
@@ -263,13 +274,15 @@ def _add_spread(
     Not of somebody who stands: nothing is uncovered then, and clothes without edges are worn down.
     """
     share = math.exp(-person.learnt_anew / _FADE)
-    if person.template is None or share < _FADED or not config.spread_weight:
+    if share < _FADED or not config.spread_weight:
         return
     record = world.now
     moving = record.moving.get(person.track_id)
     if moving is None:
         return
-    template = np.ascontiguousarray(world.carried(person.template, person.track_id, window))
+    template = carried_template(person, world, window)
+    if template is None:
+        return
     evidence = spread_evidence(
         lab,
         record.background.sums,

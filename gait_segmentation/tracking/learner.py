@@ -67,7 +67,8 @@ class _Lesson:
     A mask that came back, and its frame about the person.
 
     ``lab`` is (h, w, 3) uint8 and ``strange`` (h, w) uint8 of the window, ``mask`` and
-    ``template`` are (H, W) uint8.
+    ``template`` are (H, W) uint8.  ``alone`` tells whether nobody else who is tracked is near,
+    ``company`` whether somebody without a slot may be in the way.
     """
 
     record: Record
@@ -76,6 +77,8 @@ class _Lesson:
     strange: NDArray[np.uint8]
     mask: NDArray[np.uint8]
     template: NDArray[np.uint8]
+    alone: bool
+    company: bool
 
     @cached_property
     def familiar(self) -> NDArray[np.bool_]:
@@ -149,13 +152,14 @@ class Learner:
         window = person.window(world.shape)
         lab = record.image.lab_part(window)
         strange = record.strange(window, config.shadow_floor, lab)
-        lesson = _Lesson(record, window, lab, strange, mask, prior)
+        company = person.track_id in record.company
+        lesson = _Lesson(record, window, lab, strange, mask, prior, alone, company)
         whole = self._area.update(
             mask,
             prior,
             person,
             alone=alone,
-            company=person.track_id in record.company,
+            company=company,
             hidden=lambda: lesson.hiding.much,
         )
         if whole:
@@ -167,7 +171,7 @@ class Learner:
         if whole:
             person.take(mask, prior, part)
             scaled = None if body is None else body.scaled(world.scale)
-            margin = self._learn_all(lesson, scaled, config, alone=alone)
+            margin = self._learn_all(lesson, scaled, config)
         else:
             self.skip(record)
             person.part = part
@@ -182,13 +186,12 @@ class Learner:
         return Learnt(window, mask, margin, prior, strange, share, lately)
 
     def _learn_all(
-        self, lesson: _Lesson, body: BodyFrame | None, config: TrackingConfig, *, alone: bool
+        self, lesson: _Lesson, body: BodyFrame | None, config: TrackingConfig
     ) -> tuple[Window, NDArray[np.uint8]]:
         """
         Learn from a mask of all of the person.
 
         :param body: the matched body in working pixels.
-        :param alone: whether nobody else is near.
         :returns: the mask with a margin.
         """
         person, record, window = self._person, lesson.record, lesson.window
@@ -204,9 +207,9 @@ class Learner:
             backdrop = Backdrop(lesson.lab, window, record.background, record.image.textured)
             shown = mask, lesson.template
             person.shadows.learn(backdrop, person.frame, *shown, lesson.strange)
-            if config.use_hard_shadow and alone:
-                company = person.track_id in record.company
-                person.hard_shadows.learn(backdrop, person.frame, *shown, company=company)
+            if config.use_hard_shadow and lesson.alone:
+                told = lesson.company
+                person.hard_shadows.learn(backdrop, person.frame, *shown, company=told)
         person.learn_place(mask, body, bounds, record.rows.get(person.track_id))
         if config.use_tilt:
             person.learn_angle(mask, bounds)

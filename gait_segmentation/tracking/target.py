@@ -16,7 +16,7 @@ from gait_segmentation.starting import Start
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector
-from gait_segmentation.tracking.judgement import judge, view_of
+from gait_segmentation.tracking.judgement import carried_template, judge, view_of
 from gait_segmentation.tracking.learner import Learner
 from gait_segmentation.tracking.person.appearance import Appearance
 from gait_segmentation.tracking.person.person import Person, PersonSnapshot, new_colours
@@ -156,8 +156,7 @@ class Target:
 
     def carried_template(self, window: Window) -> NDArray[np.uint8] | None:
         """Return the last matched body in a window, carried along likewise; None without one."""
-        template = self.person.template
-        return None if template is None else self.world.carried(template, self.track_id, window)
+        return carried_template(self.person, self.world, window)
 
     def judge(self) -> Claim | None:
         """Judge the pixels in a window about the person, None if all of it is outside."""
