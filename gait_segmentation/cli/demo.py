@@ -18,6 +18,7 @@ from tqdm import tqdm
 
 from gait_segmentation.cli.clip import CLIP_BOX, CLIP_START, demo_clip
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
+from gait_segmentation.cli.signals import handled
 from gait_segmentation.cli.tool import make_folder, run_tool
 from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.geometry import Box, check_start_box
@@ -108,11 +109,8 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     options = parser().parse_args(arguments)
     # Stopping the demonstration must stop its processes.
-    terminate = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
+    with handled(signal.default_int_handler, signal.SIGTERM):
         return run_tool('gait_demo', lambda: _say(run(options), options.out))
-    finally:
-        signal.signal(signal.SIGTERM, terminate)
 
 
 def _say(report: Mapping[str, Any], out: Path) -> None:

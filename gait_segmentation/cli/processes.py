@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
+from gait_segmentation.cli.signals import ENDING, handled
 from gait_segmentation.errors import GaitSegmentationError
 
 __all__ = ['ProcessError', 'ProcessGroup']
@@ -152,15 +153,10 @@ def _interrupts_held() -> Iterator[None]:
         yield
         return
     came: list[int] = []
-    before = {
-        number: signal.signal(number, lambda got, _frame: came.append(got))
-        for number in (signal.SIGINT, signal.SIGTERM)
-    }
     try:
-        yield
+        with handled(lambda got, _frame: came.append(got), *ENDING):
+            yield
     finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
         for got in came:
             signal.raise_signal(got)
 

@@ -18,6 +18,7 @@ from tqdm import tqdm
 
 from gait_segmentation.cli.replaying.job import Job, Report
 from gait_segmentation.cli.replaying.runner import replay
+from gait_segmentation.cli.signals import ENDING, handled
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.ros.compiling import compiling
@@ -70,12 +71,8 @@ def _until_interrupted() -> Iterator[threading.Event]:
             raise KeyboardInterrupt
         stop.set()
 
-    before = {number: signal.signal(number, handle) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
+    with handled(handle, *ENDING):
         yield stop
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
 
 
 def _in_turn(
