@@ -114,6 +114,12 @@ class MatchResult:
     confidence: float
     shape_prior: NDArray[np.uint8]
 
+    @classmethod
+    def nobody(cls, stamp_ns: int, track_id: int, shape: tuple[int, ...]) -> MatchResult:
+        """Return that nobody is tracked in a frame; ``shape`` is (h, w) of its likelihood."""
+        prior = np.zeros(shape, np.uint8)
+        return cls(stamp_ns, track_id, None, None, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, prior)
+
 
 @dataclass(frozen=True)
 class SegmentationResult:

@@ -127,7 +127,7 @@ class SequenceMatcher:
             results = self.flush()
         self._stamp_ns, self._track_id = stamp_ns, track_id
         if box is None:
-            return [*results, _nobody(stamp_ns, track_id, likelihood.shape)]
+            return [*results, MatchResult.nobody(stamp_ns, track_id, likelihood.shape)]
         if self._path.frames == 0:
             self._origin_ns = stamp_ns
         self._take_in(likelihood, known, box, scale, angle)
@@ -243,10 +243,3 @@ class SequenceMatcher:
             offsets = self._peak.offsets(self._path.scores(back), state)
         waiting = self._waiting[index]
         return self._readout.result(waiting, state, offsets, belief, self._phase.rate)
-
-
-def _nobody(stamp_ns: int, track_id: int, shape: tuple[int, ...]) -> MatchResult:
-    """Return the result of a frame without a box."""
-    return MatchResult(
-        stamp_ns, track_id, None, None, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, np.zeros(shape, np.uint8)
-    )

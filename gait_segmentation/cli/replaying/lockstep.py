@@ -128,7 +128,7 @@ def _blank(frame: Frame, slots: int, likelihood_shape: tuple[int, int]) -> Frame
     stamp_ns = frame.stamp_ns
     person = PersonResult(
         TrackResult(stamp_ns, 0, None, dark, 0.0),
-        MatchResult(stamp_ns, 0, None, None, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, dark),
+        MatchResult.nobody(stamp_ns, 0, likelihood_shape),
         SegmentationResult(stamp_ns, 0, mask, frame.problem),
     )
     return FrameResult(stamp_ns, (person,) * slots, mask, mask, {})
