@@ -27,10 +27,13 @@ from gait_segmentation.images import bounding_box
 
 __all__ = ['MotionEstimator']
 
-_CORNERS_AROUND = 64
-_CORNERS_ON_BODY = 24
-_LEAST_ON_BODY = 6
-_CELL_AROUND, _CELL_ON_BODY = 8, 6
+_MOST_OF_WORLD, _MOST_OF_BODY = 64, 24
+"""Corners that are sought of the world and of a body."""
+
+_LEAST_OF_BODY = 6
+"""Fewer that were found again on a body do not tell its shift."""
+
+_WORLD_CELL, _BODY_CELL = 8, 6
 """Sides of the cells with one corner each, in pixels of half the size and of full size."""
 
 _LEAST_STRENGTH = 2e-4
@@ -73,7 +76,9 @@ class MotionEstimator:
         """Forget the last frame."""
         self._last: Pyramid | None = None
         self._now: Pyramid | None = None
-        self._around = np.empty((0, 2), np.float32)
+        self._corners = np.empty((0, 2), np.float32)
+        """(n, 2) float32, positions (x, y) of the world's corners that are followed."""
+
         self._age = 0
         self._finder.reset()
 
@@ -99,7 +104,7 @@ class MotionEstimator:
         self._last, self._now = self._now, frame
         if self._last is None or self._last.shape != frame.shape:
             self._last = None
-            self._around = self._around[:0]
+            self._corners = self._corners[:0]
             return WorldMotion()
         return WorldMotion(self._follow_world(self._last, frame, people) if camera else None)
 
@@ -145,14 +150,14 @@ class MotionEstimator:
         self, last: Pyramid, now: Pyramid, people: NDArray[np.uint8] | None
     ) -> NDArray[np.float64] | None:
         """Return the camera's motion."""
-        points = self._around
+        points = self._corners
         if people is not None:
             points = points[_clear_of(people, points)]
         if self._age >= _FOLLOWED or len(points) < _LEAST_FOLLOWED:
             half = last.image(_LEVELS_WORLD.start)
             where = _away_from(people, half.shape)
             points = strongest(
-                strength_of(half), where, _CELL_AROUND, _LEAST_STRENGTH, _CORNERS_AROUND
+                strength_of(half), where, _WORLD_CELL, _LEAST_STRENGTH, _MOST_OF_WORLD
             )
             points *= 2
             self._age = 0
@@ -160,7 +165,7 @@ class MotionEstimator:
         before, after = followed(last, now, points, _LEVELS_WORLD)
         # Only inside of what is left of the image at half the size.
         limit = np.array([2 * (size // 2) for size in now.shape[::-1]], np.float32)
-        self._around = after[((after >= 0) & (after < limit)).all(axis=1)]
+        self._corners = after[((after >= 0) & (after < limit)).all(axis=1)]
         return camera_motion(before, after)
 
 
@@ -221,10 +226,10 @@ def _body_shift(
     start, first = top - rows.start, left - columns.start
     where[start : start + height, first : first + width] = body
     where = cv2.erode(where, _INNER)
-    points = strongest(strength, where, _CELL_ON_BODY, 0.0, _CORNERS_ON_BODY)
+    points = strongest(strength, where, _BODY_CELL, 0.0, _MOST_OF_BODY)
     points += np.array([columns.start, rows.start], np.float32)
     before, after = followed(last, now, points, _LEVELS_BODY, expected)
-    if len(before) < _LEAST_ON_BODY:
+    if len(before) < _LEAST_OF_BODY:
         return None
     return _median(after - before)
 

@@ -12,12 +12,14 @@ from gait_segmentation.ego_motion.sampling import FIRST, pair_of
 
 __all__ = ['camera_motion']
 
-_LEAST_AROUND = 8
+_LEAST_POINTS = 8
 _STILL_PX = 0.2
+"""Points that are needed, and the median shift up to which they stand still."""
 _REACH_PX = 1.5
 """How far off a point may be that still counts, though next to nothing."""
 
 _SAMPLES, _ROUNDS = 100, 5
+"""Pairs of points tried, and rounds of fitting to those that agree with the best one."""
 
 _LEAST_APART = 16
 """Pixels between two corners that a motion may be estimated from."""
@@ -38,7 +40,7 @@ def camera_motion(
     :param before, after: (n, 2) float32, positions (x, y) of the same points in two frames.
     :returns: 2 x 3 transform of positions.
     """
-    if len(before) < _LEAST_AROUND:
+    if len(before) < _LEAST_POINTS:
         return None
     shift = np.hypot(*(after - before).T)
     if np.partition(shift, len(shift) // 2)[len(shift) // 2] < _STILL_PX:
