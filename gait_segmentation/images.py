@@ -19,6 +19,7 @@ __all__ = [
     'check_map',
     'check_stamp',
     'count_likely',
+    'overlap',
     'placed',
     'shift_whole',
     'shifted_part',
@@ -174,6 +175,16 @@ def size_of(window: Window) -> tuple[int, int]:
     """Return the number of rows and of columns of a window."""
     rows, columns = window
     return rows.stop - rows.start, columns.stop - columns.start
+
+
+def overlap(one: Window, two: Window) -> Window | None:
+    """Return the rows and columns two windows share, None if there are none."""
+    rows, columns = (
+        slice(max(a.start, b.start), min(a.stop, b.stop)) for a, b in zip(one, two, strict=True)
+    )
+    if rows.start >= rows.stop or columns.start >= columns.stop:
+        return None
+    return rows, columns
 
 
 def within(part: Window, window: Window) -> Window:

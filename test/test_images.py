@@ -14,6 +14,7 @@ from gait_segmentation.images import (
     check_image,
     check_map,
     check_stamp,
+    overlap,
     placed,
     shift_whole,
     shifted_part,
@@ -137,3 +138,9 @@ def test_parts_of_masks_are_bounded(part: tuple[slice, slice]) -> None:
     mask = np.random.default_rng(1).integers(0, 2, (40, 12), dtype=np.uint8)
     assert bounding_box(mask[part]) == cv2.boundingRect(np.ascontiguousarray(mask[part]))
     assert bounding_box(mask.T) == cv2.boundingRect(np.ascontiguousarray(mask.T))
+
+
+def test_windows_overlap_in_what_they_share() -> None:
+    one, two = (slice(0, 10), slice(5, 20)), (slice(4, 30), slice(0, 9))
+    assert overlap(one, two) == (slice(4, 10), slice(5, 9))
+    assert overlap(one, (slice(0, 10), slice(20, 30))) is None

@@ -13,9 +13,9 @@ import numpy as np
 from gait_segmentation.evaluation.metrics import start_box
 from gait_segmentation.evaluation.runner import Clip, Runnable, likelihoods_of, run
 from gait_segmentation.evaluation.sequence import Sequence
-from gait_segmentation.evaluation.truth import PERSON
+from gait_segmentation.geometry import Box
 
-__all__ = ['RESTART_FRAMES', 'NumberedClip', 'StartScore', 'restart_starts', 'run_restarts']
+__all__ = ['NumberedClip', 'Restart', 'StartScore', 'restarts_of', 'run_restarts']
 
 RESTART_EVERY = 10
 """Frames between the starts of the restart score."""
@@ -44,15 +44,29 @@ class StartScore:
     j0: float
 
 
-def restart_starts(sequence: NumberedClip) -> list[int]:
-    """Return every tenth frame with a person in its truth and at least five frames to follow."""
-    numbers = sequence.numbers
-    starts = []
+@dataclass(frozen=True)
+class Restart:
+    """A stretch of a clip to start anew in: its frames, and the box of the person in the first."""
+
+    numbers: list[int]
+    box: Box
+
+
+def restarts_of(clip: NumberedClip) -> list[Restart]:
+    """
+    Return the stretches of the restart score.
+
+    They are 14 frames long, from every tenth frame on that has a person in its truth and at least
+    five frames to follow.
+    """
+    numbers = clip.numbers
+    found = []
     for place in range(0, len(numbers) - RESTART_LEAST, RESTART_EVERY):
-        truth = sequence.truth(numbers[place])
-        if truth is not None and (truth == PERSON).any():
-            starts.append(numbers[place])
-    return starts
+        truth = clip.truth(numbers[place])
+        box = None if truth is None else start_box(truth)
+        if box is not None:
+            found.append(Restart(numbers[place : place + RESTART_FRAMES], box))
+    return found
 
 
 def run_restarts(
@@ -68,15 +82,15 @@ def run_restarts(
     :param make_pipeline: makes a pipeline that has seen nothing.
     :param likelihood_name: see :func:`run_sequence`.
     """
-    numbers = sequence.numbers
     likelihood = likelihoods_of(sequence, likelihood_name)
-    for start in restart_starts(sequence):
-        truth = sequence.truth(start)
-        box = None if truth is None else start_box(truth)
-        if box is None:
-            continue
-        place = numbers.index(start)
-        stretch = numbers[place : place + RESTART_FRAMES]
-        outcomes = run(make_pipeline(), sequence, stretch, box, clock=clock, likelihood=likelihood)
+    for restart in restarts_of(sequence):
+        outcomes = run(
+            make_pipeline(),
+            sequence,
+            restart.numbers,
+            restart.box,
+            clock=clock,
+            likelihood=likelihood,
+        )
         scores = [outcome.score.j for outcome in outcomes if outcome.score is not None]
-        yield StartScore(start, float(np.mean(scores)), scores[0])
+        yield StartScore(restart.numbers[0], float(np.mean(scores)), scores[0])

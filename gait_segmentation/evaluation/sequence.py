@@ -31,12 +31,17 @@ from gait_segmentation.evaluation.truth import labels_of_truth, read_mask, truth
 from gait_segmentation.geometry import Box
 from gait_segmentation.image_files import IMAGE_SUFFIXES, read_image
 
-__all__ = ['Sequence']
+__all__ = ['Sequence', 'frame_stamp_ns']
 
-FIRST_STAMP_NS = 1_000_000_000
+_FIRST_STAMP_NS = 1_000_000_000
 """Stamp of frame 0: a stamp of zero means "no stamp" to the stages."""
 
 _NUMBER = re.compile(r'[0-9]+$')
+
+
+def frame_stamp_ns(place: int, fps: float) -> int:
+    """Return the stamp of a frame in nanoseconds by its place in a clip, counted from 0."""
+    return _FIRST_STAMP_NS + round(place * 1e9 / fps)
 
 
 @dataclass(frozen=True)
@@ -109,7 +114,7 @@ class Sequence:
 
     def stamp_ns(self, number: int) -> int:
         """Return the stamp of a frame in nanoseconds, from its number and the frame rate."""
-        return FIRST_STAMP_NS + round((number - min(self.frames)) * 1e9 / self.fps)
+        return frame_stamp_ns(number - min(self.frames), self.fps)
 
     def image(self, number: int) -> NDArray[np.uint8]:
         """

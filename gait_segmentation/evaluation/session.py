@@ -12,7 +12,7 @@ from typing import Any, Protocol, TypeVar
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.output import SequenceOutput
 from gait_segmentation.evaluation.report import Summary, mean_of, restart_report
-from gait_segmentation.evaluation.restarts import restart_starts, run_restarts
+from gait_segmentation.evaluation.restarts import restarts_of, run_restarts
 from gait_segmentation.evaluation.runner import (
     Outcome,
     Runnable,
@@ -108,7 +108,7 @@ class Session:
                     clock=self.clock,
                     likelihood_name=self.likelihood,
                 )
-                count = len(restart_starts(sequence))
+                count = len(restarts_of(sequence))
                 starts[sequence.name] = list(self.progress(runs, f'{title} restarts', count))
         report: dict[str, Any] = {'sequences': rows, 'mean': mean_of(rows)}
         if self.restarts:

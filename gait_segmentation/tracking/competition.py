@@ -25,11 +25,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, size_of
+from gait_segmentation.images import Window, overlap, size_of
 from gait_segmentation.tracking.likelihood.kernels import against_rivals, strengths
 from gait_segmentation.tracking.nearness import REACH, Nearness, by_distance, nearness
 
-__all__ = ['Claim', 'compete', 'leave_to', 'overlap']
+__all__ = ['Claim', 'compete', 'leave_to']
 
 _FARTHEST = -6.0
 """Log ratio that falls off up to :data:`REACH`, where somebody ceases to compete."""
@@ -73,16 +73,6 @@ class Claim:
     height: float
     hidden: bool = False
     known: bool = True
-
-
-def overlap(one: Window, two: Window) -> Window | None:
-    """Return the rows and columns two windows share, None if there are none."""
-    rows, columns = (
-        slice(max(a.start, b.start), min(a.stop, b.stop)) for a, b in zip(one, two, strict=True)
-    )
-    if rows.start >= rows.stop or columns.start >= columns.stop:
-        return None
-    return rows, columns
 
 
 def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:

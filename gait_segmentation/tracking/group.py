@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, placed, size_of, within
+from gait_segmentation.images import Window, overlap, placed, size_of, within
 from gait_segmentation.results import LOST, TRACKED, Feedback
-from gait_segmentation.tracking.competition import Claim, compete, leave_to, overlap
+from gait_segmentation.tracking.competition import Claim, compete, leave_to
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.finding import recover
 from gait_segmentation.tracking.following import assess, move

@@ -17,14 +17,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ['Shift', 'mean_shift']
+__all__ = ['WindowShift', 'mean_shift']
 
 _ITERATIONS = 10
 _DONE_PX = 0.25
 
 
 @dataclass(frozen=True)
-class Shift:
+class WindowShift:
     """
     Where the weights went relative to the reference.
 
@@ -40,7 +40,7 @@ def mean_shift(
     weights: NDArray[np.uint8],
     reference: NDArray[np.uint8],
     window: tuple[int, int, int, int],
-) -> Shift:
+) -> WindowShift:
     """
     Move a window over the weights until its centroid lies as in the reference.
 
@@ -50,7 +50,7 @@ def mean_shift(
     :returns: the shift; zero if weights or reference are empty in the window.
     """
     weights, reference = np.ascontiguousarray(weights), np.ascontiguousarray(reference)
-    return Shift(*_shift(weights, reference, *window))
+    return WindowShift(*_shift(weights, reference, *window))
 
 
 @njit(cache=True, nogil=True)

@@ -10,8 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, bounding_box, within
-from gait_segmentation.tracking.competition import overlap
+from gait_segmentation.images import Window, bounding_box, overlap, within
 from gait_segmentation.tracking.picture.working import WorkingImage
 
 __all__ = ['Outline', 'doubled', 'every', 'halved', 'lab_of']

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import itertools
 
-from gait_segmentation.evaluation.restarts import restart_starts, run_restarts
+from gait_segmentation.evaluation.restarts import restarts_of, run_restarts
 from gait_segmentation.evaluation.sequence import Sequence
 
 from .fakes import FakePipeline, write_sequence
@@ -10,9 +10,9 @@ from .fakes import FakePipeline, write_sequence
 
 def test_restarts_begin_at_every_tenth_frame_with_enough_to_follow(tmp_path):
     sequence = Sequence.load(write_sequence(tmp_path / 'a', frames=16, without_mask=(0,)))
-    assert restart_starts(sequence) == [10]
+    assert [restart.numbers for restart in restarts_of(sequence)] == [[10, 11, 12, 13, 14, 15]]
     sequence = Sequence.load(write_sequence(tmp_path / 'b', frames=15))
-    assert restart_starts(sequence) == [0]
+    assert [restart.numbers for restart in restarts_of(sequence)] == [list(range(14))]
     pipelines = []
 
     def make():

@@ -15,7 +15,6 @@ from gait_segmentation.tracking.competition import (
     _falloff,
     compete,
     leave_to,
-    overlap,
 )
 from gait_segmentation.tracking.nearness import REACH, nearness
 
@@ -30,12 +29,6 @@ def claim(left: int, value: float, feet: float = 50.0, hidden: bool = False) -> 
     logit = np.full((60, 40), value, np.float32)
     part = mask[window]
     return Claim(window, logit, part, nearness(part, 50.0), feet, 50.0, hidden)
-
-
-def test_windows_overlap_in_what_they_share() -> None:
-    one, two = (slice(0, 10), slice(5, 20)), (slice(4, 30), slice(0, 9))
-    assert overlap(one, two) == (slice(4, 10), slice(5, 9))
-    assert overlap(one, (slice(0, 10), slice(20, 30))) is None
 
 
 def test_those_who_are_apart_do_not_compete() -> None:

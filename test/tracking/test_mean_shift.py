@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from gait_segmentation.tracking.mean_shift import Shift, mean_shift
+from gait_segmentation.tracking.mean_shift import WindowShift, mean_shift
 
 WINDOW = (40, 30, 40, 60)
 
@@ -37,13 +37,13 @@ def test_it_measures_the_change_of_size() -> None:
 
 @pytest.mark.parametrize(('now', 'before'), [(0, 1), (1, 0), (0, 0)])
 def test_nothing_to_see_is_no_shift(now: int, before: int) -> None:
-    assert mean_shift(body() * np.uint8(now), body() * np.uint8(before), WINDOW) == Shift(
+    assert mean_shift(body() * np.uint8(now), body() * np.uint8(before), WINDOW) == WindowShift(
         0.0, 0.0, 1.0
     )
 
 
 def test_a_window_outside_of_the_image_is_no_shift() -> None:
-    assert mean_shift(body(), body(), (500, 500, 10, 10)) == Shift(0.0, 0.0, 1.0)
+    assert mean_shift(body(), body(), (500, 500, 10, 10)) == WindowShift(0.0, 0.0, 1.0)
 
 
 def test_a_likelihood_of_any_grey_counts_by_its_value() -> None:

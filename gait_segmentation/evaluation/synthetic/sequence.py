@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.output import write_image
-from gait_segmentation.evaluation.sequence import FIRST_STAMP_NS
+from gait_segmentation.evaluation.sequence import frame_stamp_ns
 from gait_segmentation.evaluation.synthetic.camera import FOCAL_LENGTH, SyntheticCamera
 from gait_segmentation.evaluation.synthetic.clothing import make_outfit
 from gait_segmentation.evaluation.synthetic.config import SyntheticConfig
@@ -114,7 +114,7 @@ class SyntheticSequence:
 
     def stamp_ns(self, number: int) -> int:
         """Return the stamp of a frame in nanoseconds."""
-        return FIRST_STAMP_NS + round(number * 1e9 / self.config.fps)
+        return frame_stamp_ns(number, self.config.fps)
 
     def image(self, number: int) -> NDArray[np.uint8]:
         """Return a frame as (H, W, 3) uint8 BGR."""

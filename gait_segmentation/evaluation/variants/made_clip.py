@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.metrics import start_box
-from gait_segmentation.evaluation.sequence import FIRST_STAMP_NS, Sequence
+from gait_segmentation.evaluation.sequence import Sequence, frame_stamp_ns
 from gait_segmentation.geometry import Box
 
 __all__ = ['MadeClip']
@@ -58,7 +58,7 @@ class MadeClip:
 
     def stamp_ns(self, number: int) -> int:
         """Return the stamp of a frame in nanoseconds."""
-        return FIRST_STAMP_NS + round(number * 1e9 / self.fps)
+        return frame_stamp_ns(number, self.fps)
 
     def image(self, number: int) -> NDArray[np.uint8]:
         """Return a frame as (H, W, 3) uint8 BGR."""

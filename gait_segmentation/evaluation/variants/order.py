@@ -6,8 +6,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from gait_segmentation.evaluation.metrics import start_box
-from gait_segmentation.evaluation.restarts import RESTART_FRAMES, restart_starts
+from gait_segmentation.evaluation.restarts import restarts_of
 from gait_segmentation.evaluation.variants.made_clip import MadeClip
 
 __all__ = ['backwards', 'every_second', 'starts']
@@ -16,12 +15,10 @@ __all__ = ['backwards', 'every_second', 'starts']
 def starts(clip: MadeClip) -> list[MadeClip]:
     """Return the runs of the restart score: 14 frames from every tenth on."""
     made = []
-    for first in restart_starts(clip):
-        truth = clip.truth(first)
-        box = None if truth is None else start_box(truth)
-        if box is not None:
-            frames = clip.frames[first : first + RESTART_FRAMES]
-            made.append(replace(clip, name=f'{clip.name}@{first}', frames=frames, box=box))
+    for restart in restarts_of(clip):
+        first = restart.numbers[0]
+        frames = tuple(clip.frames[number] for number in restart.numbers)
+        made.append(replace(clip, name=f'{clip.name}@{first}', frames=frames, box=restart.box))
     return made
 
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.ego_motion.world_motion import WorldMotion
-from gait_segmentation.images import Window, size_of
+from gait_segmentation.images import Window, overlap, size_of
 from gait_segmentation.tracking.background.kernels import SURE_COUNT
-from gait_segmentation.tracking.competition import Claim, overlap
+from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood.log_ratio import log_ratio
 from gait_segmentation.tracking.nearness import REACH, Nearness, nearness

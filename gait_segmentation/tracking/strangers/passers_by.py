@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.world_motion import WorldMotion
-from gait_segmentation.tracking.competition import Claim, overlap
+from gait_segmentation.images import overlap
+from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.outline import Outline, halved
 from gait_segmentation.tracking.person.person import Person, new_colours
