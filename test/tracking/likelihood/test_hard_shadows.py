@@ -7,20 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from gait_segmentation.colour import ColourModel, colour_bins
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.tracking import TrackingConfig
-from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.likelihood.backdrop import Backdrop
 from gait_segmentation.tracking.likelihood.hard_shadows import HardShadowModel
 from test.walkers import box_of, overlap, small_bank, sunlit
 
-SHAPE = (130, 160)
-ALL = (slice(0, 130), slice(0, 160))
-PERSON = BodyFrame(80.0, 60.0, 100.0)
+from .plain import ALL, BODY, PERSON, SHAPE, background_of, body, looks, plain
+
 GROUND, SHIRT = (200, 130, 134), (120, 150, 160)
-BODY = (slice(10, 110), slice(70, 90))
 SHADE = (slice(90, 120), slice(97, 140))
 """Of which the first columns are too near to the body to be told."""
 FAR = (slice(90, 120), slice(100, 140))
@@ -40,24 +36,11 @@ def shaded(share: float = 0.45, tint: float = -0.05) -> tuple[int, int, int]:
 
 
 def picture(shade: tuple[int, int, int] | None = None) -> np.ndarray:
-    lab = np.empty((*SHAPE, 3), np.uint8)
-    lab[:] = GROUND
-    if shade is not None:
-        lab[SHADE] = shade
-    lab[BODY] = SHIRT
-    return lab
+    return plain(GROUND, SHIRT, shade, SHADE)
 
 
 def backdrop(lab: np.ndarray, *, times: float = 5.0, textured: bool = False) -> Backdrop:
-    model = BackgroundModel(SHAPE)
-    model.sums[:] = times * np.array([*GROUND, 1], np.float32)
-    return Backdrop(lab, ALL, model, textured)
-
-
-def body() -> np.ndarray:
-    mask = np.zeros(SHAPE, np.uint8)
-    mask[BODY] = 255
-    return mask
+    return Backdrop(lab, ALL, background_of(GROUND, times), textured)
 
 
 def learnt(
@@ -68,20 +51,16 @@ def learnt(
     times: float = 5.0,
     company: bool = False,
 ) -> HardShadowModel:
-    model, seen = HardShadowModel(), backdrop(lab, times=times)
+    model, behind = HardShadowModel(), backdrop(lab, times=times)
     for _ in range(masks):
-        model.learn(seen, PERSON, body() if mask is None else mask, body(), company=company)
+        model.learn(behind, PERSON, body() if mask is None else mask, body(), company=company)
     return model
 
 
-def weighed(model: HardShadowModel, seen: Backdrop, ratio: float = 2.0) -> np.ndarray:
+def weighed(model: HardShadowModel, behind: Backdrop, ratio: float = 2.0) -> np.ndarray:
     """Return log-likelihood ratios that were all the same, the person having all colours."""
     logit = np.full(SHAPE, ratio, np.float32)
-    colours = ColourModel(0.7, 1e-4)
-    colours.table[:] = 0.05
-    rows = np.full(SHAPE, 0.5, np.float32)
-    bins = colour_bins(seen.lab)
-    model.weigh(logit, seen, PERSON, body(), bins, rows, colours, 0.95)
+    model.weigh(logit, behind, PERSON, body(), *looks(behind.lab), 0.95)
     return logit
 
 

@@ -6,18 +6,15 @@ import math
 
 import numpy as np
 
-from gait_segmentation.colour import ColourModel, colour_bins
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.likelihood.backdrop import Backdrop
 from gait_segmentation.tracking.likelihood.shadows import ShadowModel
 
-SHAPE = (130, 160)
-ALL = (slice(0, 130), slice(0, 160))
-PERSON = BodyFrame(80.0, 60.0, 100.0)
+from .plain import ALL, BODY, PERSON, SHAPE, background_of, body, looks, plain
+
 GROUND, SHIRT = (200, 132, 138), (50, 120, 150)
 TINT = 2
-BODY = (slice(10, 110), slice(70, 90))
 SHADE = (slice(95, 120), slice(90, 125))
 ELSEWHERE = (slice(20, 45), slice(100, 135))
 
@@ -33,17 +30,11 @@ def shaded(share: float, tint: int = TINT) -> tuple[int, int, int]:
 
 
 def picture(shade: tuple[int, int, int] | None = None) -> np.ndarray:
-    lab = np.empty((*SHAPE, 3), np.uint8)
-    lab[:] = GROUND
-    if shade is not None:
-        lab[SHADE] = shade
-    lab[BODY] = SHIRT
-    return lab
+    return plain(GROUND, SHIRT, shade, SHADE)
 
 
 def ground() -> BackgroundModel:
-    model = BackgroundModel(SHAPE)
-    model.sums[:] = 5 * np.array([*GROUND, 1], np.float32)
+    model = background_of(GROUND)
     model.sigma = 3.0
     return model
 
@@ -53,22 +44,17 @@ def backdrop(lab: np.ndarray) -> Backdrop:
 
 
 def learnt(lab: np.ndarray, *, masks: int = 20, strange: np.ndarray | None = None) -> ShadowModel:
-    model, body = ShadowModel(), np.zeros(SHAPE, np.uint8)
-    body[BODY] = 255
+    model = ShadowModel()
     strange = np.zeros(SHAPE, np.uint8) if strange is None else strange
     for _ in range(masks):
-        model.learn(backdrop(lab), PERSON, body, body, strange)
+        model.learn(backdrop(lab), PERSON, body(), body(), strange)
     return model
 
 
 def weighed(model: ShadowModel, lab: np.ndarray, ratio: float = 2.0) -> np.ndarray:
     """Return log-likelihood ratios that were all the same, the person having all colours."""
     logit = np.full(SHAPE, ratio, np.float32)
-    rows = np.full(SHAPE, 0.5, np.float32)
-    colours = ColourModel(0.7, 1e-4)
-    colours.table[:] = 0.05
-    bins = colour_bins(lab)
-    model.weigh(logit, backdrop(lab), PERSON, bins, rows, colours, 0.95)
+    model.weigh(logit, backdrop(lab), PERSON, *looks(lab), 0.95)
     return logit
 
 
@@ -135,19 +121,19 @@ def test_the_person_is_not_learnt() -> None:
 
 def test_shadows_that_are_gone_are_forgotten() -> None:
     model = learnt(picture(shaded(0.85)))
-    before, body = model.share.max(), np.zeros(SHAPE, np.uint8)
+    before, nobody = model.share.max(), np.zeros(SHAPE, np.uint8)
     for _ in range(240):
-        model.learn(backdrop(picture()), PERSON, body, body, body)
+        model.learn(backdrop(picture()), PERSON, nobody, nobody, nobody)
     assert model.share.max() < 0.1 * before
 
 
 def test_somebody_at_the_border_teaches_what_is_in_the_image() -> None:
     lab = picture(shaded(0.85))
     part = (slice(90, 130), slice(90, 160))
-    body, strange = np.zeros(SHAPE, np.uint8), np.zeros((40, 70), np.uint8)
+    nobody, strange = np.zeros(SHAPE, np.uint8), np.zeros((40, 70), np.uint8)
     model = ShadowModel()
     for _ in range(4):
         seen = Backdrop(np.ascontiguousarray(lab[part]), part, ground(), textured=False)
-        model.learn(seen, BodyFrame(150.0, 45.0, 100.0), body, body, strange)
+        model.learn(seen, BodyFrame(150.0, 45.0, 100.0), nobody, nobody, strange)
     assert model.share.any()
     assert np.isfinite(model.share).all()
