@@ -205,8 +205,9 @@ def evaluate(options: argparse.Namespace) -> None:
         raise ConfigError(f'--threads must be at least 1, got {options.threads}')
     if options.json not in (None, _OUTPUT):
         check_file(options.json)
-    if options.out is not None:
-        make_folder('--out', options.out)
+    for option, folder in (('--out', options.out), ('--keep', options.keep)):
+        if folder is not None:
+            make_folder(option, folder)
     if options.synthetic:
         with contextlib.ExitStack() as stack:
             folder = options.keep or Path(stack.enter_context(tempfile.TemporaryDirectory()))

@@ -175,7 +175,7 @@ def test_scores_that_could_not_be_kept_are_not_worked_out(
     assert kept.read_text() == 'before'
 
 
-@pytest.mark.parametrize('option', ['--json', '--out'])
+@pytest.mark.parametrize('option', ['--json', '--out', '--keep'])
 def test_outputs_that_cannot_be_written_are_refused_before_the_scenes_are_made(
     option, monkeypatch, capsys
 ):
