@@ -230,8 +230,8 @@ def phase_score(found: NDArray[np.float64], true: NDArray[np.float64]) -> PhaseS
     """
     Score the phases of consecutive frames.
 
-    :param found: (n,) phases in strides, any offset by whole strides.
-    :param true: (n,) true phases of the same frames.
+    :param found: (n,) float64, phases in strides, any offset by whole strides.
+    :param true: (n,) float64, true phases of the same frames.
     :raises InputError: if there are no phases or not equally many.
     """
     found, true = np.asarray(found, np.float64), np.asarray(true, np.float64)

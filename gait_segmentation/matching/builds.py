@@ -16,7 +16,7 @@ __all__ = ['BuildKernels', 'builds_of']
 
 
 def builds_of(bank: TemplateBank) -> NDArray[np.intp]:
-    """Return the build of each sequence, (V,), as its place among the names of the builds."""
+    """Return the build of each sequence, (V,) intp: its place among the builds' names."""
     names = sorted(set(bank.builds))
     return np.array([names.index(build) for build in bank.builds])
 
@@ -31,7 +31,7 @@ class BuildKernels:
         Code the templates.
 
         :param templates: (V, P, H, W) uint8.
-        :param of_sequence: (V,) build of each sequence, 0, 1, 2, ...
+        :param of_sequence: (V,) intp, build of each sequence, 0, 1, 2, ...
         """
         self.row: NDArray[np.int32] = np.empty(templates.shape[:2], np.int32)
         self._kernels: list[EventKernel] = []

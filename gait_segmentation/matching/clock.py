@@ -85,8 +85,8 @@ class PhaseClock:
         :param slowest: strides per second, slowest walk; standing is always possible.
         :param fastest: strides per second, fastest walk.
         :param frames: how many frames back the belief may be asked for, 1 = the newest only.
-        :param cells: how likely views, the first axis, and placements are at first; they need
-            not add up to 1.  None = there is only one.
+        :param cells: float64, how likely views, the first axis, and placements are at first;
+            they need not add up to 1.  None = there is only one.
         """
         self._phases = phases
         walking = np.geomspace(max(slowest, 0.1 * fastest), fastest, _RATES - 1)
@@ -123,8 +123,8 @@ class PhaseClock:
         """
         Take in a frame.
 
-        :param evidence: (*cells, P) how well each phase fits, up to a constant, -inf where that
-            is not known: see ``FineEvidence``.
+        :param evidence: (*cells, P) float64, how well each phase fits, up to a constant, -inf
+            where that is not known: see ``FineEvidence``.
         :param seconds: its time, later than the last frame's.
         :param moved: by how many views the first axis of the cells goes on since the last frame,
             because the person turns.
@@ -169,7 +169,7 @@ class PhaseClock:
         Return the probabilities of the phases in the last frames, given all frames so far.
 
         :param frames: how many, at most as many as are kept.
-        :returns: (frames, P), the newest last.
+        :returns: (frames, P) float64, the newest last; each adds up to 1.
         """
         steps = list(self._steps)[-frames:]
         result = np.empty((len(steps), self._phases))
@@ -198,7 +198,7 @@ class PhaseClock:
 
     def _turn(self, seconds: float) -> NDArray[np.float64]:
         """
-        Return how the phase of each rate moves on in a time, (R, P).
+        Return how the phase of each rate moves on in a time, (R, P) float64.
 
         It is the probability of each advance; turns by fractions of a bin are exact in the
         frequency domain.

@@ -22,8 +22,8 @@ def phase_near(belief: NDArray[np.float64], phase: float) -> tuple[float, float]
     """
     Return the mean phase of a belief, apart from half strides, and the probability of it.
 
-    :param belief: (P,) probabilities of the phases 0, 1 / P, ...; halves of a stride are laid over
-        one another.
+    :param belief: (P,) float64, probabilities of the phases 0, 1 / P, ...; halves of a stride are
+        laid over one another.
     :param phase: strides; of the two halves the one nearer to this is taken, unless the belief is
         clearly in the other one.
     :returns: the phase in [0, 1), and the probability that it is right to 5 % of a stride, apart
@@ -45,6 +45,6 @@ def phase_near(belief: NDArray[np.float64], phase: float) -> tuple[float, float]
 
 @lru_cache(maxsize=4)
 def _circle(phases: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return phases in strides, (P,), and their places on a circle of half a stride, (P, 2)."""
+    """Return phases in strides, (P,), and where on a circle of half a stride, (P, 2), float64."""
     at = np.arange(phases) / phases
     return at, np.column_stack([np.cos(4 * np.pi * at), np.sin(4 * np.pi * at)])

@@ -89,7 +89,7 @@ def _widest_gap(azimuths: NDArray[np.float64]) -> float:
 
 
 def _resized(templates: NDArray[np.uint8], grid: tuple[int, int]) -> NDArray[np.uint8]:
-    """Resample (V, P, H, W) templates, averaging where they shrink."""
+    """Resample (V, P, H, W) uint8 templates, averaging where they shrink."""
     views, phases, height, width = templates.shape
     result = np.empty((views * phases, *grid), np.uint8)
     for index, template in enumerate(templates.reshape(-1, height, width)):

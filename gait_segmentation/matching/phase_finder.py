@@ -103,5 +103,5 @@ class PhaseFinder:
         return self._clock.rate
 
     def beliefs(self, frames: int) -> NDArray[np.float64]:
-        """Return (frames, P) probabilities of the phases in the last frames."""
+        """Return (frames, P) float64, probabilities of the phases in the last frames."""
         return self._clock.beliefs(frames)

@@ -78,7 +78,7 @@ class Readout:
 
         :param state: the path's state in it.
         :param offsets: how far the best place lies beside it, see :class:`SubgridPeak`.
-        :param belief: (P,) probabilities of the phases.
+        :param belief: (P,) float64, probabilities of the phases.
         :param rate: strides per second that are believed in.
         """
         sequence, phase, scale, row, column = state

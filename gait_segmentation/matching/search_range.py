@@ -79,7 +79,7 @@ class SearchRange(NamedTuple):
         """
         Return the values of a range that is a part of this one.
 
-        :param values: (R, n) of all placements of this range.
+        :param values: (R, n) int16 of all placements of this range.
         :param inner: the other range.
         :returns: (R, m) int16.
         """

@@ -28,8 +28,8 @@ __all__ = [
     'check_size',
     'gait_joints',
     'matched_corners',
+    'tilted_corners',
     'track_corners',
-    'tracked_corners',
 ]
 
 GAIT_NAMES = ('gait_phase', 'view_azimuth')
@@ -47,7 +47,7 @@ class Joints(NamedTuple):
     velocities: tuple[float, ...]
 
 
-def tracked_corners(box: Box, angle: float) -> Corners:
+def tilted_corners(box: Box, angle: float) -> Corners:
     """Return the corners of a tracked box that is turned by ``angle`` about its centre."""
     if not angle:
         return box.corners()
@@ -56,7 +56,7 @@ def tracked_corners(box: Box, angle: float) -> Corners:
 
 def track_corners(track: TrackResult) -> Corners:
     """Return what ``box`` says of a track."""
-    return () if track.body is None else tracked_corners(track.body, track.angle)
+    return () if track.body is None else tilted_corners(track.body, track.angle)
 
 
 def matched_corners(match: MatchResult, bank: TemplateBank) -> Corners:

@@ -17,7 +17,7 @@ from std_msgs.msg import Header
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.fields import tracked_corners
+from gait_segmentation.ros.fields import tilted_corners
 from gait_segmentation.ros.messages import (
     box_message,
     gait_message,
@@ -53,7 +53,7 @@ def test_stamps_are_exact(stamp_ns) -> None:
     st.floats(-0.6, 0.6),
 )
 def test_boxes_return_with_their_tilt(x, y, width, height, angle) -> None:
-    sent = box_message(tracked_corners(Box(x, y, width, height), angle), 7, header())
+    sent = box_message(tilted_corners(Box(x, y, width, height), angle), 7, header())
     assert sent.polygon.id == 7
     box, tilt = read_box(sent)
     np.testing.assert_allclose(
@@ -63,7 +63,7 @@ def test_boxes_return_with_their_tilt(x, y, width, height, angle) -> None:
 
 
 def test_upright_boxes_are_exactly_upright() -> None:
-    sent = box_message(tracked_corners(Box(1.3, 2.7, 33.1, 77.7), 0.0), 7, header())
+    sent = box_message(tilted_corners(Box(1.3, 2.7, 33.1, 77.7), 0.0), 7, header())
     assert read_box(sent)[1] == 0
 
 
