@@ -43,6 +43,20 @@ def test_colours_are_better_than_the_likelihood_they_come_from():
     assert (odds[:, :10] < 0).all()
 
 
+def test_a_colour_counts_most_at_the_height_at_which_it_was_seen():
+    # The ground has the colour of the coat, but only at the feet.
+    lab, person = scene()
+    lab[50:][~person[50:]] = PERSON
+    lab[50:][person[50:]] = (20, 128, 128)
+    colours = LearntColours()
+
+    colours.learn(lab, BODY, np.where(person, 255, 0).astype(np.uint8))
+    odds = colours.odds(np.full_like(lab, PERSON), BODY)
+
+    assert (odds[15:30] > 1).all()
+    assert (odds[60:68] < -1).all()
+
+
 def test_an_undecided_likelihood_teaches_nothing():
     lab, _ = scene()
     colours = LearntColours()

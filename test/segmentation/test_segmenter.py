@@ -171,6 +171,80 @@ def test_thin_parts_of_small_people_are_not_smoothed_away(height: int, kept: boo
     assert bool(mask[80, 78]) == kept
 
 
+def trunk_and_arm(evidence: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return a likelihood with a thin arm, and a template that has it, too."""
+    template = np.zeros(SHAPE, np.uint8)
+    cv2.ellipse(template, (60, 80), (18, 56), 0, 0, 360, 255, -1)
+    likelihood = np.where(template > 0, 250, 5).astype(np.uint8)
+    likelihood[78:81, 78:100], template[78:81, 70:100] = evidence, 255
+    return likelihood, template
+
+
+def test_thin_parts_are_spared_once_the_shape_is_known() -> None:
+    image = np.full((*SHAPE, 3), 77, np.uint8)
+    likelihood, template = trunk_and_arm(200)
+    # At first the colours may be wrong.
+    segmenter = Segmenter(SegmentationConfig(use_residual=False, use_alignment=False))
+    found = [
+        bool(segmenter.update(image, likelihood, match(template, stamp)).mask[79, 90])
+        for stamp in range(1, 9)
+    ]
+    assert found == [False] * 5 + [True] * 3
+
+
+def test_nothing_that_is_taken_is_in_the_mask() -> None:
+    # From within a working pixel on.
+    taken = np.zeros((3 * SHAPE[0], 3 * SHAPE[1]), np.uint8)
+    taken[:, 184:] = 255
+    large = match(body=BODY.scaled(3))
+    mask = Segmenter().update(picture(3), noisy(), large, taken).mask
+    assert not mask[:, 184:].any()
+    assert mask[240, 150:180].all()
+
+
+def test_a_template_is_not_moved_where_others_hide_somebody() -> None:
+    image = np.full((*SHAPE, 3), 77, np.uint8)
+    vague = np.where(person() > 0, 150, 110).astype(np.uint8)
+
+    def cut(taken: np.ndarray, use_alignment: bool) -> np.ndarray:
+        config = SegmentationConfig(use_alignment=use_alignment)
+        beside = match(np.roll(person(), 8, 1))
+        return Segmenter(config).update(image, vague, beside, taken).mask
+
+    nothing, half = np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8)
+    half[:, 60:] = 255
+    assert (cut(nothing, True) != cut(nothing, False)).any()
+    np.testing.assert_array_equal(cut(half, True), cut(half, False))
+
+
+def test_small_masks_teach_nothing() -> None:
+    few = np.zeros(SHAPE, np.uint8)
+    few[70:84, 50:70] = 250
+    taught, fresh = Segmenter(), Segmenter()
+    for stamp in range(1, 9):
+        assert taught.update(picture(), few, match(stamp=stamp)).mask.any()
+    later = match(stamp=9)
+    one, two = (each.update(picture(), noisy(9), later).mask for each in (taught, fresh))
+    np.testing.assert_array_equal(one, two)
+
+
+def test_where_somebody_was_seen_is_forgotten_while_nobody_is() -> None:
+    image = np.full((*SHAPE, 3), 77, np.uint8)
+    bar = np.zeros(SHAPE, np.uint8)
+    bar[75:85, 12:110] = 250
+    segmenter = Segmenter(SegmentationConfig(prior='none'))
+
+    def reach(stamp: int) -> int:
+        small = match(body=BodyFrame(30, 80, 40), stamp=stamp)
+        return int(np.flatnonzero(segmenter.update(image, bar, small).mask.any(axis=0)).max())
+
+    # Each window holds what was found in the one before.
+    first, second = reach(1), reach(2)
+    assert second > first
+    segmenter.update(image, bar, match(body=None, stamp=3))
+    assert reach(4) == first
+
+
 def test_a_constant_image_is_no_problem() -> None:
     image = np.full((*SHAPE, 3), 77, np.uint8)
     assert iou(Segmenter().update(image, noisy(), match()).mask, person()) > 0.9
