@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.results import TrackResult
+from gait_segmentation.tracking.recovery.lost_and_found import coasting
 from gait_segmentation.tracking.target import Target
 from test.tracking.figures import BLUE, RED, Figure, Told, picture
 
@@ -139,6 +140,65 @@ def test_looking_for_the_person_in_vain_changes_nothing() -> None:
     told.see(image, [theirs])
     assert sought == ['lost']
     assert [known(target)] == before
+
+
+def alone(frames: int = 8) -> tuple[Told, Target]:
+    """Return somebody who has walked alone."""
+    told = Told()
+    told.start(OWN)
+    for number in range(frames):
+        told.show(meeting(number)[0])
+    (target,) = told.tracker._targets()
+    return told, target
+
+
+def test_the_person_is_sought_where_the_last_pace_would_have_led() -> None:
+    _, target = alone()
+    person, memory, seconds = target.person, target.memory, 0.04
+    x, y, pace = person.center_x, person.center_y, memory.pace
+    assert pace[0] == pytest.approx(50, abs=10)
+    steps = 60
+    for _ in range(steps):
+        target.guard.carry((0.5, -0.25), seconds)
+    target.guard.bring_back(person, memory)
+    # After a second they are taken to stop.
+    walked = sum(seconds * coasting(seconds * (k + 1)) for k in range(steps))
+    assert walked < 0.75 * seconds * steps
+    assert person.center_x == pytest.approx(x + 0.5 * steps + walked * pace[0])
+    assert person.center_y == pytest.approx(y - 0.25 * steps + walked * pace[1])
+    assert memory.lost_s == pytest.approx(seconds * steps)
+
+
+def test_a_mask_that_was_too_large_leaves_a_doubt_until_one_is_sure() -> None:
+    _, target = alone()
+    person, memory, record = target.person, target.memory, target.world.now
+    window = person.window(person.mask.shape)
+    doubts = []
+    for share in (1.0, 1.5, 0.7, 1.0):
+        target.guard.is_other(
+            person, memory, record, window, person.mask, (0.0, 0.0), share, about=False
+        )
+        doubts.append(target.guard.in_doubt)
+    assert doubts == [False, True, True, False]
+
+
+@pytest.mark.parametrize('coat', [BLUE, RED], ids=['otherwise dressed', 'alike'])
+def test_of_two_who_may_both_be_the_person_neither_is_somebody_else(
+    coat: tuple[int, int, int],
+) -> None:
+    told, target = alone()
+    x, y = target.person.center_x, meeting(7)[0].y
+    image, masks = picture((Figure(x - 30, y=y), Figure(x + 30, coat, y=y)))
+    told.tracker.update(image, told.stamp_ns)
+    both = masks[0] | masks[1]
+    others = target.guard.others_in(
+        target.person, target.memory, target.world.now, both, (0.0, 0.0)
+    )
+    if coat == RED:
+        assert others is None
+    else:
+        assert others is not None
+        np.testing.assert_array_equal(others > 0, masks[1] > 0)
 
 
 @pytest.mark.parametrize('coat', [BLUE, RED], ids=['otherwise dressed', 'alike'])

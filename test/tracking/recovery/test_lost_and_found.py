@@ -13,9 +13,11 @@ import pytest
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import TrackResult
+from gait_segmentation.tracking.recovery.visibility import Sight
 from test.tracking.figures import (
     BLUE,
     GREEN,
+    HEIGHT,
     RED,
     STEP_NS,
     WIDTH,
@@ -218,6 +220,76 @@ def test_two_who_cross_keep_their_ids_and_share_the_pixels_out() -> None:
     assert two.box is not None
     assert one.box.iou(box_of(far[-1])) > 0.7
     assert two.box.iou(box_of(near[-1])) > 0.7
+
+
+def searching(lost_s: float, *, taken: bool = False) -> list[bool]:
+    """Return in which frames a search finds somebody who is to be seen."""
+    told = Told()
+    told.start(Figure(60))
+    for figure in walk(Figure(60), 5):
+        told.show(figure)
+    (target,) = told.tracker._targets()
+    others = np.zeros(target.world.shape, np.uint8)
+    others[:] = 255 * taken
+    target.memory.begin_search(lost_s)
+    return [
+        target.memory.search(target.person, target.world, others, target.config) is not None
+        for _ in range(4)
+    ]
+
+
+def test_who_is_lost_is_sought_all_over_in_every_frame_and_later_in_every_third() -> None:
+    assert searching(0.2) == [True] * 4
+    assert searching(0.8) == [True, False, False, True]
+
+
+@pytest.mark.parametrize(
+    ('pace', 'place'),
+    [
+        ((9e3, 0.0), (WIDTH + 30, 90)),
+        ((-9e3, 0.0), (-30, 90)),
+        ((0.0, 9e3), (60, HEIGHT + 30)),
+        ((0.0, -9e3), (60, -30)),
+    ],
+)
+def test_who_left_is_waited_for_a_little_beyond_the_border(
+    pace: tuple[float, float], place: tuple[float, float]
+) -> None:
+    told = Told()
+    told.start(Figure(60))
+    told.show(Figure(60))
+    (target,) = told.tracker._targets()
+    person = target.person
+    person.shift(60 - person.center_x, 90 - person.center_y)
+    person.height = 100.0
+    target.memory.pace = pace
+    for _ in range(20):
+        target.memory.coast(person, (0.0, 0.0), 0.1, target.world.shape)
+    assert (person.center_x, person.center_y) == pytest.approx(place)
+
+
+@pytest.mark.parametrize(('coat', 'found'), [(RED, True), (BLUE, False)])
+def test_the_last_look_counts_only_as_far_as_it_is_the_usual_one(
+    coat: tuple[int, int, int], found: bool
+) -> None:
+    told = Told()
+    path = walk(Figure(60), 30)
+    told.start(path[0])
+    for figure in path:
+        told.show(figure)
+    (target,) = told.tracker._targets()
+    # The last mask is that of somebody else, perhaps.
+    image, _ = picture([replace(path[-1], coat=coat)])
+    told.tracker.update(image, told.stamp_ns)
+    person, record = target.person, target.world.now
+    for _ in range(3):
+        target.memory.learn_look(person, record)
+    sight = Sight.of(person.mask, person.mask, None)
+    assert target.memory.is_found(person, sight, None, person.mask, record) == found
+
+
+def test_nobody_is_sought_among_others() -> None:
+    assert searching(0.2, taken=True) == [False] * 4
 
 
 # Input that is no good.

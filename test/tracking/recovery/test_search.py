@@ -27,7 +27,7 @@ def test_a_silhouette_is_found_where_it_is(x: int) -> None:
     figure = Figure(x)
     found = find_silhouette(figure.mask(), silhouette(), (160, 90), (200, 40), HEIGHT)
     assert found is not None
-    assert found[:2] == pytest.approx(middle(figure), abs=1.01)
+    assert found[:2] == pytest.approx(middle(figure), abs=0.01)
     assert found[2] > 0.7
 
 
@@ -35,7 +35,7 @@ def test_what_is_nearer_is_preferred_and_what_is_too_far_is_not_looked_at() -> N
     both = np.maximum(Figure(80).mask(), Figure(230).mask())
     found = find_silhouette(both, silhouette(), (200, 90), (200, 40), HEIGHT)
     assert found is not None
-    assert found[0] == pytest.approx(middle(Figure(230))[0], abs=1.01)
+    assert found[0] == pytest.approx(middle(Figure(230))[0], abs=0.01)
     found = find_silhouette(both, silhouette(), (140, 90), (40, 40), HEIGHT)
     assert found is not None
     assert found[2] < 0.4

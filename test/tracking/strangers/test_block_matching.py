@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.tracking.outline import Outline
@@ -34,6 +35,13 @@ def test_a_block_is_followed_before_a_wall() -> None:
 def test_the_shift_is_sought_about_the_guess() -> None:
     last, now, outline = frames(24, 2)
     assert matched_shift(last, now, outline, (20.0, 0.0), 8) == (24, 2)
+
+
+@pytest.mark.parametrize(('dx', 'dy'), [(12, 0), (-12, 0), (0, 12), (0, -12)])
+def test_the_shift_is_not_sought_beyond_the_reach(dx: int, dy: int) -> None:
+    last, now, outline = frames(dx, dy)
+    assert matched_shift(last, now, outline, (0.0, 0.0), 12) == (dx, dy)
+    assert max(map(abs, matched_shift(last, now, outline, (0.0, 0.0), 8))) <= 8
 
 
 def test_what_is_outside_goes_on_as_guessed() -> None:

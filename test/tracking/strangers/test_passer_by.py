@@ -9,14 +9,16 @@ import pytest
 
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.tracking.background.model import BackgroundModel
+from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.nearness import nearness
 from gait_segmentation.tracking.outline import Outline
 from gait_segmentation.tracking.person.person import new_colours
 from gait_segmentation.tracking.picture.working import WorkingImage
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.strangers.beside import Beside
 from gait_segmentation.tracking.strangers.passer_by import PasserBy
-from test.tracking.figures import BLUE, HEIGHT, STEP_NS, WIDTH, Figure, picture
+from test.tracking.figures import BLUE, HEIGHT, STEP_NS, WIDTH, Figure, picture, wall
 
 STILL = WorldMotion()
 
@@ -61,6 +63,23 @@ def test_who_goes_is_proven_and_what_stays_is_still() -> None:
     assert not stayed.proven
 
 
+@pytest.mark.parametrize(('gap', 'learnt'), [(60, True), (16, False)])
+def test_colours_are_learnt_while_most_of_somebody_is_clear_of_who_is_tracked(
+    gap: int, learnt: bool
+) -> None:
+    other = passer_by(Figure(100, BLUE))
+    nothing, tracked = np.zeros((HEIGHT, WIDTH), np.uint8), Figure(100 + gap).mask()
+    record = frame(Figure(100, BLUE), 0)
+    record.bodies[-1] = (0.0, 0.0)
+    record.passers_by[-1] = other.outline
+    beside = Beside(record, nothing, None)
+    beside.add((slice(0, HEIGHT), slice(0, WIDTH)), nothing, nothing, tracked)
+    before = other.colours.table.copy()
+    assert other.learn(beside, [])
+    assert other.well_seen
+    assert (other.colours.table != before).any() == learnt
+
+
 def test_somebody_hardly_seen_goes_on_at_the_last_pace() -> None:
     figures = [Figure(100, BLUE), Figure(150, BLUE)]
     other = passer_by(figures[0])
@@ -75,6 +94,24 @@ def test_nobody_claims_pixels_before_having_gone_some_way() -> None:
     figure = Figure(100, BLUE)
     other = passer_by(figure)
     assert other.claim(frame(figure, 0), other.outline, [], TrackingConfig()) is None
+
+
+def test_a_wall_that_is_known_is_not_won_about_somebody() -> None:
+    figure = Figure(100, BLUE)
+    other, mask, beside = passer_by(figure), figure.mask(), {}
+    logit = np.full(mask.shape, 5, np.float32)
+    everywhere = (slice(0, HEIGHT), slice(0, WIDTH))
+    claim = Claim(everywhere, logit, mask, nearness(mask, 100.0), 0.0, 100.0, known=False)
+    for known in (False, True):
+        record = frame(figure, 0)
+        if known:
+            lab = WorkingImage.of(wall(), 1, mask.shape).lab
+            for _ in range(5):
+                record.background.learn(lab, np.zeros_like(mask))
+        won = other.won(record, claim, logit, 0.7).enlarged(everywhere) > 0
+        assert won[mask > 0].mean() > 0.9
+        beside[known] = np.count_nonzero(won & (mask == 0))
+    assert beside[True] < 0.1 * beside[False]
 
 
 def test_who_left_the_image_is_forgotten_in_time() -> None:

@@ -114,6 +114,32 @@ def test_who_gets_a_slot_passes_by_no_more() -> None:
     assert passing not in known(told).known
 
 
+def test_who_was_in_a_mask_of_somebody_tracked_goes_the_same_way_and_is_not_them() -> None:
+    told = Told()
+    told.start(OWN)
+    for number in range(6):
+        told.show(meeting(number)[0])
+    (target,) = told.tracker._targets()
+    person, record, others = target.person, target.world.now, PassersBy()
+    assert np.hypot(*person.velocity) > 1
+    for left in (180, 184):
+        # The second time it is the one of before.
+        mask = np.zeros(target.world.shape, np.uint8)
+        mask[40:140, left : left + 30] = 255
+        others.welcome(mask, (6.0, 2.0), record, person, target.config)
+        (one,) = others.known
+        assert one.not_track == person.track_id
+        assert one.proven
+        assert one.velocity == person.velocity
+        # At half size.
+        assert one.outline.window == (slice(21, 71), slice(93, 108))
+        one.not_track = 0
+    # Of a frame that is never learnt only the motion counts.
+    record.bodies[one.number] = (4.0, -6.0)
+    others.skip(record)
+    assert one.outline.window == (slice(18, 68), slice(95, 110))
+
+
 def test_what_stays_where_it_is_is_nobody() -> None:
     told = Told()
     told.start(OWN)
