@@ -4,11 +4,15 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
 from collections.abc import Iterator
 
 import pytest
+
+# Before anything reads it: with several workers, threads of OpenMP mostly wait for each other.
+os.environ.setdefault('OMP_NUM_THREADS', '1')
 
 # A shell ignores Ctrl-C in what it runs in the background, and processes inherit that.
 _ignored = signal.getsignal(signal.SIGINT) == signal.SIG_IGN

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
 
 import cv2
 import numpy as np
@@ -17,6 +18,16 @@ from gait_segmentation.starting.finding import watch
 from test.walkers import box_of, clip, small_bank
 
 PERIOD_NS = 40_000_000
+
+
+@cache
+def walk(pan: float = 0.0) -> tuple[np.ndarray, ...]:
+    return tuple(frame.image for frame in clip(pan=pan, frames=40))
+
+
+@cache
+def found_in_walk(pan: float = 0.0) -> list[tuple[int, Box]]:
+    return run(walk(pan))
 
 
 def run(
@@ -49,12 +60,8 @@ def noisy(image: np.ndarray, seed: int) -> np.ndarray:
 
 @pytest.mark.parametrize('pan', [0.0, 2.0])
 def test_a_walker_is_found_with_a_tight_box(pan: float) -> None:
-    frames = clip(pan=pan, frames=40)
-    found = run(frame.image for frame in frames)
-    assert len(found) == 1
-    number, box = found[0]
-    truth = box_of(frames[number])
-    assert box.iou(truth) > 0.6
+    ((number, box),) = found_in_walk(pan)
+    assert box.iou(box_of(clip(pan=pan, frames=40)[number])) > 0.6
 
 
 @pytest.mark.parametrize(('people', 'found'), [(1, 0), (4, 1)])
@@ -129,36 +136,31 @@ def test_noise_without_texture_finds_nobody() -> None:
 
 
 def test_off_finds_nobody() -> None:
-    images = [frame.image for frame in clip(pan=0.0, frames=40)]
-    assert run(images, StartingConfig(auto_init='off')) == []
+    assert run(walk(), StartingConfig(auto_init='off')) == []
 
 
 def test_reset_forgets() -> None:
-    images = [frame.image for frame in clip(pan=0.0, frames=40)]
     finder = WalkerFinder(small_bank())
-    first = run(images, finder=finder)
+    assert run(walk()[:30], finder=finder)
     finder.reset()
-    assert run(images, finder=finder) == first != []
+    assert run(walk(), finder=finder) == found_in_walk()
 
 
 def test_a_stamp_that_goes_back_begins_anew() -> None:
-    images = [frame.image for frame in clip(pan=0.0, frames=40)]
     finder = WalkerFinder(small_bank())
-    assert run(images, finder=finder) == run(images, finder=finder) != []
+    assert run(walk()[:30], finder=finder)
+    assert run(walk(), finder=finder) == found_in_walk()
 
 
 def test_another_size_begins_anew() -> None:
-    images = [frame.image for frame in clip(pan=0.0, frames=40)]
     finder = WalkerFinder(small_bank())
-    alone = run(images, finder=WalkerFinder(small_bank()))
     for number in range(10):
         finder.update(noisy(scene((120, 160)), number), 10**9 - (10 - number) * PERIOD_NS, [])
-    assert run(images, finder=finder) == alone
+    assert run(walk(), finder=finder) == found_in_walk()
 
 
 def test_the_same_frames_give_the_same_boxes() -> None:
-    images = [frame.image for frame in clip(pan=2.0, frames=40)]
-    assert run(images) == run(images)
+    assert run(walk(2.0)) == found_in_walk(2.0)
 
 
 def test_what_is_no_image_is_refused() -> None:
@@ -248,16 +250,14 @@ def test_who_moves_and_is_not_known_is_a_stranger() -> None:
 
 
 def test_who_is_too_rigid_is_no_walker(monkeypatch) -> None:
-    images = [frame.image for frame in clip(pan=0.0, frames=40)]
-    assert run(images)
+    assert found_in_walk()
     monkeypatch.setattr(watch, '_MOST_RIGID', -1.0)
-    assert run(images) == []
+    assert run(walk()) == []
 
 
 def test_who_is_doubtful_must_walk_for_longer(monkeypatch) -> None:
-    images = [frame.image for frame in clip(pan=0.0, frames=40)]
-    ((usual, _),) = run(images)
+    ((usual, _),) = found_in_walk()
     monkeypatch.setattr(watch, '_DOUBTED', 9.0)
     monkeypatch.setattr(watch, '_DOUBT_S', 0.24)
-    ((later, _),) = run(images)
+    ((later, _),) = run(walk())
     assert 1e-9 * PERIOD_NS * (later - usual) == pytest.approx(0.2, abs=0.08)
