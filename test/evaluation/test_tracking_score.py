@@ -178,14 +178,12 @@ def test_switches_are_those_of_motmetrics():
     assert numbers['mota'] == pytest.approx(known['mota'], abs=0.1)
 
 
-def test_features_are_averaged_over_the_frames_that_have_any():
+def test_features_are_those_of_the_track_that_is_the_person():
     labels = labels_of({1: 20})
-    scores = TrackingScore(Attendance([(n, labels) for n in range(3)], FPS, SIZE), {1: 0})
-    scores.add(0, labels, [track(4, 20)])
-    one = (FeatureWeight('hue', 2.0, 1.0), FeatureWeight('red', 1.0, 0.0))
-    for number, features in ((1, one), (2, one[:1])):
-        scores.add(number, labels, [replace(track(4, 20), features=features)])
+    scores = TrackingScore(Attendance([(0, labels)], FPS, SIZE), {1: 0})
+    own, other = (FeatureWeight(name, 2.0, 1.0) for name in ('hue', 'red'))
+    tracks = [replace(track(5, 70), features=(other,)), replace(track(4, 20), features=(own,))]
+    scores.add(0, labels, tracks)
     assert scores.numbers()['people']['1']['features'] == {
-        'hue': {'weight': 1.0, 'variance_ratio': 2.0},
-        'red': {'weight': 0.0, 'variance_ratio': 0.5},
+        'hue': {'weight': 1.0, 'variance_ratio': 2.0}
     }
