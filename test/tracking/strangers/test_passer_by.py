@@ -63,7 +63,7 @@ def test_who_goes_is_proven_and_what_stays_is_still() -> None:
     assert not stayed.proven
 
 
-@pytest.mark.parametrize(('gap', 'learnt'), [(60, True), (16, False)])
+@pytest.mark.parametrize(('gap', 'learnt'), [(60, True), (26, False)])
 def test_colours_are_learnt_while_most_of_somebody_is_clear_of_who_is_tracked(
     gap: int, learnt: bool
 ) -> None:
