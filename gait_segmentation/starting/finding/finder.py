@@ -110,7 +110,7 @@ class WalkerFinder:
         self._known = [box.height for box in taken]
         frame = self._frame = self._scene.update(colours, seconds, taken)
         self._remember(image, frame, seconds)
-        self._follow(frame, seconds)
+        self._follow(frame, seconds, wanted)
         if not wanted:
             self._watching.forget()
             return []
@@ -173,7 +173,7 @@ class WalkerFinder:
         if seconds - self._begun >= _BLIND_S:
             self._memory.update(image, seconds, frame.step, frame.hidden, frame.to_image)
 
-    def _follow(self, frame: SceneFrame, seconds: float) -> None:
+    def _follow(self, frame: SceneFrame, seconds: float, wanted: bool) -> None:
         dx, dy = frame.shift
         self._origin = self._origin[0] - dx, self._origin[1] - dy
         for each in self._candidates:
@@ -188,6 +188,8 @@ class WalkerFinder:
             self._origin,
             self.config.least_height,
             self._next,
+            # Before a camera that moves, parallax leaves something over beside people's feet.
+            alone=wanted and frame.travelled,
         )
         numbers = {each.number for each in self._candidates}
         self._next = max(numbers | {self._next - 1}) + 1

@@ -60,7 +60,8 @@ class SceneFrame:
     positions from the canvas to the small image, ``step`` that from the last small image to this
     one, None for the identity.  ``hidden`` is (h, w) uint8, non-zero where the background cannot
     be seen.  ``fresh`` says that what was known before no longer holds.  ``period`` is the time
-    between two frames in seconds, 0 if it is not known.
+    between two frames in seconds, 0 if it is not known.  ``travelled`` says that the camera has
+    moved by a pixel.
     """
 
     likelihood: NDArray[np.uint8]
@@ -72,6 +73,7 @@ class SceneFrame:
     hidden: NDArray[np.uint8]
     fresh: bool
     period: float = 0.0
+    travelled: bool = False
 
     def of(self, blobs: Sequence[int]) -> NDArray[np.uint8]:
         """Return where some blobs are, (h, w) uint8 0/255, by their numbers."""
@@ -170,6 +172,7 @@ class MotionScene:
             hidden,
             fresh,
             period,
+            self._background.travelled,
         )
 
     def _register(

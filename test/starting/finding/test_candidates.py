@@ -91,3 +91,42 @@ def test_what_is_small_wide_or_still_is_not_followed(unlikely: Blob) -> None:
 def test_the_number_of_candidates_is_bounded() -> None:
     blobs = [blob(30 * number) for number in range(50)]
     assert len(follow([], blobs, 1.0, (0, 0), 24, 1)) == 24
+
+
+def test_what_comes_to_touch_a_candidate_makes_it_no_broader_for_a_while() -> None:
+    def followed(*, alone: bool, frames: int, side: int = 1) -> tuple[Candidate, float]:
+        candidates: list[Candidate] = []
+        x = 60.0
+        for number in range(frames):
+            x += 2
+            around = Box(x, 20, 20, 60)
+            if number >= 12:
+                around = around.union(around.shifted(side * 24, 0))
+            seen = [Blob(around, 900, 600)]
+            candidates = follow(candidates, seen, 1 + number * PERIOD, (0, 0), 24, 1, alone=alone)
+        return candidates[0], x + 10
+
+    for side in (1, -1):
+        candidate, center = followed(alone=True, frames=19, side=side)
+        assert candidate.box.width == pytest.approx(20, abs=2)
+        assert candidate.box.center_x == pytest.approx(center, abs=2)
+    assert followed(alone=False, frames=19)[0].box.width > 35
+    # What stays belongs to it.
+    assert followed(alone=True, frames=40)[0].box.width == pytest.approx(44, abs=2)
+
+
+def test_a_candidate_whose_sides_both_jump_stays_where_it_is_expected() -> None:
+    candidate = walk(12, 2.0)[0]
+    wide = blob(candidate.box.x - 18, width=60)
+    follow([candidate], [wide], 1 + 12 * PERIOD, (0, 0), 24, 2, alone=True)
+    assert candidate.box.width == pytest.approx(20, abs=1)
+
+
+def test_legs_that_spread_are_followed() -> None:
+    candidates: list[Candidate] = []
+    for number in range(25):
+        # From 0.2 to 0.4 heights and back twice a second.
+        spread = 24 * abs((number / 12.5) % 1 - 0.5)
+        seen = [blob(60 + 2 * number - spread / 2, width=12 + spread)]
+        candidates = follow(candidates, seen, 1 + number * PERIOD, (0, 0), 24, 1, alone=True)
+    assert candidates[0].free == candidates[0].seen

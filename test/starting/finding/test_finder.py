@@ -14,7 +14,8 @@ from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSeq
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting import StartingConfig, WalkerFinder
-from gait_segmentation.starting.finding import watch
+from gait_segmentation.starting.finding import finder as finding, watch
+from gait_segmentation.starting.finding.candidates import Candidate
 from test.walkers import box_of, clip, small_bank
 
 PERIOD_NS = 40_000_000
@@ -261,3 +262,21 @@ def test_who_is_doubtful_must_walk_for_longer(monkeypatch) -> None:
     monkeypatch.setattr(watch, '_DOUBT_S', 0.24)
     ((later, _),) = run(walk())
     assert 1e-9 * PERIOD_NS * (later - usual) == pytest.approx(0.2, abs=0.08)
+
+
+@pytest.mark.parametrize(('pan', 'wanted'), [(0.0, True), (2.0, True), (2.0, False)])
+def test_before_a_camera_that_moves_candidates_are_kept_apart(
+    pan: float, wanted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = []
+    follow = finding.follow
+
+    def noted(*given, alone: bool) -> list[Candidate]:
+        told.append(alone)
+        return follow(*given, alone=alone)
+
+    monkeypatch.setattr(finding, 'follow', noted)
+    finder = WalkerFinder(small_bank())
+    for frame in clip(pan=pan, frames=12):
+        finder.update(frame.image, frame.stamp_ns, wanted=wanted)
+    assert told[-1] == (pan > 0 and wanted)
