@@ -52,6 +52,10 @@ class Gait:
     better.  ``rigid`` is by how much the legs are more like those of the other times than like
     those of the matched templates, as Tanimoto similarities, with what is beside them or without,
     whichever is less: a shadow and a companion keep their shape, too.
+
+    ``steps`` is the swing of the legs of the matched templates, ``accord`` the correlation of what
+    changes at the legs with what changes there in the templates.  ``sway`` is how much of
+    ``trunk`` goes with the templates: the same correlation of the trunk, times ``trunk``.
     """
 
     swing: float
@@ -59,6 +63,9 @@ class Gait:
     legs: float
     plain: float
     rigid: float
+    steps: float
+    accord: float
+    sway: float
 
 
 @dataclass(frozen=True)
@@ -101,30 +108,45 @@ def gait_of(shapes: Sequence[Shape]) -> Gait:
     stack = np.stack([shape.likelihood for shape in shapes]).astype(np.float32)
     mean, spread = stack.mean(axis=0), stack.std(axis=0)
     trunk, legs = float(mean[_TRUNK].sum()), float(mean[_LEGS].sum())
+    templates = np.stack([shape.template for shape in shapes]).astype(np.float32)
+    expected = templates[:, _LEGS]
+    # What lies about where some template has legs.
+    swath = cv2.dilate((expected.max(axis=0) > 127).astype(np.uint8), _ABOUT)
+    change = float(spread[_TRUNK].sum()) / max(trunk, 255.0)
     return Gait(
         float(spread[_LEGS].sum()) / max(legs, 255.0),
-        float(spread[_TRUNK].sum()) / max(trunk, 255.0),
+        change,
         legs / max(trunk, 255.0),
         float(np.median([shape.plain for shape in shapes[-3:]])),
-        _rigidity(stack[:, _LEGS], np.stack([shape.template[_LEGS] for shape in shapes])),
+        _rigidity(stack[:, _LEGS], expected, swath),
+        float(expected.std(axis=0).sum()) / max(float(expected.mean(axis=0).sum()), 255.0),
+        _accord(stack[:, _LEGS] * swath, expected),
+        change * _accord(stack[:, _TRUNK], templates[:, _TRUNK]),
     )
 
 
-def _rigidity(legs: NDArray[np.float32], templates: NDArray[np.uint8]) -> float:
+def _rigidity(
+    legs: NDArray[np.float32], templates: NDArray[np.float32], swath: NDArray[np.uint8]
+) -> float:
     """
     Return by how much legs are more like those of the other times than like templates.
 
-    Whichever is less, of all that is there or of what lies about where some template has legs.
+    Whichever is less, of all that is there or of what lies in the swath.
     """
     if len(legs) < 2:
         return 0.0
-    swath = cv2.dilate((templates.max(axis=0) > 127).astype(np.uint8), _ABOUT)
-    expected = templates.astype(np.float32)
     least = math.inf
     for shown in (legs, legs * swath):
         others = (shown.sum(axis=0) - shown) / (len(shown) - 1)
-        least = min(least, _similarity(shown, others) - _similarity(shown, expected))
+        least = min(least, _similarity(shown, others) - _similarity(shown, templates))
     return least
+
+
+def _accord(shown: NDArray[np.float32], templates: NDArray[np.float32]) -> float:
+    """Return how well what changes over time correlates with what changes in templates."""
+    shown, templates = shown - shown.mean(axis=0), templates - templates.mean(axis=0)
+    scale = math.sqrt(float((shown**2).sum()) * float((templates**2).sum()))
+    return float((shown * templates).sum()) / max(scale, 1.0)
 
 
 def _similarity(shapes: NDArray[np.float32], others: NDArray[np.float32]) -> float:

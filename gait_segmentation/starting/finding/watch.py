@@ -50,6 +50,15 @@ _LEAST_SWING = 0.2
 _LEAST_RATIO, _TRUNK_NOISE = 1.1, 0.1
 """The legs must change by so much more than the trunk and this."""
 
+_LEAST_STEPS, _LEAST_ACCORD, _MOST_SWAY = 0.4, 0.4, 0.2
+_SLOWEST, _FASTEST = 0.5, 1.6
+"""Who walks in step with the templates: how much their legs swing, how well the legs agree with
+them, and how much the trunk may, as that of what only changes its size; and strides a second."""
+
+_STEP_WAY, _STEP_S = 0.3, 0.4
+"""Share of the way asked for that is enough for who walks in step for so long, as before a camera
+that goes along with him, past a wall without texture."""
+
 _LEAST_LEGS, _MOST_LEGS = 0.55, 2.2
 _MOST_PLAIN = 0.82
 _VERY_SURE, _SURE_PLAIN = 1.3, 0.88
@@ -98,6 +107,7 @@ class Watch:
         self._box = candidate.box if box is None else box
         self._seen: deque[tuple[float, MatchResult, Shape]] = deque()
         self._agreed, self._since = 0, 0.0
+        self._in_step: float | None = None
         self._missed = 0
         self.begun = candidate.seen
         self.last = 0.0
@@ -184,14 +194,19 @@ class Watch:
         sure = self.similarity >= _SURE * config.least_similarity
         very = self.similarity >= _VERY_SURE * config.least_similarity
         ratio, least_legs = (_SURE_RATIO, _SURE_LEGS) if sure else (_LEAST_RATIO, _LEAST_LEGS)
+        in_step = self._walks_in_step(gait)
+        far = self._far_enough(candidate, in_step)
         walks = (
             self.similarity >= config.least_similarity
             and gait.swing >= _LEAST_SWING
-            and gait.swing >= ratio * (gait.trunk + _TRUNK_NOISE)
+            and (
+                gait.swing >= ratio * (gait.trunk + _TRUNK_NOISE)
+                or (in_step and gait.swing >= gait.trunk)
+            )
             and least_legs <= gait.legs <= _MOST_LEGS
             and gait.plain <= (_SURE_PLAIN if very else _MOST_PLAIN)
             and gait.rigid <= _MOST_RIGID
-            and candidate.distance() >= config.least_way
+            and far
         )
         if not walks or result.body is None:
             return None
@@ -205,6 +220,29 @@ class Watch:
         foot, head = (result.body.center_y + side * result.body.height / 2 for side in (1, -1))
         inside = head >= -slack and foot <= height + slack
         return box if inside and box.x >= _BORDER_PX and box.right <= width - _BORDER_PX else None
+
+    def _walks_in_step(self, gait: Gait) -> bool:
+        """Tell whether the legs step as those of the templates do, at the pace of a walker."""
+        if gait.steps < _LEAST_STEPS or gait.accord < _LEAST_ACCORD or gait.sway > _MOST_SWAY:
+            return False
+        times = np.array([seconds for seconds, _, _ in self._seen])
+        phases = np.unwrap([match.phase for _, match, _ in self._seen], period=1.0)
+        if len(times) < 3:
+            return False
+        times -= times.mean()
+        pace = abs(float((times * phases).sum() / (times**2).sum()))
+        return _SLOWEST <= pace <= _FASTEST
+
+    def _far_enough(self, candidate: Candidate, in_step: bool) -> bool:
+        """Tell whether it has come as far as it must, which is less once it walks in step."""
+        if not in_step:
+            self._in_step = None
+        elif self._in_step is None:
+            self._in_step = candidate.seen
+        least = self._config.least_way
+        if self._in_step is not None and candidate.seen - self._in_step >= _STEP_S:
+            least *= _STEP_WAY
+        return candidate.distance() >= least
 
 
 def _between(box: Box, body: BodyFrame, blob: Box) -> Box:

@@ -40,6 +40,29 @@ def test_the_legs_of_a_walker_swing_and_the_trunk_does_not() -> None:
     assert gait.rigid < 0
 
 
+def test_legs_agree_with_templates_that_step_as_they_do() -> None:
+    walking = [walker(0.06 * step) for step in range(9)]
+    late = [walker(0.06 * step + 0.25) for step in range(9)]
+    pairs = list(zip(walking, late, strict=True))
+    together = gait_of([Shape.of(shape, shape, BODY) for shape in walking])
+    assert together.steps > 0.4
+    assert together.accord > 0.9
+    assert together.sway < 0.2
+    assert gait_of([Shape.of(shape, template, BODY) for shape, template in pairs]).accord < 0.2
+    standing = gait_of([Shape.of(shape, walking[0], BODY) for shape in walking])
+    assert standing.steps == standing.accord == standing.sway == 0
+
+
+def test_a_trunk_that_grows_with_the_template_sways() -> None:
+    rows, columns = np.mgrid[:120, :160]
+    ovals = [
+        np.where(((rows - 60) / 45) ** 2 + ((columns - 80) / width) ** 2 < 1, 255, 0)
+        for width in np.linspace(6, 26, 9)
+    ]
+    shapes = [oval.astype(np.uint8) for oval in ovals]
+    assert gait_of([Shape.of(shape, shape, BODY) for shape in shapes]).sway > 0.2
+
+
 @pytest.mark.parametrize('phase', [0.0, 0.25])
 def test_a_figure_on_wheels_does_not_swing(phase: float) -> None:
     gait = gait_of([Shape.of(walker(phase), walker(phase), BODY)] * 8)
