@@ -23,8 +23,19 @@ _ON, _APART = 0.03, 0.12
 """Distances from the body, in body heights, up to which a part lies on it, and from which it is
 apart from it."""
 
-_CERTAIN = 245.0
-"""Mean likelihood (0..255) from which a part may lie anywhere: colours never seen give less."""
+_BODY_WIDE = 0.3
+"""
+Mean distance from the body, in body heights, up to which a part may be the rest of it.
+
+Who comes out from behind a post is matched to one half, and the other lies apart from that.
+"""
+
+_SURE, _CERTAIN = 240.0, 245.0
+"""
+Mean likelihood (0..255) from which a part may lie that far from the body, and anywhere.
+
+Colours never seen give less.
+"""
 
 _LEAST_CLOSE = 0.5
 """Share of a part that must lie near the body."""
@@ -66,7 +77,9 @@ def keep_supported(
         near = away <= _APART * height
         if evidence is not None:
             likely = np.bincount(parts.ravel(), evidence.ravel(), count)
-            certain = likely >= _CERTAIN * area
+            distance = np.bincount(parts.ravel(), away.ravel(), count)
+            wide = distance <= _BODY_WIDE * height * area
+            certain = likely >= np.where(wide, _SURE, _CERTAIN) * area
             sure |= certain
             near |= certain[parts]
         least[sure] = _LEAST_SURE

@@ -41,6 +41,20 @@ def test_what_lies_on_the_body_may_be_small() -> None:
     assert not kept[49, 35]
 
 
+def test_the_half_that_comes_out_behind_a_post_stays_and_a_passer_by_goes() -> None:
+    body = np.zeros((60, 80), np.bool_)
+    body[5:55, 5:20] = True
+    support = np.where(body, 0.95, 0.47).astype(np.float32)
+    for left, likelihood, stays in ((28, 242, True), (28, 236, False), (50, 242, False)):
+        labels = np.zeros(body.shape, np.bool_)
+        labels[5:55, 8:20] = True
+        labels[5:55, left : left + 10] = True
+        evidence = np.where(labels, likelihood, 0).astype(np.uint8)
+        kept = keep_supported(labels, support, body, 50.0, evidence)
+        assert kept[30, 14]
+        assert bool(kept[30, left + 5]) == stays
+
+
 def test_nothing_stays_nothing() -> None:
     labels = np.zeros((5, 5), np.bool_)
     assert not keep_supported(labels, np.ones((5, 5), np.float32)).any()
@@ -103,7 +117,10 @@ def test_parts_are_kept_by_their_support_and_by_where_they_lie(
     parts = parts_of(labels, diagonal=False)
     assume(len(parts) > 1 and body.any())
     away = cv2.distanceTransform((~body).view(np.uint8), cv2.DIST_L2, 3)
-    certain = [evidence[part].mean() >= 245 for part in parts]
+    certain = [
+        evidence[part].mean() >= (240 if away[part].mean() <= 0.3 * height else 245)
+        for part in parts
+    ]
     near = away <= 0.12 * height
     for part, sure in zip(parts, certain, strict=True):
         near |= part & sure
