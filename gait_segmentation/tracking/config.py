@@ -154,8 +154,8 @@ class TrackingConfig(StageConfig):
     )
     spread_weight: float = parameter(
         3.0,
-        'Weight, in the first frames, of evidence spread from pixels nearby to where the '
-        'background was never seen; 0 = none.',
+        'Weight of evidence spread from pixels nearby to where the background was never seen: '
+        'for the person in the first frames, against later, too; 0 = none.',
         minimum=0.0,
         maximum=10.0,
     )
