@@ -37,6 +37,9 @@ Mean likelihood (0..255) from which a part may lie that far from the body, and a
 Colours never seen give less.
 """
 
+_WHOLE = 0.8
+"""Share of the body in the cut from which nothing of it is missing that could lie elsewhere."""
+
 _LEAST_CLOSE = 0.5
 """Share of a part that must lie near the body."""
 
@@ -79,6 +82,9 @@ def keep_supported(
             likely = np.bincount(parts.ravel(), evidence.ravel(), count)
             distance = np.bincount(parts.ravel(), away.ravel(), count)
             wide = distance <= _BODY_WIDE * height * area
+            # Of whom all is seen, what is about as likely may be a mirror image.
+            if np.count_nonzero(labels & body) >= _WHOLE * np.count_nonzero(body):
+                wide[:] = False
             certain = likely >= np.where(wide, _SURE, _CERTAIN) * area
             sure |= certain
             near |= certain[parts]
