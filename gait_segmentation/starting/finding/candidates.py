@@ -32,8 +32,8 @@ _LEAST_MOVING = 0.05
 
 _KEPT_S = 2.0
 
-_FIRM_S = 0.2
-"""Age from which it is known how broad a candidate is."""
+_FIRM_S, _FIRM_SIGHTINGS = 0.2, 4
+"""Age and number of sightings from which it is known how broad a candidate is."""
 
 _JUMP, _SPREAD, _TOUCHED_S = 0.16, 1.0, 0.3
 """
@@ -105,7 +105,8 @@ class Candidate:
         """Return the box without what has just come to touch it at a side."""
         left, right = expected.x - box.x, box.right - expected.right
         jump = (_JUMP + _SPREAD * (seconds - self.seen)) * self.box.height
-        if seconds - self.born < _FIRM_S or max(left, right) <= jump:
+        firm = seconds - self.born >= _FIRM_S and self.sightings >= _FIRM_SIGHTINGS
+        if not firm or max(left, right) <= jump:
             self.free = seconds
             return box
         if seconds - self.free > _TOUCHED_S:

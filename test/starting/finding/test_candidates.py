@@ -130,3 +130,11 @@ def test_legs_that_spread_are_followed() -> None:
         seen = [blob(60 + 2 * number - spread / 2, width=12 + spread)]
         candidates = follow(candidates, seen, 1 + number * PERIOD, (0, 0), 24, 1, alone=True)
     assert candidates[0].free == candidates[0].seen
+
+
+def test_somebody_seen_but_twice_by_a_slow_camera_may_be_broader_than_that() -> None:
+    candidates: list[Candidate] = []
+    for number, width in enumerate((15, 19, 40)):
+        seen = [blob(60 + 4 * number, width=width)]
+        candidates = follow(candidates, seen, 1 + 0.11 * number, (0, 0), 24, 1, alone=True)
+    assert candidates[0].box.width > 22
