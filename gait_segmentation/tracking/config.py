@@ -114,7 +114,7 @@ class TrackingConfig(StageConfig):
         0.25,
         'Prior share of shadow among the background pixels at the feet.',
         minimum=0.0,
-        maximum=0.9,
+        maximum=0.5,
     )
     shadow_floor: float = parameter(
         0.5,
@@ -126,13 +126,30 @@ class TrackingConfig(StageConfig):
         0.06,
         'Prior share of soft shadow among the background pixels higher up, as on a wall.',
         minimum=0.0,
-        maximum=0.9,
+        maximum=0.5,
     )
     shade_floor: float = parameter(
         0.7,
         'Darkest soft shadow, as a share of the lightness of the background.',
         minimum=0.05,
         maximum=0.95,
+    )
+    use_highlight: bool = parameter(
+        True,
+        'Explain brighter pixels of unchanged chroma as highlights, such as reflections on a '
+        'floor, or background learnt while a shadow lay on it.',
+    )
+    highlight_share: float = parameter(
+        0.1,
+        'Prior share of highlights among the background pixels at the feet.',
+        minimum=0.0,
+        maximum=0.4,
+    )
+    highlight_ceiling: float = parameter(
+        1.2,
+        'Brightest highlight, as a multiple of the lightness of the background.',
+        minimum=1.01,
+        maximum=3.0,
     )
     use_ego_motion: bool = parameter(
         True, 'Estimate the motion of the camera and move the background model with it.'
