@@ -245,8 +245,11 @@ def ratios(
             lit = dark * lit_share * (above + at_feet * ramp)
             shadow = cast * flat_cast if light > cast_floor * base else zero
             shadow += soft * flat_shade if light > soft_floor * base else zero
-            highlight = lit * flat_lit if light < lit_ceiling * base else zero
-            other = (shadow if light < base else highlight) / max(base, one)
+            # Divided before they are chosen: else the compiler does one pixel at a time.
+            shadow = shadow / max(base, one) if light < base else zero
+            highlight = lit * flat_lit / max(base, one)
+            highlight = highlight if light < lit_ceiling * base else zero
+            other = shadow + (highlight if light >= base else zero)
             plain = (one - cast - soft - lit) * peak * _exp_minus(square)
             plain = plain if square < far else zero
             seen = (other + plain) * _exp_minus(chroma) if chroma < far else zero
