@@ -143,6 +143,12 @@ def parser() -> argparse.ArgumentParser:
         'first frame alone, show how well tracks start',
     )
     add(
+        '--warm',
+        action='store_true',
+        help='also give the box at every 10th frame to a camera that has been running since the '
+        "clip's first frame, and score 14 frames: J and J0 as with --restarts",
+    )
+    add(
         '--ablate',
         choices=('priors', 'ingredients'),
         help='compare the shape priors, or leave out one ingredient (use_... parameter) at a time',
@@ -236,6 +242,7 @@ def _evaluate(options: argparse.Namespace, folders: list[Path]) -> None:
         make_pipeline=lambda config: Pipeline(config, clock=time.perf_counter),
         clock=time.perf_counter,
         restarts=options.restarts,
+        warm=options.warm,
         likelihood=options.likelihood,
         progress=_shown,
         auto=options.init == 'auto',

@@ -136,9 +136,10 @@ def _cell(value: float | None, digits: int) -> str:
 
 def table(report: Mapping[str, Any]) -> str:
     """Return the report as an aligned table, one line per sequence and one for the mean."""
-    restarts = report.get('restarts')
+    kinds = {'restarts': 'restart', 'warm': 'warm'}
+    again = {name: report[kind] for kind, name in kinds.items() if kind in report}
     header = ['sequence', 'frames', 'J', 'F', 'error %', 'image %', 'box IoU', 'lost', 'ms', 'fps']
-    rows = [header + (['restart J', 'J0'] if restarts else [])]
+    rows = [header + [cell for name in again for cell in (f'{name} J', 'J0')]]
     lines = [*report['sequences'].items(), ('mean', report['mean'])]
     for name, numbers in lines:
         row = [
@@ -153,9 +154,9 @@ def table(report: Mapping[str, Any]) -> str:
             _cell(numbers['ms_per_frame']['total'], 1),
             _cell(numbers['fps'], 1),
         ]
-        if restarts:
-            again = restarts if name == 'mean' else restarts['per_sequence'][name]
-            row += [_cell(again['J'], 4), _cell(again['J0'], 4)]
+        for starts in again.values():
+            scores = starts if name == 'mean' else starts['per_sequence'][name]
+            row += [_cell(scores['J'], 4), _cell(scores['J0'], 4)]
         rows.append(row)
     return aligned(rows)
 

@@ -75,22 +75,30 @@ def run_restarts(
     *,
     clock: Callable[[], float],
     likelihood_name: str = '',
+    warm: bool = False,
 ) -> Iterator[StartScore]:
     """
     Start anew from the true box (with its ambiguous rim) at every tenth frame, for 14 frames.
 
     :param make_pipeline: makes a pipeline that has seen nothing.
     :param likelihood_name: see :func:`run_sequence`.
+    :param warm: whether the pipeline sees the frames before as well, from the clip's first one.
     """
     likelihood = likelihoods_of(sequence, likelihood_name)
     for restart in restarts_of(sequence):
+        first = restart.numbers[0]
+        before = [number for number in sorted(sequence.frames) if number < first] if warm else []
         outcomes = run(
             make_pipeline(),
             sequence,
-            restart.numbers,
-            restart.box,
+            [*before, *restart.numbers],
+            {first: (restart.box,)},
             clock=clock,
             likelihood=likelihood,
         )
-        scores = [outcome.score.j for outcome in outcomes if outcome.score is not None]
+        scores = [
+            outcome.score.j
+            for outcome in outcomes
+            if outcome.number >= first and outcome.score is not None
+        ]
         yield StartScore(restart.numbers[0], float(np.mean(scores)), scores[0])

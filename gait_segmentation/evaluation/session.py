@@ -12,7 +12,7 @@ from typing import Any, Protocol, TypeVar
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.output import SequenceOutput
 from gait_segmentation.evaluation.report import Summary, mean_of, restart_report
-from gait_segmentation.evaluation.restarts import restarts_of, run_restarts
+from gait_segmentation.evaluation.restarts import StartScore, restarts_of, run_restarts
 from gait_segmentation.evaluation.runner import (
     Outcome,
     Runnable,
@@ -68,8 +68,9 @@ class Session:
     What stays the same while configurations are compared.
 
     ``make_pipeline`` makes a pipeline that has seen nothing from a configuration, ``clock`` gives
-    seconds.  With ``restarts`` the report has the restart score, too.  ``likelihood`` is the
-    folder beside the frames with likelihood images to use, empty for the tracker's.
+    seconds.  With ``restarts`` the report has the restart score, too, and with ``warm`` that of
+    pipelines that have seen the clip from its first frame on.  ``likelihood`` is the folder
+    beside the frames with likelihood images to use, empty for the tracker's.
 
     With ``auto`` no boxes are given and pipelines find people by themselves; without it they only
     track who is given.  Pipelines of sequences with several people have a slot for each of them.
@@ -80,6 +81,7 @@ class Session:
     make_pipeline: Callable[[Any], Runnable]
     clock: Callable[[], float]
     restarts: bool = False
+    warm: bool = False
     likelihood: str = ''
     progress: Progress = silent
     auto: bool = False
@@ -96,24 +98,24 @@ class Session:
         :raises SequenceError: if an image cannot be read or written.
         """
         rows: dict[str, Any] = {}
-        starts = {}
+        kinds = [name for name in ('restarts', 'warm') if getattr(self, name)]
+        starts: dict[str, dict[str, list[StartScore]]] = {kind: {} for kind in kinds}
         for sequence in self.sequences:
             title = f'{name} {sequence.name}'.strip()
             rows[sequence.name] = self._run(config, sequence, out, title)
-            if self.restarts:
+            for kind in kinds:
                 single = self._suited(config, 1, auto=False)
                 runs = run_restarts(
                     lambda single=single: self.make_pipeline(single),  # type: ignore[misc]
                     sequence,
                     clock=self.clock,
                     likelihood_name=self.likelihood,
+                    warm=kind == 'warm',
                 )
                 count = len(restarts_of(sequence))
-                starts[sequence.name] = list(self.progress(runs, f'{title} restarts', count))
+                starts[kind][sequence.name] = list(self.progress(runs, f'{title} {kind}', count))
         report: dict[str, Any] = {'sequences': rows, 'mean': mean_of(rows)}
-        if self.restarts:
-            report['restarts'] = restart_report(starts)
-        return report
+        return report | {kind: restart_report(starts[kind]) for kind in kinds}
 
     def _run(
         self, config: Any, sequence: Sequence, out: Path | None, title: str

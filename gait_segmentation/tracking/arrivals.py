@@ -57,18 +57,11 @@ class Arrivals:
         from gait_segmentation.starting import WalkerFinder
 
         self._config = config
-        wanted = config.auto_init != 'off'
-        self._finder = WalkerFinder(self._bank, config, self._people) if wanted else None
-
-    @property
-    def wanted(self) -> bool:
-        """Return whether people are to be found at all."""
-        return self._finder is not None
+        self._finder = WalkerFinder(self._bank, config, self._people)
 
     def reset(self) -> None:
         """Forget what was seen."""
-        if self._finder is not None:
-            self._finder.reset()
+        self._finder.reset()
 
     def find(
         self,
@@ -85,8 +78,6 @@ class Arrivals:
         :param occupied: boxes of people known already, in source pixels.
         :param wanted: whether there is a slot for anybody; if not, what moves is followed only.
         """
-        if self._finder is None:
-            return []
         taken = [
             Box.from_center(
                 box.center_x, box.center_y, min(box.width, _WIDEST * box.height), box.height
@@ -97,11 +88,11 @@ class Arrivals:
 
     def strangers(self, stamp_ns: int) -> NDArray[np.uint8] | None:
         """Return where people without a slot may be, (h, w) uint8 of any size, None if nowhere."""
-        return None if self._finder is None else self._finder.strangers(stamp_ns)
+        return self._finder.strangers(stamp_ns)
 
     def look_at(self, world: World, box: Box, config: TrackingConfig) -> Start:
         """
-        Estimate the first mask of somebody found, whose box may be somewhat wrong.
+        Estimate a first mask before what the camera has seen of the place; the box may be off.
 
         :param world: in which the person is well seen; it forgets what is under the mask and
             takes over what is remembered of the place.
@@ -127,8 +118,6 @@ class Arrivals:
 
     def _past(self, world: World, box: Box) -> Recollection | None:
         """Return what the place about a box in working pixels looked like before."""
-        if self._finder is None:
-            return None
         area = body_window(box.center_x, box.center_y, box.height, box)
         area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
         window = area.slices(world.shape[1], world.shape[0])

@@ -18,7 +18,7 @@ from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import Start, StartingConfig
 from gait_segmentation.starting.templates import starting_bank
 from gait_segmentation.tracking import group
-from gait_segmentation.tracking.arrivals import Arrivals, first_mask, slot_for_found
+from gait_segmentation.tracking.arrivals import Arrivals, slot_for_found
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.picture.working import working_scale, working_shape
 from gait_segmentation.tracking.target import Target
@@ -152,12 +152,17 @@ class PeopleTracker:
             group.follow(world, people, image, stamp_ns, self._config, self._heat_map)
         boxes, self._boxes = self._boxes, []
         self._given = self._given or bool(boxes)
+        # Before the boxes: what the camera saw until now tells what in them is the person.
+        found = self._watch(image)
         started: set[int] = set()
         for box in boxes:
             slot = self._slot_for(box, started)
             started.add(slot)
             self._start(slot, image, box)
-        self._find(image)
+        for box in found:
+            world = self._world_for(image, box)
+            inside = box.scaled(world.scale)
+            self._welcome(world, self._arrivals.look_at(world, inside, self._config))
         results = self._judge()
         for world in self._worlds:
             for record in world.drop_old():
@@ -213,18 +218,16 @@ class PeopleTracker:
         target = self._slots[slot]
         return 0.0 if target is None else target.confidence
 
-    def _find(self, image: NDArray[np.uint8]) -> None:
-        """Give slots to people who are found by their walk."""
-        if not self._arrivals.wanted or self._given:
-            return
+    def _watch(self, image: NDArray[np.uint8]) -> Sequence[Box]:
+        """Remember what the place looks like, and return the boxes of people found walking."""
+        if self._given and any(self._slots):
+            return []
         wanted = any(target is None or target.state == LOST for target in self._slots)
         if not wanted and len(self._slots) == 1:
-            return
+            return []
         occupied = [target.body for target in self._targets() if target.state == TRACKED]
-        for box in self._arrivals.find(image, self._stamp_ns, occupied, wanted=wanted):
-            world = self._world_for(image, box)
-            inside = box.scaled(world.scale)
-            self._welcome(world, self._arrivals.look_at(world, inside, self._config))
+        wanted = wanted and not self._given
+        return self._arrivals.find(image, self._stamp_ns, occupied, wanted=wanted)
 
     def _welcome(self, world: World, start: Start) -> None:
         """Start somebody found in a slot, if there is one."""
@@ -248,9 +251,7 @@ class PeopleTracker:
         world = self._world_for(image, box)
         margin = self._config.box_margin
         inner = box.padded(-margin * box.width, -margin * box.height)
-        start = first_mask(world, inner.scaled(world.scale), self._bank, self._config)
-        world.clear(start.mask)
-        return world, start
+        return world, self._arrivals.look_at(world, inner.scaled(world.scale), self._config)
 
     def _world_for(self, image: NDArray[np.uint8], box: Box) -> World:
         """Return a world in which a person is well seen, already in the newest frame."""

@@ -24,3 +24,17 @@ def test_restarts_begin_at_every_tenth_frame_with_enough_to_follow(tmp_path):
     assert len(pipelines[0].likelihoods) == 14
     # The box of the person with its rim, one pixel wide.
     assert pipelines[0].box == sequence.initial_box
+
+
+def test_warm_runs_have_seen_all_frames_before_their_box(tmp_path):
+    sequence = Sequence.load(write_sequence(tmp_path / 'a', frames=16))
+    pipelines = []
+
+    def make():
+        pipelines.append(FakePipeline())
+        return pipelines[-1]
+
+    scores = list(run_restarts(make, sequence, clock=itertools.count().__next__, warm=True))
+    assert [score.number for score in scores] == [0, 10]
+    assert [len(pipeline.likelihoods) for pipeline in pipelines] == [14, 16]
+    assert [score.j0 for score in scores] == [1, 1]

@@ -31,8 +31,9 @@ def test_all_sequences_are_in_the_report(folders):
 
 
 def test_restarts_and_pictures_are_made_when_asked_for(folders, tmp_path):
-    report = session(folders, restarts=True).evaluate(FakePipelineConfig(), tmp_path / 'out')
-    assert report['restarts']['J'] == 1
+    asked = session(folders, restarts=True, warm=True)
+    report = asked.evaluate(FakePipelineConfig(), tmp_path / 'out')
+    assert report['restarts']['J'] == report['warm']['J'] == 1
     assert list(report['restarts']['per_sequence']['b']['starts']) == ['0', '10']
     assert (tmp_path / 'out' / 'b' / 'contact_sheet.png').is_file()
     assert (tmp_path / 'out' / 'a' / 'masks' / '0005.png').is_file()

@@ -15,7 +15,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window
 from gait_segmentation.results import TrackResult
 from gait_segmentation.starting import StartingConfig
-from test.tracking.figures import GREEN, RED, Figure, Told, walk
+from test.tracking.figures import GREEN, RED, Figure, Told, picture, walk
 
 
 def ids(results: Sequence[TrackResult]) -> list[int]:
@@ -127,18 +127,45 @@ def test_nobody_is_looked_for_once_boxes_are_given_until_a_reset(finder: Finder)
     told = finding(finder, 2)
     told.start(Figure(60))
     told.show(Figure(60))
-    assert finder.asked == []
+    # The place about the box is looked at, and nobody is looked for.
+    assert finder.asked == [[]]
+    assert not finder.wanted
+    told.show(Figure(60))
+    assert finder.asked == [[]]
     told.tracker.reset()
     told.show(Figure(60))
-    assert finder.asked[-1] == []
-    assert len(finder.asked) == 2
+    assert finder.wanted
 
 
 def test_the_search_can_be_switched_off_and_on() -> None:
     told = Told(1, 'off')
-    assert not told.tracker._arrivals.wanted
+    finder = told.tracker._arrivals._finder
+    assert finder.config.auto_init == 'off'
     told.tracker.starting = StartingConfig(auto_init='motion')
-    assert told.tracker._arrivals.wanted
+    finder = told.tracker._arrivals._finder
+    assert finder.config.auto_init == 'motion'
+
+
+@pytest.mark.parametrize('auto', ['off', 'motion'])
+def test_a_box_starts_before_what_the_camera_has_seen(auto: str) -> None:
+    board, figure = (75, 110), Figure(60)
+    image, (mask,) = picture([figure], boards=[board])
+    box = Box.around(mask)
+    assert box is not None
+
+    def first_mask(frames: int) -> np.ndarray:
+        told = Told(1, auto)
+        for _ in range(frames):
+            told.show(boards=[board])
+        told.tracker.initialize(Box(box.x, box.y, board[1] - box.x, box.height))
+        told.tracker.update(image, told.stamp_ns)
+        (slot,) = told.tracker._slots
+        assert slot is not None
+        return cv2.resize(slot.person.mask, image.shape[1::-1])
+
+    # Half of the box is a board, which was there before.
+    wrong = [np.count_nonzero((first_mask(n) > 127) != (mask > 0)) for n in (0, 15)]
+    assert wrong[1] < 0.5 * wrong[0]
 
 
 def test_a_box_that_is_refused_does_not_end_the_search(finder: Finder) -> None:

@@ -90,8 +90,6 @@ class WalkerFinder:
         """
         check_image(image)
         check_stamp(stamp_ns)
-        if self.config.auto_init == 'off':
-            return []
         size = (image.shape[0], image.shape[1])
         pause = (stamp_ns - self._stamp_ns) / 1e9
         if self._scene is not None and 0 <= pause < _LEAST_PERIOD_S and size == self._size:
@@ -110,6 +108,7 @@ class WalkerFinder:
         self._known = [box.height for box in taken]
         frame = self._frame = self._scene.update(colours, seconds, taken)
         self._remember(image, frame, seconds)
+        wanted = wanted and self.config.auto_init != 'off'
         self._follow(frame, seconds, wanted)
         if not wanted:
             self._watching.forget()
