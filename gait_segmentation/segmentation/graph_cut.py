@@ -4,7 +4,8 @@
 The minimum cut of a grid graph in which only some pixels are open.
 
 Capacities are integers; pixels whose label is given are not nodes but are folded into the t-links
-of their neighbours.  All work is on the open pixels, which are few.
+of their neighbours.  All work is on the open pixels, which are few; the cut itself is PyMaxflow's,
+of Boykov and Kolmogorov (PAMI 2004).
 """
 
 from __future__ import annotations
@@ -12,13 +13,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import cv2
+import maxflow
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.segmentation.max_flow import ARCS, FAR, push_flow
-
 __all__ = ['CAPACITY', 'STEPS', 'OpenGraph', 'decided', 'minimum_cut', 'open_graph']
+
+ARCS = 8
+"""Arcs of a node; arc ``a`` of one end is arc ``a ^ 4`` of the other."""
 
 CAPACITY = 256
 """Integer capacity of an energy of one."""
@@ -104,39 +107,32 @@ def _fold(
     logit: NDArray[np.float32],
     links: NDArray[np.int32],
     beside: NDArray[np.int32],
-    other_end: NDArray[np.uint32],
-    capacity: NDArray[np.int32],
-    terminal: NDArray[np.int32],
-) -> None:
-    """Turn links to pixels with given labels into t-links, as :func:`push_flow` takes them."""
-    count = len(logit)
-    terminal[count] = 0
+    edges: NDArray[np.int64],
+    terminal: NDArray[np.int64],
+) -> int:
+    """
+    List the links between open pixels, and turn those to given labels into t-links.
+
+    :param edges: (3, E) of both ends and the capacity, filled in.
+    :param terminal: (N,) of the capacity from the source, or to the sink if negative, filled in.
+    :returns: how many edges there are.
+    """
+    count, total = len(logit), 0
     for node in range(count):
         energy = int(logit[node] * CAPACITY)
         for arc in range(ARCS):
             other = beside[node, arc]
-            if other < count:
-                other_end[node, arc] = other
-                capacity[node, arc] = links[node, arc]
-            else:
-                other_end[node, arc] = count
-                capacity[node, arc] = 0
-                if other == count + 1:
-                    energy -= links[node, arc]
-                elif other == count + 2:
-                    energy += links[node, arc]
+            if other == count + 1:
+                energy -= links[node, arc]
+            elif other == count + 2:
+                energy += links[node, arc]
+            elif other < count and arc < ARCS // 2 and links[node, arc] > 0:
+                edges[0, total] = node
+                edges[1, total] = other
+                edges[2, total] = links[node, arc]
+                total += 1
         terminal[node] = energy
-    for arc in range(ARCS):
-        other_end[count, arc] = count
-        capacity[count, arc] = 0
-
-
-@njit(cache=True, nogil=True)
-def _read_off(
-    pixels: NDArray[np.int32], label: NDArray[np.int32], labels: NDArray[np.bool_]
-) -> None:
-    for node in range(len(pixels)):
-        labels[pixels[node]] = label[node] == FAR
+    return total
 
 
 def decided(logit: NDArray[np.float32]) -> NDArray[np.int8]:
@@ -168,11 +164,18 @@ def minimum_cut(graph: OpenGraph, logit: NDArray[np.float32]) -> NDArray[np.bool
     :returns: (h, w) bool, True for label 1.
     """
     labels = graph.given > 0
-    if len(graph.pixels) == 0:
+    count = len(graph.pixels)
+    if count == 0:
         return labels
-    other_end = np.empty(graph.beside.shape, np.uint32)
-    capacity = np.empty_like(graph.links)
-    terminal = np.empty(len(capacity), np.int32)
-    _fold(logit, graph.links, graph.beside, other_end, capacity, terminal)
-    _read_off(graph.pixels, push_flow(other_end, capacity, terminal), labels.reshape(-1))
+    edges = np.empty((3, count * ARCS // 2), np.int64)
+    terminal = np.empty(count, np.int64)
+    total = _fold(logit, graph.links, graph.beside, edges, terminal)
+    one, other, capacity = edges[:, :total]
+    solver = maxflow.GraphInt(count, total)
+    nodes = solver.add_grid_nodes(count)
+    solver.add_edges(one, other, capacity, capacity)
+    solver.add_grid_tedges(nodes, np.maximum(terminal, 0), np.maximum(-terminal, 0))
+    solver.maxflow()
+    # Label 1 is the source's side, to which PyMaxflow counts what cannot reach the sink.
+    labels.reshape(-1)[graph.pixels] = ~solver.get_grid_segments(nodes)
     return labels
