@@ -110,28 +110,9 @@ def warm_up_tracker(
     # What is looked at only of bodies that lean.
     person = scene.people[0]
     extent_of(person.mask, (person.body.center_x, person.body.center_y), 0.2)
-    # What is looked at only where the sun shines.
-    _weigh_hard_shadows(scene)
     # What is looked at only where corners lie beside somebody's legs.
     corners = np.zeros((8, 2), np.float32)
     ground_of(corners, corners, scaling(1.0), (0.0, 1.0))
-
-
-def _weigh_hard_shadows(scene: _Scene) -> None:
-    """Weigh shadows of the sun, none of which are learnt from so short a film."""
-    from gait_segmentation.colour import ColourModel, colour_bins
-    from gait_segmentation.lab import lab_of
-    from gait_segmentation.tracking.background.model import BackgroundModel
-    from gait_segmentation.tracking.likelihood.backdrop import Backdrop
-    from gait_segmentation.tracking.likelihood.hard_shadows import HardShadow, HardShadowModel
-
-    shape, body, template = scene.image.shape[:2], scene.people[0].body, scene.people[0].mask
-    window = (slice(0, shape[0]), slice(0, shape[1]))
-    seen = Backdrop(lab_of(scene.image, textured=False), window, BackgroundModel(shape), False)
-    shadows, logit = HardShadowModel(), np.zeros(shape, np.float32)
-    shadows.known = HardShadow((0.4, 0.1), (0.0, 0.0), (0.0, 0.0))
-    bins, rows = colour_bins(seen.lab), np.zeros_like(logit)
-    shadows.weigh(logit, seen, body, template, bins, rows, ColourModel(0.7, 1e-4), 0.95)
 
 
 def warm_up_matcher(bank: TemplateBank, config: MatchingConfig) -> None:

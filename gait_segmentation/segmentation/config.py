@@ -77,21 +77,8 @@ class SegmentationConfig(StageConfig):
         minimum=0.0,
         maximum=100.0,
     )
-    use_residual: bool = parameter(
-        True, "Learn the person's own shape (dress, bag, hair) and blend it with the template."
-    )
-    residual_share: float = parameter(
-        0.2,
-        "Share of the person's own shape in the template's log-odds.",
-        minimum=0.0,
-        maximum=1.0,
-    )
     use_refinement: bool = parameter(
         True, 'Cut again at full resolution in a narrow band about the outline.'
-    )
-    use_local_colours: bool = parameter(
-        True,
-        'Place the outline at full resolution where the colours on both sides of it mix evenly.',
     )
     use_colours: bool = parameter(
         True,

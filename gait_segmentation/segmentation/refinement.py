@@ -18,16 +18,12 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import Box
 from gait_segmentation.segmentation.energy import contrast_links
 from gait_segmentation.segmentation.graph_cut import minimum_cut, open_graph
-from gait_segmentation.segmentation.local_colours import add_odds, discriminant
 from gait_segmentation.sizes import shrink
 
 __all__ = ['finest', 'outline_term', 'refine', 'upsample']
 
 _BAND = 1.0
 """Half width of the band, in pixels of the first cut."""
-
-_SEEN = 0.5
-"""What local colours count where the image is no finer: its data term has seen them already."""
 
 _CLEAR, _EDGE = 3.0, 0.01
 """Log-odds that are clear, and body heights within which both sides of a clear edge are."""
@@ -90,7 +86,6 @@ def refine(
     labels: NDArray[np.bool_],
     logit: NDArray[np.float32],
     contrast: float,
-    lab: NDArray[np.uint8] | None = None,
 ) -> NDArray[np.bool_]:
     """
     Cut again at the size of the image.
@@ -99,14 +94,13 @@ def refine(
     :param labels: (h, w) bool, the first cut of the same window at working size.
     :param logit: (h, w) float32, its data term.
     :param contrast: weight of the contrast term of the first cut.
-    :param lab: (h, w, 3) uint8, the window at working size in Lab, to tell the colours on both
-        sides of the outline apart; None: colours are not looked at again.
     :returns: (H, W) bool.
     """
     shape = image.shape[:2]
     scale = labels.shape[0] / shape[0]
-    finer = labels.shape != shape
-    refined = upsample(labels, shape) if finer else labels.copy()
+    if labels.shape == shape:
+        return labels
+    refined = upsample(labels, shape)
     reach = max(1, round(_BAND / scale))
     found = Box.around(refined)
     if found is None:
@@ -121,21 +115,10 @@ def refine(
         return refined
     cut = np.ascontiguousarray(image[part])
     data = np.empty(len(graph.pixels), np.float32)
-    nearest = np.empty(len(graph.pixels), np.int32)
     # A working pixel's evidence is shared by 1/scale^2 pixels, a link's by 1/scale of them.
     origin = (part[0].start, part[1].start)
-    _sample(logit, graph.pixels, origin, given.shape[1], shape, data, nearest)
+    _sample(logit, graph.pixels, origin, given.shape[1], shape, data)
     data *= np.float32(scale)
-    if lab is not None:
-        wanted = np.zeros(labels.shape, np.bool_)
-        wanted.reshape(-1)[nearest] = True
-        if finer:
-            colours = cv2.cvtColor(cut.reshape(-1, 1, 3)[graph.pixels], cv2.COLOR_BGR2Lab)
-        else:
-            colours = lab.reshape(-1, 3)[nearest]
-        weight = scale if finer else _SEEN
-        colours = colours.reshape(-1, 3)
-        add_odds(colours, discriminant(lab, labels, wanted), nearest, weight, data)
     contrast_links(graph, cut, contrast)
     refined[part] = minimum_cut(graph, data)
     return refined
@@ -149,10 +132,9 @@ def _sample(
     columns: int,
     shape: tuple[int, int],
     out: NDArray[np.float32],
-    nearest: NDArray[np.int32],
 ) -> None:
     """
-    Interpolate between coarse pixels, and say which are nearest.
+    Interpolate between coarse pixels.
 
     :param pixels: places in a part of so many columns, whose first pixel is ``origin``, of an
         image of a finer ``shape``.
@@ -162,7 +144,6 @@ def _sample(
     for k in range(len(pixels)):
         row, col = divmod(pixels[k], columns)
         y, x = (row + origin[0] + 0.5) * tall, (col + origin[1] + 0.5) * wide
-        nearest[k] = min(int(y), height - 1) * width + min(int(x), width - 1)
         y, x = min(max(y - 0.5, 0.0), height - 1.0), min(max(x - 0.5, 0.0), width - 1.0)
         top, left = int(y), int(x)
         below, right = min(top + 1, height - 1), min(left + 1, width - 1)

@@ -26,7 +26,6 @@ from gait_segmentation.segmentation.inputs import (
 from gait_segmentation.segmentation.learnt_colours import LearntColours
 from gait_segmentation.segmentation.paper_prior import PaperPrior
 from gait_segmentation.segmentation.refinement import finest, outline_term, refine, upsample
-from gait_segmentation.segmentation.residual import PersonalShape
 from gait_segmentation.segmentation.shape_prior import ShapeTerms, shape_terms
 from gait_segmentation.segmentation.thin_parts import loosen_thin_parts
 from gait_segmentation.sizes import shrink
@@ -37,13 +36,16 @@ _FULL_CONTRAST_PX = 128.0
 """Height of a body, at working size, from which the contrast term has its full weight."""
 
 _LEAST_AREA = 0.25
-"""A mask smaller than this share of the template teaches nothing."""
+"""A mask smaller than this share of the template does not count."""
+
+_SETTLED = 5
+"""Masks of a person from which colours are no longer those of the first mask alone."""
 
 _LOGIT = np.log((np.arange(256) + 0.5) / (255.5 - np.arange(256))).astype(np.float32)
 
 
 class Segmenter:
-    """Cuts one person out of frame after frame and learns the person's own shape."""
+    """Cuts one person out of frame after frame."""
 
     def __init__(self, config: SegmentationConfig | None = None) -> None:
         """
@@ -52,11 +54,11 @@ class Segmenter:
         :raises VocabularyError: if the configuration names a vocabulary that cannot be used.
         """
         self._config = config or SegmentationConfig()
-        self._personal = PersonalShape()
         self._colours = LearntColours()
         # Also for other priors: the configuration may be exchanged, and a bad file is told now.
         self._oriented = PaperPrior(self._config)
         self._track_id = 0
+        self._masks = 0
         self._last: Box | None = None
 
     @property
@@ -76,9 +78,9 @@ class Segmenter:
 
     def reset(self) -> None:
         """Forget the person."""
-        self._personal.reset()
         self._colours.reset()
         self._track_id = 0
+        self._masks = 0
         self._last = None
 
     def update(
@@ -127,18 +129,12 @@ class Segmenter:
         # What is taken by others says nothing of where the person is.
         if self._aligns and (taken is None or not taken[crop].any()):
             prior, place = align(prior, evidence, place, self.config.alignment_stiffness)
-        labels, logit, likely = self._cut(
-            lab, evidence, prior, place, match.phase, outside=outside
-        )
+        labels, logit = self._cut(lab, evidence, prior, place, outside=outside)
         if not labels.any():
             return self._empty(image, match, 'the cut found no person')
-        self._learn(labels, likely, prior, place, match.phase, window)
-        colours = lab if self.config.use_local_colours else None
-        # Where the source is no finer, the colours still part pixels that are mixtures.
-        if self.config.use_refinement and (
-            colours is not None or labels.shape != source.shape[:2]
-        ):
-            labels = refine(source, labels, logit, self._contrast(body), colours)
+        self._note(labels, prior, window)
+        if self.config.use_refinement:
+            labels = refine(source, labels, logit, self._contrast(body))
         mask = np.zeros((height, width), np.uint8)
         fine = upsample(labels, size)
         np.multiply(fine.view(np.uint8), np.uint8(255), out=mask[crop])
@@ -156,17 +152,15 @@ class Segmenter:
         evidence: NDArray[np.uint8],
         prior: NDArray[np.uint8],
         body: BodyFrame,
-        phase: float,
         *,
         outside: bool,
-    ) -> tuple[NDArray[np.bool_], NDArray[np.float32], NDArray[np.bool_]]:
+    ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
         """
-        Return the cut at working size.
+        Return the cut at working size, and the data term for the outline.
 
-        With it come the data term for the outline and where the person is likely without the
-        shape prior.  All that is given and returned is in the window.
+        All that is given and returned is in the window.
         """
-        terms = self._terms(prior, lab, body, phase)
+        terms = self._terms(prior, lab, body)
         logit = _LOGIT[evidence]
         # What sees nobody at all is believed.
         learns = outside and self.config.use_colours and bool((evidence > 127).any())
@@ -185,9 +179,8 @@ class Segmenter:
         labels = keep_supported(labels, support, known, body.height, evidence)
         labels = fill_holes(labels, self.config.hole_area * body.height**2)
         if terms.logit is None:
-            return labels, logit, logit > 0
-        likely = logit > terms.logit
-        return labels, outline_term(logit, terms.logit, body.height), likely
+            return labels, logit
+        return labels, outline_term(logit, terms.logit, body.height)
 
     def _cut_by_colours(
         self,
@@ -218,8 +211,9 @@ class Segmenter:
         """Return the cut of least energy."""
         graph = open_graph(decided(logit))
         contrast_links(graph, lab, self._contrast(body))
-        if terms.logit is not None and self._paper is None and self._personal.ready:
-            # Before, the colours may be wrong.
+        # Before, the colours may be wrong.
+        settled = self._masks >= _SETTLED
+        if terms.logit is not None and self._paper is None and settled:
             loosen_thin_parts(graph, logit, body.height)
         if terms.psi is not None:
             paper = self._paper is not None
@@ -232,35 +226,22 @@ class Segmenter:
         prior: NDArray[np.uint8],
         lab: NDArray[np.uint8],
         body: BodyFrame,
-        phase: float,
     ) -> ShapeTerms:
         """Return the shape prior's terms in the window."""
         if self._paper is not None:
             return self._paper.terms(prior, lab[:, :, 0], body)
-        personal = None
-        if self.config.use_residual and self._personal.ready:
-            personal = self._personal.probability(prior, body, phase)
-        return shape_terms(prior, body, personal, self.config)
+        return shape_terms(prior, body, self.config)
 
     def _contrast(self, body: BodyFrame) -> float:
         """Return the weight of the contrast term: of what is small, the outline is the more."""
         return self.config.contrast * min(body.height / _FULL_CONTRAST_PX, 1.0)
 
-    def _learn(
-        self,
-        labels: NDArray[np.bool_],
-        likely: NDArray[np.bool_],
-        prior: NDArray[np.uint8],
-        body: BodyFrame,
-        phase: float,
-        window: Window,
-    ) -> None:
+    def _note(self, labels: NDArray[np.bool_], prior: NDArray[np.uint8], window: Window) -> None:
+        """Remember where the person was found, and count the masks that show enough of them."""
         found = Box.around(labels)
         assert found is not None
         self._last = found.shifted(window[1].start, window[0].start)
-        if np.count_nonzero(labels) > _LEAST_AREA * np.count_nonzero(prior > 127):
-            mask = labels.view(np.uint8) * np.uint8(255)
-            self._personal.learn(mask, prior, likely, body, phase)
+        self._masks += np.count_nonzero(labels) > _LEAST_AREA * np.count_nonzero(prior > 127)
 
     def _empty(
         self, image: NDArray[np.uint8], match: MatchResult, reason: str

@@ -15,7 +15,7 @@ from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.images import signed_distance
 from gait_segmentation.segmentation.config import SegmentationConfig
 
-__all__ = ['ShapeTerms', 'log_odds', 'shape_terms']
+__all__ = ['ShapeTerms', 'shape_terms']
 
 _LIMIT = 3.0
 """Largest log-odds a shape gives."""
@@ -40,16 +40,9 @@ class ShapeTerms:
     psi: NDArray[np.float32] | None
 
 
-def log_odds(probability: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return ln(p / (1 - p)) limited to what a shape may say."""
-    p = np.clip(probability, 1e-3, 1 - 1e-3)
-    return np.clip(np.log(p / (1 - p)), -_LIMIT, _LIMIT).astype(np.float32)
-
-
 def shape_terms(
     prior: NDArray[np.uint8],
     body: BodyFrame,
-    personal: NDArray[np.float32] | None,
     config: SegmentationConfig,
 ) -> ShapeTerms:
     """
@@ -61,7 +54,6 @@ def shape_terms(
 
     :param prior: (h, w) uint8, the template in the window, 255 inside.
     :param body: the body in the window's pixels.
-    :param personal: (h, w) float32 in 0..1, the person's own mean shape, None if unknown.
     """
     if config.prior == 'none' or not (prior > 127).any():
         return ShapeTerms(None, None)
@@ -70,14 +62,12 @@ def shape_terms(
     height = body.height
     _terms(
         distance,
-        distance if personal is None else log_odds(personal),
         (-math.sin(body.angle) / height, math.cos(body.angle) / height),
         (body.center_x - 0.5, body.center_y - 0.5),
         np.float32(config.distance_reach * height),
         np.float32(config.template_slope * height),
         np.float32(config.template_depth * height),
         np.float32(config.template_margin * height),
-        np.float32(0.0 if personal is None else config.residual_share),
         np.float32(config.template_weight),
         psi,
         logit,
@@ -88,14 +78,12 @@ def shape_terms(
 @njit(cache=True, nogil=True)
 def _terms(
     distance: NDArray[np.float32],
-    personal: NDArray[np.float32],
     axis: tuple[float, float],
     center: tuple[float, float],
     reach: float,
     slope: float,
     depth: float,
     margin: float,
-    share: float,
     weight: float,
     psi: NDArray[np.float32],
     logit: NDArray[np.float32],
@@ -117,6 +105,4 @@ def _terms(
             legs = min(max(np.float32((down - _HIP) / (_KNEE - _HIP)), np.float32(0)), one)
             most = limit - legs * eased
             odds = min(max(away / (depth if away > 0 else slope), -most), most)
-            if share > 0:
-                odds = (one - share) * odds + share * personal[row, col]
             logit[row, col] = weight * odds

@@ -105,11 +105,6 @@ class TrackingConfig(StageConfig):
         'Explain darker pixels of unchanged chroma near the feet as cast shadow, and learn what '
         'soft shadows look like in this film and where they lie.',
     )
-    use_hard_shadow: bool = parameter(
-        True,
-        'Learn what hard shadows, as of the sun, look like in this film, from where they lie '
-        'apart from the person, and take them out; needs use_shadow.',
-    )
     shadow_share: float = parameter(
         0.25,
         'Prior share of shadow among the background pixels at the feet.',
@@ -134,28 +129,8 @@ class TrackingConfig(StageConfig):
         minimum=0.05,
         maximum=0.95,
     )
-    use_highlight: bool = parameter(
-        True,
-        'Explain brighter pixels of unchanged chroma as highlights, such as reflections on a '
-        'floor, or background learnt while a shadow lay on it.',
-    )
-    highlight_share: float = parameter(
-        0.1,
-        'Prior share of highlights among the background pixels at the feet.',
-        minimum=0.0,
-        maximum=0.4,
-    )
-    highlight_ceiling: float = parameter(
-        1.2,
-        'Brightest highlight, as a multiple of the lightness of the background.',
-        minimum=1.01,
-        maximum=3.0,
-    )
     use_ego_motion: bool = parameter(
         True, 'Estimate the motion of the camera and move the background model with it.'
-    )
-    use_tone: bool = parameter(
-        True, "Undo changes of the camera's tone curve, read off the remembered background."
     )
     use_texture: bool = parameter(
         True, 'In images without colour, use the energy of the gradients in place of colour.'

@@ -67,7 +67,6 @@ def follow(
         stamp_ns,
         [target.person.area for target in targets],
         camera=config.use_ego_motion,
-        tone=config.use_tone,
         texture=config.use_texture,
         everywhere=any(target.state == LOST for target in targets),
         heat=heat,

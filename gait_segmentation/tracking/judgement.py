@@ -106,13 +106,7 @@ def judge(
     if config.use_background and config.use_shadow:
         backdrop = Backdrop(lab, window, record.background, record.image.textured)
         trust = config.background_trust
-        looks = bins, rows, person.person, trust
-        person.shadows.weigh(logit, backdrop, person.frame, *looks)
-        template = None
-        if person.hard_shadows.known is not None:
-            template = carried_template(person, world, window)
-        if template is not None:
-            person.hard_shadows.weigh(logit, backdrop, person.frame, template, *looks)
+        person.shadows.weigh(logit, backdrop, person.frame, bins, rows, person.person, trust)
     moving = None
     if config.use_motion_cue and seen:
         moving = _add_motion(logit, person, world, window, config.motion_weight)

@@ -205,11 +205,7 @@ class Learner:
         margin = grown(mask, person.height, bounds)
         if config.use_background and config.use_shadow:
             backdrop = Backdrop(lesson.lab, window, record.background, record.image.textured)
-            shown = mask, lesson.template
-            person.shadows.learn(backdrop, person.frame, *shown, lesson.strange)
-            if config.use_hard_shadow and lesson.alone:
-                told = lesson.company
-                person.hard_shadows.learn(backdrop, person.frame, *shown, company=told)
+            person.shadows.learn(backdrop, person.frame, mask, lesson.template, lesson.strange)
         person.learn_place(mask, body, bounds, record.rows.get(person.track_id))
         if config.use_tilt:
             person.learn_angle(mask, bounds)

@@ -18,9 +18,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.background.carried import CarriedBackground
-from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.background.registration import remaining_shift
-from gait_segmentation.tracking.background.tone import tone_curve
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.moving import add_moving
 from gait_segmentation.tracking.picture.contrast import Contrast
@@ -134,7 +132,6 @@ class World:
         areas: Iterable[Box],
         *,
         camera: bool,
-        tone: bool = True,
         texture: bool = True,
         everywhere: bool = False,
         heat: NDArray[np.uint8] | None = None,
@@ -146,7 +143,6 @@ class World:
         :param areas: where people were in the last frame, in working pixels; the background is
             followed and learnt about them, with none everywhere.
         :param camera: whether to measure the motion of the camera.
-        :param tone: whether to undo changes of the camera's tone curve.
         :param texture: whether gradient energy stands for the colours that grey images lack.
         :param everywhere: whether to follow the background everywhere all the same.
         :param heat: P(person) from elsewhere, uint8 of any size.
@@ -164,10 +160,8 @@ class World:
             motion = self._estimator.with_ground(motion, people, areas)
         about = windows_about(areas, motion, self.shape)
         windows = windows_about([], motion, self.shape) if everywhere else about
-        # Tone and the last tenths of a pixel are measured about people only, which is cheaper.
+        # The last tenths of a pixel are measured about people only, which is cheaper.
         background = self._background.ahead([*self._steps, motion], about)
-        if tone and about and not frame.pyramid.is_blank:
-            frame = self._toned(frame, background, people, about)
         shift = low = None
         if camera and about:
             lab = _lab_of(frame, about)
@@ -183,17 +177,6 @@ class World:
         self.pending.append(record)
         self.history.append(record)
         return motion
-
-    @staticmethod
-    def _toned(
-        frame: WorkingImage,
-        background: BackgroundModel,
-        people: NDArray[np.uint8],
-        windows: Sequence[Window],
-    ) -> WorkingImage:
-        """Return a frame with the tone curve of what is remembered."""
-        curve = tone_curve(background.sums, _lab_of(frame, windows), people, windows)
-        return frame if curve is None else frame.toned(curve)
 
     def body_shift(
         self, body: NDArray[np.uint8], window: Window, velocity: Shift = (0.0, 0.0)

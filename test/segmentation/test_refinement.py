@@ -74,24 +74,6 @@ def test_only_the_band_about_the_outline_changes() -> None:
     assert not found[:5].any()
 
 
-def test_mixtures_are_parted_where_the_image_is_no_finer() -> None:
-    # Whatever is not background alone counts as the person, as a background model sees it.
-    fine = np.zeros((160, 160), np.float32)
-    cv2.circle(fine, (80, 80), 41, 1.0, -1)
-    share = cv2.GaussianBlur(cv2.resize(fine, (40, 40), interpolation=cv2.INTER_AREA), (3, 3), 0)
-    colours = np.array([(60, 60, 200), (160, 160, 90)], np.float32)
-    picture = (share[..., None] * colours[0] + (1 - share[..., None]) * colours[1]).astype(
-        np.uint8
-    )
-    first, true = share > 0.02, share > 0.5
-    logit = np.where(first, 0.5, -0.5).astype(np.float32)
-    lab = cv2.cvtColor(picture, cv2.COLOR_BGR2Lab)
-    given = first.copy()
-    parted = refine(picture, given, logit, 1.0, lab)
-    assert (parted != true).sum() < 0.5 * (first != true).sum()
-    assert np.array_equal(given, first)
-
-
 def test_a_shape_has_no_say_at_clear_edges() -> None:
     # Clear on the left, vague on the right of the middle.
     own = np.where(np.arange(40) < 20, 4.0, -4.0).astype(np.float32)

@@ -184,7 +184,7 @@ def test_thin_parts_are_spared_once_the_shape_is_known() -> None:
     image = np.full((*SHAPE, 3), 77, np.uint8)
     likelihood, template = trunk_and_arm(200)
     # At first the colours may be wrong.
-    segmenter = Segmenter(SegmentationConfig(use_residual=False, use_alignment=False))
+    segmenter = Segmenter(SegmentationConfig(use_alignment=False))
     found = [
         bool(segmenter.update(image, likelihood, match(template, stamp)).mask[79, 90])
         for stamp in range(1, 9)

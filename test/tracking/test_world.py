@@ -200,17 +200,6 @@ def familiar() -> World:
     return made
 
 
-def test_deeper_shadows_are_undone() -> None:
-    curve = np.interp(np.arange(256), [0, 80, 200, 255], [0, 60, 198, 255]).astype(np.uint8)
-    off = {}
-    for tone in (True, False):
-        made = familiar()
-        plain = made.now.image.gray.astype(float)
-        made.advance(curve[wall()], 10**8, (), camera=True, tone=tone)
-        off[tone] = np.abs(made.now.image.gray - plain).mean()
-    assert off[True] < 0.4 * off[False]
-
-
 def test_a_tremble_of_the_camera_is_registered() -> None:
     step = np.array([[1.0, 0, 0.18], [0, 1.0, 0]])
     image = cv2.warpAffine(wall(), step, SOURCE[::-1], borderMode=cv2.BORDER_REPLICATE)

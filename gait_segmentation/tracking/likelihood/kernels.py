@@ -15,9 +15,6 @@ __all__ = ['SIGMOID', 'against_rivals', 'colour_ratios', 'probabilities', 'ratio
 _SHADOW_FROM, _SHADOW_TO = 0.60, 0.85
 """Where down the body cast shadows begin and are full."""
 
-_HIGHLIGHT_ABOVE = 0.3
-"""Share of highlights where no shadow is cast, over that at the feet: floors shine, walls less."""
-
 _DOUBT = 0.1
 """
 Times a pixel must have been seen for half of the trust: what was just uncovered tells at once.
@@ -182,8 +179,6 @@ def ratios(
     shadow_floor: float,
     shade_share: float,
     shade_floor: float,
-    highlight_share: float,
-    highlight_ceiling: float,
     limit: float,
     limit_known: float,
     out: NDArray[np.float32],
@@ -206,9 +201,6 @@ def ratios(
     flat_shade = np.float32(flat / (1 - shade_floor))
     cast_share, cast_floor = np.float32(shadow_share), np.float32(shadow_floor)
     soft_share, soft_floor = np.float32(shade_share), np.float32(shade_floor)
-    flat_lit = np.float32(flat / (highlight_ceiling - 1))
-    lit_share, lit_ceiling = np.float32(highlight_share), np.float32(highlight_ceiling)
-    above, at_feet = np.float32(_HIGHLIGHT_ABOVE), np.float32(1 - _HIGHLIGHT_ABOVE)
     most, least = np.float32(trust), np.float32(_LEAST_COUNT)
     ramp_from, ramp_slope = np.float32(_SHADOW_FROM), np.float32(1 / (_SHADOW_TO - _SHADOW_FROM))
     low = np.float32(limit)
@@ -242,17 +234,13 @@ def ratios(
             ramp = min(max((down[col] - ramp_from) * ramp_slope, zero), one)
             dark = one if base > one else zero
             cast, soft = dark * cast_share * ramp, dark * soft_share * (one - ramp)
-            lit = dark * lit_share * (above + at_feet * ramp)
             shadow = cast * flat_cast if light > cast_floor * base else zero
             shadow += soft * flat_shade if light > soft_floor * base else zero
             # Divided before they are chosen: else the compiler does one pixel at a time.
             shadow = shadow / max(base, one) if light < base else zero
-            highlight = lit * flat_lit / max(base, one)
-            highlight = highlight if light < lit_ceiling * base else zero
-            other = shadow + (highlight if light >= base else zero)
-            plain = (one - cast - soft - lit) * peak * _exp_minus(square)
+            plain = (one - cast - soft) * peak * _exp_minus(square)
             plain = plain if square < far else zero
-            seen = (other + plain) * _exp_minus(chroma) if chroma < far else zero
+            seen = (shadow + plain) * _exp_minus(chroma) if chroma < far else zero
             # Both times (count + doubt), which saves a division.
             known = most * count if count > least else zero
             p_background = known * seen + (count + doubt - known) * of_surroundings[col]

@@ -5,15 +5,14 @@ The log-likelihood ratio of person against surroundings, pixel by pixel.
 
 One formula covers what is known of a background pixel and what is not::
 
-    p_bg = a [(1 - s - g) N(c; B, sigma) + s S(c; B, sigma) + g G(c; B, sigma)] + (1 - a) p_bg,hist
+    p_bg = a [(1 - s) N(c; B, sigma) + s S(c; B, sigma)] + (1 - a) p_bg,hist
     L    = ln(p_fg,hist / p_bg)
 
 with the background's mean B, trust a = a_max n / (n + 1/10 + m) in a pixel seen n times if the
 background is misplaced by m pixels, and the density S of a cast shadow: any lightness from
-``floor`` to 1 of the background's, same chroma, and G of a highlight: from 1 to ``ceiling``.
-Near the feet shadows are likely and may be dark; higher up, on a wall, they are soft and rare.
-Highlights are what shines on a floor, and ground that was learnt while a shadow lay on it (with
-shadows, the classes of Horprasert, Harwood and Davis, ICCV Frame-Rate Workshop 1999).
+``floor`` to 1 of the background's, same chroma (Horprasert, Harwood and Davis, ICCV Frame-Rate
+Workshop 1999).  Near the feet shadows are likely and may be dark; higher up, on a wall, they are
+soft and rare.
 Where the background is steep, sigma grows by what a misplaced background would differ there.
 """
 
@@ -75,8 +74,6 @@ def log_ratio(
         config.shadow_floor,
         config.shade_share if config.use_shadow else 0.0,
         config.shade_floor,
-        config.highlight_share if config.use_highlight else 0.0,
-        config.highlight_ceiling,
         config.logit_limit,
         config.background_logit_limit,
         out,

@@ -24,7 +24,6 @@ from gait_segmentation.images import (
     size_of,
 )
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.likelihood.hard_shadows import HardShadowModel
 from gait_segmentation.tracking.likelihood.shadows import ShadowModel
 from gait_segmentation.tracking.person.extent import axis_tilt, extent_of
 from gait_segmentation.tracking.person.samples import samples
@@ -71,7 +70,7 @@ class Person:
     ``rest`` is by how much they lag behind the body, in pixels.  ``learnt`` counts the masks that
     the colours were learnt from, ``learnt_anew`` those since the person was found again, if
     ever, ``moves`` the frames that the velocity was learnt from; ``shadows`` is what is known of
-    the shadows the person casts, ``hard_shadows`` of those that the sun casts nearby.
+    the shadows the person casts,
     """
 
     track_id: int
@@ -95,7 +94,6 @@ class Person:
     learnt_anew: int = 0
     moves: int = 0
     shadows: ShadowModel = field(default_factory=ShadowModel)
-    hard_shadows: HardShadowModel = field(default_factory=HardShadowModel)
 
     def __post_init__(self) -> None:
         """Take the first height for that of the first mask, which is followed at first."""

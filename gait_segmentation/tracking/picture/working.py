@@ -59,9 +59,9 @@ class WorkingImage:
     """
     One frame at working size.
 
-    ``gray`` is its brightness, (h, w) uint8, and ``pyramid`` begins with that before its tone was
-    undone; ``textured`` says that it has no colour and shows gradient energy in the place of a*
-    and b* (:func:`~gait_segmentation.lab.gray_lab`).  The conversion to Lab takes longer than
+    ``gray`` is its brightness, (h, w) uint8, with which ``pyramid`` begins; ``textured`` says that
+    it has no colour and shows gradient energy in the place of a* and b*
+    (:func:`~gait_segmentation.lab.gray_lab`).  The conversion to Lab takes longer than
     anything else that is done to whole images, so it is made only where it is asked for, and so
     are colours of other levels than the source has.
     """
@@ -113,18 +113,6 @@ class WorkingImage:
         textured = texture and is_gray(small)
         parts = _Parts(small.shape), _Parts(small.shape)
         return cls(stamp_ns, gray, pyramid, textured, small, curve, *parts)
-
-    def toned(self, curve: NDArray[np.uint8]) -> WorkingImage:
-        """
-        Return the image with other grey levels.
-
-        :param curve: (256,) uint8, the new level of each.
-        """
-        gray, total = np.asarray(cv2.LUT(self.gray, curve)), _both(self._curve, curve)
-        parts = _Parts(self._colours.shape), _Parts(self._colours.shape)
-        return WorkingImage(
-            self.stamp_ns, gray, self.pyramid, self.textured, self._colours, total, *parts
-        )
 
     @property
     def bgr(self) -> NDArray[np.uint8]:

@@ -64,9 +64,7 @@ def test_the_background_term_is_the_stated_density() -> None:
     sigma = background.sigma
     peak = BIN_VOLUME / (2 * np.pi * sigma**2) ** 1.5
     trust = config.background_trust * 10 / 10.1
-    lit = 0.3 * config.highlight_share
-    flat = BIN_VOLUME / (2 * np.pi * sigma**2) / (RED[0] * (config.highlight_ceiling - 1))
-    seen = (1 - config.shade_share - lit) * peak + lit * flat
+    seen = (1 - config.shade_share) * peak
     expected = np.log((1 + 1e-4) / (trust * seen + (1 - trust) * 1e-4))
     assert ratio(image(RED), background)[2, 2] == pytest.approx(expected, abs=1e-3)
 
@@ -92,18 +90,6 @@ def test_a_soft_shadow_on_a_wall_is_background() -> None:
     with_shade, without = ratio(soft, known(GREY)), ratio(soft, known(GREY), shade_share=0.0)
     assert with_shade[2, 5] < without[2, 5] - 2
     assert ratio(hard, known(GREY))[2, 5] == ratio(hard, known(GREY), shade_share=0.0)[2, 5]
-
-
-def test_a_highlight_is_background() -> None:
-    def lessened(colour: tuple[int, int, int]) -> np.ndarray:
-        without = ratio(image(colour), known(GREY), use_highlight=False)
-        return without - ratio(image(colour), known(GREY))
-
-    shining = lessened((170, 128, 128))
-    # Floors shine more than walls.
-    assert shining[19, 5] > shining[2, 5] > 0.5
-    for other in ((190, 128, 128), (170, 170, 128), DARK_GREY):
-        assert np.abs(lessened(other)).max() < 0.2
 
 
 def test_a_misplaced_edge_is_background_where_misplacement_was_measured() -> None:
@@ -171,14 +157,11 @@ def _plainly(
             ramp = min(max((down - 0.6) / 0.25, 0), 1) if base > 1 else None
             cast = 0 if ramp is None else config.shadow_share * ramp
             shade = 0 if ramp is None else config.shade_share * (1 - ramp)
-            lit = 0 if ramp is None else config.highlight_share * (0.3 + 0.7 * ramp)
             other = 0.0
             for share, floor in ((cast, config.shadow_floor), (shade, config.shade_floor)):
                 if floor * base < light < base:
                     other += share / (base * (1 - floor)) / (2 * np.pi * sigma**2)
-            if base <= light < config.highlight_ceiling * base:
-                other += lit / (base * (config.highlight_ceiling - 1)) / (2 * np.pi * sigma**2)
-            plain = (1 - cast - shade - lit) * np.exp(-square) / (2 * np.pi * sigma**2) ** 1.5
+            plain = (1 - cast - shade) * np.exp(-square) / (2 * np.pi * sigma**2) ** 1.5
             seen = BIN_VOLUME * np.exp(-chroma) * (plain + other)
             trust = config.background_trust * count / (count + 0.1 + model.misplacement)
             p_background = trust * seen + (1 - trust) * p_background

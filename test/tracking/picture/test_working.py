@@ -35,23 +35,6 @@ def test_lab_is_converted_where_it_is_asked_for() -> None:
     assert frame.gray.flags.c_contiguous
 
 
-def test_another_tone_is_made_where_it_is_asked_for() -> None:
-    image = np.random.default_rng(0).integers(0, 255, (40, 60, 3)).astype(np.uint8)
-    curve = np.linspace(20, 230, 256).astype(np.uint8)
-    frame = WorkingImage.of(image, 3, (40, 60))
-    toned, window = frame.toned(curve), (slice(2, 9), slice(5, 25))
-    assert np.array_equal(toned.bgr_about(window)[window], curve[image][window])
-    lab = cv2.cvtColor(curve[image], cv2.COLOR_BGR2Lab)
-    assert np.array_equal(toned.lab_about(window)[window], lab[window])
-    every = slice(1, 40, 3), slice(0, 60, 2)
-    assert np.array_equal(toned.lab_every(every), lab[every])
-    assert np.array_equal(toned.gray, curve[frame.gray])
-    assert np.array_equal(toned.lab, lab)
-    assert np.array_equal(toned.bgr, curve[image])
-    assert np.array_equal(frame.bgr, image)
-    assert np.array_equal(toned.toned(curve).bgr, curve[curve[image]])
-
-
 def test_a_frame_outlives_the_buffer_it_came_from() -> None:
     image = np.full((20, 30, 3), 200, np.uint8)
     frame = WorkingImage.of(image, 3, (20, 30))
