@@ -227,7 +227,8 @@ class Recorder:
                 record.person(slot).track_id = int(message.polygon.id)
             elif name == 'gait' and message.name:
                 person = record.person(slot)
-                person.phase, _, person.azimuth = read_gait(message)
+                gait = read_gait(message)
+                person.phase, person.azimuth = gait.phase, gait.azimuth
 
     def _diagnose(self, message: DiagnosticArray) -> None:
         prefix = 'subscribers of '

@@ -152,14 +152,14 @@ def read_match(parts: Parts, slot: int) -> MatchResult:
     """
     Put the matcher's messages about a slot together again.
 
-    What the segmentation does not need (template, placement, similarity) is not sent.
+    What the segmentation does not need (template, placement) is not sent.
 
     :raises InputError: if a message cannot be read.
     """
     box, prior, gait = (
         parts[slot_topic(slot, name)] for name in ('matched_box', 'shape_prior', 'gait')
     )
-    phase, rate, azimuth = read_gait(gait)
+    walk = read_gait(gait)
     return MatchResult(
         stamp_ns=stamp_of(box.header),
         track_id=int(box.polygon.id),
@@ -167,10 +167,10 @@ def read_match(parts: Parts, slot: int) -> MatchResult:
         placement=None,
         sequence=0,
         phase_index=0,
-        phase=phase,
-        phase_rate=rate,
-        azimuth=azimuth,
-        similarity=0.0,
+        phase=walk.phase,
+        phase_rate=walk.rate,
+        azimuth=walk.azimuth,
+        similarity=walk.similarity,
         confidence=0.0,
         shape_prior=read_mono8(prior),
     )

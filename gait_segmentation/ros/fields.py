@@ -33,7 +33,12 @@ __all__ = [
 ]
 
 GAIT_NAMES = ('gait_phase', 'view_azimuth')
-"""Joints of the gait message: radians of the stride with their rate, and walking direction."""
+"""
+Joints of the gait message: radians of the stride with their rate, and walking direction.
+
+Their efforts say how sure they are: the probability that the phase is right, and the similarity of
+the matched template with the likelihood, both 0..1.
+"""
 
 Corners = tuple[tuple[float, float], ...]
 """Four (x, y) clockwise from the body's top left, none if nobody is tracked."""
@@ -45,6 +50,7 @@ class Joints(NamedTuple):
     names: tuple[str, ...]
     positions: tuple[float, ...]
     velocities: tuple[float, ...]
+    efforts: tuple[float, ...]
 
 
 def tilted_corners(box: Box, angle: float) -> Corners:
@@ -93,6 +99,7 @@ def check_size(size: tuple[int, int]) -> None:
 def gait_joints(match: MatchResult) -> Joints:
     """Return what ``gait`` says of a match."""
     if match.body is None:
-        return Joints((), (), ())
+        return Joints((), (), (), ())
     turn = 2 * math.pi
-    return Joints(GAIT_NAMES, (turn * match.phase, match.azimuth), (turn * match.phase_rate, 0.0))
+    positions, velocities = (turn * match.phase, match.azimuth), (turn * match.phase_rate, 0.0)
+    return Joints(GAIT_NAMES, positions, velocities, (match.confidence, match.similarity))

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from geometry_msgs.msg import Point32, PolygonInstanceStamped
 from sensor_msgs.msg import JointState, RegionOfInterest
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     'GAIT_NAMES',
+    'Gait',
     'box_message',
     'gait_message',
     'points_of',
@@ -108,20 +109,35 @@ def read_region(message: RegionOfInterest) -> Box:
 def gait_message(match: MatchResult, header: Header) -> JointState:
     """Make the gait message of a match; it has no joints if nobody is tracked."""
     message = JointState(header=header)
-    message.name, message.position, message.velocity = map(list, gait_joints(match))
+    joints = map(list, gait_joints(match))
+    message.name, message.position, message.velocity, message.effort = joints
     return message
 
 
-def read_gait(message: JointState) -> tuple[float, float, float]:
+class Gait(NamedTuple):
     """
-    Return phase in strides [0, 1), its rate in strides per second, and azimuth in radians.
+    What a gait message says.
 
-    All are 0 if the message has no joints.
+    ``phase`` is in strides [0, 1), ``rate`` in strides per second, ``azimuth`` in radians and
+    ``similarity``, of the matched template with the likelihood, in 0..1.
+    """
 
-    :raises InputError: if joints are missing or have no position.
+    phase: float
+    rate: float
+    azimuth: float
+    similarity: float
+
+
+def read_gait(message: JointState) -> Gait:
+    """
+    Return what a gait message says; all is 0 if it has no joints.
+
+    A message without efforts does not say how similar the template is: it is believed.
+
+    :raises InputError: if joints are missing or have no position, or a number is not finite.
     """
     if not message.name:
-        return 0.0, 0.0, 0.0
+        return Gait(0.0, 0.0, 0.0, 0.0)
     named = dict(zip(message.name, range(len(message.position)), strict=False))
     missing = [name for name in GAIT_NAMES if name not in named]
     if missing:
@@ -131,5 +147,9 @@ def read_gait(message: JointState) -> tuple[float, float, float]:
         )
     phase, azimuth = (named[name] for name in GAIT_NAMES)
     rate = message.velocity[phase] if len(message.velocity) > phase else 0.0
+    similarity = message.effort[azimuth] if len(message.effort) > azimuth else 1.0
+    numbers = message.position[phase], rate, message.position[azimuth], similarity
+    if not all(map(math.isfinite, numbers)):
+        raise InputError(f'the numbers of a gait must be finite, got {numbers}')
     turn = 2 * math.pi
-    return (message.position[phase] / turn) % 1.0, rate / turn, message.position[azimuth]
+    return Gait((numbers[0] / turn) % 1.0, numbers[1] / turn, *numbers[2:])

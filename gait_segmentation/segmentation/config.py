@@ -67,6 +67,20 @@ class SegmentationConfig(StageConfig):
         minimum=0.0,
         maximum=0.5,
     )
+    fit_low: float = parameter(
+        0.65,
+        'How well templates explain the likelihood, over how well the masks do, up to which the '
+        'default prior has no weight: who dances or bends is no template.',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    fit_high: float = parameter(
+        0.8,
+        'The same from which on the default prior has its full weight; not above fit_low: it '
+        'always has.',
+        minimum=0.0,
+        maximum=1.0,
+    )
     use_alignment: bool = parameter(
         True,
         'Align the matched template with the likelihood: shift, width, height and slant.',

@@ -38,6 +38,9 @@ _FULL_CONTRAST_PX = 128.0
 _LEAST_AREA = 0.25
 """A mask smaller than this share of the template does not count."""
 
+_FIT_RATE = 1 / 7
+"""Share of a frame in the running mean of the fit, which begins at 1: half a step."""
+
 _SETTLED = 5
 """Masks of a person from which colours are no longer those of the first mask alone."""
 
@@ -59,6 +62,7 @@ class Segmenter:
         self._oriented = PaperPrior(self._config)
         self._track_id = 0
         self._masks = 0
+        self._fit = 1.0
         self._last: Box | None = None
 
     @property
@@ -81,6 +85,7 @@ class Segmenter:
         self._colours.reset()
         self._track_id = 0
         self._masks = 0
+        self._fit = 1.0
         self._last = None
 
     def update(
@@ -133,6 +138,7 @@ class Segmenter:
         if not labels.any():
             return self._empty(image, match, 'the cut found no person')
         self._note(labels, prior, window)
+        self._judge(match.similarity, labels, evidence)
         if self.config.use_refinement:
             labels = refine(source, labels, logit, self._contrast(body))
         mask = np.zeros((height, width), np.uint8)
@@ -218,7 +224,7 @@ class Segmenter:
         if terms.psi is not None:
             paper = self._paper is not None
             weight = self.config.paper_weight if paper else self.config.distance_weight
-            distance_links(graph, terms.psi, weight)
+            distance_links(graph, terms.psi, weight if paper else self._trust * weight)
         return minimum_cut(graph, logit.reshape(-1)[graph.pixels])
 
     def _terms(
@@ -230,7 +236,29 @@ class Segmenter:
         """Return the shape prior's terms in the window."""
         if self._paper is not None:
             return self._paper.terms(prior, lab[:, :, 0], body)
-        return shape_terms(prior, body, self.config)
+        return shape_terms(prior, body, self.config, self._trust)
+
+    @property
+    def _trust(self) -> float:
+        """Return the share (0..1) of the default prior's weight."""
+        low, high = self.config.fit_low, self.config.fit_high
+        if self.config.prior != 'default' or high <= low:
+            return 1.0
+        return min(max((self._fit - low) / (high - low), 0.0), 1.0)
+
+    def _judge(
+        self, similarity: float, labels: NDArray[np.bool_], evidence: NDArray[np.uint8]
+    ) -> None:
+        """
+        Note how well the template explains a likelihood, measured by how well the mask does.
+
+        Where neither does the likelihood is poor, and the prior is all there is.
+        """
+        inside = float(evidence[labels].sum(dtype=np.int64))
+        either = 255.0 * np.count_nonzero(labels) + float(evidence.sum(dtype=np.int64)) - inside
+        if inside > 0:
+            fit = min(similarity * either / inside, 1.0)
+            self._fit += _FIT_RATE * (fit - self._fit)
 
     def _contrast(self, body: BodyFrame) -> float:
         """Return the weight of the contrast term: of what is small, the outline is the more."""

@@ -44,6 +44,7 @@ def shape_terms(
     prior: NDArray[np.uint8],
     body: BodyFrame,
     config: SegmentationConfig,
+    trust: float = 1.0,
 ) -> ShapeTerms:
     """
     Return the terms of a warped template.
@@ -54,8 +55,9 @@ def shape_terms(
 
     :param prior: (h, w) uint8, the template in the window, 255 inside.
     :param body: the body in the window's pixels.
+    :param trust: share (0..1) of the weight of the unary term.
     """
-    if config.prior == 'none' or not (prior > 127).any():
+    if config.prior == 'none' or not trust or not (prior > 127).any():
         return ShapeTerms(None, None)
     distance = signed_distance(prior > 127)
     psi, logit = np.empty_like(distance), np.empty_like(distance)
@@ -68,7 +70,7 @@ def shape_terms(
         np.float32(config.template_slope * height),
         np.float32(config.template_depth * height),
         np.float32(config.template_margin * height),
-        np.float32(config.template_weight),
+        np.float32(trust * config.template_weight),
         psi,
         logit,
     )

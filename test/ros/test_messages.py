@@ -37,7 +37,7 @@ def header(stamp_ns: int = 1) -> Header:
 
 def match(body: BodyFrame | None, phase: float = 0.25, azimuth: float = 1.0) -> MatchResult:
     prior = np.zeros((2, 2), np.uint8)
-    return MatchResult(1, 3, body, None, 0, 0, phase, 0.9, azimuth, 0.5, 0.5, prior)
+    return MatchResult(1, 3, body, None, 0, 0, phase, 0.9, azimuth, 0.5, 0.25, prior)
 
 
 @given(st.integers(1, 2**31 * 10**9 - 1))
@@ -108,15 +108,30 @@ def test_regions_need_a_size() -> None:
 def test_the_gait_returns(phase, azimuth) -> None:
     sent = gait_message(match(BodyFrame(1, 2, 3), phase, azimuth), header())
     found = read_gait(sent)
-    assert found == (pytest.approx(phase), pytest.approx(0.9), pytest.approx(azimuth))
+    assert found == (pytest.approx(phase), pytest.approx(0.9), pytest.approx(azimuth), 0.5)
+    assert list(sent.effort) == [0.25, 0.5]
 
 
 def test_nobody_has_no_gait() -> None:
     sent = gait_message(match(None), header())
     assert list(sent.name) == []
-    assert read_gait(sent) == (0.0, 0.0, 0.0)
+    assert read_gait(sent) == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_a_gait_without_its_joints_is_refused() -> None:
     with pytest.raises(InputError, match='gait_phase and view_azimuth'):
         read_gait(JointState(name=['knee'], position=[1.0]))
+
+
+def test_a_gait_that_does_not_say_how_similar_the_template_is_is_believed() -> None:
+    sent = gait_message(match(BodyFrame(1, 2, 3)), header())
+    sent.effort = []
+    assert read_gait(sent).similarity == 1.0
+
+
+@pytest.mark.parametrize('field', ['position', 'velocity', 'effort'])
+def test_a_gait_of_numbers_that_are_none_is_refused(field: str) -> None:
+    sent = gait_message(match(BodyFrame(1, 2, 3)), header())
+    setattr(sent, field, [float('nan')] * 2)
+    with pytest.raises(InputError, match='finite'):
+        read_gait(sent)

@@ -192,6 +192,23 @@ def test_thin_parts_are_spared_once_the_shape_is_known() -> None:
     assert found == [False] * 5 + [True] * 3
 
 
+@pytest.mark.parametrize(
+    ('similarity', 'elsewhere', 'trusted'), [(0.8, 5, True), (0.45, 5, False), (0.45, 80, True)]
+)
+def test_a_prior_has_no_say_if_only_the_mask_explains_the_likelihood(
+    similarity: float, elsewhere: int, trusted: bool
+) -> None:
+    # Beside the person is something vague, which the template has.
+    beside = np.roll(person(), 20, 1)
+    likelihood = np.where(person() > 0, 250, np.where(beside > 0, 110, elsewhere)).astype(np.uint8)
+    image = np.full((*SHAPE, 3), 77, np.uint8)
+    segmenter = Segmenter(SegmentationConfig(use_alignment=False))
+    for stamp in range(1, 40):
+        walk = match(beside, stamp, similarity=similarity)
+        mask = segmenter.update(image, likelihood, walk).mask
+    assert bool(mask[80, 88]) == trusted
+
+
 def test_nothing_that_is_taken_is_in_the_mask() -> None:
     # From within a working pixel on, most of which is not taken.
     taken = np.zeros((3 * SHAPE[0], 3 * SHAPE[1]), np.uint8)

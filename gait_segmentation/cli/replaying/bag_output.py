@@ -106,7 +106,7 @@ class Messages:
             list(joints.names),
             np.array(joints.positions, np.float64),
             np.array(joints.velocities, np.float64),
-            np.array([], np.float64),
+            np.array(joints.efforts, np.float64),
         )
         return bytes(self.store.serialize_cdr(message, _GAIT))
 
