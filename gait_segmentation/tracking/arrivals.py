@@ -57,7 +57,7 @@ class Arrivals:
         from gait_segmentation.starting import WalkerFinder
 
         self._config = config
-        wanted = config.auto_init != 'off'
+        wanted = config.auto_init != 'none'
         self._finder = WalkerFinder(self._bank, config, self._people) if wanted else None
 
     @property

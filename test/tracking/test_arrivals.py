@@ -135,7 +135,7 @@ def test_nobody_is_looked_for_once_boxes_are_given_until_a_reset(finder: Finder)
 
 
 def test_the_search_can_be_switched_off_and_on() -> None:
-    told = Told(1, 'off')
+    told = Told(1, 'none')
     assert not told.tracker._arrivals.wanted
     told.tracker.starting = StartingConfig(auto_init='motion')
     assert told.tracker._arrivals.wanted

@@ -90,7 +90,7 @@ class WalkerFinder:
         """
         check_image(image)
         check_stamp(stamp_ns)
-        if self.config.auto_init == 'off':
+        if self.config.auto_init == 'none':
             return []
         size = (image.shape[0], image.shape[1])
         pause = (stamp_ns - self._stamp_ns) / 1e9
