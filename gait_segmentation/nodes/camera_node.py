@@ -57,6 +57,7 @@ class CameraNode(GaitNode):
         super().__init__(name, **options)
         self._tracks: tuple[TrackResult, ...] = ()
         self._superseded = 0
+        self._camera_topic = 'image'
 
     def take_from(self, *, initialize: Callable[[Box], None]) -> None:
         """
@@ -106,7 +107,8 @@ class CameraNode(GaitNode):
             'dropped requests': str(0 if self._worker is None else self.intake.dropped),
             'dropped detections': str(self._superseded),
         }
-        return {'people': str(tracked), **found, **dropped}
+        camera = self.resolve_topic_name(self._camera_topic)
+        return {'camera': camera, 'people': str(tracked), **found, **dropped}
 
     def _image(self, message: CameraMessage) -> None:
         stamp_ns = stamp_of(message.header)

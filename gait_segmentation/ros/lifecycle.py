@@ -148,13 +148,13 @@ class GaitNode(LifecycleNode):
         return made.topic
 
     def accept(self, stamp_ns: int) -> bool:
-        """Return whether a frame is to be taken in; a zero stamp is refused with a warning."""
+        """Return whether a frame is to be taken in; without a stamp it is refused."""
         if stamp_ns <= 0:
             self._silence.broken()
             self.warnings.warn(
-                'zero stamp',
-                'an image with stamp zero is ignored: stamps tell frames apart, so the camera '
-                'driver must set header.stamp',
+                'no stamp',
+                f'a message with the stamp {stamp_ns / 1e9:.9g} s is ignored: stamps tell frames '
+                'apart and must be above zero, so the camera driver must set header.stamp',
             )
             return False
         return self.enabled
