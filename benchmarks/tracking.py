@@ -177,7 +177,7 @@ def cost(config: PipelineConfig, seed: int) -> list[Numbers]:
     runs = {}
     for people in range(1, 6):
         changed = replaced(config, 'people', 'max_people', people)
-        changed = replaced(changed, 'starting', 'auto_init', 'off')
+        changed = replaced(changed, 'starting', 'auto_init', 'none')
         runs[people] = Pipeline(changed, clock=time.process_time)
         for box in frames[0].boxes[:people]:
             if box is not None:
@@ -212,7 +212,7 @@ def speed(config: PipelineConfig, seed: int, threads: int) -> float:
     clip = scene('five', seed)
     frames = [clip.frame(number) for number in clip.numbers]
     changed = replaced(config, 'people', 'max_people', 5)
-    pipeline = Pipeline(replaced(changed, 'starting', 'auto_init', 'off'))
+    pipeline = Pipeline(replaced(changed, 'starting', 'auto_init', 'none'))
     for box in frames[0].boxes:
         if box is not None:
             pipeline.initialize(box)

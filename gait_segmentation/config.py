@@ -20,6 +20,8 @@ from gait_segmentation.errors import ConfigError
 __all__ = ['Parameter', 'StageConfig', 'parameter', 'parameters_of']
 
 _KEY = 'gait_segmentation.parameter'
+_NONE = ('off', 'false')
+"""Other words for ``none``."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,8 @@ class Parameter:
     minimum: float | None
     maximum: float | None
     choices: tuple[str, ...] | None
-    read_only: bool
+    fixed: bool
+    read_only: bool = False
 
     def allowed(self) -> str:
         """Say in words which values are allowed."""
@@ -50,6 +53,21 @@ class Parameter:
             words += f' of at most {self.maximum:g}'
         return words
 
+    def meant(self, value: Any) -> Any:
+        """
+        Return what a value stands for, of the parameter's type where there is no doubt.
+
+        An integer stands for a number, and ``off``, which YAML 1.1 reads as false, for ``none``.
+        """
+        if self.type is float and type(value) is int:
+            try:
+                return float(value)
+            except OverflowError:
+                return math.inf
+        if self.choices and 'none' in self.choices and (value is False or value in _NONE):
+            return 'none'
+        return value
+
     def check(self, value: Any) -> None:
         """
         Refuse a value that is not allowed.
@@ -57,8 +75,7 @@ class Parameter:
         :raises ConfigError: with the parameter's name, the value and what is allowed.
         """
         if self.type is float:
-            right = isinstance(value, int | float) and not isinstance(value, bool)
-            right = right and math.isfinite(value)
+            right = isinstance(value, float) and math.isfinite(value)
         elif self.type is int:
             right = isinstance(value, int) and not isinstance(value, bool)
         else:
@@ -81,6 +98,7 @@ def parameter(
     minimum: float | None = None,
     maximum: float | None = None,
     choices: tuple[str, ...] | None = None,
+    fixed: bool = False,
     read_only: bool = False,
 ) -> Any:
     """
@@ -92,10 +110,12 @@ def parameter(
     :param minimum: smallest value allowed.
     :param maximum: largest value allowed.
     :param choices: the texts allowed.
-    :param read_only: whether it may not change while a node runs.
+    :param fixed: whether it is read when a node is configured, and may change only before.
+    :param read_only: whether it is read when a node starts, and may never change.
     """
+    kind = type(default)
     about = Parameter(
-        '', type(default), default, description, unit, minimum, maximum, choices, read_only
+        '', kind, default, description, unit, minimum, maximum, choices, fixed, read_only
     )
     return dataclasses.field(default=default, metadata={_KEY: about})
 
@@ -114,12 +134,11 @@ class StageConfig:
 
     def __post_init__(self) -> None:
         """
-        Check all fields.
+        Check all fields, and put in what they stand for.
 
         :raises ConfigError: at the first field whose value is not allowed.
         """
         for about in parameters_of(self):
-            value = getattr(self, about.name)
+            value = about.meant(getattr(self, about.name))
             about.check(value)
-            if about.type is float:
-                object.__setattr__(self, about.name, float(value))
+            object.__setattr__(self, about.name, value)

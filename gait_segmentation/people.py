@@ -23,7 +23,7 @@ class PeopleConfig(StageConfig):
         'People tracked at a time (slots person_0, ...); the same for all nodes.',
         minimum=1,
         maximum=MOST_PEOPLE,
-        read_only=True,
+        fixed=True,
     )
     people_threads: int = parameter(
         2,
@@ -31,7 +31,7 @@ class PeopleConfig(StageConfig):
         'do not depend on it.',
         minimum=1,
         maximum=MOST_PEOPLE,
-        read_only=True,
+        fixed=True,
     )
 
 

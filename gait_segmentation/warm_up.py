@@ -89,7 +89,7 @@ def warm_up_tracker(
 
     starting = starting or StartingConfig()
     tracker = PeopleTracker(bank, config, max_people=min(max_people, 2), starting=starting)
-    begin = _FOUND if starting.auto_init == 'off' else 0
+    begin = _FOUND if starting.auto_init == 'none' else 0
     seen = False
     for index in range(begin, _FOUND + _TRACKED):
         scene = _Scene.at(index, _FOUND + _TRACKED - _TURNS)

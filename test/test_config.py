@@ -35,6 +35,24 @@ def test_integers_are_taken_for_floats() -> None:
     assert isinstance(config.share, float)
 
 
+@dataclass(frozen=True)
+class Switched(StageConfig):
+    """An example of a choice that can be none."""
+
+    way: str = parameter('a', 'Which.', choices=('a', 'none'))
+
+
+@pytest.mark.parametrize('given', ['none', 'off', 'false', False])
+def test_off_which_yaml_reads_as_false_is_none(given: object) -> None:
+    assert Switched(way=given).way == 'none'
+
+
+@pytest.mark.parametrize('given', [True, 'on', 0])
+def test_nothing_else_is_none(given: object) -> None:
+    with pytest.raises(ConfigError, match='way must be one of a, none, got'):
+        Switched(way=given)
+
+
 @pytest.mark.parametrize(
     ('values', 'message'),
     [
@@ -45,6 +63,8 @@ def test_integers_are_taken_for_floats() -> None:
         ({'share': -1.0}, 'share must be a number of at least 0, got -1.0'),
         ({'share': float('nan')}, 'share must be a number of at least 0, got nan'),
         ({'share': 'much'}, "share must be a number of at least 0, got 'much'"),
+        ({'share': 10**400}, 'share must be a number of at least 0, got inf'),
+        ({'mode': False}, 'mode must be one of a, b, got False'),
         ({'mode': 'c'}, "mode must be one of a, b, got 'c'"),
         ({'use_it': 1}, 'use_it must be true or false, got 1'),
     ],

@@ -232,7 +232,7 @@ def several(lag: int = 0, slots: int = 3, threads: int = 2, people: int = 2) -> 
         TrackingConfig(start_rounds=3),
         MatchingConfig(lag=lag),
         people=PeopleConfig(max_people=slots, people_threads=threads),
-        starting=StartingConfig(auto_init='off'),
+        starting=StartingConfig(auto_init='none'),
     )
     pipe = Pipeline(config, small_bank())
     results = []

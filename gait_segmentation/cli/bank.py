@@ -48,7 +48,7 @@ tells it.
 Azimuth is the direction of walking: 0 to the right in the image, 90 away from
 the camera, 180 to the left, -90 towards the camera.
 
-examples:
+examples (after colcon build with "ros2 run gait_segmentation" in front):
   gait_bank build bank.npz
   gait_bank build side.npz --azimuths 2 --builds average,coat
   gait_bank build mine.npz --from walk1 walk2 --azimuth 180 0 --mirror

@@ -62,7 +62,7 @@ writes to the output folder
                      stamp to its mask, frames tracked
   logs/NAME.log      what the processes logged
 
-examples
+examples (after colcon build with "ros2 run gait_segmentation" in front)
   gait_demo
   gait_demo --clip walk.mp4 --out out/walk
   gait_demo --clip walk.mp4 --box 400 120 80 260 --start 15 --out out/walk

@@ -90,7 +90,7 @@ scenes (--synthetic)
 {scenes}
   all                 all of these
 
-examples
+examples (after colcon build with "ros2 run gait_segmentation" in front)
   gait_evaluate data/hall data/lucia --json scores.json
   gait_evaluate data/hall --json - | jq .mean.J
   gait_evaluate data/* --out out/eval --restarts

@@ -51,7 +51,7 @@ the film says otherwise.
 exit code: 0, 1 if an input was damaged (all frames before the damage came
 out), 2 if an input could not be replayed, 130 if interrupted
 
-examples
+examples (after colcon build with "ros2 run gait_segmentation" in front)
   gait_replay walk.mp4 --box 400 120 80 260 --overlay walk-overlay.mp4
   gait_replay bags/* --out out/replay --opengait silhouettes --jobs 2
   gait_replay robot.bag --topic /camera/image_raw --set people.max_people=3

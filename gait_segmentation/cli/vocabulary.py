@@ -39,7 +39,7 @@ grey value 128 or more is the person, of any size and in any order; images
 without anybody are left out.  A few hundred of varied people, views and phases
 are needed for words that fit everybody.
 
-examples:
+examples (after colcon build with "ros2 run gait_segmentation" in front):
   gait_bank vocabulary words.json --picture words.png
   gait_bank vocabulary mine.json --from walk1 walk2 --words 12
 """

@@ -27,7 +27,7 @@ class MatchingConfig(StageConfig):
         unit='frames',
         minimum=0,
         maximum=300,
-        read_only=True,
+        fixed=True,
     )
     window: float = parameter(
         1.2,
@@ -48,21 +48,21 @@ class MatchingConfig(StageConfig):
         'Horizontal shifts searched to either side of the box.',
         minimum=0,
         maximum=16,
-        read_only=True,
+        fixed=True,
     )
     shifts_y: int = parameter(
         5,
         'Vertical shifts searched to either side of the box.',
         minimum=0,
         maximum=16,
-        read_only=True,
+        fixed=True,
     )
     scales: int = parameter(
         2,
         'Body heights searched above and below the height of the box.',
         minimum=0,
         maximum=5,
-        read_only=True,
+        fixed=True,
     )
     scale_reach: int = parameter(
         1,
@@ -70,14 +70,14 @@ class MatchingConfig(StageConfig):
         'all are.',
         minimum=1,
         maximum=5,
-        read_only=True,
+        fixed=True,
     )
     shift_reach: int = parameter(
         3,
         'Shifts searched to each side of where the path leads; in its first half second all are.',
         minimum=1,
         maximum=16,
-        read_only=True,
+        fixed=True,
     )
     shift_step: float = parameter(
         0.02,
@@ -85,14 +85,14 @@ class MatchingConfig(StageConfig):
         unit='body height',
         minimum=0.005,
         maximum=0.1,
-        read_only=True,
+        fixed=True,
     )
     scale_step: float = parameter(
         0.08,
         'Relative difference of neighbouring body heights.',
         minimum=0.01,
         maximum=0.3,
-        read_only=True,
+        fixed=True,
     )
     blur: int = parameter(
         3,
@@ -106,7 +106,7 @@ class MatchingConfig(StageConfig):
         'Grey levels templates are rounded to for matching; fewer are faster.',
         minimum=2,
         maximum=256,
-        read_only=True,
+        fixed=True,
     )
     minimum_cadence: float = parameter(
         60.0, 'Slowest walk expected.', unit='steps/min', minimum=0.0, maximum=300.0

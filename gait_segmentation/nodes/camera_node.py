@@ -56,6 +56,8 @@ class CameraNode(GaitNode):
         """Make the node, unconfigured."""
         super().__init__(name, **options)
         self._tracks: tuple[TrackResult, ...] = ()
+        self._superseded = 0
+        self._camera_topic = 'image'
 
     def take_from(self, *, initialize: Callable[[Box], None]) -> None:
         """
@@ -67,6 +69,7 @@ class CameraNode(GaitNode):
             reset=self.start_over,
             initialize=initialize,
             warn=self.warnings.warn,
+            slots=self.parameters.get(PeopleConfig).max_people,
             initial_box=self.parameters.initial_box,
             initial_stamp_ns=self.parameters.get(StartConfig).initial_box_stamp,
         )
@@ -92,7 +95,7 @@ class CameraNode(GaitNode):
         self._tracks = tuple(tracks)
 
     def status(self) -> dict[str, str]:
-        """Report the track of each slot."""
+        """Report the track of each slot, and what was asked for in vain."""
         found = {
             f'track of {slot_name(slot)}': track.state
             if track.state == EMPTY
@@ -100,7 +103,12 @@ class CameraNode(GaitNode):
             for slot, track in enumerate(self._tracks)
         }
         tracked = sum(track.track_id != 0 for track in self._tracks)
-        return {'people': str(tracked), **found}
+        dropped = {
+            'dropped requests': str(0 if self._worker is None else self.intake.dropped),
+            'dropped detections': str(self._superseded),
+        }
+        camera = self.resolve_topic_name(self._camera_topic)
+        return {'camera': camera, 'people': str(tracked), **found, **dropped}
 
     def _image(self, message: CameraMessage) -> None:
         stamp_ns = stamp_of(message.header)
@@ -113,13 +121,15 @@ class CameraNode(GaitNode):
         except GaitSegmentationError as error:
             self.warnings.warn('roi', f'init_roi is ignored: {error}')
             return
-        self.later(lambda: self.intake.request(box))
+        slots = self.parameters.get(PeopleConfig).max_people
+        self.intake.drop(self.later(lambda: self.intake.request(box), 'init_roi', slots))
 
     def _detected(self, message: Any) -> None:
-        boxes = read_detections(message, self.parameters.get(DetectionConfig))
-        self.later(lambda: self._start_new(boxes))
+        # The next message says the same anew, so that only the newest one counts.
+        self._superseded += self.later(lambda: self._start_new(message), 'detections')
 
-    def _start_new(self, boxes: Sequence[Box]) -> None:
+    def _start_new(self, message: Any) -> None:
+        boxes = read_detections(message, self.parameters.get(DetectionConfig))
         slots = self.parameters.get(PeopleConfig).max_people
-        for box in new_people(boxes, self._tracks, slots):
+        for box in new_people(boxes, self._tracks, slots, self.intake.requested):
             self.intake.request(box)

@@ -62,6 +62,7 @@ class SegmenterNode(GaitNode):
         """Make the node, unconfigured."""
         super().__init__('gait_segmenter', **options)
         self._segmenter: PeopleSegmenter | None = None
+        self._camera_topic = 'image'
 
     def build(self) -> None:
         """Make the stage, compile it and make the publishers."""
@@ -95,6 +96,10 @@ class SegmenterNode(GaitNode):
             return no_images(self, self._camera_topic)
         silent = (unpublished(self, topics, node) for node, topics in self._topics.items())
         return next(filter(None, silent), '')
+
+    def status(self) -> dict[str, str]:
+        """Report the topic of the camera."""
+        return {'camera': self.resolve_topic_name(self._camera_topic)}
 
     def release(self) -> None:
         """Let go of the stage."""

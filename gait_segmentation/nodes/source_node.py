@@ -49,7 +49,7 @@ _EPILOG = """\
 exit code: 0, also after Ctrl-C; 1 if the input breaks off where it is damaged;
 2 if it cannot be used, or not enough subscribers came in time
 
-examples
+examples (after colcon build with "ros2 run gait_segmentation" in front)
   gait_source walk.mp4 --width 960 --wait-for 2
   gait_source frames/ --rate 15 --start 40 --count 100 --loop
   gait_source walk_bag --topic /camera/image_raw --keep-stamps --clock

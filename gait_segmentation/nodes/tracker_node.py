@@ -32,7 +32,7 @@ from gait_segmentation.warm_up import open_bank, warm_up_tracker
 __all__ = ['TrackerNode', 'main']
 
 _FEEDBACK_KEPT = 30
-"""Incomplete feedback kept; the tracker itself keeps fewer frames to learn from."""
+"""Feedback that may be incomplete or wait; the tracker itself keeps fewer frames to learn from."""
 
 _FEEDBACK = {'mask': Image, 'shape_prior': Image, 'matched_box': PolygonInstanceStamped}
 
@@ -117,7 +117,13 @@ class TrackerNode(CameraNode):
     def _feedback(self, part: str, message: Any) -> None:
         parts = self._join.add(part, stamp_of(message.header), message)
         if parts is not None and self.enabled:
-            self.later(lambda: self._learn(parts))
+            dropped = self.later(lambda: self._learn(parts), 'feedback', _FEEDBACK_KEPT)
+            if dropped:
+                self.warnings.warn_of(
+                    dropped,
+                    'the feedback of {} was dropped: there was no time to learn from it before '
+                    'more came',
+                )
 
     def _learn(self, parts: dict[str, Any]) -> None:
         assert self._tracker is not None

@@ -33,7 +33,7 @@ class Backlog:
         self._behind = False
         self._in_time = 0
         self._frames: deque[Any] = deque()
-        self._calls: deque[Callable[[], None]] = deque()
+        self._calls: deque[tuple[str, Callable[[], None]]] = deque()
         self._changed = threading.Condition()
         self._busy = self._on_frame = False
         self._closed = False
@@ -52,11 +52,22 @@ class Backlog:
             self._changed.notify_all()
             return dropped
 
-    def call(self, function: Callable[[], None]) -> None:
-        """Have a function called before the next frame; calls are never dropped."""
+    def call(self, function: Callable[[], None], kind: str = '', most: int = 1) -> int:
+        """
+        Have a function called before the next frame.
+
+        :param kind: of which only the newest calls wait; those without a kind all do.
+        :param most: how many of the kind may wait.
+        :returns: how many that waited were dropped for it.
+        """
         with self._changed:
-            self._calls.append(function)
+            alike = [each for each in self._calls if kind and each[0] == kind]
+            dropped = alike[: len(alike) + 1 - most]
+            for each in dropped:
+                self._calls.remove(each)
+            self._calls.append((kind, function))
             self._changed.notify_all()
+            return len(dropped)
 
     def take(self) -> Callable[[], None] | tuple[Any] | None:
         """
@@ -74,7 +85,7 @@ class Backlog:
                 return None
             self._busy = True
             self._on_frame = not self._calls
-            return self._calls.popleft() if self._calls else (self._frames.popleft(),)
+            return self._calls.popleft()[1] if self._calls else (self._frames.popleft(),)
 
     def _note_pace(self) -> None:
         """Count frames after which nothing waited: so many in a row, and all may wait again."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.qos import QoSPolicyKind, ReliabilityPolicy
+from rclpy.qos import QoSPolicyKind, ReliabilityPolicy, qos_policy_name_from_kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import CompressedImage, Image
 
@@ -113,10 +113,16 @@ class CameraSubscription:
 
     def _lost(self, event: QoSMessageLostInfo) -> None:
         self._node.statistics.lost += event.total_count_change
+        remedies = [
+            "start the camera's process with FASTRTPS_DEFAULT_PROFILES_FILE set to "
+            'config/fastdds_shm.xml of this package (here it does not help)'
+        ]
+        if self._type is Image:
+            remedies.append('or use image_transport compressed')
+        if self.best_effort:
+            remedies.append('or let the camera publish reliably')
         self._node.warnings.warn_of(
-            event.total_count_change,
-            '{} lost on the way; for large images use the shared memory profile '
-            'config/fastdds_shm.xml in all processes, the camera too, or a reliable camera',
+            event.total_count_change, '{} lost on the way: ' + ', '.join(remedies)
         )
 
     def _incompatible(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
@@ -126,8 +132,8 @@ class CameraSubscription:
             return
         self._node.get_logger().warning(
             f'a publisher on {self._subscription.topic_name} offers an incompatible QoS '
-            f'({event.last_policy_kind}); no messages come from it. Set the parameter '
-            'reliability to auto or best_effort'
+            f'({qos_policy_name_from_kind(event.last_policy_kind)}); no messages come from it. '
+            'Set the parameter reliability to auto or best_effort'
         )
 
     def _renew(self) -> None:

@@ -44,7 +44,7 @@ class NodeConfig(StageConfig):
         'Threads that OpenCV may use besides the ones of the node. 0 = as many as cores.',
         minimum=0,
         maximum=64,
-        read_only=True,
+        fixed=True,
     )
 
 
@@ -57,14 +57,14 @@ class CameraConfig(StageConfig):
         'Reliability of the image subscription. auto = reliable, or best effort as soon as the '
         'camera offers nothing better.',
         choices=('auto', 'best_effort', 'reliable'),
-        read_only=True,
+        fixed=True,
     )
     image_transport: str = parameter(
         'raw',
         'raw = sensor_msgs/Image on image, compressed = sensor_msgs/CompressedImage (JPEG or '
         'PNG) on image/compressed.',
         choices=('raw', 'compressed'),
-        read_only=True,
+        fixed=True,
     )
 
 
@@ -78,7 +78,7 @@ class StartConfig(StageConfig):
         'is not earlier. 0 = the first frame.',
         unit='ns',
         minimum=0,
-        read_only=True,
+        fixed=True,
     )
 
 
@@ -105,7 +105,7 @@ class SizeConfig(StageConfig):
         unit='px',
         minimum=0,
         maximum=65535,
-        read_only=True,
+        fixed=True,
     )
     source_height: int = parameter(
         0,
@@ -113,7 +113,7 @@ class SizeConfig(StageConfig):
         unit='px',
         minimum=0,
         maximum=65535,
-        read_only=True,
+        fixed=True,
     )
 
 
@@ -128,7 +128,7 @@ class SegmenterNodeConfig(StageConfig):
         unit='frames',
         minimum=2,
         maximum=1000,
-        read_only=True,
+        fixed=True,
     )
 
 
@@ -139,7 +139,7 @@ class BankConfig(StageConfig):
     bank: str = parameter(
         '',
         'File of the template bank, as gait_bank writes it. Empty = the standard gait model.',
-        read_only=True,
+        fixed=True,
     )
 
 

@@ -36,7 +36,7 @@ def diagnostic_message(
     :param state: of its life cycle.
     :param now_s: steady time in seconds.
     :param now: the node's clock.
-    :param details: further keys and values.
+    :param details: further keys and values; ``camera``, or else the node, is the hardware.
     """
     median, high = statistics.latency_ms()
     age = math.nan
@@ -62,7 +62,7 @@ def diagnostic_message(
         level=level,
         name=name.strip('/'),
         message=text,
-        hardware_id='',
+        hardware_id=details.get('camera', name.strip('/')),
         values=[KeyValue(key=key, value=value) for key, value in values.items()],
     )
     message = DiagnosticArray(status=[status])

@@ -11,7 +11,7 @@ from typing import Any
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_policy_name_from_kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.subscription import Subscription
 
@@ -45,11 +45,15 @@ def subscription(
     :param received: called with every message.
     :param warn: called with a key and a text if a publisher offers less than is asked for.
     """
+    # All that the subscriptions of this package ask for.
+    latched = profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+    wanted = 'reliable and transient local' if latched else 'reliable'
     events = SubscriptionEventCallbacks(
         incompatible_qos=lambda event: warn(
             topic,
-            f'a publisher on {topic} offers an incompatible QoS ({event.last_policy_kind}); '
-            'no messages come from it: it must be reliable',
+            f'a publisher on {topic} offers an incompatible QoS '
+            f'({qos_policy_name_from_kind(event.last_policy_kind)}); no messages come from it: it '
+            f'must be {wanted}',
         ),
         use_default_callbacks=False,
     )

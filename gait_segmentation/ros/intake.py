@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import threading
+from collections import deque
 from collections.abc import Callable
 
 import numpy as np
@@ -19,9 +21,10 @@ class Intake:
     """
     Watches stamps and sizes, and starts tracks.
 
-    Boxes asked for by :meth:`request` start tracks at the next frame.  The initial box does so
-    at the first frame that is not earlier than its stamp, and again after time jumped back,
-    since a bag that loops begins anew.
+    Boxes asked for by :meth:`request` start tracks at the next frame: the newest, as many as there
+    are slots, since each costs time and more could not be kept.  The initial box does so at the
+    first frame that is not earlier than its stamp, and again after time jumped back, since a bag
+    that loops begins anew.
     """
 
     def __init__(
@@ -30,6 +33,7 @@ class Intake:
         reset: Callable[[], None],
         initialize: Callable[[Box], None],
         warn: Callable[[str, str], object],
+        slots: int = 1,
         initial_box: Box | None = None,
         initial_stamp_ns: int = 0,
     ) -> None:
@@ -39,6 +43,7 @@ class Intake:
         :param reset: makes the stages forget everything.
         :param initialize: starts a track at the frame taken in.
         :param warn: logs a warning, given a key and a text.
+        :param slots: boxes that can be asked for at a time.
         """
         self._reset = reset
         self._initialize = initialize
@@ -46,13 +51,40 @@ class Intake:
         self._initial_box = initial_box
         self._initial_stamp_ns = initial_stamp_ns
         self._armed = initial_box is not None
-        self._requested: list[Box] = []
+        self._requested: deque[Box] = deque(maxlen=slots)
+        self.dropped = 0
+        """Boxes asked for that newer ones have taken the place of."""
+
+        self._counting = threading.Lock()
         self._stamp_ns = 0
         self.shape: tuple[int, int] | None = None
 
+    @property
+    def requested(self) -> tuple[Box, ...]:
+        """Return the boxes that tracks are to start from at the next frame."""
+        return tuple(self._requested)
+
     def request(self, box: Box) -> None:
         """Start a track at the next frame."""
+        if len(self._requested) == self._requested.maxlen:
+            self.drop(1)
         self._requested.append(box)
+
+    def drop(self, boxes: int) -> None:
+        """
+        Count boxes asked for that newer ones have taken the place of, and warn of them.
+
+        May be called by any thread.
+        """
+        if not boxes:
+            return
+        with self._counting:
+            self.dropped += boxes
+        self._warn(
+            'requests',
+            'more boxes to start from came between two images than there are slots: only the '
+            f'newest {self._requested.maxlen} of max_people count; {self.dropped} dropped so far',
+        )
 
     def forget(self) -> None:
         """Drop boxes that were asked for and have not been used."""
@@ -83,7 +115,8 @@ class Intake:
             self._reset()
         self._stamp_ns = stamp_ns
         self.shape = shape
-        boxes, self._requested = self._requested, []
+        boxes = list(self._requested)
+        self._requested.clear()
         if self._armed and stamp_ns >= self._initial_stamp_ns:
             self._armed = False
             if self._initial_box is not None and not boxes:

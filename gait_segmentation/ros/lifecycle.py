@@ -148,13 +148,13 @@ class GaitNode(LifecycleNode):
         return made.topic
 
     def accept(self, stamp_ns: int) -> bool:
-        """Return whether a frame is to be taken in; a zero stamp is refused with a warning."""
+        """Return whether a frame is to be taken in; without a stamp it is refused."""
         if stamp_ns <= 0:
             self._silence.broken()
             self.warnings.warn(
-                'zero stamp',
-                'an image with stamp zero is ignored: stamps tell frames apart, so the camera '
-                'driver must set header.stamp',
+                'no stamp',
+                f'a message with the stamp {stamp_ns / 1e9:.9g} s is ignored: stamps tell frames '
+                'apart and must be above zero, so the camera driver must set header.stamp',
             )
             return False
         return self.enabled
@@ -183,10 +183,9 @@ class GaitNode(LifecycleNode):
         for counter in (join.skipped, join.missed, join.late):
             counter.clear()
 
-    def later(self, call: Callable[[], None]) -> None:
-        """Have something done by the worker before the next frame."""
-        if self._worker is not None:
-            self._worker.backlog.call(call)
+    def later(self, call: Callable[[], None], kind: str = '', most: int = 1) -> int:
+        """Have something done by the worker before the next frame; see :meth:`Backlog.call`."""
+        return self._worker.backlog.call(call, kind, most) if self._worker is not None else 0
 
     @property
     def state(self) -> str:
@@ -308,13 +307,13 @@ class GaitNode(LifecycleNode):
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         self.enabled = bool(request.data)
         if not self.enabled:
-            self.later(self.forget)
+            self.later(self.forget, 'forget')
         response.success = True
         response.message = 'enabled' if self.enabled else 'disabled: frames are ignored'
         return response
 
     def _reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self.later(self.forget)
+        self.later(self.forget, 'forget')
         response.success = self._worker is not None
         response.message = 'reset' if response.success else f'the node is {self.state}'
         return response
@@ -322,7 +321,7 @@ class GaitNode(LifecycleNode):
     def _parameters_changed(self, group: str, config: StageConfig) -> None:
         if isinstance(config, NodeConfig) and self._worker is not None:
             self._worker.backlog.limit = config.backlog
-        self.later(lambda: self.apply(group, config))
+        self.later(lambda: self.apply(group, config), type(config).__name__)
 
     def _report(self) -> None:
         if self.state == 'active' and self.enabled:

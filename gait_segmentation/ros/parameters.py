@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from array import array
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -22,8 +23,10 @@ from gait_segmentation.config import Parameter, StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.geometry import Box
 from gait_segmentation.ros.names import misnamed, qualified
+from gait_segmentation.ros.transitions import state_of
 
 if TYPE_CHECKING:
+    from rclpy.lifecycle import LifecycleNode
     from rclpy.node import Node
 
 __all__ = [
@@ -44,11 +47,13 @@ INITIAL_BOX = Parameter(
     None,
     None,
     None,
-    True,
+    fixed=True,
 )
 """The one parameter that is a list; it stands beside :class:`StartConfig`."""
 
 Config = TypeVar('Config', bound=StageConfig)
+
+_FIXED = 'Can be changed only while the node is unconfigured.'
 
 _TYPES = {
     bool: ParameterType.PARAMETER_BOOL,
@@ -60,7 +65,7 @@ _TYPES = {
 
 
 def descriptor(about: Parameter) -> ParameterDescriptor:
-    """Describe a parameter to ROS: type, text with unit and choices, range, read-only."""
+    """Describe a parameter to ROS: type, text with unit and choices, range, when it may change."""
     text = about.description + (f' Unit: {about.unit}.' if about.unit else '')
     made = ParameterDescriptor(
         name=about.name,
@@ -68,8 +73,6 @@ def descriptor(about: Parameter) -> ParameterDescriptor:
         description=text,
         additional_constraints=_constraints(about),
         read_only=about.read_only,
-        # 1 instead of 1.0 in a YAML file is a number as well.
-        dynamic_typing=about.type in (float, list),
     )
     if about.minimum is not None and about.maximum is not None:
         if about.type is int:
@@ -86,9 +89,15 @@ def descriptor(about: Parameter) -> ParameterDescriptor:
 
 
 def _constraints(about: Parameter) -> str:
-    if about.type is list:
-        return 'Must be 4 finite numbers.'
-    return f'Must be {about.allowed()}.'
+    allowed = '4 finite numbers' if about.type is list else about.allowed()
+    return f'Must be {allowed}.' + (f' {_FIXED}' if about.fixed else '')
+
+
+def _meant(about: Parameter, value: Any) -> Any:
+    """Return what a value stands for; see :meth:`Parameter.meant`."""
+    if about.type is list and isinstance(value, list | array):
+        return [float(each) if type(each) is int else each for each in value]
+    return about.meant(value)
 
 
 def given_parameters(node: Node) -> list[str]:
@@ -97,19 +106,20 @@ def given_parameters(node: Node) -> list[str]:
         return list(node.handle.get_parameters(RclpyParameter))
 
 
-def read_initial_box(values: Sequence[float]) -> Box | None:
+def read_initial_box(value: Any) -> Box | None:
     """
     Return the box that the parameter ``initial_box`` holds, None if it is all zero.
 
     :raises ConfigError: if it does not hold four numbers that make a box.
     """
-    numbers = [value for value in values if isinstance(value, int | float)]
-    if len(values) != 4 or len(numbers) != 4 or not all(math.isfinite(n) for n in numbers):
-        raise ConfigError(f'initial_box must be 4 finite numbers, got {list(values)}')
+    given = list(value) if isinstance(value, list | array) else value
+    numbers = [each for each in given if isinstance(each, float)] if given is not value else []
+    if len(numbers) != 4 or numbers != given or not all(math.isfinite(n) for n in numbers):
+        raise ConfigError(f'initial_box must be 4 finite numbers, got {given!r}')
     if not any(numbers):
         return None
     try:
-        return Box(*(float(number) for number in numbers))
+        return Box(*numbers)
     except GaitSegmentationError as error:
         raise ConfigError(f'initial_box: {error}') from error
 
@@ -124,7 +134,7 @@ class NodeParameters:
 
     def __init__(
         self,
-        node: Node,
+        node: LifecycleNode,
         groups: Sequence[tuple[str, type[StageConfig]]],
         *,
         with_initial_box: bool = False,
@@ -138,27 +148,40 @@ class NodeParameters:
         :param changed: called with prefix and new configuration after a change.
         :raises ConfigError: if a value is not allowed.
         """
+        self._node = node
         self._groups = tuple(groups)
         self._changed = changed
-        values: dict[str, Any] = {}
-        for group, kind in self._groups:
-            for about in parameters_of(kind):
-                name = qualified(group, about.name)
-                values[name] = node.declare_parameter(name, about.default, descriptor(about)).value
-        self._configs = self._made(values)
-        self.initial_box: Box | None = None
+        self._abouts = {
+            qualified(group, about.name): about
+            for group, kind in self._groups
+            for about in parameters_of(kind)
+        }
         if with_initial_box:
-            box = INITIAL_BOX
-            self.initial_box = read_initial_box(
-                node.declare_parameter(box.name, box.default, descriptor(box)).value
-            )
-            values[box.name] = box.default
+            self._abouts[INITIAL_BOX.name] = INITIAL_BOX
+        values = {name: self._declared(name, about) for name, about in self._abouts.items()}
+        self._configs = self._made(values)
+        self.initial_box = read_initial_box(values.get(INITIAL_BOX.name, INITIAL_BOX.default))
+        node.set_parameters_atomically(
+            [RclpyParameter(name, value=value) for name, value in values.items()]
+        )
+        for name, about in self._abouts.items():
+            node.set_descriptor(name, descriptor(about))
         # rclpy leaves out without a word what is not declared.
         for name, meant in misnamed(given_parameters(node), values).items():
             hint = f': did you mean {meant}?' if meant else ''
             node.get_logger().warning(f'there is no parameter {name}{hint}')
+        node.add_pre_set_parameters_callback(self._read)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._swap)
+
+    def _declared(self, name: str, about: Parameter) -> Any:
+        """
+        Declare a parameter, for now of any type, and return what its value stands for.
+
+        With its own type, rclpy would refuse 1 for 1.0.
+        """
+        free = ParameterDescriptor(dynamic_typing=True)
+        return _meant(about, self._node.declare_parameter(name, about.default, free).value)
 
     def get(self, kind: type[Config]) -> Config:
         """Return the configuration of a class that is in force."""
@@ -179,16 +202,49 @@ class NodeParameters:
                 raise ConfigError(f'{group}: {error}' if group else str(error)) from error
         return made
 
+    def _read(self, parameters: list[RclpyParameter]) -> list[RclpyParameter]:
+        """Put in what the values stand for."""
+        read = []
+        for each in parameters:
+            about = self._abouts.get(each.name)
+            meant = each.value if about is None else _meant(about, each.value)
+            read.append(each if meant is each.value else RclpyParameter(each.name, value=meant))
+        return read
+
     def _check(self, parameters: list[RclpyParameter]) -> SetParametersResult:
         try:
-            self._made({each.name: each.value for each in parameters})
+            self._refuse_fixed(parameters)
+            values = {each.name: each.value for each in parameters}
+            self._made(values)
+            read_initial_box(values.get(INITIAL_BOX.name, INITIAL_BOX.default))
         except ConfigError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
+    def _refuse_fixed(self, parameters: list[RclpyParameter]) -> None:
+        """
+        Refuse to change what the node has been configured with.
+
+        :raises ConfigError: if something else than it has is given, and it is not unconfigured.
+        """
+        state = state_of(self._node)
+        for each in parameters:
+            about = self._abouts.get(each.name)
+            if about is None or not about.fixed or state == 'unconfigured':
+                continue
+            now = self._node.get_parameter(each.name).get_parameter_value()
+            if each.get_parameter_value() != now:
+                raise ConfigError(
+                    f'{each.name} is read when the node is configured, and it is {state}: '
+                    'deactivate it and clean it up first'
+                )
+
     def _swap(self, parameters: list[RclpyParameter]) -> None:
         before = self._configs
-        self._configs = self._made({each.name: each.value for each in parameters})
+        values = {each.name: each.value for each in parameters}
+        self._configs = self._made(values)
+        if INITIAL_BOX.name in values:
+            self.initial_box = read_initial_box(values[INITIAL_BOX.name])
         for group, kind in self._groups:
             if self._configs[kind] != before[kind]:
                 self._changed(group, self._configs[kind])

@@ -33,7 +33,7 @@ _EPILOG = """\
 exit code: 0, also after Ctrl-C; 1 if the node cannot be started; 2 if the
 command line is wrong
 
-examples
+examples (after colcon build with "ros2 run gait_segmentation" in front)
   %(prog)s --ros-args -r {remap}
   %(prog)s --ros-args --params-file gait_segmentation.yaml -p max_people:=4
 

@@ -105,16 +105,25 @@ def read_detections(message: Any, config: DetectionConfig) -> list[Box]:
     return [box for _, box in sorted(found, key=lambda each: -each[0])]
 
 
-def new_people(boxes: Sequence[Box], tracks: Sequence[TrackResult], slots: int) -> list[Box]:
+def new_people(
+    boxes: Sequence[Box],
+    tracks: Sequence[TrackResult],
+    slots: int,
+    requested: Sequence[Box] = (),
+) -> list[Box]:
     """
     Return the boxes to start tracks from: of people who are not tracked, for slots that are free.
 
     A detector sees the tracked people in every frame; they must not be started anew.
+
+    :param requested: boxes that tracks are about to start from.
     """
-    known = [track.box for track in tracks if track.box is not None]
-    free = slots - sum(track.track_id != 0 for track in tracks)
+    known = [*requested, *(track.box for track in tracks if track.box is not None)]
+    free = slots - len(requested) - sum(track.track_id != 0 for track in tracks)
     new: list[Box] = []
     for box in boxes:
-        if len(new) < free and all(box.iou(each) < _SAME_OVERLAP for each in (*known, *new)):
+        if len(new) >= free:
+            break
+        if all(box.iou(each) < _SAME_OVERLAP for each in (*known, *new)):
             new.append(box)
     return new

@@ -121,7 +121,7 @@ class SegmentationConfig(StageConfig):
         '',
         "File of the paper prior's vocabulary, made by gait_bank vocabulary; empty: the shipped "
         'one.',
-        read_only=True,
+        fixed=True,
     )
     paper_weight: float = parameter(
         2.0,

@@ -18,8 +18,8 @@ class StartingConfig(StageConfig):
     auto_init: str = parameter(
         'motion',
         'How people get a slot without a box: motion = moving blobs that the matcher finds to '
-        'walk, off = not at all.',
-        choices=('motion', 'off'),
+        'walk, none (or off) = not at all.',
+        choices=('motion', 'none'),
     )
     search_size: int = parameter(
         256,
@@ -28,7 +28,7 @@ class StartingConfig(StageConfig):
         unit='px',
         minimum=64,
         maximum=480,
-        read_only=True,
+        fixed=True,
     )
     least_height: float = parameter(
         20.0,

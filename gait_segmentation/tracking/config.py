@@ -21,7 +21,7 @@ class TrackingConfig(StageConfig):
         unit='px',
         minimum=0,
         maximum=4096,
-        read_only=True,
+        fixed=True,
     )
     working_height: int = parameter(
         128,
@@ -30,7 +30,7 @@ class TrackingConfig(StageConfig):
         unit='px',
         minimum=40,
         maximum=1000,
-        read_only=True,
+        fixed=True,
     )
     box_margin: float = parameter(
         0.03,
@@ -49,7 +49,7 @@ class TrackingConfig(StageConfig):
         'average,rucksack,dress',
         'Builds of the bank that the first mask is estimated with, separated by commas; all of a '
         'bank that has none of them.',
-        read_only=True,
+        fixed=True,
     )
     start_rounds: int = parameter(
         3, 'Rounds of the estimate of the first mask.', minimum=1, maximum=20

@@ -98,7 +98,7 @@ def test_boxes_are_given_or_not(pipeline, folder, monkeypatch):
     )
     assert main([str(folder)]) == 0
     assert made[-1].box is not None
-    assert made[-1].config.starting.auto_init == 'off'
+    assert made[-1].config.starting.auto_init == 'none'
     assert main([str(folder), '--init', 'auto', '--set', 'people.max_people=3']) == 0
     assert made[-1].box is None
     assert made[-1].config.starting.auto_init == 'motion'

@@ -38,7 +38,7 @@ class FakePeople(StageConfig):
 
 @dataclass(frozen=True)
 class FakeStarting(StageConfig):
-    auto_init: str = parameter('motion', 'How.', choices=('motion', 'off'))
+    auto_init: str = parameter('motion', 'How.', choices=('motion', 'none'))
 
 
 @dataclass(frozen=True)

@@ -103,4 +103,4 @@ def test_restarts_have_one_slot_and_a_box(folders):
     assert made[0].config.starting.auto_init == 'motion'
     assert made[1].box is not None
     assert made[1].config.people.max_people == 1
-    assert made[1].config.starting.auto_init == 'off'
+    assert made[1].config.starting.auto_init == 'none'

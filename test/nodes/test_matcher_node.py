@@ -17,7 +17,7 @@ from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.messages import box_message, read_body
 from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.ros.warnings import Warnings
-from test.nodes.bench import Bench, header
+from test.nodes.bench import DEEP, Bench, header
 
 OUTPUTS = ('person_0/matched_box', 'person_0/shape_prior', 'person_0/gait')
 BOX = Box(80, 40, 60, 160)
@@ -177,3 +177,12 @@ def test_it_is_said_that_there_is_no_tracker(bench: Bench) -> None:
     bench.publisher(PolygonInstanceStamped, 'person_0/box', 1)
     bench.publisher(Image, 'person_0/likelihood', 1)
     assert node.missing() == ''
+
+
+def test_a_size_that_is_not_latched_is_said_to_be_unheard(bench: Bench, capfd) -> None:
+    node = bench.add(MatcherNode)
+    bench.probe.create_publisher(RegionOfInterest, 'image_size', DEEP)
+    bench.until(lambda: 'image_size' in node.warnings.keys, 'the warning')
+    said = capfd.readouterr().err
+    assert 'a publisher on image_size offers an incompatible QoS (DURABILITY)' in said
+    assert 'it must be reliable and transient local' in said

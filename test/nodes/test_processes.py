@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -34,9 +35,10 @@ def start() -> Iterator[Start]:
     """Return what starts a node as a process that does not outlive the test."""
     started: list[subprocess.Popen[str]] = []
 
-    def begin(module: str, *arguments: str) -> subprocess.Popen[str]:
+    def begin(module: str | Path, *arguments: str) -> subprocess.Popen[str]:
+        node = ['-m', f'gait_segmentation.nodes.{module}']
         process = subprocess.Popen(
-            [sys.executable, '-m', f'gait_segmentation.nodes.{module}', *arguments],
+            [sys.executable, *([str(module)] if isinstance(module, Path) else node), *arguments],
             env={**os.environ, 'PYTHONPATH': str(ROOT)},
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
@@ -57,6 +59,22 @@ def test_a_node_ends_cleanly(bench: Bench, start: Start, bank_file: Path, number
     camera = bench.probe.create_publisher(Image, 'image', 10)
     bench.until(lambda: camera.get_subscription_count() == 1, 'the node')
     process.send_signal(number)
+    output, _ = process.communicate(timeout=TIMEOUT_S)
+    assert process.returncode == 0, output
+    assert 'Traceback' not in output
+
+
+def test_the_example_of_two_nodes_in_a_process_runs_and_ends_cleanly(
+    bench: Bench, start: Start, bank_file: Path, tmp_path: Path
+) -> None:
+    (code,) = re.findall(r'```python\n(.*?)```', (ROOT / 'docs/ros.md').read_text(), re.DOTALL)
+    script = tmp_path / 'own.py'
+    script.write_text(code)
+    process = start(script, '--ros-args', '-p', f'bank:={bank_file}')
+    cameras = [bench.probe.create_publisher(Image, f'{n}/image', 10) for n in ('left', 'right')]
+    for camera in cameras:
+        bench.until(lambda c=camera: c.get_subscription_count() == 1, 'a node')
+    process.send_signal(signal.SIGINT)
     output, _ = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 0, output
     assert 'Traceback' not in output

@@ -134,6 +134,24 @@ def test_regions_that_make_no_sense_start_nothing_bad(bench: Bench, values) -> N
     bench.feed(bench.publisher(Image, 'image', 1), [frame(0), frame(1)])
 
 
+def test_of_a_flood_of_boxes_no_more_start_than_there_are_slots(bench: Bench) -> None:
+    node = bench.add(TrackerNode, max_people=2)
+    bench.record_outputs('person_0/box')
+    others = bench.record(PolygonInstanceStamped, 'person_1/box')
+    # Handed over in the process: to send them would only test the network.
+    flood = [
+        RegionOfInterest(x_offset=n % 99, y_offset=9, width=24, height=80) for n in range(20_000)
+    ]
+    for region in flood:
+        node._start(region)
+    bench.feed(bench.publisher(Image, 'image', 1), [frame(0)])
+    bench.until(lambda: len(others) == 1, 'the other box')
+    found = (bench.received['person_0/box'][0], others[0])
+    assert [message.polygon.id for message in found] == [1, 2]
+    status = node.status()
+    assert (status['people'], status['dropped requests']) == ('2', str(len(flood) - 2))
+
+
 ABSURD = {
     'huge': ((30.0, 20.0), (54.0, 20.0), (54.0, 1e12), (30.0, 1e12)),
     'far away': ((3e30, 20.0), (3e30, 20.0), (3e30, 99.0), (3e30, 99.0)),

@@ -91,6 +91,15 @@ def test_feedback_that_does_not_fit_is_ignored(bench: Bench) -> None:
     assert boxes(bench) == [4, 4]
 
 
+@pytest.mark.parametrize(('stamp_ns', 'said'), [(0, '0 s'), (-1_500_000_000, '-1.5 s')])
+def test_stamps_that_are_not_positive_are_refused_as_they_are(
+    bench: Bench, capfd, stamp_ns: int, said: str
+) -> None:
+    node = bench.add(TrackerNode, start=False)
+    assert not node.accept(stamp_ns)
+    assert f'a message with the stamp {said} is ignored' in capfd.readouterr().err
+
+
 def test_parameters_change_live_or_are_refused_with_the_reason(bench: Bench) -> None:
     node = bench.add(TrackerNode)
     before = node._tracker.config
@@ -274,6 +283,8 @@ def test_diagnostics_report_frames_and_track(bench: Bench) -> None:
     assert status.name == 'gait_tracker'
     assert (values['state'], values['received'], values['processed']) == ('active', '2', '2')
     assert (values['people'], values['kernels ready']) == ('1', 'true')
+    assert (values['camera'], status.hardware_id) == ('/image', '/image')
+    assert (values['dropped requests'], values['dropped detections']) == ('0', '0')
     assert values['track of person_0'].startswith('1 tracked')
     assert values['subscribers of /person_0/box'] == '1'
 
@@ -300,8 +311,20 @@ def test_images_lost_on_the_way_are_counted_and_warned_about(bench: Bench, capfd
     node._inputs[-1]._lost(SimpleNamespace(total_count_change=3))
     assert node.statistics.lost == 3
     said = capfd.readouterr().err
-    assert '3 frames lost on the way' in said
+    assert "3 frames lost on the way: start the camera's process with FASTRTPS_DEFAULT" in said
     assert 'fastdds_shm.xml' in said
+    assert 'or use image_transport compressed' in said
+    # It does already.
+    assert 'reliably' not in said
+
+
+def test_who_reads_compressed_images_is_not_told_to(bench: Bench, capfd) -> None:
+    node = bench.add(TrackerNode, image_transport='compressed', reliability='best_effort')
+    node._inputs[-1]._lost(SimpleNamespace(total_count_change=1))
+    said = capfd.readouterr().err
+    assert '1 frame lost on the way' in said
+    assert 'or let the camera publish reliably' in said
+    assert 'compressed' not in said
 
 
 def test_detections_start_tracks_of_new_people_and_tracks_go_out(

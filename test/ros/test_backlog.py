@@ -118,6 +118,32 @@ def test_calls_go_first_and_are_never_dropped() -> None:
     assert backlog.take() == ('b',)
 
 
+def test_of_the_calls_of_a_kind_the_newest_wait() -> None:
+    backlog = Backlog(1)
+    done: list[object] = []
+
+    def call(name: str, kind: str, most: int = 1) -> int:
+        return backlog.call(lambda: done.append(name), kind, most)
+
+    assert [call(f'box {n}', 'box', 2) for n in range(5)] == [0, 0, 1, 1, 1]
+    assert [call('reset 0', 'reset'), call('box 5', 'box', 2), call('reset 1', 'reset')] == [
+        0,
+        1,
+        1,
+    ]
+    backlog.call(lambda: done.append('finish'))
+    backlog.call(lambda: done.append('finish'))
+    while backlog._calls:
+        backlog.take()()
+    assert done == ['box 4', 'box 5', 'reset 1', 'finish', 'finish']
+
+
+def test_a_flood_of_calls_does_not_pile_up() -> None:
+    backlog = Backlog(1)
+    dropped = [backlog.call(lambda: None, 'box', 3) for _ in range(20_000)]
+    assert (sum(dropped), len(backlog._calls)) == (19_997, 3)
+
+
 def test_closed_backlogs_give_nothing() -> None:
     backlog = Backlog(2)
     backlog.put('a')

@@ -19,6 +19,15 @@ def judged(statistics: Statistics, now_s: float = 10.0) -> tuple[bytes, str]:
     return status.level, status.message
 
 
+def test_the_hardware_is_the_camera_or_else_the_node() -> None:
+    def hardware(details: dict[str, str]) -> str:
+        message = diagnostic_message('/r/a', 'active', Statistics(), 1.0, Time(sec=10), details)
+        return str(message.status[0].hardware_id)
+
+    assert hardware({'camera': '/camera/image_raw'}) == '/camera/image_raw'
+    assert hardware({}) == 'r/a'
+
+
 def test_the_level_says_what_is_wrong() -> None:
     statistics = Statistics()
     assert judged(statistics) == (DiagnosticStatus.OK, 'active, no input yet')

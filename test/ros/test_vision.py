@@ -115,6 +115,9 @@ def test_only_new_people_start_and_only_in_free_slots() -> None:
     assert new_people([near, far], [track(1, known)], 1) == []
     assert new_people([far, far, further], [], 3) == [far, further]
     assert new_people([far, further], [track(3, None)], 2) == [far]
+    # What another message has asked for just before takes a slot, too.
+    assert new_people([far, further], [], 3, [far]) == [further]
+    assert new_people([far, further], [], 1, [near]) == []
 
 
 def test_without_the_package_there_are_no_detections(monkeypatch) -> None:

@@ -96,7 +96,7 @@ def picture(
 class Told:
     """A tracker that is told the true masks, frame by frame."""
 
-    def __init__(self, slots: int = 1, auto: str = 'off', **tracking) -> None:
+    def __init__(self, slots: int = 1, auto: str = 'none', **tracking) -> None:
         self.tracker = PeopleTracker(
             small_bank(),
             TrackingConfig(**tracking),

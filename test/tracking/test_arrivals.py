@@ -138,15 +138,15 @@ def test_nobody_is_looked_for_once_boxes_are_given_until_a_reset(finder: Finder)
 
 
 def test_the_search_can_be_switched_off_and_on() -> None:
-    told = Told(1, 'off')
+    told = Told(1, 'none')
     finder = told.tracker._arrivals._finder
-    assert finder.config.auto_init == 'off'
+    assert finder.config.auto_init == 'none'
     told.tracker.starting = StartingConfig(auto_init='motion')
     finder = told.tracker._arrivals._finder
     assert finder.config.auto_init == 'motion'
 
 
-@pytest.mark.parametrize('auto', ['off', 'motion'])
+@pytest.mark.parametrize('auto', ['none', 'motion'])
 def test_a_box_starts_before_what_the_camera_has_seen(auto: str) -> None:
     board, figure = (75, 110), Figure(60)
     image, (mask,) = picture([figure], boards=[board])

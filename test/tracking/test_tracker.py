@@ -23,7 +23,7 @@ class Tracker:
         self.people = PeopleTracker(
             small_bank(),
             TrackingConfig(start_rounds=3, **changes),
-            starting=StartingConfig(auto_init='off'),
+            starting=StartingConfig(auto_init='none'),
         )
         self.initialize, self.reset = self.people.initialize, self.people.reset
 

@@ -3,8 +3,9 @@
 """
 Silhouettes as OpenGait and similar gait recognition systems read them.
 
-Their data sets hold one array (N, 64, 64) uint8 0/255 a walk, pickled, at
-``subject/type/view/view.pkl``: every silhouette 64 pixels high and centred on its body.
+Their data sets hold one array (N, 64, 64) uint8 a walk, pickled, at
+``subject/type/view/view.pkl``: every silhouette 64 pixels high and centred on its body, 0 to 255
+with outlines that are grey from the scaling.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ def normalised(mask: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
     it is cut off.
 
     :param mask: (H, W) uint8 0/255.
-    :returns: (64, 64) uint8, or None if there is too little to see.
+    :returns: (64, 64) uint8, 0 to 255, or None if there is too little to see.
     """
     if int(mask.sum()) <= _LEAST_SUM:
         return None

@@ -111,7 +111,5 @@ def _changed(settings: Settings, name: str, value: Any) -> Settings:
         if dot and stage in stages:
             raise ConfigError(f'{stage} has no parameter {parameter!r}; it has {", ".join(known)}')
         return settings
-    if known[parameter].type is float and type(value) is int:
-        value = float(value)
     config = replaced(settings.config, stage or _UNNAMED, parameter, value)
     return dataclasses.replace(settings, config=config)

@@ -108,7 +108,7 @@ class WalkerFinder:
         self._known = [box.height for box in taken]
         frame = self._frame = self._scene.update(colours, seconds, taken)
         self._remember(image, frame, seconds)
-        wanted = wanted and self.config.auto_init != 'off'
+        wanted = wanted and self.config.auto_init != 'none'
         self._follow(frame, seconds, wanted)
         if not wanted:
             self._watching.forget()

@@ -137,7 +137,7 @@ def test_noise_without_texture_finds_nobody() -> None:
 
 
 def test_off_finds_nobody() -> None:
-    assert run(walk(), StartingConfig(auto_init='off')) == []
+    assert run(walk(), StartingConfig(auto_init='none')) == []
 
 
 def test_reset_forgets() -> None:

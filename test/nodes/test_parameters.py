@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Parameters as ROS sees them: types, words of YAML, and when they may be changed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from rcl_interfaces.msg import ParameterType
+from rclpy.parameter import Parameter
+
+from gait_segmentation.errors import ConfigError
+from gait_segmentation.geometry import Box
+from gait_segmentation.nodes.pipeline_node import PipelineNode
+from gait_segmentation.nodes.segmenter_node import SegmenterNode
+from gait_segmentation.nodes.tracker_node import TrackerNode
+from gait_segmentation.people import PeopleConfig
+from gait_segmentation.ros.config import NodeConfig
+from gait_segmentation.starting import StartingConfig
+from gait_segmentation.tracking import TrackingConfig
+from test.nodes.bench import Bench
+
+
+def put(node: Any, name: str, value: Any) -> str:
+    """Set a parameter and return why not, empty if it is set."""
+    (result,) = node.set_parameters([Parameter(name, value=value)])
+    assert result.successful is not bool(result.reason)
+    return str(result.reason)
+
+
+def shown(node: Any, name: str) -> tuple[int, Any]:
+    """Return type and value of a parameter, as it is described and as it is."""
+    value = node.get_parameter(name).get_parameter_value()
+    assert node.describe_parameter(name).type == value.type
+    return value.type, node.get_parameter(name).value
+
+
+def test_integers_given_to_numbers_become_numbers(bench: Bench) -> None:
+    node = bench.add(
+        TrackerNode,
+        start=False,
+        initial_box=[1, 2, 3, 4],
+        **{'tracking.colour_rate': 1, 'max_people': 2},
+    )
+    double, doubles = ParameterType.PARAMETER_DOUBLE, ParameterType.PARAMETER_DOUBLE_ARRAY
+    assert shown(node, 'tracking.colour_rate') == (double, 1.0)
+    assert shown(node, 'max_people') == (ParameterType.PARAMETER_INTEGER, 2)
+    assert shown(node, 'initial_box')[0] == doubles
+    assert list(shown(node, 'initial_box')[1]) == [1.0, 2.0, 3.0, 4.0]
+    assert put(node, 'tracking.colour_rate', 0) == ''
+    assert shown(node, 'tracking.colour_rate') == (double, 0.0)
+    assert node.parameters.get(TrackingConfig).colour_rate == 0.0
+    # A refusal leaves the type as it was, too.
+    assert put(node, 'tracking.colour_rate', 'much')
+    assert put(node, 'tracking.colour_rate', 2)
+    assert shown(node, 'tracking.colour_rate') == (double, 0.0)
+    (given,) = node.describe_parameter('tracking.colour_rate').floating_point_range
+    assert (given.from_value, given.to_value) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'reason'),
+    [
+        ('max_people', 17, 'max_people must be an integer from 1 to 16, got 17'),
+        ('max_people', 'many', "max_people must be an integer from 1 to 16, got 'many'"),
+        ('tracking.colour_rate', True, 'must be a number from 0 to 1, got True'),
+        ('starting.auto_init', True, 'must be one of motion, none, got True'),
+        ('initial_box', 5, 'initial_box must be 4 finite numbers, got 5'),
+        ('initial_box', [1, 2, 3], r'must be 4 finite numbers, got \[1.0, 2.0, 3.0\]'),
+        ('initial_box', [True] * 4, 'must be 4 finite numbers, got'),
+        ('initial_box', [1.0, 2.0, 3.0, -4.0], 'initial_box: '),
+    ],
+)
+def test_first_values_that_are_not_allowed_are_refused(
+    bench: Bench, name: str, value: Any, reason: str
+) -> None:
+    with pytest.raises(ConfigError, match=reason):
+        bench.add(TrackerNode, start=False, **{name: value})
+
+
+@pytest.mark.parametrize('word', [False, 'off', 'none'])
+def test_the_search_for_walkers_can_be_switched_off(bench: Bench, word: Any) -> None:
+    nodes = [bench.add(TrackerNode, start=False, **{'starting.auto_init': word})]
+    nodes.append(bench.add(PipelineNode, start=False))
+    assert put(nodes[1], 'starting.auto_init', word) == ''
+    for node in nodes:
+        assert shown(node, 'starting.auto_init') == (ParameterType.PARAMETER_STRING, 'none')
+        assert node.parameters.get(StartingConfig).auto_init == 'none'
+
+
+def test_what_is_fixed_can_be_changed_while_the_node_is_unconfigured(bench: Bench) -> None:
+    node = bench.add(TrackerNode)
+    refusal = 'max_people is read when the node is configured, and it is {}: deactivate it and'
+    assert put(node, 'max_people', 3).startswith(refusal.format('active'))
+    # As a file that was dumped gives it back.
+    assert put(node, 'max_people', 1) == ''
+    node.trigger_deactivate()
+    assert put(node, 'max_people', 3).startswith(refusal.format('inactive'))
+    assert node.parameters.get(PeopleConfig).max_people == 1
+    node.trigger_cleanup()
+    assert put(node, 'max_people', 3) == ''
+    assert put(node, 'max_people', 99)
+    assert put(node, 'image_transport', 'compressed') == ''
+    assert put(node, 'initial_box', [1, 2, 3]).startswith('initial_box must be 4 finite numbers')
+    assert put(node, 'initial_box', [30, 20, 24, 80]) == ''
+    assert node.start()
+    topics = {each.topic_name for each in node._outputs}
+    assert '/person_2/box' in topics
+    assert '/person_3/box' not in topics
+    assert node._inputs[-1].topic == 'image/compressed'
+    assert node.intake._initial_box == Box(30.0, 20.0, 24.0, 80.0)
+
+
+def test_what_is_read_when_a_node_starts_stays(bench: Bench) -> None:
+    node = bench.add(SegmenterNode, start=False)
+    assert 'read-only' in put(node, 'autostart', False)
+    assert node.parameters.get(NodeConfig).autostart
