@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -88,4 +89,11 @@ def test_broken_yaml_is_refused(tmp_path: Path, text: str | bytes) -> None:
     path = tmp_path / 'sequence.yaml'
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(SequenceError, match=r'sequence\.yaml'):
+        Description.read(path)
+
+
+def test_a_pipe_is_no_description(tmp_path: Path) -> None:
+    path = tmp_path / 'sequence.yaml'
+    os.mkfifo(path)
+    with pytest.raises(SequenceError, match=r'sequence\.yaml cannot be read: it is a pipe'):
         Description.read(path)
