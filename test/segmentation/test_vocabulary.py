@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -183,3 +184,9 @@ def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
 def test_shapes_are_checked() -> None:
     with pytest.raises(VocabularyError, match=r'means must have the shape \(2, 4\)'):
         dataclasses.replace(two_words(), means=np.zeros((3, 4)))
+
+
+def test_a_pipe_is_no_vocabulary(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / 'words.json')
+    with pytest.raises(VocabularyError, match=r'cannot read the vocabulary .*: it is a pipe'):
+        Vocabulary.load(tmp_path / 'words.json')
