@@ -119,14 +119,13 @@ class Fuzz:
         aim = self._aim
         aim.advance()
         stamp_ns = self._client.show(camera_message(aim, GOOD, self._client.camera_topic))
-        if self._client.wait_for(stamp_ns, self._alive, PATIENCE_S):
-            return
-        if not self._ended:
+        answered = self._client.wait_for(stamp_ns, self._alive, PATIENCE_S)
+        if not answered and not self._ended:
             missing = self._client.missing(stamp_ns)
             self._fail(f'good frame {aim.number} is not answered on {", ".join(missing)}')
-            return
-        self._ended.clear()
-        self._client.wait_until_connected(self._alive)
+        while self._ended or self._alive():
+            self._ended.clear()
+            self._client.wait_until_connected(self._alive)
 
     def _alive(self) -> bool:
         """Start what has ended again; return whether anything has."""
