@@ -45,10 +45,15 @@ SHARES = {'raw': 0.8, 'compressed': 0.2}
 BURST = 4
 """Kinds of hostile messages between two good frames, at most: fewer images than may wait."""
 
+SETS = ('matcher', 'segmenter', 'feedback')
+"""How the names of the kinds begin that send all that a node joins."""
+
+MASKS_S = 0.5
 SETTLING = 60
 PATIENCE_S = 60.0
 LINES_PER_SECOND, GROWTH_MIB = 5.0, 50.0
-SIZE = (320, 240)
+SIZE = (240, 180)
+"""Small enough for the stages to work on whole images, so that likelihoods have their size."""
 
 
 class Fuzz:
@@ -82,11 +87,22 @@ class Fuzz:
         self._todo = list(self._aim.rng.permutation(list(self._kinds)))
         while self.sent.total() < messages and time.monotonic() < until_s:
             self._recent = self._recent[-BURST:]
-            for _ in range(int(self._aim.rng.integers(1, BURST + 1))):
-                self._send(self._next())
+            for name in self._burst():
+                self._send(name)
             self._good_frame()
             self._graphs.watch()
         return time.monotonic() - began
+
+    def _burst(self) -> list[str]:
+        """Return the kinds to send before the next good frame."""
+        names = [self._next() for _ in range(int(self._aim.rng.integers(1, BURST + 1)))]
+        sets = [name for name in names if name.startswith(SETS)]
+        self._todo += sets[1:]
+        if sets:
+            # Else what the nodes make of the frames before comes in the middle of the set, with
+            # stamps that go back, and nothing is joined.
+            self._client.wait_for_masks(MASKS_S)
+        return sets[:1] + [name for name in names if name not in sets]
 
     def _next(self) -> str:
         if self._todo:
@@ -179,7 +195,7 @@ def run(transport: str, options: argparse.Namespace, logs: Path, until_s: float)
     if not names:
         return True
     film = SyntheticSequence(
-        SyntheticConfig(seed=3, width=SIZE[0], height=SIZE[1], frames=30, person_height=150.0)
+        SyntheticConfig(seed=3, width=SIZE[0], height=SIZE[1], frames=30, person_height=120.0)
     )
     assert film.initial_box is not None
     rng = np.random.default_rng([options.seed, len(names)])
@@ -213,7 +229,7 @@ def report(
         now, peak = growth.get(name, (float('nan'),) * 2)
         print(
             f'  {name:15} {graphs.exits[name]} exits, {lines[name] / seconds:.2f} lines/s, '
-            f'RSS {now:+.1f} MiB, at most {peak:+.1f}'
+            f'RSS {now:+.1f} MiB, at most {peak:+.1f}; {client.counts(name)}'
         )
     per_second = sum(lines.values()) / seconds
     most = max((peak for _, peak in growth.values()), default=0.0)

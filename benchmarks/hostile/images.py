@@ -148,7 +148,7 @@ def _saturated(aim: Aim) -> Iterator[Shot]:
 def _wall(aim: Aim) -> Iterator[Shot]:
     for step in range(3):
         wall = np.full_like(aim.image, 255)
-        wall[40:200, 100 + 6 * step : 150 + 6 * step] = 40
+        wall[30:150, 80 + 6 * step : 120 + 6 * step] = 40
         yield Shot('image', image_message(wall, aim.fresh()))
 
 

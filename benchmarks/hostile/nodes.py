@@ -73,6 +73,7 @@ _DEEP = QoSProfile(depth=200)
 _HEADER = struct.Struct('=4xiII')
 """Of a serialised message that begins with a header: stamp and length of the frame_id."""
 
+_COUNTED = ('received', 'processed', 'failed', 'skipped', 'incomplete')
 _PATIENCE_S = 900.0
 _POLL_S = 0.002
 
@@ -190,6 +191,8 @@ class Client:
                 name = f'{space}/{topic}'
                 heard = partial(self._receive, name)
                 self._node.create_subscription(kind, name, heard, _DEEP, raw=True)
+        heard = partial(self._receive, 'split/mask')
+        self._node.create_subscription(Image, 'split/mask', heard, _DEEP, raw=True)
         self._node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 50)
         self._clients = {
             (name, service): self._node.create_client(kind, f'/{space}/{name}/{service}')
@@ -268,6 +271,18 @@ class Client:
             if alive() or time.monotonic() > deadline:
                 return not self.missing(stamp_ns)
         return True
+
+    def counts(self, name: str) -> str:
+        """Return what a node has last said of its frames."""
+        with self._changed:
+            said = next((v for k, v in self._reported.items() if k.endswith(name)), {})
+        return ', '.join(f'{key} {said.get(key, "?")}' for key in _COUNTED)
+
+    def wait_for_masks(self, timeout_s: float) -> None:
+        """Wait until the three nodes are done with the newest good frame, if they answer it."""
+        with self._changed:
+            newest = next(reversed(self._answers.values()))
+            self._changed.wait_for(lambda: newest['split/mask'], timeout_s)
 
     def account(self) -> tuple[Counter[str], Counter[str], int]:
         """Return how many good frames lack an answer, or have several, by topic, and all."""

@@ -27,7 +27,7 @@ def _upright(x: float, y: float, width: float, height: float) -> Points:
     return [(x, y), (x + width, y), (x + width, y + height), (x, y + height)]
 
 
-_FINE = _upright(120.0, 40.0, 60.0, 150.0)
+_FINE = _upright(90.0, 40.0, 45.0, 120.0)
 
 BOXES: dict[str, Callable[[Aim], tuple[Points, int]]] = {
     'NaN': lambda aim: ([(math.nan, 1.0), *_FINE[1:]], 1),
@@ -64,8 +64,11 @@ GAITS: dict[str, Callable[[Aim], dict[str, Any]]] = {
 
 
 def _grey(aim: Aim, about: Header, shape: tuple[int, int] | None = None) -> Any:
+    """Return a likelihood, mask or prior of somebody in the middle."""
     rows, columns = shape or aim.image.shape[:2]
-    return image_message(np.full((rows, columns), 60, np.uint8), about)
+    image = np.full((rows, columns), 10, np.uint8)
+    image[rows // 5 : -rows // 5 or None, columns // 3 : -columns // 3 or None] = 250
+    return image_message(image, about)
 
 
 def _gait(about: Header, **fields: Any) -> JointState:
@@ -212,7 +215,7 @@ def _roi(aim: Aim) -> Iterator[Shot]:
 def _roi_flood(aim: Aim) -> Iterator[Shot]:
     for _ in range(100):
         left, top = (int(value) for value in aim.rng.integers(0, 60, 2))
-        region = RegionOfInterest(x_offset=90 + left, y_offset=10 + top, width=60, height=150)
+        region = RegionOfInterest(x_offset=60 + left, y_offset=top, width=45, height=110)
         yield Shot('init_roi', region)
 
 
