@@ -189,7 +189,7 @@ def _stamp(aim: Aim) -> Iterator[Shot]:
     yield Shot(TOPIC, message)
 
 
-@kind('compressed: message cut off')
+@kind('compressed: message cut off', 0.25)
 def _cut_message(aim: Aim) -> Iterator[Shot]:
     data = serialize_message(compressed(aim.fresh(), encode(aim.image, '.jpg')))
     yield Shot(TOPIC, data[: int(aim.rng.integers(4, len(data)))])

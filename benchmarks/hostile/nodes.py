@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import os
+import re
 import struct
 import threading
 import time
@@ -74,6 +75,7 @@ _HEADER = struct.Struct('=4xiII')
 """Of a serialised message that begins with a header: stamp and length of the frame_id."""
 
 _COUNTED = ('received', 'processed', 'failed', 'skipped', 'incomplete')
+_LOGGED = re.compile(rb'^\[(?:DEBUG|INFO|WARN|ERROR|FATAL)\] \[', re.MULTILINE)
 _PATIENCE_S = 900.0
 _POLL_S = 0.002
 
@@ -137,9 +139,12 @@ class Graphs:
             if name in self._base
         }
 
-    def lines(self) -> dict[str, int]:
-        """Return how many lines each node has logged."""
-        return {name: count - self._lines[name] for name, count in self._count().items()}
+    def lines(self) -> dict[str, tuple[int, int]]:
+        """Return how many lines each node has logged, and how many libraries have printed."""
+        return {
+            name: (own - self._lines[name][0], others - self._lines[name][1])
+            for name, (own, others) in self._count().items()
+        }
 
     def _start(self, space: str, name: str) -> None:
         runs = self._runs.setdefault(name, [])
@@ -163,11 +168,13 @@ class Graphs:
                 found[name] = int(status.split()[1]) * os.sysconf('SC_PAGE_SIZE') / 2**20
         return found
 
-    def _count(self) -> dict[str, int]:
-        return {
-            name: sum((self._logs / f'{run}.log').read_bytes().count(b'\n') for run in runs)
-            for name, runs in self._runs.items()
-        }
+    def _count(self) -> dict[str, tuple[int, int]]:
+        found = {}
+        for name, runs in self._runs.items():
+            said = b''.join((self._logs / f'{run}.log').read_bytes() for run in runs)
+            own = len(_LOGGED.findall(said))
+            found[name] = (own, said.count(b'\n') - own)
+        return found
 
 
 class Client:
