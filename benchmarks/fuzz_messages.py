@@ -9,8 +9,8 @@ processes with their defaults; one client sends them messages of all kinds in ``
 good frame after every few, and waits for the answers to it.  First images are raw, then
 compressed.  What must hold: no node ends or hangs, tracker and pipeline answer every good frame
 once on each topic, the nodes together log less than 5 lines a second, and none grows by more than
-50 MiB.  What libraries print by themselves is counted apart: Fast DDS of bytes that are no message,
-libpng and libjpeg of spoilt images.  Needs ROS 2::
+50 MiB.  What libraries print by themselves is counted apart: Fast DDS of bytes that are no
+message, libpng and libjpeg of spoilt images.  Needs ROS 2::
 
     python benchmarks/fuzz_messages.py [--messages 20000] [--seed 1] [--minutes 20]
         [--only REGEX] [--logs FOLDER] [--list]
