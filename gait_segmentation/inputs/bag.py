@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -146,11 +147,19 @@ class BagSource(ImageSource):
             # rosbags raises whatever the data made of it.
             raise InputError(f'the message cannot be read ({error!r})') from error
 
-    def _reader(self) -> Any:
+    @contextmanager
+    def _reader(self) -> Iterator[Any]:
         from rosbags.rosbag1 import Reader as Reader1
         from rosbags.rosbag2 import Reader as Reader2
 
-        return Reader1(self.path) if self.path.suffix == '.bag' else Reader2(self.path)
+        reader = Reader1(self.path) if self.path.suffix == '.bag' else Reader2(self.path)
+        try:
+            reader.open()
+            yield reader
+        finally:
+            # Also if it cannot be opened, for which rosbags may leave files open.
+            with suppress(Exception):
+                reader.close()
 
     def _topics(self) -> dict[str, Topic]:
         try:

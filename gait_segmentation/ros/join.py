@@ -136,7 +136,7 @@ class ExactJoin:
 
     def _drop_if_passed(self, entry: _Entry) -> None:
         """Drop an entry if a part that it lacks had passed it by."""
-        for part in self._stages.keys() - entry.parts.keys():
+        for part in [each for each in self._stages if each not in entry.parts]:
             run, stamp_ns = self._newest[part]
             if entry.run == run and entry.stamp_ns < stamp_ns:
                 self._give_up(entry, part)

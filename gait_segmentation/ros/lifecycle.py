@@ -26,6 +26,7 @@ from gait_segmentation.ros.diagnostics import diagnostic_message
 from gait_segmentation.ros.endpoints import publisher, subscription
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.memory import take_ahead
+from gait_segmentation.ros.parameter_requests import refuse_unknown_types
 from gait_segmentation.ros.parameters import NodeParameters
 from gait_segmentation.ros.qos import BETWEEN_NODES
 from gait_segmentation.ros.statistics import Statistics
@@ -76,6 +77,7 @@ class GaitNode(LifecycleNode):
         )
         self._alarm = self.create_guard_condition(self._raise_failure)
         refuse_impossible(self)
+        refuse_unknown_types(self)
         self.create_service(SetBool, '~/enable', self._enable)
         self.create_service(Trigger, '~/reset', self._reset)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)

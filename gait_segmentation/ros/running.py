@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import cv2
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
@@ -27,7 +28,7 @@ from gait_segmentation.ros.memory import keep_freed_memory
 if TYPE_CHECKING:
     from gait_segmentation.ros.lifecycle import GaitNode
 
-__all__ = ['run_node']
+__all__ = ['run_node', 'silence_opencv']
 
 _EPILOG = """\
 exit code: 0, also after Ctrl-C; 1 if the node cannot be started; 2 if the
@@ -58,6 +59,7 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
         _check(make, given)
         ending.handle_signals()
         keep_freed_memory()
+        silence_opencv()
         rclpy.init(args=arguments)
         understood = True
         # First: one that is made when a signal has closed the context leaves a traceback.
@@ -95,6 +97,13 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
         # everything else that it does at the end.
         gc.freeze()
     return 0
+
+
+def silence_opencv() -> None:
+    """Have OpenCV print nothing of images that it cannot decode: the node says it already."""
+    # OpenCV 4 has the one, 5 the other, and some both.
+    set_level = getattr(cv2, 'setLogLevel', None) or cv2.utils.logging.setLogLevel
+    set_level(0)
 
 
 def _made(make: Callable[[], GaitNode]) -> GaitNode:

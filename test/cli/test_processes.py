@@ -16,7 +16,9 @@ from gait_segmentation.cli.processes import ProcessError, ProcessGroup
 
 TIMEOUT_S = 120.0
 
-SLEEP = 'import time\nprint("ready", flush=True)\ntime.sleep(600)\n'
+# In short pieces: a signal that comes between what Python does last and the beginning of a sleep
+# is not noticed before its end.
+SLEEP = 'import time\nprint("ready", flush=True)\nfor _ in range(12000): time.sleep(0.05)\n'
 STUBBORN = 'import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n' + SLEEP
 PARENT = """\
 import os, pathlib, signal, sys

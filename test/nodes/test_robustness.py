@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 import rclpy
 from geometry_msgs.msg import PolygonInstanceStamped
+from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
@@ -87,6 +89,29 @@ def test_publishers_of_another_type_are_not_heard(bench: Bench, stranger: Node, 
     if kind in (TrackerNode, PipelineNode):
         bench.record_outputs('person_0/box')
         bench.feed(bench.publisher(Image, 'image', 1), [frame(0), frame(1)])
+
+
+@pytest.mark.parametrize('kind', [SetParameters, SetParametersAtomically])
+def test_a_parameter_of_a_type_that_there_is_not_is_refused(bench: Bench, kind: Any) -> None:
+    node = bench.add(SegmenterNode, start=False)
+    name = 'set_parameters' + '_atomically' * (kind is SetParametersAtomically)
+    client = bench.probe.create_client(kind, f'gait_segmenter/{name}')
+    bench.until(client.service_is_ready, 'the service')
+
+    def ask(number: int) -> Any:
+        value = ParameterValue(type=number, integer_value=7)
+        asked = client.call_async(
+            kind.Request(parameters=[Parameter(name='backlog', value=value)])
+        )
+        bench.until(asked.done, 'the answer')
+        answer = asked.result()
+        return answer.result if kind is SetParametersAtomically else answer.results[0]
+
+    refused = ask(26)
+    assert not refused.successful
+    assert refused.reason == "type of 'backlog' must be from 0 to 9, got 26"
+    assert ask(2).successful
+    assert node.get_parameter('backlog').value == 7
 
 
 def test_a_flood_of_tiny_images_is_thinned_out(bench: Bench) -> None:

@@ -8,13 +8,15 @@ import signal
 from collections.abc import Callable
 from typing import Any
 
+import cv2
+import numpy as np
 import pytest
 import rclpy
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
-from gait_segmentation.ros.running import run_node
+from gait_segmentation.ros.running import run_node, silence_opencv
 
 
 class _Node:
@@ -104,3 +106,15 @@ def test_a_node_that_ros_refuses_is_an_error_without_a_traceback(capsys) -> None
 
     assert run_node(make, ['/bin/gait_node']) == 1
     assert capsys.readouterr().err == 'gait_node: error: no security libraries\n'
+
+
+def test_opencv_prints_nothing_of_what_it_cannot_decode(capfd) -> None:
+    tiff = cv2.imencode('.tiff', np.zeros((32, 32, 3), np.uint8))[1]
+    level = getattr(cv2, 'getLogLevel', None) or cv2.utils.logging.getLogLevel
+    before = level()
+    silence_opencv()
+    try:
+        assert cv2.imdecode(tiff[: len(tiff) // 2], cv2.IMREAD_COLOR) is None
+    finally:
+        (getattr(cv2, 'setLogLevel', None) or cv2.utils.logging.setLogLevel)(before)
+    assert capfd.readouterr() == ('', '')

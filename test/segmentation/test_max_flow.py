@@ -43,7 +43,7 @@ def grid_graph(
     return beside, capacity, ends
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @random_grids
 def test_the_flow_fills_the_cut_it_returns(
     seed: int, height: int, width: int, largest: int, terminal: int
@@ -65,7 +65,7 @@ def test_the_flow_fills_the_cut_it_returns(
     assert not left[crossing].any()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @random_grids
 def test_the_cut_is_that_of_boykov_and_kolmogorov(
     seed: int, height: int, width: int, largest: int, terminal: int

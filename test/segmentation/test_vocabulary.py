@@ -48,7 +48,7 @@ def test_the_shipped_vocabulary_has_ten_words_of_several_hundred_silhouettes() -
     assert (np.diff(vocabulary.means[:, 1]) >= 0).all()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 1000), st.integers(0, 60))
 def test_posteriors_add_up_to_one(seed: int, count: int) -> None:
     vocabulary = default_vocabulary()
