@@ -24,6 +24,7 @@ _QUIET_S = 3.0
 def diagnostic_message(
     name: str,
     state: str,
+    enabled: bool,
     statistics: Statistics,
     now_s: float,
     now: Time,
@@ -34,6 +35,7 @@ def diagnostic_message(
 
     :param name: full name of the node.
     :param state: of its life cycle.
+    :param enabled: whether it takes frames in when it is active.
     :param now_s: steady time in seconds.
     :param now: the node's clock.
     :param details: further keys and values.
@@ -42,8 +44,9 @@ def diagnostic_message(
     age = math.nan
     if statistics.last_stamp_ns:
         age = now.sec + now.nanosec / 1e9 - statistics.last_stamp_ns / 1e9
+    shown = state if enabled else f'{state}, disabled'
     values = {
-        'state': state,
+        'state': shown,
         'input rate (Hz)': f'{statistics.rate_hz(now_s):.1f}',
         'output rate (Hz)': f'{statistics.output_rate_hz(now_s):.1f}',
         'received': str(statistics.received),
@@ -57,7 +60,7 @@ def diagnostic_message(
         'age of the last stamp (s)': f'{age:.3f}',
         **details,
     }
-    level, text = _judged(state, statistics, now_s, high)
+    level, text = _judged(shown, statistics, now_s, high)
     status = DiagnosticStatus(
         level=level,
         name=name.strip('/'),
@@ -71,13 +74,12 @@ def diagnostic_message(
 
 
 def _judged(state: str, statistics: Statistics, now_s: float, late_ms: float) -> tuple[bytes, str]:
-    """Return the level and what it is for."""
+    """Return the level and what it is for; nothing is expected of a node that is not active."""
     losses, failures = statistics.losses()
+    if state == 'active' and statistics.quiet_s(now_s) > _QUIET_S:
+        return DiagnosticStatus.STALE, f'no input for {statistics.quiet_s(now_s):.0f} s'
     if state == 'active' and not statistics.received:
         return DiagnosticStatus.OK, 'active, no input yet'
-    if state == 'active' and statistics.quiet_s(now_s) > _QUIET_S:
-        quiet = f'no input for {statistics.quiet_s(now_s):.0f} s'
-        return DiagnosticStatus.STALE, quiet
     if failures:
         return DiagnosticStatus.WARN, f'{failures} frames could not be used since the last report'
     if losses:

@@ -112,6 +112,9 @@ class GaitNode(LifecycleNode):
     def finish(self) -> None:
         """Publish what is held back, before the node is deactivated (worker)."""
 
+    def pause(self) -> None:
+        """Drop what waits for its other parts: those that come now will be ignored."""
+
     def release(self) -> None:
         """Let go of the stages."""
 
@@ -218,6 +221,7 @@ class GaitNode(LifecycleNode):
         """Subscribe."""
         result = self._transition('activating', self.connect)
         if result == TransitionCallbackReturn.SUCCESS:
+            self.statistics.expect(time.monotonic())
             self.get_logger().info('active')
         else:
             self._disconnect(drain=False)
@@ -306,9 +310,13 @@ class GaitNode(LifecycleNode):
     # Services, parameters and diagnostics.
 
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self.enabled = bool(request.data)
-        if not self.enabled:
-            self.later(self.forget)
+        if bool(request.data) != self.enabled:
+            self.enabled = bool(request.data)
+            if self.enabled:
+                self.statistics.expect(time.monotonic())
+            else:
+                self.pause()
+                self.later(self.forget)
         response.success = True
         response.message = 'enabled' if self.enabled else 'disabled: frames are ignored'
         return response
@@ -339,6 +347,7 @@ class GaitNode(LifecycleNode):
             diagnostic_message(
                 self.get_fully_qualified_name(),
                 self.state,
+                self.enabled,
                 self.statistics,
                 time.monotonic(),
                 self.get_clock().now().to_msg(),

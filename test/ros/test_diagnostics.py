@@ -13,9 +13,18 @@ from gait_segmentation.ros.diagnostics import diagnostic_message
 from gait_segmentation.ros.statistics import Statistics
 
 
-def judged(statistics: Statistics, now_s: float = 10.0) -> tuple[bytes, str]:
-    message = diagnostic_message('/a', 'active', statistics, now_s, Time(sec=10), {})
+def described(
+    statistics: Statistics, now_s: float = 10.0, state: str = 'active', enabled: bool = True
+) -> DiagnosticStatus:
+    message = diagnostic_message('/a', state, enabled, statistics, now_s, Time(sec=10), {})
     (status,) = message.status
+    return status
+
+
+def judged(
+    statistics: Statistics, now_s: float = 10.0, state: str = 'active', enabled: bool = True
+) -> tuple[bytes, str]:
+    status = described(statistics, now_s, state, enabled)
     return status.level, status.message
 
 
@@ -37,3 +46,28 @@ def test_the_level_says_what_is_wrong() -> None:
     for _ in range(30):
         statistics.finished(0.4, 9.5)
     assert judged(statistics) == (DiagnosticStatus.WARN, 'slow: 95 % of the outputs within 400 ms')
+
+
+def test_without_a_first_frame_a_node_is_stale_three_seconds_after_its_activation() -> None:
+    statistics = Statistics()
+    statistics.expect(10.0)
+    assert judged(statistics, 13.0) == (DiagnosticStatus.OK, 'active, no input yet')
+    assert judged(statistics, 14.0) == (DiagnosticStatus.STALE, 'no input for 4 s')
+    assert judged(statistics, 14.0, 'inactive') == (DiagnosticStatus.OK, 'inactive')
+    # Activated again.
+    statistics.arrived(15.0, 1)
+    statistics.expect(60.0)
+    assert judged(statistics, 62.0) == (DiagnosticStatus.OK, 'active')
+
+
+@pytest.mark.parametrize('state', ['active', 'inactive'])
+def test_a_disabled_node_says_so_and_is_not_stale(state: str) -> None:
+    statistics = Statistics()
+    assert judged(statistics, 10.0, state, enabled=False) == (
+        DiagnosticStatus.OK,
+        f'{state}, disabled',
+    )
+    statistics.arrived(9.0, 9_000_000_000)
+    status = described(statistics, 60.0, state, enabled=False)
+    assert (status.level, status.message) == (DiagnosticStatus.OK, f'{state}, disabled')
+    assert {each.key: each.value for each in status.values}['state'] == f'{state}, disabled'
