@@ -65,11 +65,14 @@ class MatcherNode(GaitNode):
         super().__init__('gait_matcher', **options)
         self._matcher: PeopleMatcher | None = None
 
-    def build(self) -> None:
-        """Make the stage, compile it and make the publishers."""
+    def compile(self) -> None:
+        """Open the bank and compile the stage."""
         self._bank = open_bank(self.parameters.get(BankConfig).bank)
+        warm_up_matcher(self._bank, self.parameters.get(MatchingConfig))
+
+    def build(self) -> None:
+        """Make the stage and the publishers."""
         config = self.parameters.get(MatchingConfig)
-        warm_up_matcher(self._bank, config)
         people = self.parameters.get(PeopleConfig)
         self._slots = people.max_people
         self._matcher = PeopleMatcher(

@@ -63,10 +63,13 @@ class SegmenterNode(GaitNode):
         super().__init__('gait_segmenter', **options)
         self._segmenter: PeopleSegmenter | None = None
 
+    def compile(self) -> None:
+        """Compile the stage."""
+        warm_up_segmenter(self.parameters.get(SegmentationConfig))
+
     def build(self) -> None:
-        """Make the stage, compile it and make the publishers."""
+        """Make the stage and the publishers."""
         config = self.parameters.get(SegmentationConfig)
-        warm_up_segmenter(config)
         people = self.parameters.get(PeopleConfig)
         self._slots = people.max_people
         self._segmenter = PeopleSegmenter(

@@ -24,7 +24,6 @@ _QUIET_S = 3.0
 def diagnostic_message(
     name: str,
     state: str,
-    enabled: bool,
     statistics: Statistics,
     now_s: float,
     now: Time,
@@ -34,8 +33,7 @@ def diagnostic_message(
     Describe how a node is doing.
 
     :param name: full name of the node.
-    :param state: of its life cycle.
-    :param enabled: whether it takes frames in when it is active.
+    :param state: what it does, ``active`` if it is to work on frames.
     :param now_s: steady time in seconds.
     :param now: the node's clock.
     :param details: further keys and values.
@@ -44,9 +42,8 @@ def diagnostic_message(
     age = math.nan
     if statistics.last_stamp_ns:
         age = now.sec + now.nanosec / 1e9 - statistics.last_stamp_ns / 1e9
-    shown = state if enabled else f'{state}, disabled'
     values = {
-        'state': shown,
+        'state': state,
         'input rate (Hz)': f'{statistics.rate_hz(now_s):.1f}',
         'output rate (Hz)': f'{statistics.output_rate_hz(now_s):.1f}',
         'received': str(statistics.received),
@@ -60,7 +57,7 @@ def diagnostic_message(
         'age of the last stamp (s)': f'{age:.3f}',
         **details,
     }
-    level, text = _judged(shown, statistics, now_s, high)
+    level, text = _judged(state, statistics, now_s, high)
     status = DiagnosticStatus(
         level=level,
         name=name.strip('/'),
