@@ -59,7 +59,9 @@ class Compiling:
         state = self.answer(GetState, 'get_state', GetState.Request())
         assert state.current_state.label == 'configuring'
         described = self.answer(
-            DescribeParameters, 'describe_parameters', DescribeParameters.Request(names=['backlog'])
+            DescribeParameters,
+            'describe_parameters',
+            DescribeParameters.Request(names=['backlog']),
         )
         assert described.descriptors[0].name == 'backlog'
         reports = self.bench.record(DiagnosticArray, '/diagnostics')
