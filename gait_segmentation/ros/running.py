@@ -18,6 +18,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.logging import get_logger
 from rclpy.utilities import remove_ros_args
 
 from gait_segmentation.errors import GaitSegmentationError
@@ -25,6 +26,7 @@ from gait_segmentation.ros.config import CameraConfig
 from gait_segmentation.ros.ending import Ending, leave
 from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.memory import keep_freed_memory
+from gait_segmentation.ros.shared_memory import remove_dead_segments
 from gait_segmentation.ros.watch import Watch
 
 if TYPE_CHECKING:
@@ -81,8 +83,11 @@ def _run(make: Callable[[], GaitNode], arguments: list[str], ending: Ending, wat
         keep_freed_memory()
         # Of whoever has asked and is gone: nobody is there to be answered.
         warnings.filterwarnings('ignore', 'failed to send response', RuntimeWarning)
+        freed = remove_dead_segments()
         rclpy.init(args=arguments)
         understood = True
+        if freed:
+            get_logger(name).info(f'{freed >> 20} MiB of shared memory of killed processes freed')
         # First: one that is made when a signal has closed the context leaves a traceback.
         executor = MessageExecutor()
         ending.closes(executor.shutdown)
