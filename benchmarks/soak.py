@@ -44,11 +44,12 @@ FLAT, SLOWER = 0.01, 1.2
 
 @dataclass
 class Run:
-    """What was seen: stamps in ns, arrivals in s by stamp, memory by time in s."""
+    """What was seen: stamps in ns, arrivals in s by stamp, memory by time in s, ends of logs."""
 
     stamps: list[int]
     arrived: dict[int, float]
     memory: list[tuple[float, float]]
+    said: str
 
 
 def write_film(folder: Path) -> None:
@@ -102,12 +103,12 @@ def run(style: str, film: Path, minutes: float, rate: float, people: int) -> Run
                     time.sleep(SAMPLE_S)
                 processes.stop('gait_source')
                 time.sleep(FLOW_OUT_S)
-                for name in nodes:
-                    print(f'{name} said at last:\n{processes.last_lines(name)}')
+                said = '\n'.join(f'{name}:\n{processes.last_lines(name)}' for name in nodes)
             finally:
                 listener.close()
             lines = stamps.read_text().splitlines()
-            return Run([int(line.split()[1]) for line in lines], dict(listener.arrived), memory)
+            shown = [int(line.split()[1]) for line in lines]
+            return Run(shown, dict(listener.arrived), memory, said)
     finally:
         rclpy.try_shutdown()
 
@@ -146,6 +147,8 @@ def judge(found: Run) -> bool:
     ):
         fine &= value <= bar
         print(f'{"ok  " if value <= bar else "MISS"} {name}: {value:.4g} <= {bar:g}')
+    if not fine:
+        print(found.said)
     return fine
 
 

@@ -121,10 +121,10 @@ class ProcessGroup:
         """Return the number of a process."""
         return self._children[name].process.pid
 
-    def last_lines(self, name: str) -> str:
+    def last_lines(self, name: str, count: int = _LAST_LINES) -> str:
         """Return the end of a process's output, indented."""
         log = self._children[name].log
-        lines = log.read_text(encoding='utf-8', errors='replace').splitlines()[-_LAST_LINES:]
+        lines = log.read_text(encoding='utf-8', errors='replace').splitlines()[-count:]
         return '\n'.join(f'    {line}' for line in lines) or '    (no output)'
 
     def stop(self, *names: str) -> None:
