@@ -57,7 +57,7 @@ class Quiet(Node):
         print('closed', flush=True)
         {close}
 
-running.Watch = partial(running.Watch, longest_s=0.5)
+running.Watch = partial(running.Watch, longest_s={longest})
 sys.exit(running.run_node(Quiet, ['quiet']))
 """
 
@@ -80,8 +80,10 @@ BUSY = """self.create_timer(0.01, lambda: (wait_a_little(), print('done', flush=
 pytestmark = pytest.mark.usefixtures('signal_handlers')
 
 
-def _begin(start: str = 'pass', close: str = 'pass') -> subprocess.Popen[str]:
-    script = NODE.format(start=start, close=close)
+def _begin(
+    start: str = 'pass', close: str = 'pass', longest: float = 100.0
+) -> subprocess.Popen[str]:
+    script = NODE.format(start=start, close=close, longest=longest)
     return subprocess.Popen(
         [sys.executable, '-c', script],
         cwd=ROOT,
@@ -113,7 +115,7 @@ def test_one_signal_breaks_off_a_start_wherever_it_is(number: signal.Signals, wo
     [('pass', 'time.sleep(100)', 'closed\n'), ('wait()', 'pass', '')],
 )
 def test_a_signal_ends_what_cannot_be_closed(start: str, close: str, said: str) -> None:
-    with _begin(start, close) as process:
+    with _begin(start, close, longest=0.5) as process:
         assert _line(process) == ('starting' if said == '' else 'started')
         process.send_signal(signal.SIGINT)
         rest, _ = process.communicate(timeout=60)
