@@ -91,6 +91,7 @@ setup(
             'gait_segmenter = gait_segmentation.commands:segmenter',
             'gait_source = gait_segmentation.commands:source',
             'gait_tracker = gait_segmentation.commands:tracker',
+            'gait_warm_up = gait_segmentation.commands:warm_up',
         ],
     },
 )

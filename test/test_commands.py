@@ -20,7 +20,7 @@ from gait_segmentation import commands
 ROOT = Path(__file__).resolve().parents[1]
 TIMEOUT_S = 300.0
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
-TOOLS = ('bank', 'demo', 'evaluate', 'replay')
+TOOLS = ('bank', 'demo', 'evaluate', 'replay', 'warm_up')
 NODES = tuple(name for name in commands.__all__ if name not in TOOLS)
 
 SCRIPT = """

@@ -54,24 +54,20 @@ class PipelineNode(CameraNode):
         super().__init__('gait_pipeline', **options)
         self._pipeline: Pipeline | None = None
 
+    def compile(self) -> None:
+        """Open the bank and compile the stages."""
+        self._bank = open_bank(self.parameters.get(BankConfig).bank)
+        warm_up(self._config(), self._bank)
+
     def build(self) -> None:
-        """Make the stages, compile them and make the publishers."""
-        get = self.parameters.get
-        bank = open_bank(get(BankConfig).bank)
-        config = PipelineConfig(
-            get(TrackingConfig),
-            get(MatchingConfig),
-            get(SegmentationConfig),
-            get(PeopleConfig),
-            get(StartingConfig),
-        )
-        warm_up(config, bank)
-        self._pipeline = Pipeline(config, bank)
+        """Make the stages and the publishers."""
+        config = self._config()
+        self._pipeline = Pipeline(config, self._bank)
         self._held: HeldFrames[tuple[NDArray[np.uint8], CameraMessage]] = HeldFrames()
         self.take_from(initialize=self._pipeline.initialize)
         slots = config.people.max_people
         self._track = TrackOutputs(self, slots)
-        self._match = MatchOutputs(self, bank, slots)
+        self._match = MatchOutputs(self, self._bank, slots)
         self._segmentation = SegmentationOutputs(self, slots)
         self._debug = DebugOutput(self)
 
@@ -132,6 +128,16 @@ class PipelineNode(CameraNode):
         self._track.blank(frame.header)
         self._match.blank(self._track.likelihood_shape, frame.header)
         self._debug.blank(shape, frame.header)
+
+    def _config(self) -> PipelineConfig:
+        get = self.parameters.get
+        return PipelineConfig(
+            get(TrackingConfig),
+            get(MatchingConfig),
+            get(SegmentationConfig),
+            get(PeopleConfig),
+            get(StartingConfig),
+        )
 
     def _publish(self, results: list[FrameResult]) -> None:
         for result in results:

@@ -50,14 +50,19 @@ class TrackerNode(CameraNode):
         super().__init__('gait_tracker', **options)
         self._tracker: PeopleTracker | None = None
 
-    def build(self) -> None:
-        """Make the stage, compile it and make the publishers."""
+    def compile(self) -> None:
+        """Open the bank and compile the stage."""
         get = self.parameters.get
-        bank = open_bank(get(BankConfig).bank)
+        self._bank = open_bank(get(BankConfig).bank)
+        people = get(PeopleConfig).max_people
+        warm_up_tracker(self._bank, get(TrackingConfig), get(StartingConfig), people)
+
+    def build(self) -> None:
+        """Make the stage and the publishers."""
+        get = self.parameters.get
         self._slots = get(PeopleConfig).max_people
-        warm_up_tracker(bank, get(TrackingConfig), get(StartingConfig), self._slots)
         self._tracker = PeopleTracker(
-            bank, get(TrackingConfig), max_people=self._slots, starting=get(StartingConfig)
+            self._bank, get(TrackingConfig), max_people=self._slots, starting=get(StartingConfig)
         )
         self.take_from(initialize=self._tracker.initialize)
         self._results = TrackOutputs(self, self._slots)

@@ -72,6 +72,15 @@ def test_the_end_of_the_context_stops_all(group: ProcessGroup, monkeypatch) -> N
     assert not {None, -signal.SIGKILL} & set(codes)
 
 
+def test_one_of_them_can_be_stopped(group: ProcessGroup) -> None:
+    with group:
+        for name in ('one', 'two'):
+            group.start(name, 'sleeper')
+            wait_for_output(group, name)
+        group.stop('one')
+        assert (group.ended('one'), group.ended('two')) == (True, False)
+
+
 def test_a_process_that_ignores_interrupts_is_killed(group: ProcessGroup, monkeypatch) -> None:
     monkeypatch.setattr(processes, '_GRACE_S', 0.2)
     with group:

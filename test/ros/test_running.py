@@ -20,15 +20,24 @@ from gait_segmentation.ros.running import run_node, silence_opencv
 
 
 class _Node:
+    subscriptions = timers = clients = services = guards = waitables = ()
+    compiling = False
+
     def __init__(self, start: Callable[[], bool]) -> None:
-        self.start = start
+        self._start = start
         self.closed = 0
+
+    async def start_beside(self) -> bool:
+        return self._start()
 
     def close(self) -> None:
         self.closed += 1
 
     def destroy_node(self) -> None:
         self.closed += 1
+
+    def create_timer(self, *_: Any, **__: Any) -> None:
+        pass
 
 
 pytestmark = pytest.mark.usefixtures('signal_handlers')
