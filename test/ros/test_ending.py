@@ -61,6 +61,8 @@ class Quiet(Node):
         {close}
 
 running.Watch = partial(running.Watch, longest_s={longest})
+# What others have left is nothing of this test.
+running.remove_dead_segments = lambda: 0
 sys.exit(running.run_node(Quiet, ['quiet']))
 """
 
