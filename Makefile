@@ -4,11 +4,14 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 OUT ?= out
 WORKERS ?= 2
+OLDEST ?= .venv-oldest
+MINUTES ?= 45
+SEED ?= $(shell od -An -N4 -tu4 /dev/urandom | tr -d ' ')
 
-.PHONY: demo test lint check clean help
+.PHONY: demo test test-oldest fuzz lint check clean help
 
 help:  ## list the targets
-	@grep -hE '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
 
 demo: $(VENV)/demo  ## push a film of a walking woman through the three nodes
 	$(BIN)/gait_demo --out $(OUT)/demo
@@ -16,13 +19,28 @@ demo: $(VENV)/demo  ## push a film of a walking woman through the three nodes
 test: $(VENV)/installed lint  ## check the code and run all tests
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
 
+# With a cache of its own: Numba's would be made anew each time.
+test-oldest: $(OLDEST)/installed  ## run all tests with the oldest libraries that are promised to work
+	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/numba $(OLDEST)/bin/python -m pytest -n $(WORKERS) --dist loadfile
+
+# Each part gets a third of the time. All are run, and their seed is printed: SEED=... gives them again.
+fuzz: $(VENV)/installed  ## random examples, hostile messages, spoilt files, odd frames: MINUTES at most, SEED
+	@seed=$(SEED); limit="--seed $$seed --minutes $$(($(MINUTES) / 3))"; failed=''; \
+	run() { part=$$1; shift; echo "$$*"; "$$@" || failed="$$failed $$part"; }; \
+	echo "make fuzz SEED=$$seed"; \
+	run tests $(BIN)/python -m pytest -n $(WORKERS) -q -m hypothesis --hypothesis-profile fuzz --hypothesis-seed $$seed; \
+	run messages $(BIN)/python benchmarks/fuzz_messages.py $$limit; \
+	run files $(BIN)/python benchmarks/fuzz_files.py $$limit; \
+	run pipeline $(BIN)/python benchmarks/fuzz_pipeline.py $$limit; \
+	test -z "$$failed" || { echo "make fuzz SEED=$$seed failed:$$failed" >&2; exit 1; }
+
 lint: $(VENV)/installed  ## format, lint and types only
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
 clean:  ## remove everything that was made
-	rm -rf $(VENV) $(OUT) build install log *.egg-info
+	rm -rf $(VENV) $(OLDEST) $(OUT) build install log *.egg-info
 
 # Editable, so that the tests run on the tree as it stands (setuptools warns of that). What only they need takes as
 # long again.
@@ -37,4 +55,14 @@ $(VENV)/demo: setup.py
 $(VENV)/installed: $(VENV)/demo
 	@echo 'Installing what the tests need: some minutes, once'
 	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable '.[ros,test]'
+	@touch $@
+
+# matplotlib 3.6 has wheels for no newer Python.
+$(OLDEST)/installed: setup.py test/oldest.txt
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 10) <= sys.version_info < (3, 12) and \
+		"Python 3.10 or 3.11 is needed: make test-oldest PYTHON=python3.11")'
+	@echo 'Installing the oldest libraries into $(OLDEST): some minutes, once'
+	@$(PYTHON) -m venv $(OLDEST)
+	@$(OLDEST)/bin/python -m pip install --quiet --upgrade pip
+	PYTHONWARNINGS=ignore $(OLDEST)/bin/python -m pip install --quiet --constraint test/oldest.txt --editable '.[ros,test]'
 	@touch $@

@@ -166,6 +166,34 @@ def resident_mib(pid: int) -> float:
     return pages * os.sysconf('SC_PAGE_SIZE') / 2**20
 
 
+def start(
+    processes: ProcessGroup,
+    nodes: tuple[str, ...],
+    listener: Listener,
+    *parameters: str,
+    box: Box | None = None,
+) -> None:
+    """
+    Start nodes and wait until they are active and connected.
+
+    :param parameters: of all nodes, as ``name:=value``.
+    :param box: of a person in the first frame; without, people are found.
+    """
+    for name in nodes:
+        given = list(parameters)
+        if box is not None and name in ('gait_tracker', 'gait_pipeline'):
+            numbers = f'{box.x:.2f}, {box.y:.2f}, {box.width:.2f}, {box.height:.2f}'
+            given.append(f'initial_box:=[{numbers}]')
+        words = [word for each in given for word in ('-p', each)]
+        processes.start(name, MODULES[name], '--ros-args', *words)
+    deadline = time.monotonic() + START_TIMEOUT_S
+    while not listener.connected(nodes):
+        processes.check_running(*nodes)
+        if time.monotonic() > deadline:
+            raise ProcessError('the nodes did not connect')
+        time.sleep(POLL_S)
+
+
 def run(
     style: str, frames: Path, box: Box, rate: float
 ) -> tuple[dict[int, int], dict[int, float], float, float]:
@@ -184,19 +212,9 @@ def run(
             tempfile.TemporaryDirectory() as logs,
             ProcessGroup(os.environ, Path(logs)) as processes,
         ):
-            numbers = f'[{box.x:.2f}, {box.y:.2f}, {box.width:.2f}, {box.height:.2f}]'
-            for name in nodes:
-                starts = name in ('gait_tracker', 'gait_pipeline')
-                start = ('-p', f'initial_box:={numbers}') if starts else ()
-                processes.start(name, MODULES[name], '--ros-args', *start)
             listener = Listener()
             try:
-                deadline = time.monotonic() + START_TIMEOUT_S
-                while not listener.connected(nodes):
-                    processes.check_running(*nodes)
-                    if time.monotonic() > deadline:
-                        raise ProcessError('the nodes did not connect')
-                    time.sleep(POLL_S)
+                start(processes, nodes, listener, box=box)
                 stamps = Path(logs) / 'stamps.txt'
                 processes.start(
                     'gait_source', 'gait_segmentation.nodes.source_node', str(frames),

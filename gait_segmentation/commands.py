@@ -25,6 +25,7 @@ __all__ = [
     'segmenter',
     'source',
     'tracker',
+    'warm_up',
 ]
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -67,6 +68,11 @@ def evaluate() -> int:
 def replay() -> int:
     """Run gait_replay."""
     return _run_tool('replay')
+
+
+def warm_up() -> int:
+    """Run gait_warm_up."""
+    return _run_tool('warm_up')
 
 
 def tracker() -> int:

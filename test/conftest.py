@@ -4,20 +4,46 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib
 import os
+import pkgutil
 import signal
 import threading
 from collections.abc import Iterator
 
 import pytest
+from hypothesis import HealthCheck, settings
+
+import gait_segmentation
 
 # Before anything reads it: with several workers, threads of OpenMP mostly wait for each other.
 os.environ.setdefault('OMP_NUM_THREADS', '1')
+
+# The same examples in every run, however busy the computer is.  `make fuzz` chooses the other,
+# which draws at random and prints what brings a failure back.
+_UNTIMED = {'deadline': None, 'suppress_health_check': [HealthCheck.too_slow]}
+settings.register_profile('gate', derandomize=True, database=None, **_UNTIMED)
+settings.register_profile('fuzz', database=None, print_blob=True, **_UNTIMED)
+settings.load_profile('gate')
 
 # A shell ignores Ctrl-C in what it runs in the background, and processes inherit that.
 _ignored = signal.getsignal(signal.SIGINT) == signal.SIG_IGN
 if _ignored and threading.current_thread() is threading.main_thread():
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_collection_finish() -> None:
+    """
+    Import the whole package.
+
+    Hypothesis tries the constants of all modules of the project that are loaded, so the examples
+    would depend on the tests that are chosen and on those that ran before.
+    """
+    for module in pkgutil.walk_packages(gait_segmentation.__path__, 'gait_segmentation.'):
+        # Without ROS 2 some cannot be.
+        with contextlib.suppress(ImportError):
+            importlib.import_module(module.name)
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ def test_results_come_in_the_order_of_the_tasks(threads: int) -> None:
 
 
 def test_tasks_run_at_the_same_time() -> None:
-    meeting = threading.Barrier(2, timeout=20)
+    meeting = threading.Barrier(2, timeout=300)
     places = Crew(2).run([meeting.wait, meeting.wait])
     assert sorted(places) == [0, 1]
 

@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from pathlib import Path
 
 SETUP = Path(__file__).parents[1] / 'setup.py'
+OLDEST = Path(__file__).parent / 'oldest.txt'
 
 
 def test_a_link_to_it_in_another_folder_works(tmp_path: Path) -> None:
@@ -21,3 +23,14 @@ def test_a_link_to_it_in_another_folder_works(tmp_path: Path) -> None:
         text=True,
     )
     assert done.stdout.strip() == 'gait_segmentation', done.stderr
+
+
+def test_the_lower_bounds_are_the_versions_that_are_tested() -> None:
+    bounds = dict(re.findall(r"'([\w-]+)>=([\w.]+)'", SETUP.read_text(encoding='utf-8')))
+    tested = dict(re.findall(r'^([\w-]+)==([\w.]+)$', OLDEST.read_text(encoding='utf-8'), re.M))
+    assert bounds == tested
+
+
+def test_everything_that_the_package_needs_has_a_lower_bound() -> None:
+    (needed,) = re.findall(r'install_requires=\[(.*?)\]', SETUP.read_text('utf-8'), re.S)
+    assert all('>=' in line for line in needed.split())

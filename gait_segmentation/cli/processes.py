@@ -121,18 +121,19 @@ class ProcessGroup:
         """Return the number of a process."""
         return self._children[name].process.pid
 
-    def last_lines(self, name: str) -> str:
+    def last_lines(self, name: str, count: int = _LAST_LINES) -> str:
         """Return the end of a process's output, indented."""
         log = self._children[name].log
-        lines = log.read_text(encoding='utf-8', errors='replace').splitlines()[-_LAST_LINES:]
+        lines = log.read_text(encoding='utf-8', errors='replace').splitlines()[-count:]
         return '\n'.join(f'    {line}' for line in lines) or '    (no output)'
 
-    def stop(self) -> None:
-        """Stop all processes and wait until they are gone."""
-        for child in self._children.values():
+    def stop(self, *names: str) -> None:
+        """Stop processes, all if none is named, and wait until they are gone."""
+        children = [self._children[name] for name in names or self._children]
+        for child in children:
             _signal(child.process, signal.SIGINT)
         deadline = time.monotonic() + _GRACE_S
-        for child in self._children.values():
+        for child in children:
             try:
                 child.process.wait(max(deadline - time.monotonic(), 0.0))
             except subprocess.TimeoutExpired:

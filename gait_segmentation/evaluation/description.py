@@ -12,8 +12,9 @@ from typing import Any
 
 import yaml
 
-from gait_segmentation.errors import SequenceError
-from gait_segmentation.geometry import Box
+from gait_segmentation.errors import InputError, SequenceError
+from gait_segmentation.geometry import Box, check_start_box
+from gait_segmentation.regular_files import regular
 
 __all__ = ['Description']
 
@@ -37,7 +38,7 @@ class Description:
         :raises SequenceError: if it cannot be read, or does not hold names and values.
         """
         try:
-            values = yaml.safe_load(path.read_text(encoding='utf-8'))
+            values = yaml.safe_load(regular(path).read_text(encoding='utf-8'))
         except OSError as error:
             raise SequenceError(f'{path} cannot be read: {error.strerror}') from error
         except (yaml.YAMLError, UnicodeDecodeError) as error:
@@ -132,6 +133,10 @@ class Description:
         box = Box(*map(float, values))
         if box.clipped(*size) is None:
             raise SequenceError(f'{about} overlap the image of {size[0]}x{size[1]}, got {values}')
+        try:
+            check_start_box(box, size)
+        except InputError as error:
+            raise SequenceError(f'{name} in {self.path}: {error}') from error
         return box
 
 

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from gait_segmentation.errors import BankError
+from gait_segmentation.regular_files import regular
 
 __all__ = ['FORMAT', 'FORMAT_VERSION', 'read_bank', 'write_bank']
 
@@ -74,7 +75,7 @@ def _scalar(value: Any, kind: str, name: str, path: Path) -> Any:
 def _read_arrays(path: Path) -> dict[str, Any]:
     try:
         # Opened here, because numpy leaves the file open if the archive is damaged.
-        with path.open('rb') as file:
+        with regular(path).open('rb') as file:
             if not zipfile.is_zipfile(file):
                 raise BankError(f'{path} is not a bank: expected an .npz archive')
             file.seek(0)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.inputs import damaged
 from gait_segmentation.inputs.encodings import claimed_shape, read_bgr, read_compressed
-from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource
+from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource, check_file
 
 __all__ = ['BagSource', 'is_bag']
 
@@ -87,6 +88,10 @@ class BagSource(ImageSource):
 
     def open(self) -> int | None:
         """Find the topic."""
+        # The metadata may name any of them.
+        for file in self.path.iterdir() if self.path.is_dir() else ():
+            if not file.is_dir():
+                check_file(file)
         topics = self._topics()
         self.topic = _chosen(self.path, topics, self.topic)
         self._kind = topics[self.topic].kind
@@ -128,7 +133,8 @@ class BagSource(ImageSource):
         stamp = message.header.stamp
         header_ns = int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
         compressed = self._kind == _COMPRESSED
-        decode = partial(read_compressed if compressed else read_bgr, message)
+        read = read_compressed if compressed else read_bgr
+        decode = partial(read, message, self._max_pixels)
         shape = (0, 0) if compressed else claimed_shape(message) or (0, 0)
         return Entry(header_ns, recorded_ns, message.header.frame_id, shape, decode)
 
@@ -141,11 +147,19 @@ class BagSource(ImageSource):
             # rosbags raises whatever the data made of it.
             raise InputError(f'the message cannot be read ({error!r})') from error
 
-    def _reader(self) -> Any:
+    @contextmanager
+    def _reader(self) -> Iterator[Any]:
         from rosbags.rosbag1 import Reader as Reader1
         from rosbags.rosbag2 import Reader as Reader2
 
-        return Reader1(self.path) if self.path.suffix == '.bag' else Reader2(self.path)
+        reader = Reader1(self.path) if self.path.suffix == '.bag' else Reader2(self.path)
+        try:
+            reader.open()
+            yield reader
+        finally:
+            # Also if it cannot be opened, for which rosbags may leave files open.
+            with suppress(Exception):
+                reader.close()
 
     def _topics(self) -> dict[str, Topic]:
         try:

@@ -16,13 +16,12 @@ from std_msgs.msg import Header
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.held_frames import HeldFrames
-from gait_segmentation.inputs.encodings import read_mono8
+from gait_segmentation.inputs.encodings import claimed_shape, read_mono8
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
+from gait_segmentation.pixel_limit import check_pixels
 from gait_segmentation.results import MatchResult, TrackResult
-from gait_segmentation.ros.camera import claimed_shape
 from gait_segmentation.ros.config import BankConfig, NodeConfig, SizeConfig
-from gait_segmentation.ros.fields import check_size
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_box, stamp_of
@@ -31,7 +30,7 @@ from gait_segmentation.ros.pictures import matching_picture
 from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.ros.topics import slot_topic, slot_topics
-from gait_segmentation.ros.waiting import unpublished
+from gait_segmentation.ros.waiting import nothing_from, unpublished
 from gait_segmentation.warm_up import open_bank, warm_up_matcher
 
 __all__ = ['MatcherNode', 'main']
@@ -65,11 +64,14 @@ class MatcherNode(GaitNode):
         super().__init__('gait_matcher', **options)
         self._matcher: PeopleMatcher | None = None
 
-    def build(self) -> None:
-        """Make the stage, compile it and make the publishers."""
+    def compile(self) -> None:
+        """Open the bank and compile the stage."""
         self._bank = open_bank(self.parameters.get(BankConfig).bank)
+        warm_up_matcher(self._bank, self.parameters.get(MatchingConfig))
+
+    def build(self) -> None:
+        """Make the stage and the publishers."""
         config = self.parameters.get(MatchingConfig)
-        warm_up_matcher(self._bank, config)
         people = self.parameters.get(PeopleConfig)
         self._slots = people.max_people
         self._matcher = PeopleMatcher(
@@ -99,7 +101,14 @@ class MatcherNode(GaitNode):
 
     def missing(self) -> str:
         """Say whether there is no tracker."""
-        return unpublished(self, self._topics, 'gait_tracker')
+        tracker = 'gait_tracker'
+        return unpublished(self, self._topics, tracker) or nothing_from(tracker)
+
+    def pause(self) -> None:
+        """Drop what waits for its other parts."""
+        if self.state == 'active':
+            self._join.forget()
+            self._unsized.clear()
 
     def release(self) -> None:
         """Let go of the stage."""
@@ -127,7 +136,7 @@ class MatcherNode(GaitNode):
         assert self._matcher is not None
         tracks = [read_track(frame, slot) for slot in range(self._slots)]
         size = frame['size'] or tracks[0].likelihood.shape[::-1]
-        check_size(size)
+        check_pixels(size)
         stamp_ns = tracks[0].stamp_ns
         if stamp_ns < self._stamp_ns:
             self.warnings.warn(

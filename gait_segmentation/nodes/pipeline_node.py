@@ -17,7 +17,7 @@ from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
 from gait_segmentation.ros.camera import CameraMessage, claimed_shape, decode
-from gait_segmentation.ros.config import BankConfig
+from gait_segmentation.ros.config import BankConfig, CameraConfig
 from gait_segmentation.ros.messages import stamp_of
 from gait_segmentation.ros.outputs import (
     DebugOutput,
@@ -54,24 +54,20 @@ class PipelineNode(CameraNode):
         super().__init__('gait_pipeline', **options)
         self._pipeline: Pipeline | None = None
 
+    def compile(self) -> None:
+        """Open the bank and compile the stages."""
+        self._bank = open_bank(self.parameters.get(BankConfig).bank)
+        warm_up(self._config(), self._bank)
+
     def build(self) -> None:
-        """Make the stages, compile them and make the publishers."""
-        get = self.parameters.get
-        bank = open_bank(get(BankConfig).bank)
-        config = PipelineConfig(
-            get(TrackingConfig),
-            get(MatchingConfig),
-            get(SegmentationConfig),
-            get(PeopleConfig),
-            get(StartingConfig),
-        )
-        warm_up(config, bank)
-        self._pipeline = Pipeline(config, bank)
+        """Make the stages and the publishers."""
+        config = self._config()
+        self._pipeline = Pipeline(config, self._bank)
         self._held: HeldFrames[tuple[NDArray[np.uint8], CameraMessage]] = HeldFrames()
         self.take_from(initialize=self._pipeline.initialize)
         slots = config.people.max_people
         self._track = TrackOutputs(self, slots)
-        self._match = MatchOutputs(self, bank, slots)
+        self._match = MatchOutputs(self, self._bank, slots)
         self._segmentation = SegmentationOutputs(self, slots)
         self._debug = DebugOutput(self)
 
@@ -117,7 +113,7 @@ class PipelineNode(CameraNode):
     def process(self, frame: CameraMessage) -> None:
         """Run a frame through all stages."""
         assert self._pipeline is not None
-        image = decode(frame)
+        image = decode(frame, self.parameters.get(CameraConfig))
         stamp_ns = stamp_of(frame.header)
         self.intake.take(image, stamp_ns)
         results = self._pipeline.take(image, stamp_ns)
@@ -132,6 +128,16 @@ class PipelineNode(CameraNode):
         self._track.blank(frame.header)
         self._match.blank(self._track.likelihood_shape, frame.header)
         self._debug.blank(shape, frame.header)
+
+    def _config(self) -> PipelineConfig:
+        get = self.parameters.get
+        return PipelineConfig(
+            get(TrackingConfig),
+            get(MatchingConfig),
+            get(SegmentationConfig),
+            get(PeopleConfig),
+            get(StartingConfig),
+        )
 
     def _publish(self, results: list[FrameResult]) -> None:
         for result in results:

@@ -24,7 +24,7 @@ from gait_segmentation.ros.outputs import DebugOutput, SegmentationOutputs
 from gait_segmentation.ros.pictures import segmentation_picture
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.ros.topics import slot_topic, slot_topics
-from gait_segmentation.ros.waiting import no_images, unpublished
+from gait_segmentation.ros.waiting import no_images, nothing_from, unpublished
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 from gait_segmentation.warm_up import warm_up_segmenter
 
@@ -64,10 +64,13 @@ class SegmenterNode(GaitNode):
         self._segmenter: PeopleSegmenter | None = None
         self._camera_topic = 'image'
 
+    def compile(self) -> None:
+        """Compile the stage."""
+        warm_up_segmenter(self.parameters.get(SegmentationConfig))
+
     def build(self) -> None:
-        """Make the stage, compile it and make the publishers."""
+        """Make the stage and the publishers."""
         config = self.parameters.get(SegmentationConfig)
-        warm_up_segmenter(config)
         people = self.parameters.get(PeopleConfig)
         self._slots = people.max_people
         self._segmenter = PeopleSegmenter(
@@ -94,8 +97,16 @@ class SegmenterNode(GaitNode):
         """Say whether it is the camera or another node that does not publish."""
         if not self.count_publishers(self.resolve_topic_name(self._camera_topic)):
             return no_images(self, self._camera_topic)
-        silent = (unpublished(self, topics, node) for node, topics in self._topics.items())
-        return next(filter(None, silent), '')
+        absent = (unpublished(self, topics, node) for node, topics in self._topics.items())
+        silent = self._join.waits_for
+        return next(filter(None, absent), '') or (
+            nothing_from(silent) if silent in self._topics else no_images(self, self._camera_topic)
+        )
+
+    def pause(self) -> None:
+        """Drop what waits for its other parts."""
+        if self.state == 'active':
+            self._join.forget()
 
     def status(self) -> dict[str, str]:
         """Report the topic of the camera."""
@@ -120,7 +131,7 @@ class SegmenterNode(GaitNode):
         assert self._segmenter is not None
         header = frame['image'].header
         stamp_ns = stamp_of(header)
-        image = decode(frame['image'])
+        image = decode(frame['image'], self.parameters.get(CameraConfig))
         shape = (image.shape[0], image.shape[1])
         if stamp_ns < self._stamp_ns or self._shape not in (None, shape):
             self.warnings.warn(

@@ -18,7 +18,7 @@ from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback
 from gait_segmentation.ros.camera import CameraMessage, claimed_shape, decode
-from gait_segmentation.ros.config import BankConfig
+from gait_segmentation.ros.config import BankConfig, CameraConfig
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.messages import read_body, stamp_of
 from gait_segmentation.ros.outputs import DebugOutput, TrackOutputs
@@ -50,14 +50,19 @@ class TrackerNode(CameraNode):
         super().__init__('gait_tracker', **options)
         self._tracker: PeopleTracker | None = None
 
-    def build(self) -> None:
-        """Make the stage, compile it and make the publishers."""
+    def compile(self) -> None:
+        """Open the bank and compile the stage."""
         get = self.parameters.get
-        bank = open_bank(get(BankConfig).bank)
+        self._bank = open_bank(get(BankConfig).bank)
+        people = get(PeopleConfig).max_people
+        warm_up_tracker(self._bank, get(TrackingConfig), get(StartingConfig), people)
+
+    def build(self) -> None:
+        """Make the stage and the publishers."""
+        get = self.parameters.get
         self._slots = get(PeopleConfig).max_people
-        warm_up_tracker(bank, get(TrackingConfig), get(StartingConfig), self._slots)
         self._tracker = PeopleTracker(
-            bank, get(TrackingConfig), max_people=self._slots, starting=get(StartingConfig)
+            self._bank, get(TrackingConfig), max_people=self._slots, starting=get(StartingConfig)
         )
         self.take_from(initialize=self._tracker.initialize)
         self._results = TrackOutputs(self, self._slots)
@@ -100,7 +105,7 @@ class TrackerNode(CameraNode):
     def process(self, frame: CameraMessage) -> None:
         """Track a frame."""
         assert self._tracker is not None
-        image = decode(frame)
+        image = decode(frame, self.parameters.get(CameraConfig))
         stamp_ns = stamp_of(frame.header)
         self.intake.take(image, stamp_ns)
         tracks = self._tracker.update(image, stamp_ns)

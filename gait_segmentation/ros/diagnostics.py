@@ -33,7 +33,7 @@ def diagnostic_message(
     Describe how a node is doing.
 
     :param name: full name of the node.
-    :param state: of its life cycle.
+    :param state: what it does, ``active`` if it is to work on frames.
     :param now_s: steady time in seconds.
     :param now: the node's clock.
     :param details: further keys and values; ``camera``, or else the node, is the hardware.
@@ -71,13 +71,12 @@ def diagnostic_message(
 
 
 def _judged(state: str, statistics: Statistics, now_s: float, late_ms: float) -> tuple[bytes, str]:
-    """Return the level and what it is for."""
+    """Return the level and what it is for; nothing is expected of a node that is not active."""
     losses, failures = statistics.losses()
+    if state == 'active' and statistics.quiet_s(now_s) > _QUIET_S:
+        return DiagnosticStatus.STALE, f'no input for {statistics.quiet_s(now_s):.0f} s'
     if state == 'active' and not statistics.received:
         return DiagnosticStatus.OK, 'active, no input yet'
-    if state == 'active' and statistics.quiet_s(now_s) > _QUIET_S:
-        quiet = f'no input for {statistics.quiet_s(now_s):.0f} s'
-        return DiagnosticStatus.STALE, quiet
     if failures:
         return DiagnosticStatus.WARN, f'{failures} frames could not be used since the last report'
     if losses:

@@ -10,11 +10,12 @@ import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from typing import NoReturn
 
 import rclpy
 from rclpy.signals import uninstall_signal_handlers
 
-__all__ = ['Ending']
+__all__ = ['Ending', 'leave']
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _LONGEST_S = 5.0
@@ -84,7 +85,12 @@ class Ending:
         watch.start()
         with suppress(Exception):
             self.close()
-        for stream in (sys.stdout, sys.stderr):
-            with suppress(Exception):
-                stream.flush()
-        os._exit(0)
+        leave(0)
+
+
+def leave(code: int) -> NoReturn:
+    """End the process without the interpreter's clean-up."""
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(Exception):
+            stream.flush()
+    os._exit(code)

@@ -21,6 +21,9 @@ class _Entry:
 
     stamp_ns: int
     run: int
+    since: int
+    """Parts that had come before it, of all stamps."""
+
     parts: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -55,21 +58,35 @@ class ExactJoin:
         """Entries dropped, by the part that has passed them by."""
 
         self.skipped: Counter[str] = Counter()
-        """The same by stage, of entries of which neither it nor one after it has said a thing."""
+        """
+        The same by stage, of entries of which neither it nor one after it has said a thing, and
+        entries pushed out while it said nothing at all.
+        """
 
         self.late: Counter[str] = Counter()
-        """Entries pushed out, by the part that had not come until then."""
+        """Entries pushed out, by the part that had not come until then though others had."""
 
+        self.forget()
+
+    def forget(self) -> None:
+        """Drop what waits, without counting it, and begin anew."""
         self._entries: list[_Entry] = []
         self._first: dict[str, tuple[int, int]] = {}
         self._newest: dict[str, tuple[int, int]] = {}
         self._given_up: deque[tuple[int, int]] = deque(maxlen=_REMEMBERED)
         self._pushed_out: deque[tuple[int, int]] = deque(maxlen=_REMEMBERED)
         self._joined = False
+        self._taken = 0
+        self._heard = dict.fromkeys(self._order, 0)
 
     def __len__(self) -> int:
         """Return the number of incomplete entries."""
         return len(self._entries)
+
+    @property
+    def waits_for(self) -> str:
+        """Return the first stage that the newest entry lacks a part of, empty without entries."""
+        return self._stages[self._lacking(self._entries[-1])] if self._entries else ''
 
     def add(self, part: str, stamp_ns: int, value: Any) -> dict[str, Any] | None:
         """
@@ -78,6 +95,8 @@ class ExactJoin:
         :returns: all parts by name if the stamp is complete now, else None.
         """
         run, jumped = self._advance(part, stamp_ns)
+        self._taken += 1
+        self._heard[self._stages[part]] = self._taken
         # Not before all are known to go together.
         if self._joined:
             self._drop_passed(part, jumped)
@@ -85,7 +104,7 @@ class ExactJoin:
         if entry is None:
             if self._is_late(part, (run, stamp_ns)):
                 return None
-            entry = _Entry(stamp_ns, run)
+            entry = _Entry(stamp_ns, run, self._taken)
             self._entries.append(entry)
         entry.parts[part] = value
         complete = len(entry.parts) == len(self._stages)
@@ -136,7 +155,7 @@ class ExactJoin:
 
     def _drop_if_passed(self, entry: _Entry) -> None:
         """Drop an entry if a part that it lacks had passed it by."""
-        for part in self._stages.keys() - entry.parts.keys():
+        for part in [each for each in self._stages if each not in entry.parts]:
             run, stamp_ns = self._newest[part]
             if entry.run == run and entry.stamp_ns < stamp_ns:
                 self._give_up(entry, part)
@@ -160,7 +179,17 @@ class ExactJoin:
         self._entries.remove(entry)
         if self._joined:
             self._given_up.append(entry.key)
-            self.late[next(part for part in self._stages if part not in entry.parts)] += 1
+            part = self._lacking(entry)
+            stage = self._stages[part]
+            # More room would not help where nothing comes any more.
+            if self._heard[stage] < entry.since:
+                self.skipped[stage] += 1
+            else:
+                self.late[part] += 1
         else:
             # Perhaps nobody works on it yet.
             self._pushed_out.append(entry.key)
+
+    def _lacking(self, entry: _Entry) -> str:
+        """Return the first part that an entry lacks, in the order of the work."""
+        return next(part for part in self._stages if part not in entry.parts)

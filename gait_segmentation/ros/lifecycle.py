@@ -18,18 +18,20 @@ from std_srvs.srv import SetBool, Trigger
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.kernels import Kernels
 from gait_segmentation.ros.backlog import Backlog, Worker
 from gait_segmentation.ros.camera import CameraMessage, CameraSubscription
-from gait_segmentation.ros.compiling import compiling
+from gait_segmentation.ros.compiling import Aside, compiling
 from gait_segmentation.ros.config import CameraConfig, NodeConfig
 from gait_segmentation.ros.diagnostics import diagnostic_message
 from gait_segmentation.ros.endpoints import publisher, subscription
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.memory import take_ahead
+from gait_segmentation.ros.parameter_requests import refuse_unknown_types
 from gait_segmentation.ros.parameters import NodeParameters
 from gait_segmentation.ros.qos import BETWEEN_NODES
 from gait_segmentation.ros.statistics import Statistics
-from gait_segmentation.ros.transitions import refuse_impossible, state_of
+from gait_segmentation.ros.transitions import CONFIGURING, configure, serve_transitions, state_of
 from gait_segmentation.ros.waiting import Silence
 from gait_segmentation.ros.warnings import Warnings
 
@@ -67,6 +69,7 @@ class GaitNode(LifecycleNode):
         self._inputs: list[Any] = []
         self._outputs: list[Any] = []
         self._worker: Worker | None = None
+        self._aside: Aside | None = None
         self._failure: BaseException | None = None
         self.parameters = NodeParameters(
             self,
@@ -75,7 +78,8 @@ class GaitNode(LifecycleNode):
             changed=self._parameters_changed,
         )
         self._alarm = self.create_guard_condition(self._raise_failure)
-        refuse_impossible(self)
+        serve_transitions(self, self._compile_aside)
+        refuse_unknown_types(self)
         self.create_service(SetBool, '~/enable', self._enable)
         self.create_service(Trigger, '~/reset', self._reset)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
@@ -86,8 +90,12 @@ class GaitNode(LifecycleNode):
     # What derived classes do.
 
     @abstractmethod
+    def compile(self) -> None:
+        """Have all kernels compiled, and load what takes long (any thread)."""
+
+    @abstractmethod
     def build(self) -> None:
-        """Make stages and publishers and compile the kernels."""
+        """Make stages and publishers, after :meth:`compile`."""
 
     @abstractmethod
     def connect(self) -> None:
@@ -111,6 +119,9 @@ class GaitNode(LifecycleNode):
 
     def finish(self) -> None:
         """Publish what is held back, before the node is deactivated (worker)."""
+
+    def pause(self) -> None:
+        """Drop what waits for its other parts: those that come now will be ignored."""
 
     def release(self) -> None:
         """Let go of the stages."""
@@ -192,6 +203,27 @@ class GaitNode(LifecycleNode):
         """Return the state of the life cycle in words."""
         return state_of(self)
 
+    @property
+    def condition(self) -> str:
+        """Return what the node does in words: the state, and what else there is to know."""
+        if self.state == CONFIGURING:
+            kernels = Kernels.now()
+            return f'{CONFIGURING}, compiling: {kernels.ready} of {kernels.known} kernels ready'
+        return self.state if self.enabled else f'{self.state}, disabled'
+
+    @property
+    def compiling(self) -> bool:
+        """Return whether kernels are being compiled beside the executor."""
+        return self._aside is not None and not self._aside.done
+
+    async def start_beside(self) -> bool:
+        """Do what :meth:`start` does, as a task of an executor that spins: others go on."""
+        if not self.parameters.get(NodeConfig).autostart:
+            return True
+        success = TransitionCallbackReturn.SUCCESS
+        configured = await configure(self, self._compile_aside)
+        return configured == success and self.trigger_activate() == success
+
     def start(self) -> bool:
         """Configure and activate if the node starts itself; return whether that went well."""
         if not self.parameters.get(NodeConfig).autostart:
@@ -217,6 +249,7 @@ class GaitNode(LifecycleNode):
         """Subscribe."""
         result = self._transition('activating', self.connect)
         if result == TransitionCallbackReturn.SUCCESS:
+            self.statistics.expect(time.monotonic())
             self.get_logger().info('active')
         else:
             self._disconnect(drain=False)
@@ -245,13 +278,26 @@ class GaitNode(LifecycleNode):
 
     def _configure(self) -> None:
         config = self.parameters.get(NodeConfig)
-        # OpenCV takes 0 as "no threads at all" and a negative number as its default.
-        cv2.setNumThreads(config.num_threads or -1)
         self.statistics = Statistics()
-        with compiling(self._inform):
-            self.build()
+        aside, self._aside = self._aside, None
+        if aside is None:
+            self._compile()
+        else:
+            aside.check()
+        self.build()
         take_ahead()
         self._worker = Worker(Backlog(config.backlog), self._work, self._worker_failed)
+
+    async def _compile_aside(self) -> None:
+        if self._aside is None:
+            self._aside = Aside(self._compile)
+        await self._aside
+
+    def _compile(self) -> None:
+        # OpenCV takes 0 as "no threads at all" and a negative number as its default.
+        cv2.setNumThreads(self.parameters.get(NodeConfig).num_threads or -1)
+        with compiling(self._inform):
+            self.compile()
 
     def _inform(self, text: str) -> None:
         if self.context.ok():
@@ -305,9 +351,13 @@ class GaitNode(LifecycleNode):
     # Services, parameters and diagnostics.
 
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
-        self.enabled = bool(request.data)
-        if not self.enabled:
-            self.later(self.forget, 'forget')
+        if bool(request.data) != self.enabled:
+            self.enabled = bool(request.data)
+            if self.enabled:
+                self.statistics.expect(time.monotonic())
+            else:
+                self.pause()
+                self.later(self.forget, 'forget')
         response.success = True
         response.message = 'enabled' if self.enabled else 'disabled: frames are ignored'
         return response
@@ -337,7 +387,7 @@ class GaitNode(LifecycleNode):
         self._diagnostics.publish(
             diagnostic_message(
                 self.get_fully_qualified_name(),
-                self.state,
+                self.condition,
                 self.statistics,
                 time.monotonic(),
                 self.get_clock().now().to_msg(),

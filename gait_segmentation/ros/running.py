@@ -8,30 +8,37 @@ import argparse
 import gc
 import inspect
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import cv2
 import rclpy
+from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.logging import get_logger
 from rclpy.utilities import remove_ros_args
 
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.ros.config import CameraConfig
-from gait_segmentation.ros.ending import Ending
+from gait_segmentation.ros.ending import Ending, leave
 from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.memory import keep_freed_memory
+from gait_segmentation.ros.shared_memory import remove_dead_segments
+from gait_segmentation.ros.watch import Watch
 
 if TYPE_CHECKING:
     from gait_segmentation.ros.lifecycle import GaitNode
 
-__all__ = ['run_node']
+__all__ = ['run_node', 'silence_opencv']
 
 _EPILOG = """\
 exit code: 0, also after Ctrl-C; 1 if the node cannot be started; 2 if the
-command line is wrong
+command line is wrong; 70 if it hung; 71 if it did not end within 4 s of a
+signal
 
 examples (after colcon build with "ros2 run gait_segmentation" in front)
   %(prog)s --ros-args -r {remap}
@@ -40,6 +47,10 @@ examples (after colcon build with "ros2 run gait_segmentation" in front)
 Topics are in docs/ros.md, parameters in docs/parameters.md; "ros2 param list"
 and "ros2 param describe" show those of a running node.
 """
+
+
+class _NotStartedError(Exception):
+    """The node's log says why."""
 
 
 def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -> int:
@@ -51,34 +62,53 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
     :raises SystemExit: with the usage, if that is asked for or the command line is wrong.
     """
     given = sys.argv if arguments is None else arguments
-    name = Path(given[0]).name if given else 'node'
     ending = Ending()
+    ending.handle_signals()
+    watch = Watch(Path(given[0]).name if given else 'node')
+    ending.closes(watch.ask)
+    try:
+        return _run(make, given, ending, watch)
+    finally:
+        watch.close()
+        # To look for garbage among all that has been imported takes the interpreter longer than
+        # everything else that it does at the end.
+        gc.freeze()
+
+
+def _run(make: Callable[[], GaitNode], arguments: list[str], ending: Ending, watch: Watch) -> int:
+    name = Path(arguments[0]).name if arguments else 'node'
+    node: GaitNode | None = None
     understood = False
     try:
-        _check(make, given)
-        ending.handle_signals()
+        _check(make, arguments)
         keep_freed_memory()
+        silence_opencv()
+        # Of whoever has asked and is gone: nobody is there to be answered.
+        warnings.filterwarnings('ignore', 'failed to send response', RuntimeWarning)
+        freed = remove_dead_segments()
         rclpy.init(args=arguments)
         understood = True
+        if freed:
+            get_logger(name).info(
+                f'{freed / 2**20:.1f} MiB of shared memory of killed processes freed'
+            )
         # First: one that is made when a signal has closed the context leaves a traceback.
         executor = MessageExecutor()
         ending.closes(executor.shutdown)
         node = _made(make)
         ending.closes(node.close)
         ending.closes(node.destroy_node)
-        # To compile the kernels may take a minute, which nobody wants to wait for.
-        ending.at_once = True
         if ending.asked:
             return 0
-        started = node.start()
-        ending.at_once = False
-        if not started:
-            # A signal in the middle of the start closes the context under it.
-            return 1 if rclpy.ok() else 0
         executor.add_node(node)
+        node.create_timer(1.0, watch.beat, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        executor.create_task(_start, node)
         executor.spin()
     except ExternalShutdownException:
         pass
+    except _NotStartedError:
+        # A signal in the middle of the start closes the context under it.
+        return 1 if rclpy.ok() else 0
     except (GaitSegmentationError, ParameterException) as error:
         print(f'{name}: error: {error}', file=sys.stderr)
         return 1
@@ -91,10 +121,22 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
             raise
     finally:
         ending.close()
-        # To look for garbage among all that has been imported takes the interpreter longer than
-        # everything else that it does at the end.
-        gc.freeze()
+        if node is not None and node.compiling:
+            # The interpreter must not end under the compiler, which nobody wants to wait for.
+            leave(0)
     return 0
+
+
+def silence_opencv() -> None:
+    """Have OpenCV print nothing of images that it cannot decode: the node says it already."""
+    # OpenCV 4 has the one, 5 the other, and some both.
+    set_level = getattr(cv2, 'setLogLevel', None) or cv2.utils.logging.setLogLevel
+    set_level(0)
+
+
+async def _start(node: GaitNode) -> None:
+    if not await node.start_beside():
+        raise _NotStartedError
 
 
 def _made(make: Callable[[], GaitNode]) -> GaitNode:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import deque
 
@@ -35,6 +36,7 @@ class Statistics:
         self._departures: deque[float] = deque(maxlen=_WINDOW)
         self._latencies_s: deque[float] = deque(maxlen=_WINDOW)
         self._told = (0, 0)
+        self._since_s = math.nan
         self._lock = threading.Lock()
 
     def arrived(self, now_s: float, stamp_ns: int) -> None:
@@ -59,10 +61,17 @@ class Statistics:
         """Return the rate of the outputs of the last 5 seconds, 0 without."""
         return self._rate(self._departures, now_s)
 
-    def quiet_s(self, now_s: float) -> float:
-        """Return the time since the last frame arrived, NaN if none did."""
+    def expect(self, now_s: float) -> None:
+        """Note that frames are to come from now on."""
         with self._lock:
-            return now_s - self._arrivals[-1] if self._arrivals else float('nan')
+            self._since_s = now_s
+
+    def quiet_s(self, now_s: float) -> float:
+        """Return the time for which frames were to come and none did, NaN if none are to."""
+        with self._lock:
+            last_s = self._arrivals[-1] if self._arrivals else math.nan
+            # NaN gives way to the other.
+            return now_s - float(np.fmax(last_s, self._since_s))
 
     def losses(self) -> tuple[int, int]:
         """Return the frames lost, incomplete or skipped, and failed, since this was last asked."""
@@ -82,6 +91,6 @@ class Statistics:
         with self._lock:
             values = list(self._latencies_s)
         if not values:
-            return float('nan'), float('nan')
+            return math.nan, math.nan
         median, high = np.percentile(values, (50, 95)) * 1e3
         return float(median), float(high)

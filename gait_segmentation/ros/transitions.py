@@ -1,20 +1,33 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Transitions of the life cycle that a node's state does not have: refused, not fatal."""
+"""
+Transitions of the life cycle: configuring beside the executor, and what is not possible.
+
+rclpy does a transition within a callback, so that a node that compiles answers nothing, and lets
+the error of an impossible one end the node.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
+from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 
 if TYPE_CHECKING:
     from rclpy.lifecycle import LifecycleNode
 
-__all__ = ['refuse_impossible', 'state_of']
+__all__ = ['CONFIGURING', 'configure', 'serve_transitions', 'state_of']
+
+CONFIGURING = 'configuring'
+"""The state of a node that compiles."""
+
+_CONFIGURE = 'configure'
 
 Change = Callable[[ChangeState.Request, ChangeState.Response], ChangeState.Response]
 
@@ -24,35 +37,62 @@ def state_of(node: LifecycleNode) -> str:
     return str(node._state_machine.current_state[1])
 
 
-def refuse_impossible(node: LifecycleNode) -> None:
+async def configure(
+    node: LifecycleNode, prepare: Callable[[], Awaitable[None]]
+) -> TransitionCallbackReturn:
     """
-    Have a node answer a transition that its state does not have with a warning and a refusal.
+    Configure a node, as its ``trigger_configure`` does, but with something to wait for before.
 
-    rclpy lets the error through, which would end the node.
+    :param prepare: does what takes long while other callbacks run.
+    :raises RCLError: if the node is not unconfigured.
+    """
+    machine = node._state_machine
+    number, label = machine.current_state
+    machine.trigger_transition_by_id(Transition.TRANSITION_CONFIGURE, True)
+    await prepare()
+    result = node.on_configure(LifecycleState(label=label, state_id=number))
+    machine.trigger_transition_by_label(result.to_label(), True)
+    return result
+
+
+def serve_transitions(node: LifecycleNode, prepare: Callable[[], Awaitable[None]]) -> None:
+    """
+    Have a node configure beside the executor, and refuse transitions that its state does not have.
+
+    While it configures, requests for other transitions wait; all other services are answered.
     """
     service = node._service_change_state
-    service.callback = partial(_change, node, service.callback)
+    service.callback = partial(_change, node, service.callback, prepare)
+    # Of its own: a callback that waits would keep back all others of its group.
+    service.callback_group = MutuallyExclusiveCallbackGroup()
+    service.callback_group.add_entity(service)
 
 
-def _change(
+async def _change(
     node: LifecycleNode,
     change: Change,
+    prepare: Callable[[], Awaitable[None]],
     request: ChangeState.Request,
     response: ChangeState.Response,
 ) -> ChangeState.Response:
+    while state_of(node) == CONFIGURING:
+        await prepare()
+    asked = request.transition.label or _label(node, request.transition.id)
     try:
-        return change(request, response)
+        if asked != _CONFIGURE:
+            return change(request, response)
+        result = await configure(node, prepare)
+        response.success = result == TransitionCallbackReturn.SUCCESS
     except rclpy_implementation.RCLError:
         if not node.context.ok():
             raise
-        asked = request.transition.label or _label(node, request.transition.id)
         possible = [label for _, label, *_ in node._state_machine.available_transitions]
         node.get_logger().warning(
             f'the node is {state_of(node)}, so {asked} is ignored; now there is: '
             + ', '.join(possible)
         )
         response.success = False
-        return response
+    return response
 
 
 def _label(node: LifecycleNode, number: int) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rclpy.node import Node
 
-__all__ = ['Silence', 'no_images', 'unpublished']
+__all__ = ['Silence', 'no_images', 'nothing_from', 'unpublished']
 
 _PATIENCE_S = 10.0
 _RAW, _COMPRESSED = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage'
@@ -67,6 +67,11 @@ def unpublished(node: Node, topics: Iterable[str], by: str) -> str:
     if not names:
         return ''
     return f'nothing to do: nobody publishes {_listed(names)}; is {by} running and active?'
+
+
+def nothing_from(by: str) -> str:
+    """Say that a node that publishes its topics says nothing."""
+    return f'nothing to do: nothing comes from {by}; is it active and enabled, and has it images?'
 
 
 def no_images(node: Node, topic: str) -> str:

@@ -71,7 +71,7 @@ class Warnings:
             self.warn_of(
                 count,
                 f'{stage} said nothing of {{}}, so there is no result: it skipped them (its log '
-                'says why), or was not there',
+                'says why), is disabled, or was not there',
             )
         for part, count in join.missed.items():
             self.warn_of(

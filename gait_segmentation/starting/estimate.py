@@ -161,7 +161,8 @@ def _vote(results: Sequence[_Result]) -> NDArray[np.float32]:
     votes = np.zeros(results[0].labels.shape, np.float32)
     for weight, result in zip(weights, results, strict=True):
         votes += weight * result.labels
-    return votes
+    # Rounded, the weights of all may come to a little more than one.
+    return np.minimum(votes, np.float32(1))
 
 
 def _tilt(labels: NDArray[np.bool_]) -> float:

@@ -16,7 +16,9 @@ from gait_segmentation.cli.processes import ProcessError, ProcessGroup
 
 TIMEOUT_S = 120.0
 
-SLEEP = 'import time\nprint("ready", flush=True)\ntime.sleep(600)\n'
+# In short pieces: a signal that comes between what Python does last and the beginning of a sleep
+# is not noticed before its end.
+SLEEP = 'import time\nprint("ready", flush=True)\nfor _ in range(12000): time.sleep(0.05)\n'
 STUBBORN = 'import signal\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\n' + SLEEP
 PARENT = """\
 import os, pathlib, signal, sys
@@ -68,6 +70,15 @@ def test_the_end_of_the_context_stops_all(group: ProcessGroup, monkeypatch) -> N
     codes = [child.process.returncode for child in group._children.values()]
     # By the interrupt, so that nobody had to be killed.
     assert not {None, -signal.SIGKILL} & set(codes)
+
+
+def test_one_of_them_can_be_stopped(group: ProcessGroup) -> None:
+    with group:
+        for name in ('one', 'two'):
+            group.start(name, 'sleeper')
+            wait_for_output(group, name)
+        group.stop('one')
+        assert (group.ended('one'), group.ended('two')) == (True, False)
 
 
 def test_a_process_that_ignores_interrupts_is_killed(group: ProcessGroup, monkeypatch) -> None:

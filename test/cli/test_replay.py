@@ -302,6 +302,7 @@ def test_inputs_that_were_not_begun_are_an_interrupt(given: list[str], monkeypat
     [
         (['--box', '5000', '0', '10', '10'], 'must not lie outside of the image'),
         (['--topic', '/nowhere'], 'topic /nowhere is not there'),
+        (['--max-pixels', '9'], 'image must have at most 9 pixels (max_pixels), got '),
         (['--set', 'matching.nothing=1'], "matching has no parameter 'nothing'"),
         (['--jobs', '0'], '--jobs and --threads must be at least 1'),
         (['--overlay', 'x.nonsense'], 'cannot be written as a film'),

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +59,7 @@ def test_a_box_may_be_missing_where_people_are_labelled() -> None:
         ({'initial_box': [1, 2, 3]}, 'four numbers'),
         ({'initial_box': [1, 2, 0, 4]}, 'positive width and height'),
         ({'initial_box': [100, 2, 5, 4]}, 'overlap the image of 48x40'),
+        ({'initial_box': [0, 0, 1e7, 1e7]}, 'at most 4 times as wide and high as .* 48 x 40'),
         ({'initial_frame': 7}, r'number of a frame \(0 to 2\), got 7'),
         ({'initial_frame': 'first'}, 'number of a frame'),
     ],
@@ -87,4 +89,11 @@ def test_broken_yaml_is_refused(tmp_path: Path, text: str | bytes) -> None:
     path = tmp_path / 'sequence.yaml'
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(SequenceError, match=r'sequence\.yaml'):
+        Description.read(path)
+
+
+def test_a_pipe_is_no_description(tmp_path: Path) -> None:
+    path = tmp_path / 'sequence.yaml'
+    os.mkfifo(path)
+    with pytest.raises(SequenceError, match=r'sequence\.yaml cannot be read: it is a pipe'):
         Description.read(path)

@@ -121,7 +121,7 @@ def test_boundary_f_equals_the_definition():
         assert boundary_f(found, truth, tolerance) == pytest.approx(expected)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(
     arrays(np.uint8, (9, 7), elements=st.sampled_from([0, 255])),
     arrays(np.uint8, (9, 7), elements=st.sampled_from([0, 170, 255])),

@@ -25,7 +25,7 @@ def lengths(first, second):
 
 
 @given(st.floats(-2, 2), st.floats(0, 2))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_feet_are_never_below_ground_and_one_always_on_it(speed, swing):
     pose = walk(PHASES, speed=speed, arm_swing=swing)
     lowest = np.min([pose.joints[f'{s}_{f}'][:, 2] for s in SIDES for f in FEET], axis=0)
@@ -97,7 +97,7 @@ def test_twist_turns_hips_and_shoulders_and_nothing_else():
 
 
 @given(st.floats(0.7, 1.5))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_larger_feet_are_longer_and_stay_on_the_ground(shoe):
     usual, pose = walk(PHASES), walk(PHASES, shoe=shoe)
     for side in SIDES:

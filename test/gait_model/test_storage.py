@@ -135,3 +135,9 @@ def test_a_failed_write_leaves_the_old_file_and_no_rubbish(tmp_path, monkeypatch
 def test_a_missing_folder_cannot_be_written_to(tmp_path):
     with pytest.raises(BankError, match='cannot write the bank'):
         write_bank(tmp_path / 'none' / 'bank.npz', entries())
+
+
+def test_a_pipe_is_no_bank(tmp_path):
+    os.mkfifo(tmp_path / 'bank.npz')
+    with pytest.raises(BankError, match=r'cannot read the bank .*: it is a pipe and no file'):
+        read_bank(tmp_path / 'bank.npz')

@@ -11,6 +11,12 @@ from gait_segmentation.inputs import damaged
 from test.inputs.bags import greys
 from test.inputs.test_bag import WRITERS
 
+# The examples share a folder, in which each writes its file anew.
+in_one_folder = settings(
+    max_examples=40,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)
+
 
 @pytest.fixture(scope='module', params=WRITERS)
 def bag(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -40,9 +46,7 @@ def test_whole_bags_are_read_to_the_end(bag: Path) -> None:
     assert damaged.topics(bag) == dict.fromkeys(('/image', '/other'), 'sensor_msgs/msg/Image')
 
 
-@settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@in_one_folder
 @given(share=st.floats(0.0, 0.999))
 def test_wherever_a_file_is_cut_its_front_comes_out(
     bag: Path, tmp_path: Path, share: float
@@ -56,9 +60,7 @@ def test_wherever_a_file_is_cut_its_front_comes_out(
     assert problem.startswith(f'{cut.name}: ') if problem else len(found) == len(whole)
 
 
-@settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@in_one_folder
 @given(at=st.floats(0.05, 0.999), junk=st.binary(min_size=1, max_size=64))
 @example(at=0.06923632248505321, junk=b'\x01')
 @example(at=0.7810642431225122, junk=b'\x00')

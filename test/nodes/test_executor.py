@@ -23,7 +23,7 @@ from std_srvs.srv import Trigger
 from gait_segmentation.ros import executor
 from gait_segmentation.ros.executor import MessageExecutor
 
-_PATIENCE_S = 20.0
+_PATIENCE_S = 300.0
 
 
 class _Bench:

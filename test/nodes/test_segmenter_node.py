@@ -6,7 +6,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import Image, JointState
+from std_srvs.srv import SetBool
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_mono8
@@ -37,7 +40,11 @@ class Cutter:
         monkeypatch.setattr(self.node._segmenter, 'reset', counted)
 
     def show(
-        self, index: int, size: tuple[int, int] = SMALL, image: Image | None = None
+        self,
+        index: int,
+        size: tuple[int, int] = SMALL,
+        image: Image | None = None,
+        box: Box | None = None,
     ) -> list[np.ndarray]:
         """Hand a frame with a person over; return the masks that come."""
         about = header(index)
@@ -46,7 +53,7 @@ class Cutter:
         inside[body.slices(*size)] = 255
         self.node._part('image', frame(index, size) if image is None else image)
         self.node._part('person_0/likelihood', image_message(inside, about))
-        self.node._part('person_0/matched_box', box_message(body.corners(), 7, about))
+        self.node._part('person_0/matched_box', box_message((box or body).corners(), 7, about))
         self.node._part('person_0/shape_prior', image_message(inside, about))
         self.node._part('person_0/gait', JointState(header=about))
         self.bench.settle()
@@ -92,3 +99,97 @@ def test_an_image_that_cannot_be_used_gives_empty_masks_of_its_size(cutter: Cutt
     assert cutter.show(2)[0].any()
     assert cutter.resets == 0
     assert cutter.node.statistics.failed == 1
+
+
+def test_an_empty_image_that_claims_much_gives_masks_of_the_last_size(cutter: Cutter) -> None:
+    cutter.show(0)
+    empty = Image(header=header(1), height=8192, width=8192, encoding='bgr8', step=3 * 8192)
+    for mask in cutter.show(1, image=empty):
+        assert mask.shape == SMALL[::-1]
+        assert not mask.any()
+    assert cutter.show(2)[0].any()
+
+
+def test_an_image_of_more_pixels_than_allowed_is_refused(cutter: Cutter, capfd) -> None:
+    limit = Parameter('max_pixels', value=SMALL[0] * SMALL[1])
+    assert cutter.node.set_parameters([limit])[0].successful
+    assert cutter.show(0)[0].any()
+    assert not cutter.show(1, LARGE)[0].any()
+    assert 'at most 19200 pixels (max_pixels), got 320 x 240' in capfd.readouterr().err
+    assert cutter.show(2)[0].any()
+
+
+@pytest.mark.parametrize('size', [1e6, 1e7, 1e30])
+def test_a_huge_box_gives_empty_masks_and_is_forgotten(cutter: Cutter, size: float, capfd) -> None:
+    for index in range(4):
+        assert cutter.show(index)[0].any()
+    assert not cutter.show(4, box=Box(-size / 2, -size / 2, size, size))[0].any()
+    assert 'body must be finite, at most 15360 pixels high' in capfd.readouterr().err
+    assert cutter.show(5)[0].any()
+    assert cutter.node.statistics.failed == 1
+
+
+def enable(node: SegmenterNode, data: bool) -> None:
+    assert node._enable(SetBool.Request(data=data), SetBool.Response()).success
+
+
+def test_silence_upstream_is_said_as_such_and_is_no_reason_for_more_room(
+    bench: Bench, capfd
+) -> None:
+    """As where gait_tracker is disabled."""
+    node = bench.add(SegmenterNode, keep_images=2)
+    empty = image_message(np.zeros((60, 80), np.uint8), header(0))
+    node._part('image', frame(0))
+    node._part('person_0/likelihood', empty)
+    node._part('person_0/matched_box', box_message((), 0, header(0)))
+    node._part('person_0/shape_prior', empty)
+    node._part('person_0/gait', JointState(header=header(0)))
+    for index in range(1, 8):
+        node._part('image', frame(index))
+    bench.settle()
+    assert (node.statistics.processed, node.statistics.skipped) == (1, 5)
+    said = capfd.readouterr().err
+    assert 'gait_tracker said nothing of' in said
+    assert 'raise keep_images' not in said
+    for topics in node._topics.values():
+        for topic, kind in topics.items():
+            bench.probe.create_publisher(kind, topic, 10)
+    bench.probe.create_publisher(Image, 'image', 10)
+    names = [name for topics in node._topics.values() for name in topics]
+    bench.until(lambda: all(node.count_publishers(f'/{name}') for name in names), 'publishers')
+    assert node.missing().startswith('nothing to do: nothing comes from gait_tracker')
+
+
+def test_a_disabled_node_says_so_from_the_beginning(bench: Bench) -> None:
+    node = bench.add(SegmenterNode, start=False)
+    reports = bench.record(DiagnosticArray, '/diagnostics')
+    enable(node, False)
+    assert node.start()
+    reports.clear()
+    bench.until(lambda: bool(reports), 'a report')
+    (status,) = reports[0].status
+    assert (status.level, status.message) == (DiagnosticStatus.OK, 'active, disabled')
+
+
+def test_what_waited_when_a_node_was_disabled_is_not_missed(bench: Bench) -> None:
+    node = bench.add(SegmenterNode)
+    empty = image_message(np.zeros((60, 80), np.uint8), header(0))
+
+    def rest(index: int) -> None:
+        empty.header = header(index)
+        node._part('person_0/likelihood', empty)
+        node._part('person_0/matched_box', box_message((), 0, header(index)))
+        node._part('person_0/shape_prior', empty)
+        node._part('person_0/gait', JointState(header=header(index)))
+
+    for index in range(2):
+        node._part('image', frame(index))
+    rest(0)
+    enable(node, False)
+    rest(1)
+    enable(node, True)
+    node._part('image', frame(2))
+    rest(2)
+    bench.settle()
+    about = node.statistics
+    assert (about.processed, about.skipped, about.incomplete) == (2, 0, 0)

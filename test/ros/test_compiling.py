@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import threading
 
-from gait_segmentation.ros.compiling import compiling
+import pytest
+
+from gait_segmentation.ros.compiling import Aside, compiling
 
 
 def test_what_takes_long_is_said() -> None:
@@ -25,3 +27,20 @@ def test_what_does_not_is_not() -> None:
     with compiling(said.append, patience_s=3600.0):
         pass
     assert not said
+
+
+def test_others_have_their_turn_until_what_is_done_aside_has_ended() -> None:
+    go_on = threading.Event()
+    turns = Aside(go_on.wait).__await__()
+    for _ in range(3):
+        next(turns)
+    go_on.set()
+    assert list(turns) in ([], [None])
+
+
+def test_what_is_done_already_gives_way_once_and_hands_on_its_error() -> None:
+    aside = Aside(lambda: [][0])
+    assert list(aside.__await__()) == [None]
+    assert aside.done
+    with pytest.raises(IndexError):
+        aside.check()

@@ -8,25 +8,36 @@ import signal
 from collections.abc import Callable
 from typing import Any
 
+import cv2
+import numpy as np
 import pytest
 import rclpy
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
-from gait_segmentation.ros.running import run_node
+from gait_segmentation.ros.running import run_node, silence_opencv
 
 
 class _Node:
+    subscriptions = timers = clients = services = guards = waitables = ()
+    compiling = False
+
     def __init__(self, start: Callable[[], bool]) -> None:
-        self.start = start
+        self._start = start
         self.closed = 0
+
+    async def start_beside(self) -> bool:
+        return self._start()
 
     def close(self) -> None:
         self.closed += 1
 
     def destroy_node(self) -> None:
         self.closed += 1
+
+    def create_timer(self, *_: Any, **__: Any) -> None:
+        pass
 
 
 pytestmark = pytest.mark.usefixtures('signal_handlers')
@@ -104,3 +115,15 @@ def test_a_node_that_ros_refuses_is_an_error_without_a_traceback(capsys) -> None
 
     assert run_node(make, ['/bin/gait_node']) == 1
     assert capsys.readouterr().err == 'gait_node: error: no security libraries\n'
+
+
+def test_opencv_prints_nothing_of_what_it_cannot_decode(capfd) -> None:
+    tiff = cv2.imencode('.tiff', np.zeros((32, 32, 3), np.uint8))[1]
+    level = getattr(cv2, 'getLogLevel', None) or cv2.utils.logging.getLogLevel
+    before = level()
+    silence_opencv()
+    try:
+        assert cv2.imdecode(tiff[: len(tiff) // 2], cv2.IMREAD_COLOR) is None
+    finally:
+        (getattr(cv2, 'setLogLevel', None) or cv2.utils.logging.setLogLevel)(before)
+    assert capfd.readouterr() == ('', '')

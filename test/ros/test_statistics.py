@@ -35,8 +35,12 @@ def test_latencies_are_median_and_95th_percentile() -> None:
 def test_losses_are_told_once_and_silence_is_measured() -> None:
     statistics = Statistics()
     assert math.isnan(statistics.quiet_s(5.0))
+    statistics.expect(1.0)
+    assert statistics.quiet_s(5.0) == 4.0
     statistics.arrived(2.0, 1)
     assert statistics.quiet_s(5.0) == 3.0
+    statistics.expect(4.0)
+    assert statistics.quiet_s(5.0) == 1.0
     statistics.lost, statistics.skipped = 2, 3
     statistics.failed = 4
     assert [statistics.losses(), statistics.losses()] == [(5, 4), (0, 0)]

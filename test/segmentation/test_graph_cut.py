@@ -38,7 +38,7 @@ def random_problem(seed: int, shape: tuple[int, int]) -> tuple[NDArray, NDArray]
     return logit, links
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 10_000))
 def test_no_labelling_has_less_energy(seed: int) -> None:
     logit, links = random_problem(seed, (3, 3))
@@ -46,7 +46,7 @@ def test_no_labelling_has_less_energy(seed: int) -> None:
     assert energy(cut(logit, links), logit, links) == best
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 10_000))
 def test_given_labels_hold_and_the_rest_is_optimal(seed: int) -> None:
     logit, links = random_problem(seed, (3, 4))

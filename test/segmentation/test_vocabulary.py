@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -47,7 +48,7 @@ def test_the_shipped_vocabulary_has_ten_words_of_several_hundred_silhouettes() -
     assert (np.diff(vocabulary.means[:, 1]) >= 0).all()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 1000), st.integers(0, 60))
 def test_posteriors_add_up_to_one(seed: int, count: int) -> None:
     vocabulary = default_vocabulary()
@@ -183,3 +184,9 @@ def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
 def test_shapes_are_checked() -> None:
     with pytest.raises(VocabularyError, match=r'means must have the shape \(2, 4\)'):
         dataclasses.replace(two_words(), means=np.zeros((3, 4)))
+
+
+def test_a_pipe_is_no_vocabulary(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / 'words.json')
+    with pytest.raises(VocabularyError, match=r'cannot read the vocabulary .*: it is a pipe'):
+        Vocabulary.load(tmp_path / 'words.json')

@@ -22,7 +22,7 @@ def body(dx: int = 0, dy: int = 0, grow: float = 1.0) -> np.ndarray:
     return image
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.integers(-12, 12), st.integers(-12, 12))
 def test_it_finds_where_the_body_went(dx: int, dy: int) -> None:
     shift = mean_shift(body(dx, dy), body(), WINDOW)

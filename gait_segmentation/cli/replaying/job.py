@@ -14,6 +14,7 @@ from gait_segmentation.cli.replaying.output import Output
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource, open_input
 from gait_segmentation.pipeline import PipelineConfig
+from gait_segmentation.pixel_limit import MOST_PIXELS
 
 __all__ = ['Job', 'Report']
 
@@ -37,6 +38,7 @@ class Job:
     start: int = 0
     count: int | None = None
     rate: float = 0.0
+    max_pixels: int = MOST_PIXELS
     box: Box | None = None
     masks: Path | None = None
     overlay: Path | None = None
@@ -83,6 +85,7 @@ class Job:
             start=self.start,
             count=self.count,
             rate=self.rate,
+            max_pixels=self.max_pixels,
         )
 
 

@@ -7,7 +7,7 @@ from gait_segmentation.matching.tanimoto import DirectAccessTableKernel, Referen
 from test.matching.tanimoto.cases import banks
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(banks())
 def test_equals_the_reference(case):
     templates, images, grid = case

@@ -15,7 +15,7 @@ from gait_segmentation.matching.tanimoto.simd import RUN
 from test.matching.tanimoto.cases import banks
 
 
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=120)
 @given(banks())
 def test_equals_the_reference(case):
     templates, images, grid = case
