@@ -12,7 +12,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from tqdm import tqdm
 
@@ -28,6 +27,7 @@ from gait_segmentation.gait_model.from_silhouettes import (
 )
 from gait_segmentation.gait_model.sheet import contact_sheet
 from gait_segmentation.gait_model.silhouettes import read_silhouettes
+from gait_segmentation.output_files import keep_apart, write_picture
 
 __all__ = ['main']
 
@@ -171,6 +171,7 @@ def _build(options: argparse.Namespace) -> None:
     if not output.parent.is_dir():
         raise BankError(f'cannot write the bank {output}: {output.parent} is not a folder')
     of_folders = options.azimuth is not None or options.first_contact is not None
+    keep_apart([('the bank', output)], map(Path, options.folders or ()))
     if options.folders is None and (of_folders or options.mirror):
         raise BankError('--azimuth, --first-contact and --mirror belong to --from')
     drawn = [f'--{name}' for name in _DRAWN if name in given]
@@ -216,17 +217,10 @@ def _open(name: str | None) -> TemplateBank:
 
 
 def _show(options: argparse.Namespace) -> None:
-    sheet = contact_sheet(_open(options.bank), options.columns, options.sequences)
     output = Path(options.output)
-    try:
-        written = cv2.imwrite(str(output), sheet)
-    except cv2.error as error:
-        raise BankError(
-            f'cannot write the picture {output}: its name must end in .png or another format '
-            'OpenCV writes'
-        ) from error
-    if not written:
-        raise BankError(f'cannot write the picture {output}')
+    keep_apart([('--output', output)], [Path(options.bank)] if options.bank else [])
+    sheet = contact_sheet(_open(options.bank), options.columns, options.sequences)
+    write_picture(output, sheet, BankError)
     print(f'{output}: {sheet.shape[1]} x {sheet.shape[0]} pixels')
 
 

@@ -41,7 +41,9 @@ With several inputs every FILE and DIR is a folder, and gets a file or folder
 NAME (with its suffix) for each input. NAME is the input's without suffix.
 
 Outputs that exist are not made again, so an interrupted run is continued by
-the same command; --force makes them anew. Ctrl-C, an error or a full disk
+the same command; --force makes them anew. What is not recognisably an output
+of this command is never replaced, with --force neither, and nothing is written
+over or into an input. Ctrl-C, an error or a full disk
 leave what was done as NAME.partial, which can be read.
 
 Stamps are those of the headers in a bag (the time of recording where a header
@@ -189,16 +191,19 @@ def names_of(paths: list[Path]) -> list[str]:
 def _replay_all(options: argparse.Namespace) -> int:
     from gait_segmentation.cli.replaying.batch import replay_all
 
+    wanted = make_jobs(options)
+    given = (*options.input, options.params, wanted[0].bank)
+    read = [Path(each) for each in given if each]
+    for job in wanted:
+        job.check(read, force=options.force)
     jobs = []
-    for job in make_jobs(options):
+    for job in wanted:
         if job.finished and not options.force:
             print(f'{job.input}: done before, see {job.bag}; --force makes it anew')
         else:
             jobs.append(job)
     if not jobs:
         return _DONE
-    for job in jobs:
-        job.check(force=options.force)
     reports, seconds = replay_all(jobs, options.jobs, force=options.force)
     _print(reports, seconds, jobs[0].bag if len(jobs) == 1 else options.out)
     if any(report.interrupted for report in reports) or len(reports) < len(jobs):

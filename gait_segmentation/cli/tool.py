@@ -11,11 +11,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
+from gait_segmentation.kernel_cache import mend_kernel_cache
+from gait_segmentation.output_files import named, problem_of
 
 __all__ = ['FAILED', 'INTERRUPTED', 'check_file', 'make_folder', 'run_tool']
 
 FAILED, INTERRUPTED = 2, 130
 """Exit codes."""
+
+_OUTPUT = 'standard output'
 
 
 def run_tool(name: str, run: Callable[[], int | None]) -> int:
@@ -28,25 +32,45 @@ def run_tool(name: str, run: Callable[[], int | None]) -> int:
         if nobody reads the output any more.
     """
     try:
+        mend_kernel_cache()
         code = run() or 0
         # Here and not at the end of the interpreter, where an error would leave a traceback.
-        sys.stdout.flush()
+        with named(_OUTPUT):
+            sys.stdout.flush()
     except GaitSegmentationError as error:
         print(f'{name}: error: {error}', file=sys.stderr)
         return FAILED
     except BrokenPipeError:
-        # As of "| head": what is still to be flushed goes nowhere.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # As of "| head".
+        _drop_output()
         return 1
     except OSError as error:
+        if error.filename is None and _output_is_full():
+            error.filename = _OUTPUT
         if error.filename is None:
             raise
-        print(f'{name}: error: {error.filename}: {error.strerror}', file=sys.stderr)
+        if error.filename == _OUTPUT:
+            _drop_output()
+        print(f'{name}: error: {problem_of(error)}', file=sys.stderr)
         return FAILED
     except KeyboardInterrupt:
         print(f'{name}: interrupted', file=sys.stderr)
         return INTERRUPTED
     return code
+
+
+def _output_is_full() -> bool:
+    """Return whether it was standard output that could not be written to."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        return True
+    return False
+
+
+def _drop_output() -> None:
+    """Let what is still to be flushed go nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def make_folder(option: str, folder: Path) -> None:

@@ -9,9 +9,9 @@ Entries: ``format`` (the text :data:`FORMAT`), ``version`` (:data:`FORMAT_VERSIO
 
 from __future__ import annotations
 
+import io
 import json
 import os
-import tempfile
 import zipfile
 import zlib
 from pathlib import Path
@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from gait_segmentation.errors import BankError
+from gait_segmentation.output_files import write_file
 
 __all__ = ['FORMAT', 'FORMAT_VERSION', 'read_bank', 'write_bank']
 
@@ -46,20 +47,13 @@ def write_bank(path: str | os.PathLike[str], entries: dict[str, Any]) -> None:
         'fill': np.array(entries['fill'], dtype=np.float64),
         'provenance': np.array(json.dumps(entries['provenance'], sort_keys=True)),
     }
-    temporary = ''
+    packed = io.BytesIO()
+    np.savez_compressed(packed, **arrays)
     try:
-        handle, temporary = tempfile.mkstemp(prefix=f'.{path.name}.', dir=path.parent)
-        with os.fdopen(handle, 'wb') as file:
-            np.savez_compressed(file, **arrays)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-        temporary = ''
+        write_file(path, packed.getvalue())
     except OSError as error:
         reason = error.strerror or str(error)
         raise BankError(f'cannot write the bank {path}: {reason}') from error
-    finally:
-        if temporary and os.path.exists(temporary):
-            os.unlink(temporary)
 
 
 def _scalar(value: Any, kind: str, name: str, path: Path) -> Any:

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.output_files import write_file
 
 __all__ = ['Vocabulary', 'VocabularyError', 'default_vocabulary']
 
@@ -237,7 +238,7 @@ class Vocabulary:
             ],
         }
         try:
-            Path(path).write_text(_readable(entries), encoding='utf-8')
+            write_file(Path(path), _readable(entries).encode())
         except OSError as error:
             reason = error.strerror or str(error)
             raise VocabularyError(

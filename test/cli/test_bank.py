@@ -121,7 +121,7 @@ def test_errors_are_one_line_and_two(tmp_path, monkeypatch, capsys, arguments, m
 
 def test_pictures_that_cannot_be_written(built, tmp_path, capsys):
     assert command.main(['show', str(built), '-o', str(tmp_path / 'sheet.xyz')]) == 2
-    assert 'cannot write the picture' in capsys.readouterr().err
+    assert 'sheet.xyz cannot be written: its name must end in .png' in capsys.readouterr().err
     assert command.main(['show', str(built), '-o', str(tmp_path / 'no' / 'sheet.png')]) == 2
 
 

@@ -305,7 +305,7 @@ def test_inputs_that_were_not_begun_are_an_interrupt(given: list[str], monkeypat
         (['--set', 'matching.nothing=1'], "matching has no parameter 'nothing'"),
         (['--jobs', '0'], '--jobs and --threads must be at least 1'),
         (['--overlay', 'x.nonsense'], 'cannot be written as a film'),
-        (['--params', 'no_such_file.yaml'], 'cannot be read as a parameter file'),
+        (['--params', 'no_such_file.yaml'], 'no_such_file.yaml cannot be read: No such file'),
     ],
 )
 def test_what_cannot_be_used_is_said(
