@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any, TextIO
 
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.kernel_cache import mend_kernel_cache
@@ -33,9 +35,9 @@ def run_tool(name: str, run: Callable[[], int | None]) -> int:
     """
     try:
         mend_kernel_cache()
-        code = run() or 0
-        # Here and not at the end of the interpreter, where an error would leave a traceback.
-        with named(_OUTPUT):
+        with contextlib.redirect_stdout(_Output(sys.stdout)):
+            code = run() or 0
+            # Here and not at the end of the interpreter, where an error would leave a traceback.
             sys.stdout.flush()
     except GaitSegmentationError as error:
         print(f'{name}: error: {error}', file=sys.stderr)
@@ -45,8 +47,6 @@ def run_tool(name: str, run: Callable[[], int | None]) -> int:
         _drop_output()
         return 1
     except OSError as error:
-        if error.filename is None and _output_is_full():
-            error.filename = _OUTPUT
         if error.filename is None:
             raise
         if error.filename == _OUTPUT:
@@ -59,13 +59,22 @@ def run_tool(name: str, run: Callable[[], int | None]) -> int:
     return code
 
 
-def _output_is_full() -> bool:
-    """Return whether it was standard output that could not be written to."""
-    try:
-        sys.stdout.flush()
-    except OSError:
-        return True
-    return False
+class _Output:
+    """Standard output whose errors say what they are about."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        with named(_OUTPUT):
+            return self._stream.write(text)
+
+    def flush(self) -> None:
+        with named(_OUTPUT):
+            self._stream.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
 
 
 def _drop_output() -> None:

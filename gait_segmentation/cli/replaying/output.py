@@ -15,6 +15,7 @@ from typing import ClassVar
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs import Frame
+from gait_segmentation.output_files import named
 from gait_segmentation.pipeline import FrameResult
 
 __all__ = ['Output', 'Replayed', 'partial_path', 'remove', 'work_path']
@@ -96,7 +97,8 @@ class Output(ABC):
         try:
             for old in (self.work, partial_path(path)):
                 remove(old)
-            self.begin()
+            with named(path):
+                self.begin()
         except BaseException:
             self._let_go()
             raise
