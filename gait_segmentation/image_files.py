@@ -11,7 +11,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import SequenceError
+from gait_segmentation.encoded_images import decode_image
+from gait_segmentation.errors import InputError, SequenceError
+from gait_segmentation.pixel_limit import MOST_PIXELS
+from gait_segmentation.regular_files import regular
 
 __all__ = ['IMAGE_SUFFIXES', 'by_number', 'images_in', 'read_grey', 'read_image', 'read_unchanged']
 
@@ -36,20 +39,21 @@ def images_in(folder: Path) -> list[Path]:
     return sorted((path for path in files if not path.name.startswith('.')), key=by_number)
 
 
-def read_image(path: Path) -> NDArray[np.uint8]:
+def read_image(path: Path, max_pixels: int = MOST_PIXELS) -> NDArray[np.uint8]:
     """
     Read a colour image as (H, W, 3) uint8 BGR.
 
-    :raises SequenceError: if the file is not an image OpenCV can read.
+    :param max_pixels: how many it may have.
+    :raises SequenceError: if the file is not an image that can be read, or has more pixels.
     """
-    return _decoded(path, cv2.IMREAD_COLOR)
+    return _decoded(path, cv2.IMREAD_COLOR, max_pixels)
 
 
 def read_grey(path: Path) -> NDArray[np.uint8]:
     """
     Read an image of any kind as (H, W) uint8.
 
-    :raises SequenceError: if the file is not an image OpenCV can read.
+    :raises SequenceError: if the file is not an image that can be read, or has too many pixels.
     """
     return _decoded(path, cv2.IMREAD_GRAYSCALE)
 
@@ -58,21 +62,18 @@ def read_unchanged(path: Path) -> NDArray[np.uint8]:
     """
     Read an image as it is: (H, W) or (H, W, channels), of 8 bits or more.
 
-    :raises SequenceError: if the file is not an image OpenCV can read.
+    :raises SequenceError: if the file is not an image that can be read, or has too many pixels.
     """
     return _decoded(path, cv2.IMREAD_UNCHANGED)
 
 
-def _decoded(path: Path, flags: int) -> NDArray[np.uint8]:
+def _decoded(path: Path, flags: int, max_pixels: int = MOST_PIXELS) -> NDArray[np.uint8]:
     # Not by cv2.imread, which crashes at names that are not UTF-8.
     try:
-        data = np.fromfile(path, dtype=np.uint8)
+        data = np.fromfile(regular(path), dtype=np.uint8)
     except OSError as error:
         raise SequenceError(f'{path} cannot be read: {error.strerror}') from error
     try:
-        image = cv2.imdecode(data, flags) if data.size else None
-    except cv2.error:
-        image = None
-    if image is None:
-        raise SequenceError(f'{path} is not a complete image')
-    return np.asarray(image)
+        return decode_image(data, flags, name=str(path), most=max_pixels)
+    except InputError as error:
+        raise SequenceError(str(error)) from error

@@ -8,10 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ['MOST_PIXELS', 'same_proportions', 'shrink']
-
-MOST_PIXELS = 1 << 26
-"""Of an image whose size a message claims: no camera has more, and memory is made for them."""
+__all__ = ['same_proportions', 'shrink']
 
 
 def same_proportions(shape: tuple[int, ...], source: tuple[int, ...]) -> bool:

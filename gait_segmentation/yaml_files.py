@@ -10,6 +10,7 @@ from typing import Any
 import yaml
 
 from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.regular_files import regular
 
 __all__ = ['read_yaml']
 
@@ -48,7 +49,7 @@ def read_yaml(path: Path, kind: type[GaitSegmentationError]) -> Any:
     :raises GaitSegmentationError: of the kind, if it cannot be read or is not plain YAML.
     """
     try:
-        return yaml.load(path.read_text(encoding='utf-8'), _Loader)
+        return yaml.load(regular(path).read_text(encoding='utf-8'), _Loader)
     except OSError as error:
         raise kind(f'{path} cannot be read: {error.strerror}') from error
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:

@@ -45,5 +45,5 @@ def test_what_is_no_text_or_no_file_is_said(tmp_path: Path) -> None:
     (tmp_path / 'a.yaml').write_bytes(b'\xff\xfe\x00')
     with pytest.raises(ConfigError, match='codec'):
         read_yaml(tmp_path / 'a.yaml', ConfigError)
-    with pytest.raises(ConfigError, match='cannot be read: Is a directory'):
+    with pytest.raises(ConfigError, match='cannot be read: it is a folder and no file'):
         read_yaml(tmp_path, ConfigError)

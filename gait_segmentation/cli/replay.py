@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from gait_segmentation.cli.tool import FAILED, INTERRUPTED, run_tool
 from gait_segmentation.errors import ConfigError
+from gait_segmentation.pixel_limit import MOST_PIXELS
 
 if TYPE_CHECKING:
     from gait_segmentation.cli.replaying.job import Job, Report
@@ -94,6 +95,13 @@ def parser() -> argparse.ArgumentParser:
     add('--count', type=int, metavar='M', help='number of frames (all)')
     add('--width', type=int, default=0, metavar='PX', help='scale down to this width')
     add(
+        '--max-pixels',
+        type=int,
+        default=MOST_PIXELS,
+        metavar='N',
+        help='refuse frames that claim more, before they are decoded (%(default)s)',
+    )
+    add(
         '--rate',
         type=float,
         default=0.0,
@@ -158,6 +166,7 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
             start=options.start,
             count=options.count,
             rate=options.rate,
+            max_pixels=options.max_pixels,
             box=box,
             masks=place(options.masks, name, ''),
             overlay=place(options.overlay, name, '.mp4'),

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gait_segmentation.errors import SequenceError
-from gait_segmentation.geometry import Box
+from gait_segmentation.errors import InputError, SequenceError
+from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.yaml_files import read_yaml
 
 __all__ = ['Description']
@@ -125,6 +125,10 @@ class Description:
         box = Box(*map(float, values))
         if box.clipped(*size) is None:
             raise SequenceError(f'{about} overlap the image of {size[0]}x{size[1]}, got {values}')
+        try:
+            check_start_box(box, size)
+        except InputError as error:
+            raise SequenceError(f'{name} in {self.path}: {error}') from error
         return box
 
 

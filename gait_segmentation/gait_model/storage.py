@@ -21,6 +21,7 @@ import numpy as np
 
 from gait_segmentation.errors import BankError
 from gait_segmentation.output_files import write_file
+from gait_segmentation.regular_files import regular
 
 __all__ = ['FORMAT', 'FORMAT_VERSION', 'read_bank', 'write_bank']
 
@@ -68,7 +69,7 @@ def _scalar(value: Any, kind: str, name: str, path: Path) -> Any:
 def _read_arrays(path: Path) -> dict[str, Any]:
     try:
         # Opened here, because numpy leaves the file open if the archive is damaged.
-        with path.open('rb') as file:
+        with regular(path).open('rb') as file:
             if not zipfile.is_zipfile(file):
                 raise BankError(f'{path} is not a bank: expected an .npz archive')
             file.seek(0)
@@ -123,7 +124,7 @@ def read_bank(path: str | os.PathLike[str]) -> dict[str, Any]:
     text = _scalar(arrays['provenance'], 'U', 'provenance', path)
     try:
         provenance = json.loads(text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise BankError(f'{path}: provenance must be JSON: {error}') from error
     if not isinstance(provenance, dict) or not all(
         isinstance(value, str) for value in provenance.values()

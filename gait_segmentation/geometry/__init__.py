@@ -22,7 +22,7 @@ Body frame
 
 from __future__ import annotations
 
-from gait_segmentation.geometry.bodies import BodyFrame, Placement, body_window
+from gait_segmentation.geometry.bodies import BodyFrame, Placement, body_window, check_body
 from gait_segmentation.geometry.boxes import Box, check_matched_box, check_start_box
 from gait_segmentation.geometry.transforms import (
     carry,
@@ -40,6 +40,7 @@ __all__ = [
     'Placement',
     'body_window',
     'carry',
+    'check_body',
     'check_matched_box',
     'check_start_box',
     'compose',

@@ -10,12 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.geometry.boxes import Box
+from gait_segmentation.geometry.boxes import FARTHEST, Box
 
-__all__ = ['BodyFrame', 'Placement', 'body_window']
+__all__ = ['BodyFrame', 'Placement', 'body_window', 'check_body']
 
 _HALF_WIDTH, _HALF_HEIGHT, _HELD_MARGIN = 0.52, 0.62, 0.12
 """Reach of the window about a body, and its margin about a box held, in body heights."""
+
+
+_BEYOND = 12.0
+"""How much larger and farther away than its box a body may be, with any parameters of matching."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +105,28 @@ class Placement:
             box.center_y + self.dy * box.height,
             self.scale * box.height,
             angle,
+        )
+
+
+def check_body(body: BodyFrame, size: tuple[int, int]) -> None:
+    """
+    Refuse bodies that no matching means, which would cost memory and time without limit.
+
+    :param body: in source pixels.
+    :param size: width and height of the source image.
+    :raises InputError: if a value is not finite, the height not positive, or the body larger than
+        or farther away than 96 times the longer side of the image.
+    """
+    most = FARTHEST * _BEYOND * max(size)
+    off_x, off_y = abs(body.center_x - size[0] / 2), abs(body.center_y - size[1] / 2)
+    # Written so that what is no number is refused.
+    if not (
+        math.isfinite(body.angle) and 0 < body.height <= most and off_x <= most and off_y <= most
+    ):
+        raise InputError(
+            f'body must be finite, at most {most:g} pixels high and from the centre of the image '
+            f'of {size[0]} x {size[1]}, got x {body.center_x:g}, y {body.center_y:g}, '
+            f'height {body.height:g}, angle {body.angle:g}'
         )
 
 

@@ -13,15 +13,16 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 
-__all__ = ['Box', 'check_matched_box', 'check_start_box']
+__all__ = ['FARTHEST', 'Box', 'check_matched_box', 'check_start_box']
 
 _LARGEST_START = 4.0
 """Size of a first box, in image sizes, above which it cannot be that of a person in view."""
 
-_LEAST_MATCHED, _FARTHEST = 0.5, 8.0
+_LEAST_MATCHED = 0.5
+FARTHEST = 8.0
 """
-Least size of a box to match, in pixels, and its largest size and distance, in the image's longer
-sides: beyond what a tracker makes of the smallest and the largest box to start from.
+Largest size and distance of a box to match, in the image's longer sides; its least size is half a
+pixel.  Both are beyond what a tracker makes of the smallest and the largest box to start from.
 """
 
 
@@ -173,7 +174,7 @@ def check_matched_box(box: Box, size: tuple[int, int]) -> None:
     :raises InputError: if the box is smaller than half a pixel, or larger than or farther away
         than 8 times the longer side of the image.
     """
-    most = _FARTHEST * max(size)
+    most = FARTHEST * max(size)
     off_x, off_y = abs(box.center_x - size[0] / 2), abs(box.center_y - size[1] / 2)
     if (
         min(box.width, box.height) < _LEAST_MATCHED

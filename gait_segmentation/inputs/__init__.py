@@ -7,11 +7,13 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
+from typing import Any
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs.bag import BagSource, is_bag
 from gait_segmentation.inputs.film import FilmSource, FolderSource
 from gait_segmentation.inputs.source import DamagedError, Frame, ImageSource
+from gait_segmentation.pixel_limit import MOST_PIXELS
 
 __all__ = ['DamagedError', 'Frame', 'ImageSource', 'open_input']
 
@@ -24,6 +26,7 @@ def open_input(
     start: int = 0,
     count: int | None = None,
     rate: float = 0.0,
+    max_pixels: int = MOST_PIXELS,
 ) -> ImageSource:
     """
     Open an input of whatever kind it is, and look at its first frame.
@@ -36,6 +39,7 @@ def open_input(
     :param count: number of frames wanted, None for all that follow.
     :param rate: frames per second of a film or a folder; 0: what the film says, 30 in a folder.
         Bags have stamps and no rate.
+    :param max_pixels: how many a frame may have; one that claims more is not decoded.
     :raises SequenceError: if the input is missing, holds no images, or has no such frames.
     """
     path = Path(path)
@@ -54,12 +58,15 @@ def open_input(
             f'{path} is a camera and no recording: its driver publishes it, such as '
             'ros2 run v4l2_camera v4l2_camera_node'
         )
+    wanted: dict[str, Any] = {
+        'width': width, 'start': start, 'count': count, 'rate': rate, 'max_pixels': max_pixels,
+    }  # fmt: skip
     if path.exists() and is_bag(path):
-        return BagSource(path, topic=topic, width=width, start=start, count=count, rate=rate)
+        return BagSource(path, topic=topic, **wanted)
     if topic and path.exists():
         raise SequenceError(
             f'{path} is no bag and has no topic {topic}: leave out --topic (topic:= of a launch '
             'file)'
         )
     kind = FolderSource if path.is_dir() else FilmSource
-    return kind(path, width=width, start=start, count=count, rate=rate)
+    return kind(path, **wanted)

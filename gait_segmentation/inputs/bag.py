@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.inputs import damaged
 from gait_segmentation.inputs.encodings import claimed_shape, read_bgr, read_compressed
-from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource
+from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource, check_file
 
 __all__ = ['BagSource', 'is_bag']
 
@@ -87,6 +87,10 @@ class BagSource(ImageSource):
 
     def open(self) -> int | None:
         """Find the topic."""
+        # The metadata may name any of them.
+        for file in self.path.iterdir() if self.path.is_dir() else ():
+            if not file.is_dir():
+                check_file(file)
         topics = self._topics()
         self.topic = _chosen(self.path, topics, self.topic)
         self._kind = topics[self.topic].kind
@@ -128,7 +132,8 @@ class BagSource(ImageSource):
         stamp = message.header.stamp
         header_ns = int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
         compressed = self._kind == _COMPRESSED
-        decode = partial(read_compressed if compressed else read_bgr, message)
+        read = read_compressed if compressed else read_bgr
+        decode = partial(read, message, self._max_pixels)
         shape = (0, 0) if compressed else claimed_shape(message) or (0, 0)
         return Entry(header_ns, recorded_ns, message.header.frame_id, shape, decode)
 

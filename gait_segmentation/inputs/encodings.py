@@ -16,8 +16,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.encoded_images import decode_image
 from gait_segmentation.errors import InputError
-from gait_segmentation.sizes import MOST_PIXELS
+from gait_segmentation.pixel_limit import MOST_PIXELS, check_pixels
 
 __all__ = [
     'ENCODINGS',
@@ -34,6 +35,9 @@ ImageLike: TypeAlias = Any
 
 CompressedImageLike: TypeAlias = Any
 """What has the fields of sensor_msgs/CompressedImage."""
+
+_SHOWN = 40
+"""Letters of a name from the wire that errors repeat."""
 
 
 @dataclass(frozen=True)
@@ -86,25 +90,28 @@ ENCODINGS: dict[str, Encoding] = {
 """The encodings that can be read; 8UC3 is taken for BGR, and 16 bits for their upper 8."""
 
 
-def pixels(message: ImageLike) -> NDArray[np.uint8] | NDArray[np.uint16]:
+def pixels(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8] | NDArray[np.uint16]:
     """
     View the pixels of a message as they are encoded, without copying them.
 
     The array aliases the message: copy it before you draw on it.
 
+    :param most: pixels it may have.
     :returns: (height, width) or (height, width, channels), uint8, or uint16 in the byte order of
         the message where a sample has two bytes; half as many rows more for ``nv12`` and ``nv21``.
-    :raises InputError: if the encoding is unknown, the size zero, ``step`` too small for a row
-        or the data too short.
+    :raises InputError: if the encoding is unknown, the size zero or too large, ``step`` too small
+        for a row or the data too short.
     """
     encoding = ENCODINGS.get(message.encoding)
     if encoding is None:
         raise InputError(
-            f'image encoding must be one of {", ".join(ENCODINGS)}, got {message.encoding!r}'
+            f'image encoding must be one of {", ".join(ENCODINGS)}, got '
+            f'{message.encoding[:_SHOWN]!r}'
         )
     height, width, step = message.height, message.width, message.step
     if height == 0 or width == 0:
         raise InputError(f'image must have at least one pixel, got {width} x {height}')
+    check_pixels((width, height), most)
     pixel = encoding.channels * encoding.sample_bytes
     if step < width * pixel:
         raise InputError(
@@ -127,15 +134,16 @@ def pixels(message: ImageLike) -> NDArray[np.uint8] | NDArray[np.uint16]:
     return np.ndarray(shape[:axes], kind, data.data, 0, strides[:axes])
 
 
-def read_bgr(message: ImageLike) -> NDArray[np.uint8]:
+def read_bgr(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8]:
     """
     Read an image of any supported encoding as BGR.
 
+    :param most: pixels it may have.
     :returns: (height, width, 3) uint8, contiguous; an alias of the message where it is
         ``bgr8`` without padding.
     :raises InputError: see :func:`pixels`; also if the size does not suit the encoding.
     """
-    view = pixels(message)
+    view = pixels(message, most)
     encoding = ENCODINGS[message.encoding]
     if encoding.sample_bytes == 2:
         view = (view >> 8).astype(np.uint8)
@@ -161,30 +169,33 @@ def read_mono8(message: ImageLike) -> NDArray[np.uint8]:
     :raises InputError: see :func:`pixels`; also if the image is not ``mono8`` or ``8UC1``.
     """
     if message.encoding not in ('mono8', '8UC1'):
-        raise InputError(f'image encoding must be mono8 or 8UC1, got {message.encoding!r}')
+        raise InputError(
+            f'image encoding must be mono8 or 8UC1, got {message.encoding[:_SHOWN]!r}'
+        )
     return np.ascontiguousarray(pixels(message))
 
 
-def read_compressed(message: CompressedImageLike) -> NDArray[np.uint8]:
+def read_compressed(message: CompressedImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8]:
     """
-    Decode a JPEG or PNG image.
+    Decode a compressed image, such as a JPEG or PNG.
 
+    :param most: pixels it may have.
     :returns: (height, width, 3) uint8 BGR.
-    :raises InputError: if the data is empty or cannot be decoded.
+    :raises InputError: if it cannot be decoded, or claims more pixels.
     """
-    data = np.frombuffer(message.data, np.uint8)
-    image = None
-    if data.size:
-        image = cv2.imdecode(data, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
-    if image is None:
-        raise InputError(
-            f'compressed image must be a JPEG or PNG, got {data.size} bytes of format '
-            f'{message.format!r} that cannot be decoded'
-        )
-    return np.asarray(image)
+    return decode_image(
+        np.frombuffer(message.data, np.uint8),
+        cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION,
+        name=f'compressed image of format {message.format[:_SHOWN]!r}',
+        most=most,
+    )
 
 
 def claimed_shape(message: ImageLike) -> tuple[int, int] | None:
-    """Return (height, width) that an image claims to have, None if it says nothing sensible."""
+    """
+    Return (height, width) that an image claims to have, None if it says nothing sensible.
+
+    A size is only believed of as many bytes as pixels: empty answers are made of it.
+    """
     shape = (message.height, message.width)
-    return shape if 0 < shape[0] * shape[1] <= MOST_PIXELS else None
+    return shape if 0 < shape[0] * shape[1] <= min(MOST_PIXELS, len(message.data)) else None

@@ -11,9 +11,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import SequenceError
+from gait_segmentation.encoded_images import claimed_size
+from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.image_files import IMAGE_SUFFIXES, images_in, read_image
 from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource
+from gait_segmentation.pixel_limit import check_pixels
 
 __all__ = ['FilmSource', 'FolderSource']
 
@@ -22,6 +24,9 @@ _FRAME_ID = 'camera'
 _UNKNOWN = (0, 0)
 _ALL = 0.97
 """Share of a film's frames, or of its length, that must be there; some formats only estimate."""
+
+_BEGINNING = 1 << 20
+"""Bytes of a file in which an image has told its size."""
 
 _OFF = 0.5
 """Periods by which a frame's own time may differ from the rate before it is believed instead."""
@@ -61,14 +66,26 @@ class FilmSource(ImageSource):
 
     def open(self) -> int | None:
         """Open the film once."""
+        with self.path.open('rb') as file:
+            # A single image is a film as well, and decoded as soon as it is opened.
+            self._check_pixels(claimed_size(file.read(_BEGINNING)))
         capture = cv2.VideoCapture(str(self.path))
         opened = capture.isOpened()
         self._fps = float(capture.get(cv2.CAP_PROP_FPS))
         self._claimed = max(int(capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
+        sides = (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)
+        width, height = (int(capture.get(side)) for side in sides)
         capture.release()
         if not opened:
             raise SequenceError(f'{self.path} cannot be read as a film')
+        self._check_pixels((width, height))
         return self._claimed or None
+
+    def _check_pixels(self, size: tuple[int, int] | None) -> None:
+        try:
+            check_pixels(size or (0, 0), self._max_pixels)
+        except InputError as error:
+            raise SequenceError(f'{self.path}: {error}') from error
 
     def rate(self) -> float:
         """Return what was asked for, or what the film says."""
@@ -122,7 +139,8 @@ class FolderSource(ImageSource):
         """Yield all frames."""
         for number, path in enumerate(self._files):
             stamp_ns = _stamp_ns(number, self.rate())
-            yield Entry(stamp_ns, stamp_ns, _FRAME_ID, _UNKNOWN, partial(read_image, path))
+            decode = partial(read_image, path, self._max_pixels)
+            yield Entry(stamp_ns, stamp_ns, _FRAME_ID, _UNKNOWN, decode)
 
 
 def _retrieve(capture: cv2.VideoCapture) -> NDArray[np.uint8]:

@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
+from gait_segmentation.pixel_limit import MOST_PIXELS
+from gait_segmentation.regular_files import regular
 from gait_segmentation.sizes import shrink
 
-__all__ = ['DamagedError', 'Entry', 'Frame', 'ImageSource']
+__all__ = ['DamagedError', 'Entry', 'Frame', 'ImageSource', 'check_file']
 
 Shape = tuple[int, int]
 
@@ -63,6 +65,18 @@ class Frame:
     problem: str = ''
 
 
+def check_file(path: Path) -> None:
+    """
+    Refuse what would block whoever opens it.
+
+    :raises SequenceError: if it is no file, or missing.
+    """
+    try:
+        regular(path)
+    except OSError as error:
+        raise SequenceError(f'{path} cannot be read: {error.strerror}') from error
+
+
 class ImageSource(ABC):
     """
     An input that can be read from its beginning as often as one likes.
@@ -80,6 +94,7 @@ class ImageSource(ABC):
         start: int = 0,
         count: int | None = None,
         rate: float = 0.0,
+        max_pixels: int = MOST_PIXELS,
     ) -> None:
         """
         Look at the first frame; the parameters are those of :func:`open_input`.
@@ -91,13 +106,21 @@ class ImageSource(ABC):
         self.count = count
         self._width = width
         self._rate = rate
+        self._max_pixels = max_pixels
         if not 0 <= rate <= 1000:
             raise SequenceError(f'rate must be from 0 to 1000 Hz, got {rate:g}')
-        for name, value, least in (('start', start, 0), ('count', count, 1), ('width', width, 0)):
+        for name, value, least in (
+            ('start', start, 0),
+            ('count', count, 1),
+            ('width', width, 0),
+            ('max_pixels', max_pixels, 1),
+        ):
             if value is not None and value < least:
                 raise SequenceError(f'{name} must be at least {least}, got {value}')
         if not path.exists():
             raise SequenceError(f'{path} does not exist')
+        if not path.is_dir():
+            check_file(path)
         number = self.open()
         self.total = None if number is None else max(number - start, 0)
         if count is not None:

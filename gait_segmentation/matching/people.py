@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 
 from gait_segmentation.crew import Crew
 from gait_segmentation.gait_model.bank import TemplateBank
+from gait_segmentation.geometry import check_matched_box
 from gait_segmentation.matching.config import MatchingConfig
+from gait_segmentation.matching.inputs import check_frame
 from gait_segmentation.matching.matcher import SequenceMatcher
 from gait_segmentation.matching.shape_prior import warp_template
 from gait_segmentation.results import TRACKED, MatchResult, TrackResult
@@ -97,6 +99,11 @@ class PeopleMatcher:
         :returns: the frames that are complete now, oldest first; of each, one result a slot.
         :raises InputError: if a value cannot be used; the frame is then skipped in all slots.
         """
+        for track in tracks:
+            # Before anybody's state is changed, and where others stand is drawn.
+            check_frame(track.likelihood, track.stamp_ns, source_size, None, track.angle)
+            if track.body is not None:
+                check_matched_box(track.body, source_size)
         stamp_ns = tracks[0].stamp_ns
         if stamp_ns < self._stamp_ns:
             self.reset()

@@ -16,13 +16,12 @@ from std_msgs.msg import Header
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.held_frames import HeldFrames
-from gait_segmentation.inputs.encodings import read_mono8
+from gait_segmentation.inputs.encodings import claimed_shape, read_mono8
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
+from gait_segmentation.pixel_limit import check_pixels
 from gait_segmentation.results import MatchResult, TrackResult
-from gait_segmentation.ros.camera import claimed_shape
 from gait_segmentation.ros.config import BankConfig, NodeConfig, SizeConfig
-from gait_segmentation.ros.fields import check_size
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_box, stamp_of
@@ -127,7 +126,7 @@ class MatcherNode(GaitNode):
         assert self._matcher is not None
         tracks = [read_track(frame, slot) for slot in range(self._slots)]
         size = frame['size'] or tracks[0].likelihood.shape[::-1]
-        check_size(size)
+        check_pixels(size)
         stamp_ns = tracks[0].stamp_ns
         if stamp_ns < self._stamp_ns:
             self.warnings.warn(

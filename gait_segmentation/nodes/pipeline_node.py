@@ -17,7 +17,7 @@ from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
 from gait_segmentation.ros.camera import CameraMessage, claimed_shape, decode
-from gait_segmentation.ros.config import BankConfig
+from gait_segmentation.ros.config import BankConfig, CameraConfig
 from gait_segmentation.ros.messages import stamp_of
 from gait_segmentation.ros.outputs import (
     DebugOutput,
@@ -117,7 +117,7 @@ class PipelineNode(CameraNode):
     def process(self, frame: CameraMessage) -> None:
         """Run a frame through all stages."""
         assert self._pipeline is not None
-        image = decode(frame)
+        image = decode(frame, self.parameters.get(CameraConfig))
         stamp_ns = stamp_of(frame.header)
         self.intake.take(image, stamp_ns)
         results = self._pipeline.take(image, stamp_ns)

@@ -115,7 +115,7 @@ class SegmenterNode(GaitNode):
         assert self._segmenter is not None
         header = frame['image'].header
         stamp_ns = stamp_of(header)
-        image = decode(frame['image'])
+        image = decode(frame['image'], self.parameters.get(CameraConfig))
         shape = (image.shape[0], image.shape[1])
         if stamp_ns < self._stamp_ns or self._shape not in (None, shape):
             self.warnings.warn(

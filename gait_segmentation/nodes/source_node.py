@@ -27,6 +27,7 @@ from std_msgs.msg import Header
 from gait_segmentation.errors import GaitSegmentationError, SequenceError
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, open_input
 from gait_segmentation.output_files import keep_apart, named, problem_of
+from gait_segmentation.pixel_limit import MOST_PIXELS
 from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.memory import keep_freed_memory
@@ -81,6 +82,13 @@ def parser() -> argparse.ArgumentParser:
         help='frames per second (films: their own; bags: the intervals of the stamps)',
     )
     add('--width', type=int, default=0, metavar='PX', help='scale down to this width')
+    add(
+        '--max-pixels',
+        type=int,
+        default=MOST_PIXELS,
+        metavar='N',
+        help='refuse frames that claim more, before they are decoded (%(default)s)',
+    )
     add('--start', type=int, default=0, metavar='N', help='first frame, counted from 0')
     add('--count', type=int, metavar='M', help='number of frames (all)')
     add('--loop', action='store_true', help='begin again at the end, until interrupted')
@@ -165,6 +173,7 @@ def publish_input(options: argparse.Namespace, node: Node) -> int:
         width=options.width,
         start=options.start,
         count=options.count,
+        max_pixels=options.max_pixels,
     )
     if options.rate < 0:
         raise SequenceError(f'--rate must be positive, got {options.rate:g}')

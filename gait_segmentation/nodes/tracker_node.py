@@ -18,7 +18,7 @@ from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback
 from gait_segmentation.ros.camera import CameraMessage, claimed_shape, decode
-from gait_segmentation.ros.config import BankConfig
+from gait_segmentation.ros.config import BankConfig, CameraConfig
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.messages import read_body, stamp_of
 from gait_segmentation.ros.outputs import DebugOutput, TrackOutputs
@@ -100,7 +100,7 @@ class TrackerNode(CameraNode):
     def process(self, frame: CameraMessage) -> None:
         """Track a frame."""
         assert self._tracker is not None
-        image = decode(frame)
+        image = decode(frame, self.parameters.get(CameraConfig))
         stamp_ns = stamp_of(frame.header)
         self.intake.take(image, stamp_ns)
         tracks = self._tracker.update(image, stamp_ns)

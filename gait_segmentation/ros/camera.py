@@ -32,15 +32,14 @@ _OVERRIDABLE = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH)
 """By qos_overrides parameters; reliability has a parameter of its own, and changes."""
 
 
-def decode(message: CameraMessage) -> NDArray[np.uint8]:
+def decode(message: CameraMessage, config: CameraConfig) -> NDArray[np.uint8]:
     """
     Return the image of a message as (height, width, 3) uint8 BGR.
 
-    :raises InputError: if it cannot be read.
+    :raises InputError: if it cannot be read, or has more pixels than the configuration allows.
     """
-    if isinstance(message, CompressedImage):
-        return read_compressed(message)
-    return read_bgr(message)
+    read = read_compressed if isinstance(message, CompressedImage) else read_bgr
+    return read(message, config.max_pixels)
 
 
 def claimed_shape(message: CameraMessage) -> tuple[int, int] | None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gait_segmentation.config import StageConfig, parameter
+from gait_segmentation.pixel_limit import MOST_PIXELS
 
 __all__ = [
     'OF_NODES',
@@ -65,6 +66,14 @@ class CameraConfig(StageConfig):
         'PNG) on image/compressed.',
         choices=('raw', 'compressed'),
         read_only=True,
+    )
+    max_pixels: int = parameter(
+        MOST_PIXELS,
+        'Pixels that an image may have. What claims more is refused before it is decoded; of '
+        'what has as many, decoding alone takes 0.2 GB and a second.',
+        unit='px',
+        minimum=1,
+        maximum=1 << 30,
     )
 
 

@@ -13,9 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.sizes import MOST_PIXELS
 
 if TYPE_CHECKING:
     from gait_segmentation.gait_model import TemplateBank
@@ -25,7 +23,6 @@ __all__ = [
     'GAIT_NAMES',
     'Corners',
     'Joints',
-    'check_size',
     'gait_joints',
     'matched_corners',
     'tilted_corners',
@@ -75,19 +72,6 @@ def _relative_width(match: MatchResult, bank: TemplateBank) -> float:
         return 1.0
     half = max(columns / 2 - inside[0], inside[-1] + 1 - columns / 2)
     return float(2 * half / (rows * bank.fill))
-
-
-def check_size(size: tuple[int, int]) -> None:
-    """
-    Refuse image sizes from the wire that no camera has.
-
-    :param size: width and height of the source image.
-    :raises InputError: if the image has more than 64 megapixels.
-    """
-    if size[0] * size[1] > MOST_PIXELS:
-        raise InputError(
-            f'image must have at most {MOST_PIXELS} pixels, got {size[0]} x {size[1]}'
-        )
 
 
 def gait_joints(match: MatchResult) -> Joints:

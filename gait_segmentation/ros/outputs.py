@@ -8,7 +8,7 @@ A message that nobody has subscribed to is not made: of a frame's it would take 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -90,10 +90,9 @@ class TrackOutputs:
 
     def blank(self, header: Header) -> None:
         """Publish that nobody is seen."""
-        black = image_message(np.zeros(self.likelihood_shape, np.uint8), header)
-        for boxes, likelihoods in self._slots:
-            boxes.publish(box_message((), 0, header))
-            likelihoods.publish(black)
+        for boxes, _ in self._slots:
+            _publish(boxes, box_message, (), 0, header)
+        _publish_black((each for _, each in self._slots), self.likelihood_shape, header)
         self._publish_detections((), header)
 
     def _publish_detections(self, tracks: Sequence[TrackResult], header: Header) -> None:
@@ -125,11 +124,10 @@ class MatchOutputs:
 
     def blank(self, shape: Shape, header: Header) -> None:
         """Publish that nobody is seen; ``shape`` is that of the likelihood."""
-        black = image_message(np.zeros(shape, np.uint8), header)
-        for boxes, priors, gaits in self._slots:
-            boxes.publish(box_message((), 0, header))
-            gaits.publish(JointState(header=header))
-            priors.publish(black)
+        for boxes, _, gaits in self._slots:
+            _publish(boxes, box_message, (), 0, header)
+            _publish(gaits, lambda: JointState(header=header))
+        _publish_black((each for _, each, _ in self._slots), shape, header)
 
     def _box(self, match: MatchResult, header: Header) -> PolygonInstanceStamped:
         return box_message(matched_corners(match, self._bank), match.track_id, header)
@@ -154,13 +152,20 @@ class SegmentationOutputs:
 
     def blank(self, shape: Shape, header: Header) -> None:
         """Publish empty masks; ``shape`` is that of the source image."""
-        black = image_message(np.zeros(shape, np.uint8), header)
-        for output in (self._mask, *self._slots, self._labels):
-            output.publish(black)
+        _publish_black((self._mask, *self._slots, self._labels), shape, header)
 
 
 def _track_box(track: TrackResult, header: Header) -> PolygonInstanceStamped:
     return box_message(track_corners(track), track.track_id, header)
+
+
+def _publish_black(publishers: Iterable[Any], shape: Shape, header: Header) -> None:
+    """Publish one black image on all topics that somebody has subscribed to."""
+    heard = [each for each in publishers if each.get_subscription_count()]
+    if heard:
+        black = image_message(np.zeros(shape, np.uint8), header)
+        for each in heard:
+            each.publish(black)
 
 
 def _publish(publisher: Any, make: Callable[..., Any], *about: Any) -> None:

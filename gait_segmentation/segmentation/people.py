@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from gait_segmentation.crew import Crew
 from gait_segmentation.errors import InputError
-from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.geometry import BodyFrame, Box, check_body
+from gait_segmentation.images import check_image
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.segmenter import Segmenter
@@ -87,13 +88,18 @@ class PeopleSegmenter:
         :param likelihoods: (h, w) uint8, the foreground likelihood image of each slot.
         :param matches: the matched template of each slot.
         :param outside: whether the likelihoods come from outside, not from the tracker.
-        :raises InputError: if shapes or types do not fit.
+        :raises InputError: if shapes or types do not fit, or a body makes no sense.
         """
+        check_image(image)
         if not len(likelihoods) == len(matches) == len(self._slots):
             raise InputError(
                 f'there must be {len(self._slots)} likelihoods and matches, one a slot, got '
                 f'{len(likelihoods)} and {len(matches)}'
             )
+        for match in matches:
+            # Before anybody's state is changed.
+            if match.body is not None:
+                check_body(match.body, (image.shape[1], image.shape[0]))
         tasks = [
             partial(self._cut_out, group, image, likelihoods, matches, outside=outside)
             for group in _groups(by_depth(matches), matches)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.geometry import BodyFrame, Box, check_body
 from gait_segmentation.images import Window, check_image
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.alignment import align
@@ -35,6 +35,9 @@ __all__ = ['Segmenter']
 
 _FULL_CONTRAST_PX = 128.0
 """Height of a body, at working size, from which the contrast term has its full weight."""
+
+_LARGEST = 8.0
+"""Height of a body, in the image's longer sides, from which nothing of its outline can be told."""
 
 _LEAST_AREA = 0.25
 """A mask smaller than this share of the template teaches nothing."""
@@ -98,10 +101,12 @@ class Segmenter:
         :param match: the matched template of that frame.
         :param taken: (H, W) uint8, non-zero where pixels belong to somebody else, if any.
         :param outside: whether the likelihood comes from outside, not from the tracker.
-        :raises InputError: if shapes or types do not fit.
+        :raises InputError: if shapes or types do not fit, or the body makes no sense.
         """
         check_image(image)
         check_sizes(image, likelihood, match.shape_prior)
+        if match.body is not None:
+            check_body(match.body, (image.shape[1], image.shape[0]))
         if match.track_id != self._track_id:
             self.reset()
             self._track_id = match.track_id
@@ -109,6 +114,8 @@ class Segmenter:
         if match.body is None:
             gone = 'the person is hidden or gone'
             return self._empty(image, match, gone if match.track_id else 'nobody is tracked')
+        if match.body.height > _LARGEST * max(height, width):
+            return self._empty(image, match, 'the person is far larger than the image')
         scale = likelihood.shape[1] / width
         body = match.body.scaled(scale)
         window = window_about(body, self._last, likelihood.shape)

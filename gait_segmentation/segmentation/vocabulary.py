@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.output_files import write_file
+from gait_segmentation.regular_files import regular
 
 __all__ = ['Vocabulary', 'VocabularyError', 'default_vocabulary']
 
@@ -172,11 +173,11 @@ class Vocabulary:
         """
         name = os.fspath(path)
         try:
-            entries = json.loads(Path(path).read_text(encoding='utf-8'))
+            entries = json.loads(regular(path).read_text(encoding='utf-8'))
         except OSError as error:
             reason = error.strerror or str(error)
             raise VocabularyError(f'cannot read the vocabulary {name}: {reason}') from error
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise VocabularyError(f'{name} is not a JSON file: {error}') from error
         try:
             return cls._from_entries(entries)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.geometry import Box, check_start_box
+from gait_segmentation.geometry import Box, check_body, check_start_box
 from gait_segmentation.images import check_image, check_map, check_stamp
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import Start, StartingConfig
@@ -171,7 +171,8 @@ class PeopleTracker:
 
         Feedback for frames no longer kept, or of other tracks, is ignored.
 
-        :raises InputError: if a mask does not have the source's size or the frames differ.
+        :raises InputError: if a mask does not have the source's size, a body makes no sense, or
+            the frames differ.
         """
         stamps = {each.stamp_ns for each in feedback}
         if len(stamps) > 1:
@@ -184,6 +185,8 @@ class PeopleTracker:
                     f'mask must be uint8 of the source size {self._source}, got '
                     f'{each.mask.shape} {each.mask.dtype}'
                 )
+            if each.body is not None:
+                check_body(each.body, (each.mask.shape[1], each.mask.shape[0]))
         if by_track:
             for world in self._worlds:
                 people = self._targets(world)

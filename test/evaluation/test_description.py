@@ -58,6 +58,7 @@ def test_a_box_may_be_missing_where_people_are_labelled() -> None:
         ({'initial_box': [1, 2, 3]}, 'four numbers'),
         ({'initial_box': [1, 2, 0, 4]}, 'positive width and height'),
         ({'initial_box': [100, 2, 5, 4]}, 'overlap the image of 48x40'),
+        ({'initial_box': [0, 0, 1e7, 1e7]}, 'at most 4 times as wide and high as .* 48 x 40'),
         ({'initial_frame': 7}, r'number of a frame \(0 to 2\), got 7'),
         ({'initial_frame': 'first'}, 'number of a frame'),
         ({'initial_frame': [0]}, 'number of a frame'),

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.geometry import BodyFrame, Box, Placement, body_window
+from gait_segmentation.geometry import BodyFrame, Box, Placement, body_window, check_body
 from test.geometry.strategies import bodies, sizes
 
 
@@ -43,3 +43,31 @@ def test_the_window_about_a_body_holds_the_box_given() -> None:
 def test_placement_is_in_heights_of_the_box() -> None:
     body = Placement(0.1, -0.2, 1.1).body(Box(10, 20, 30, 100), 0.2)
     assert body == BodyFrame(25 + 10, 70 - 20, pytest.approx(110), 0.2)
+
+
+@pytest.mark.parametrize(
+    'body',
+    [BodyFrame(160, 120, 1e-9), BodyFrame(30_000, -30_000, 30_720), BodyFrame(0, 0, 9, -7.0)],
+    ids=str,
+)
+def test_bodies_about_the_image_make_sense(body: BodyFrame) -> None:
+    check_body(body, (320, 240))
+
+
+@pytest.mark.parametrize(
+    'body',
+    [
+        BodyFrame(160, 120, 30_721),
+        BodyFrame(160, 120, 1e7),
+        BodyFrame(160, 120, 0.0),
+        BodyFrame(160, 120, math.nan),
+        BodyFrame(31_000, 120, 9),
+        BodyFrame(160, -math.inf, 9),
+        BodyFrame(math.nan, 120, 9),
+        BodyFrame(160, 120, 9, math.inf),
+    ],
+    ids=str,
+)
+def test_absurd_bodies_do_not(body: BodyFrame) -> None:
+    with pytest.raises(InputError, match=r'at most 30720 pixels high and .* of 320 x 240, got x '):
+        check_body(body, (320, 240))

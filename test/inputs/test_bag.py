@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Callable
@@ -15,6 +16,7 @@ from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs import DamagedError, ImageSource, open_input
 from test.inputs.bags import (
+    ROS2,
     STEP_NS,
     compressed_fields,
     grey,
@@ -25,6 +27,7 @@ from test.inputs.bags import (
     write_bag2,
     write_compressed_bag2,
 )
+from test.test_encoded_images import HUGE
 
 ROOT = Path(__file__).parents[2]
 BIG = (320, 240)
@@ -213,7 +216,6 @@ def test_what_is_no_bag_is_an_error(name: str, tmp_path: Path) -> None:
 
 
 def test_a_bag_without_images_lists_what_it_has(tmp_path: Path) -> None:
-    from test.inputs.bags import ROS2
 
     message = ROS2.types['std_msgs/msg/String'](data='hello')
     path = write_bag2(tmp_path / 'talk', {'/chatter': [message]})
@@ -233,3 +235,32 @@ def test_bags_are_read_without_ros(tmp_path: Path) -> None:
         [sys.executable, '-c', program], capture_output=True, text=True, cwd=ROOT, check=False
     )
     assert done.stdout.strip() == '2', done.stderr
+
+
+@pytest.mark.parametrize('name', ['metadata.yaml', 'walk.mcap', 'other'])
+def test_a_pipe_in_a_bag_does_not_block(name: str, tmp_path: Path) -> None:
+    path = write_bag2(tmp_path / 'walk', {'/image': greys(2)})
+    (path / name).unlink(missing_ok=True)
+    os.mkfifo(path / name)
+    with pytest.raises(SequenceError, match=f'{name} cannot be read: it is a pipe and no file'):
+        open_input(path)
+
+
+def test_frames_that_claim_too_many_pixels_are_no_end(tmp_path: Path) -> None:
+    messages = [compressed_fields(grey(index), stamp(index)) for index in range(3)]
+    messages[1].data = np.frombuffer(HUGE['png'], np.uint8)
+    frames = list(open_input(write_bag2(tmp_path / 'png', {'/c': messages})).frames())
+    assert [frame.image is None for frame in frames] == [False, True, False]
+    assert 'image must have at most 67108864 pixels' in frames[1].problem
+    path = write_bag2(tmp_path / 'raw', {'/c': [*greys(1, (6, 4)), *greys(2)[1:]]})
+    frames = list(open_input(path, max_pixels=24).frames())
+    assert 'at most 24 pixels (max_pixels), got 60 x 40' in frames[1].problem
+
+
+def test_a_size_is_only_believed_of_as_many_bytes(tmp_path: Path) -> None:
+    empty, short = greys(3)[1:]
+    empty.height = empty.width = 8192
+    empty.data = empty.data[:0]
+    short.encoding = 'nonsense'
+    path = write_bag2(tmp_path / 'raw', {'/c': [*greys(1), empty, short]})
+    assert [frame.shape for frame in open_input(path).frames()] == [(40, 60), (0, 0), (40, 60)]

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import cv2
@@ -11,6 +12,7 @@ import pytest
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs import DamagedError, ImageSource, open_input
 from gait_segmentation.inputs.film import _Times
+from test.test_encoded_images import HUGE
 
 
 @pytest.fixture
@@ -162,3 +164,34 @@ def test_a_film_that_is_cut_off_says_so(tmp_path: Path) -> None:
     with pytest.raises(DamagedError, match='should hold 40 frames'):
         frames.extend(open_input(path).frames())
     assert 10 < len(frames) < 30
+
+
+@pytest.mark.parametrize('name', ['walk.mp4', '0.png', 'walk.mcap', 'walk.db3', 'walk.bag'])
+def test_a_pipe_is_no_input(name: str, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(SequenceError, match=f'{name} cannot be read: it is a pipe and no file'):
+        open_input(tmp_path / name)
+
+
+def test_a_pipe_among_images_does_not_block(folder: Path) -> None:
+    os.mkfifo(folder / '9.png')
+    with pytest.raises(SequenceError, match=r'9\.png cannot be read: it is a pipe'):
+        list(open_input(folder).frames())
+
+
+def test_frames_that_claim_too_many_pixels_are_refused(folder: Path, tmp_path: Path) -> None:
+    film = tmp_path / 'film.avi'
+    codec = int.from_bytes(b'MJPG', 'little')
+    writer = cv2.VideoWriter(str(film), codec, 12.0, (64, 48))
+    writer.write(np.zeros((48, 64, 3), np.uint8))
+    writer.release()
+    assert open_input(film, max_pixels=64 * 48).size == (64, 48)
+    with pytest.raises(SequenceError, match=r'film\.avi: .* at most 3071 pixels .* 64 x 48'):
+        open_input(film, max_pixels=64 * 48 - 1)
+    with pytest.raises(SequenceError, match=r'0\.png: .* at most 2399 pixels .* 60 x 40'):
+        open_input(folder, max_pixels=2399)
+    with pytest.raises(SequenceError, match='max_pixels must be at least 1, got 0'):
+        open_input(folder, max_pixels=0)
+    (folder / '7.png').write_bytes(HUGE['png of zeros'])
+    with pytest.raises(SequenceError, match=r'7\.png: .* 30000 x 30000'):
+        open_input(folder / '7.png')

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.results import LOST, TRACKED, TrackResult
 from test.walkers import clip, small_bank
@@ -124,3 +125,21 @@ def test_what_somebody_nearer_hides_counts_neither_way() -> None:
         similarity[front] = one.similarity, two.similarity
     assert similarity[TRACKED][0] > similarity[LOST][0] + 0.05
     assert similarity[TRACKED][1] == similarity[LOST][1]
+
+
+@pytest.mark.parametrize(
+    'changes',
+    [{'body': Box(0, 0, 1e7, 1e7)}, {'body': Box(1e9, 0, 9, 9)}, {'angle': float('inf')}],
+    ids=str,
+)
+def test_a_track_that_makes_no_sense_changes_nothing(changes) -> None:
+    plain, asked = people(lag=1), people(lag=1)
+    for index in range(4):
+        one, two = tracks(index, True, True)
+        with pytest.raises(InputError, match=r'box must be|angle must be'):
+            asked.update([one, replace(two, **changes)], source_size=SIZE)
+        found = asked.update([one, two], source_size=SIZE)
+        expected = plain.update([one, two], source_size=SIZE)
+        assert [[each.body for each in frame] for frame in found] == [
+            [each.body for each in frame] for frame in expected
+        ]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gait_segmentation.geometry import Box
+from gait_segmentation.geometry import Box, check_body, check_matched_box
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.matching.placements import PlacementGrid
 from gait_segmentation.matching.shape_prior import warp_template
@@ -125,3 +125,17 @@ def test_what_is_finer_than_the_templates_is_averaged(grid):
 @pytest.mark.parametrize('shift_step', [0.005, 0.02])
 def test_shifts_are_at_least_a_pixel(shift_step):
     assert PlacementGrid((24, 16), 0.9, MatchingConfig(shift_step=shift_step)).step == 1
+
+
+@pytest.mark.parametrize('sign', [-1, 1])
+def test_no_parameters_make_a_body_that_makes_no_sense(sign: int) -> None:
+    config = MatchingConfig(scales=5, scale_step=0.3, shifts_x=16, shifts_y=16, shift_step=0.1)
+    grid = PlacementGrid((128, 88), 0.85, config)
+    size = (320, 240)
+    # As large and as far away as it may be, and half a step beyond the last placement.
+    box = Box.from_center(160 + sign * 2559, 120 + sign * 2559, 9, 2560)
+    check_matched_box(box, size)
+    scales, rows, columns = grid.shape
+    last = (scales - 0.5, rows - 0.5, columns - 0.5) if sign > 0 else (scales - 0.5, -0.5, -0.5)
+    for angle in (0.0, 0.7, 3.0):
+        check_body(grid.placement(*last, angle).body(box, angle), size)

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from itertools import count
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 import rclpy
@@ -17,7 +18,7 @@ from geometry_msgs.msg import PolygonInstanceStamped
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import Image, JointState, RegionOfInterest
+from sensor_msgs.msg import CompressedImage, Image, JointState, RegionOfInterest
 from std_msgs.msg import String
 
 from gait_segmentation.inputs.encodings import read_mono8
@@ -30,6 +31,7 @@ from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.messages import box_message
 from gait_segmentation.ros.qos import LATCHED
 from test.nodes.bench import DEEP, Bench, frame, header
+from test.test_encoded_images import HUGE
 from test.walkers import box_of, clip
 
 BOX = [30.0, 20.0, 24.0, 80.0]
@@ -118,6 +120,24 @@ def test_an_image_of_fifty_megapixels_is_worked_on(bench: Bench) -> None:
     node._image(huge)
     bench.until(lambda: bool(shapes), 'the mask')
     assert shapes == [(5774, 8660)]
+
+
+def test_compressed_images_that_claim_too_much_are_answered(bench: Bench) -> None:
+    node = bench.add(TrackerNode, image_transport='compressed')
+    bench.record_outputs('person_0/box', 'person_0/likelihood')
+    camera = bench.publisher(CompressedImage, 'image/compressed', 1)
+    good = cv2.imencode('.png', np.zeros((120, 160, 3), np.uint8))[1].tobytes()
+    shown = [good, *HUGE.values(), b'PF\n40000 40000\n-1.0\n' + bytes(50), good]
+    for index, data in enumerate(shown):
+        message = CompressedImage(header=header(index), format='png')
+        message.data.frombytes(data)
+        bench.feed(camera, [message])
+    assert (node.statistics.processed, node.statistics.failed) == (len(shown), len(shown) - 2)
+    likelihoods = bench.received['person_0/likelihood']
+    assert [each.header.stamp for each in likelihoods] == [
+        header(index).stamp for index in range(len(shown))
+    ]
+    assert {(each.width, each.height) for each in likelihoods} == {(160, 120)}
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import Image, JointState
 
 from gait_segmentation.geometry import Box
@@ -37,7 +38,11 @@ class Cutter:
         monkeypatch.setattr(self.node._segmenter, 'reset', counted)
 
     def show(
-        self, index: int, size: tuple[int, int] = SMALL, image: Image | None = None
+        self,
+        index: int,
+        size: tuple[int, int] = SMALL,
+        image: Image | None = None,
+        box: Box | None = None,
     ) -> list[np.ndarray]:
         """Hand a frame with a person over; return the masks that come."""
         about = header(index)
@@ -46,7 +51,7 @@ class Cutter:
         inside[body.slices(*size)] = 255
         self.node._part('image', frame(index, size) if image is None else image)
         self.node._part('person_0/likelihood', image_message(inside, about))
-        self.node._part('person_0/matched_box', box_message(body.corners(), 7, about))
+        self.node._part('person_0/matched_box', box_message((box or body).corners(), 7, about))
         self.node._part('person_0/shape_prior', image_message(inside, about))
         self.node._part('person_0/gait', JointState(header=about))
         self.bench.settle()
@@ -91,4 +96,32 @@ def test_an_image_that_cannot_be_used_gives_empty_masks_of_its_size(cutter: Cutt
         assert not mask.any()
     assert cutter.show(2)[0].any()
     assert cutter.resets == 0
+    assert cutter.node.statistics.failed == 1
+
+
+def test_an_empty_image_that_claims_much_gives_masks_of_the_last_size(cutter: Cutter) -> None:
+    cutter.show(0)
+    empty = Image(header=header(1), height=8192, width=8192, encoding='bgr8', step=3 * 8192)
+    for mask in cutter.show(1, image=empty):
+        assert mask.shape == SMALL[::-1]
+        assert not mask.any()
+    assert cutter.show(2)[0].any()
+
+
+def test_an_image_of_more_pixels_than_allowed_is_refused(cutter: Cutter, capfd) -> None:
+    limit = Parameter('max_pixels', value=SMALL[0] * SMALL[1])
+    assert cutter.node.set_parameters([limit])[0].successful
+    assert cutter.show(0)[0].any()
+    assert not cutter.show(1, LARGE)[0].any()
+    assert 'at most 19200 pixels (max_pixels), got 320 x 240' in capfd.readouterr().err
+    assert cutter.show(2)[0].any()
+
+
+@pytest.mark.parametrize('size', [1e6, 1e7, 1e30])
+def test_a_huge_box_gives_empty_masks_and_is_forgotten(cutter: Cutter, size: float, capfd) -> None:
+    for index in range(4):
+        assert cutter.show(index)[0].any()
+    assert not cutter.show(4, box=Box(-size / 2, -size / 2, size, size))[0].any()
+    assert 'body must be finite, at most 15360 pixels high' in capfd.readouterr().err
+    assert cutter.show(5)[0].any()
     assert cutter.node.statistics.failed == 1

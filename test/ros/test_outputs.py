@@ -89,3 +89,31 @@ def test_the_size_is_told_when_it_changes() -> None:
     for shape in ((6, 8), (6, 8), (12, 16)):
         outputs.publish(_tracks(), shape, HEADER)
     assert [message.height for _, message in node.published] == [6, 12]
+
+
+def test_empty_answers_are_one_image_for_all_who_listen() -> None:
+    node: Any = _Node('mask', 'labels', 'person_1/mask')
+    SegmentationOutputs(node, SLOTS).blank((6, 8), HEADER)
+    assert sorted(node.topics) == ['labels', 'mask', 'person_1/mask']
+    messages = [message for _, message in node.published]
+    assert {(each.width, each.height, any(each.data)) for each in messages} == {(8, 6, False)}
+    assert all(each is messages[0] for each in messages)
+    assert messages[0].header == HEADER
+    node = _Node('person_0/gait', 'person_1/shape_prior', 'person_1/matched_box')
+    MatchOutputs(node, small_bank(), SLOTS).blank((6, 8), HEADER)
+    assert sorted(node.topics) == ['person_0/gait', 'person_1/matched_box', 'person_1/shape_prior']
+    node = _Node('person_0/likelihood', 'person_1/box')
+    outputs = TrackOutputs(node, SLOTS)
+    outputs.publish(_tracks(), (60, 80), HEADER)
+    node.published.clear()
+    outputs.blank(HEADER)
+    assert sorted(node.topics) == ['person_0/likelihood', 'person_1/box']
+    assert dict(node.published)['person_0/likelihood'].width == 8
+
+
+def test_nothing_is_made_for_nobody() -> None:
+    node: Any = _Node()
+    # Of more memory than there is.
+    SegmentationOutputs(node, SLOTS).blank((1 << 31, 1 << 31), HEADER)
+    MatchOutputs(node, small_bank(), SLOTS).blank((1 << 31, 1 << 31), HEADER)
+    assert node.published == []

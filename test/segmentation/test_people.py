@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -75,3 +77,34 @@ def test_somebody_lost_has_a_reason() -> None:
 def test_every_slot_must_be_given() -> None:
     with pytest.raises(InputError, match='2 likelihoods'):
         PeopleSegmenter(max_people=2).update(np.zeros((9, 9, 3), np.uint8), [], [])
+
+
+@pytest.mark.parametrize(
+    'body',
+    [BodyFrame(60, 90, 1e7), BodyFrame(1e9, 90, 80), BodyFrame(60, 90, 80, np.inf)],
+    ids=str,
+)
+def test_a_body_that_makes_no_sense_changes_nothing(body: BodyFrame) -> None:
+    near, far = Figure(60), Figure(200, BLUE)
+    image, _ = picture([near, far])
+    matches = [match(near, 1), match(far, 2)]
+    likelihoods = [each.shape_prior for each in matches]
+    plain, asked = PeopleSegmenter(max_people=2), PeopleSegmenter(max_people=2)
+    for _ in range(4):
+        expected = plain.update(image, likelihoods, matches)
+        found = asked.update(image, likelihoods, matches)
+        np.testing.assert_array_equal(found.labels, expected.labels)
+        with pytest.raises(InputError, match='body must be finite, at most'):
+            asked.update(image, likelihoods, [matches[0], replace(matches[1], body=body)])
+
+
+def test_a_body_far_larger_than_the_image_has_no_outline_in_it() -> None:
+    figure = Figure(60)
+    image, _ = picture([figure])
+    one = match(figure)
+    segmenter = PeopleSegmenter()
+    assert segmenter.update(image, [one.shape_prior], [one]).mask.any()
+    larger = replace(one, body=BodyFrame(60, 90, 320 * 8.1))
+    found = segmenter.update(image, [one.shape_prior], [larger])
+    assert not found.mask.any()
+    assert found.people[0].reason == 'the person is far larger than the image'

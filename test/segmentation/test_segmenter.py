@@ -304,3 +304,13 @@ def test_a_likelihood_from_outside_that_says_nothing_gives_a_mask_or_a_reason(va
     result = segmenter.update(picture(), likelihood, match(stamp=2), outside=True)
     assert result.mask.any() or result.reason
     assert value or not result.mask.any()
+
+
+def test_a_body_that_makes_no_sense_is_refused() -> None:
+    segmenter = Segmenter()
+    image, likelihood = np.zeros((40, 60, 3), np.uint8), np.zeros((40, 60), np.uint8)
+    match = MatchResult(
+        1, 1, BodyFrame(30, 20, 1e7), None, 0, 0, 0.0, 1.0, 0.0, 1.0, 1.0, likelihood
+    )
+    with pytest.raises(InputError, match=r'at most 5760 pixels high .* height 1e'):
+        segmenter.update(image, likelihood, match)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.geometry import Box
+from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import Feedback, TrackResult
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
@@ -244,3 +244,17 @@ def test_each_part_matters_and_can_be_switched_off(name: str, all_parts: TrackRe
 def test_parts_for_what_is_not_there_change_nothing(name: str, all_parts: TrackResult) -> None:
     result = last_of_a_grey_clip(**{name: False})
     np.testing.assert_array_equal(result.likelihood, all_parts.likelihood)
+
+
+@pytest.mark.parametrize('height', [1e7, float('nan'), 0.0])
+def test_a_matched_body_that_makes_no_sense_teaches_nothing(height: float) -> None:
+    track, first = started()
+    lesson = feedback(clip()[0], first)
+    with pytest.raises(InputError, match='body must be finite, at most'):
+        track.learn(replace(lesson, body=BodyFrame(160, 120, height)))
+    other, _ = started()
+    for each in (track, other):
+        each.learn(lesson)
+    one, two = (each.update(clip()[1].image, clip()[1].stamp_ns) for each in (track, other))
+    assert one.box == two.box
+    np.testing.assert_array_equal(one.likelihood, two.likelihood)

@@ -18,6 +18,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource, open_input
 from gait_segmentation.output_files import keep_apart
 from gait_segmentation.pipeline import PipelineConfig
+from gait_segmentation.pixel_limit import MOST_PIXELS
 
 __all__ = ['Job', 'Report']
 
@@ -49,6 +50,7 @@ class Job:
     start: int = 0
     count: int | None = None
     rate: float = 0.0
+    max_pixels: int = MOST_PIXELS
     box: Box | None = None
     masks: Path | None = None
     overlay: Path | None = None
@@ -111,6 +113,7 @@ class Job:
             start=self.start,
             count=self.count,
             rate=self.rate,
+            max_pixels=self.max_pixels,
         )
 
 
