@@ -32,6 +32,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -47,7 +48,7 @@ from file_fuzzing.worker import Outcome, serve
 from gait_segmentation.cli.tool import run_tool
 
 ROOT = Path(__file__).resolve().parents[1]
-START_S, CASE_S = 900.0, 30.0
+START_S, CASE_S, END_S = 900.0, 30.0, 2.0
 CODES = {'gait_replay': {0, 1, 2}, 'gait_source': {0, 1, 2}}
 """Exit codes that are documented; 0 and 2 of the others."""
 
@@ -150,7 +151,10 @@ class Worker:
         return Outcome(None, said)
 
     def close(self) -> None:
-        """End the process."""
+        """End the process, if need be by force."""
+        with suppress(OSError):
+            self._pipe.send(None)
+            self._process.join(END_S)
         self._process.kill()
         self._process.join()
 

@@ -8,6 +8,7 @@ import argparse
 import dataclasses
 import json
 import math
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -156,7 +157,8 @@ def _azimuths(options: argparse.Namespace) -> list[float]:
 
 def _names(folders: list[str]) -> list[str]:
     """Return the builds' names: those of the folders, with their folders' if two are the same."""
-    paths = [Path(folder).resolve() for folder in folders]
+    # Not by Path.resolve, which some versions of Python let fail at links in a circle.
+    paths = [Path(os.path.realpath(folder)) for folder in folders]
     names = [path.name for path in paths]
     if len(set(names)) == len(names):
         return names
@@ -253,6 +255,11 @@ def _info(options: argparse.Namespace) -> None:
             print(f'{name:20} {value}')
 
 
+def _run(options: argparse.Namespace) -> None:
+    runs = {'build': _build, 'show': _show, 'info': _info, 'vocabulary': vocabulary.run}
+    runs[options.command](options)
+
+
 def main(argv: list[str] | None = None) -> int:
     """
     Run the command.
@@ -260,11 +267,7 @@ def main(argv: list[str] | None = None) -> int:
     :param argv: arguments without the program's name; those of the process if None.
     :returns: 0, 2 after an error, 130 if interrupted.
     """
-    options = _parser().parse_args(argv)
-    run = {'build': _build, 'show': _show, 'info': _info, 'vocabulary': vocabulary.run}[
-        options.command
-    ]
-    return run_tool('gait_bank', lambda: run(options))
+    return run_tool('gait_bank', lambda: _run(_parser().parse_args(argv)))
 
 
 if __name__ == '__main__':

@@ -110,10 +110,13 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
-    options = parser().parse_args(arguments)
     # Stopping the demonstration must stop its processes.
     with handled(signal.default_int_handler, signal.SIGTERM):
-        return run_tool('gait_demo', lambda: _say(run(options), options.out))
+        return run_tool('gait_demo', lambda: _show(parser().parse_args(arguments)))
+
+
+def _show(options: argparse.Namespace) -> None:
+    _say(run(options), options.out)
 
 
 def _say(report: Mapping[str, Any], out: Path) -> None:

@@ -186,8 +186,7 @@ def _scenes() -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
-    options = parser().parse_args(arguments)
-    return run_tool('gait_evaluate', lambda: evaluate(options))
+    return run_tool('gait_evaluate', lambda: evaluate(parser().parse_args(arguments)))
 
 
 def _shown(items: Iterable[Item], name: str, total: int) -> Iterator[Item]:

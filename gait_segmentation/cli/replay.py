@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections import Counter
 from pathlib import Path
@@ -125,8 +126,7 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
-    options = parser().parse_args(arguments)
-    return run_tool('gait_replay', lambda: _replay_all(options))
+    return run_tool('gait_replay', lambda: _replay_all(parser().parse_args(arguments)))
 
 
 def make_jobs(options: argparse.Namespace) -> list[Job]:
@@ -184,7 +184,8 @@ def names_of(paths: list[Path]) -> list[str]:
 
     :raises ConfigError: if that does not tell them apart.
     """
-    paths = [path.resolve() for path in paths]
+    # Not by Path.resolve, which some versions of Python let fail at links in a circle.
+    paths = [Path(os.path.realpath(path)) for path in paths]
     names = [path.name if path.is_dir() else path.stem for path in paths]
     often = {name for name, count in Counter(names).items() if count > 1}
     names = [

@@ -29,14 +29,20 @@ def run_tool(name: str, run: Callable[[], int | None]) -> int:
     Run a command and return its exit code.
 
     :param name: of the command, for what is said on standard error.
-    :param run: does the work; what it returns is the exit code, None stands for 0.
+    :param run: reads the command line and does the work; what it returns is the exit code, None
+        stands for 0.
     :returns: the exit code: 2 after an error of this package or of a file, 130 if interrupted, 1
         if nobody reads the output any more.
     """
     try:
         mend_kernel_cache()
         with contextlib.redirect_stdout(_Output(sys.stdout)):
-            code = run() or 0
+            try:
+                code = run() or 0
+            except SystemExit:
+                # As of --help.
+                sys.stdout.flush()
+                raise
             # Here and not at the end of the interpreter, where an error would leave a traceback.
             sys.stdout.flush()
     except GaitSegmentationError as error:

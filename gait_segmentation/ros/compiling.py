@@ -8,6 +8,8 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from gait_segmentation.output_files import named
+
 __all__ = ['compiling']
 
 _PATIENCE_S = 5.0
@@ -17,6 +19,8 @@ _PATIENCE_S = 5.0
 def compiling(say: Callable[[str], None], patience_s: float = _PATIENCE_S) -> Iterator[None]:
     """
     Say that kernels are loaded or compiled if what is done takes long.
+
+    Errors of files have the name of the cache of kernels.
 
     :param say: called once at most, in another thread.
     """
@@ -28,6 +32,8 @@ def compiling(say: Callable[[str], None], patience_s: float = _PATIENCE_S) -> It
     slow.daemon = True
     slow.start()
     try:
-        yield
+        # Which is all that is written here.
+        with named('the cache of compiled kernels'):
+            yield
     finally:
         slow.cancel()

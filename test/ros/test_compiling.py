@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import threading
 
+import pytest
+
 from gait_segmentation.ros.compiling import compiling
 
 
@@ -25,3 +27,9 @@ def test_what_does_not_is_not() -> None:
     with compiling(said.append, patience_s=3600.0):
         pass
     assert not said
+
+
+def test_a_full_disk_under_the_cache_is_said_to_be_there() -> None:
+    with pytest.raises(OSError, match='full') as caught, compiling(print, patience_s=3600.0):
+        raise OSError(28, 'full')
+    assert caught.value.filename == 'the cache of compiled kernels'

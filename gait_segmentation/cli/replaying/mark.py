@@ -69,7 +69,9 @@ def digest_of(path: Path) -> str:
     if path.is_dir():
         files = sorted(each for each in path.rglob('*') if each.is_file())
         for each in files:
-            digest.update(f'{each.relative_to(path)}\0{each.stat().st_size}\0'.encode())
+            # Not encoded as text: names need not be UTF-8.
+            digest.update(os.fsencode(each.relative_to(path)) + b'\0')
+            digest.update(f'{each.stat().st_size}\0'.encode())
     elif path.is_file():
         with path.open('rb') as file:
             size = os.fstat(file.fileno()).st_size

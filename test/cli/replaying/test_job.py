@@ -15,6 +15,7 @@ import pytest
 
 from gait_segmentation.cli.replay import main
 from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput
+from gait_segmentation.cli.replaying.mark import digest_of
 from gait_segmentation.inputs import open_input
 from test.inputs.bags import image_fields, stamp, write_bag2
 from test.test_output_files import room_for
@@ -156,6 +157,20 @@ def test_the_bag_of_another_input_of_that_name_is_not_done(
     (tmp_path / 'out/walk/walk.mcap').unlink()
     assert main([str(other), *given[1:]]) == 2
     assert 'is not all there' in capsys.readouterr().err
+
+
+def test_a_link_in_a_circle_is_no_input(tmp_path: Path, capsys) -> None:
+    (tmp_path / 'walk.mp4').symlink_to('walk.mp4')
+    assert main([str(tmp_path / 'walk.mp4'), '--out', str(tmp_path / 'out')]) == 2
+    assert capsys.readouterr().err.count('\n') == 1
+
+
+def test_names_that_are_not_utf_8_are_part_of_the_digest(tmp_path: Path) -> None:
+    (tmp_path / '0\udcff.png').write_bytes(b'image')
+    first = digest_of(tmp_path)
+    (tmp_path / '0\udcff.png').rename(tmp_path / '1\udcff.png')
+    assert first != digest_of(tmp_path) != ''
+    assert digest_of(tmp_path / 'missing') == ''
 
 
 @pytest.mark.parametrize(
