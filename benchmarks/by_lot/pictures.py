@@ -5,18 +5,25 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.evaluation.synthetic.clothing import make_outfit
-from gait_segmentation.evaluation.synthetic.courses import Straight, Whereabouts
-from gait_segmentation.evaluation.synthetic.walkers import Walker, draw_walker
-from gait_segmentation.gait_model import FIGURES
-from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank
+from gait_segmentation.geometry import Box
 
-__all__ = ['Film', 'Image', 'Rng', 'box_by_lot', 'map_by_lot', 'reduced', 'shape_by_lot']
+__all__ = [
+    'Film',
+    'Image',
+    'Rng',
+    'box_by_lot',
+    'map_by_lot',
+    'reduced',
+    'shape_by_lot',
+    'walkers',
+]
 
 Image = NDArray[np.uint8]
 Rng = np.random.Generator
@@ -48,32 +55,62 @@ def texture(rng: Rng, shape: tuple[int, int]) -> Image:
 SCENERIES = (flat, noise, gradient, texture)
 
 
+class Walker:
+    """Somebody of two colours who is drawn by the templates of one direction."""
+
+    def __init__(self, rng: Rng, shape: tuple[int, int]) -> None:
+        height, width = shape
+        bank = walkers()
+        self._templates = bank.templates[int(rng.integers(len(bank.templates)))]
+        self._fill = bank.fill
+        self._tall = max(min(height * rng.uniform(0.2, 1.3), 800.0), 4.0)
+        self._at = width * rng.uniform(), height * rng.uniform(0.3, 0.7)
+        self._speed = float(rng.choice([0.0, rng.uniform(-0.08, 0.08)])) * self._tall
+        self._growth = float(rng.choice([1.0, 1.0, rng.uniform(0.95, 1.05)]))
+        self._rate = float(rng.uniform(0.02, 0.1))
+        self._colours = rng.integers(0, 256, (2, 3)).astype(np.float32)
+
+    def draw(self, canvas: NDArray[np.float32], number: int) -> Box | None:
+        """Draw a frame into a picture, (h, w, 3) float32; return the box of what is seen."""
+        template = self._templates[
+            int(number * self._rate * len(self._templates)) % len(self._templates)
+        ]
+        rows, columns = template.shape
+        tall = self._tall * self._growth**number
+        scale = tall / (self._fill * rows)
+        left = self._at[0] + self._speed * number - scale * columns / 2
+        top = self._at[1] - scale * rows / 2
+        place = np.array([[scale, 0.0, left], [0.0, scale, top]])
+        cover = cv2.warpAffine(template, place, canvas.shape[1::-1]).astype(np.float32) / 255
+        upper = min(max(round(self._at[1]), 0), canvas.shape[0])
+        for part, colour in zip((slice(0, upper), slice(upper, None)), self._colours, strict=True):
+            canvas[part] += cover[part][..., None] * (colour - canvas[part])
+        return Box.around(cover > 0.5)
+
+
+@cache
+def walkers() -> TemplateBank:
+    """Return the silhouettes that walkers are drawn by."""
+    return build_bank(BankSpec(azimuths=8, phases=12))
+
+
 class Film:
     """Pictures of one size: a scenery, walkers before it, and what may happen to a camera."""
 
     def __init__(self, rng: Rng, shape: tuple[int, int]) -> None:
         self.rng, self.shape = rng, shape
         self.boxes: list[Box] = []
-        self._walkers: list[tuple[Walker, BodyFrame, float]] = []
         self._last: Image | None = None
         self._cut()
 
     def _cut(self) -> None:
         """Show another place."""
-        rng, (height, width) = self.rng, self.shape
+        rng = self.rng
         make = SCENERIES[int(rng.integers(len(SCENERIES)))]
         self._scenery = make(rng, self.shape)
         self._pan = float(rng.choice([0.0, 0.0, rng.uniform(-3, 3), rng.uniform(-40, 40)]))
-        self._moving = rng.random() < 0.1
-        self._walkers = []
-        for _ in range(int(rng.choice([0, 1, 1, 2, 3]))):
-            build = str(rng.choice(FIGURES))
-            tall = min(height * rng.uniform(0.2, 1.3), 600.0)
-            body = BodyFrame(width * rng.uniform(), height * rng.uniform(0.3, 0.7), max(tall, 4))
-            azimuth = float(rng.choice([0.0, math.pi, rng.uniform(-math.pi, math.pi)]))
-            way = Straight(0.0, 1.0, azimuth, rng.uniform(0.6, 1.3), rng.uniform())
-            speed = math.cos(azimuth) * tall * rng.uniform(0.0, 0.08)
-            self._walkers.append((Walker(way, build, make_outfit(rng, build)), body, speed))
+        self._flickers = rng.random() < 0.1
+        self._walkers = [Walker(rng, self.shape) for _ in range(int(rng.choice([0, 1, 1, 2, 3])))]
 
     def picture(self, number: int) -> Image:
         """Return the next picture; ``boxes`` are then those of the walkers in it."""
@@ -85,19 +122,12 @@ class Film:
             return flat(rng, self.shape)
         elif chance < 0.2 and self._last is not None:
             return self._last.copy()
-        scenery = noise(rng, self.shape) if self._moving else self._scenery
+        scenery = noise(rng, self.shape) if self._flickers else self._scenery
         if self._pan:
             scenery = np.roll(scenery, round(self._pan * number), axis=1)
-        canvas, self.boxes = scenery.astype(np.float32), []
-        for walker, body, speed in self._walkers:
-            x = body.center_x + speed * number
-            where = BodyFrame(x, body.center_y, body.height)
-            phase = (walker.motion.at(0.05 * number).phase + 0.05 * number) % 1.0
-            turned = Whereabouts(0.0, 1.0, walker.motion.at(0.0).azimuth, phase)
-            cover = draw_walker(canvas, walker, where, turned, False)
-            box = Box.around(cover > 0.5)
-            if box is not None:
-                self.boxes.append(box)
+        canvas = scenery.astype(np.float32)
+        found = [walker.draw(canvas, number) for walker in self._walkers]
+        self.boxes = [box for box in found if box is not None]
         gain = float(rng.choice([1.0, 1.0, 1.0, 1.0, 0.3, 2.0]))
         self._last = np.clip(np.rint(gain * canvas), 0, 255).astype(np.uint8)
         return self._last.copy()

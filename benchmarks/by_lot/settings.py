@@ -9,7 +9,7 @@ from dataclasses import replace
 from functools import cache
 from typing import Any, TypeVar
 
-from by_lot.pictures import Rng
+from by_lot.pictures import Rng, walkers
 from gait_segmentation.config import Parameter, StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank, default_bank
@@ -89,5 +89,7 @@ def bank_by_lot(rng: Rng) -> TemplateBank:
 
 @cache
 def _bank(kind: int) -> TemplateBank:
-    specs = (BankSpec(azimuths=8, phases=12), BankSpec(azimuths=2, phases=4, height=32, width=24))
-    return build_bank(specs[kind]) if kind < len(specs) else default_bank()
+    if kind == 0:
+        return walkers()
+    small = BankSpec(azimuths=2, phases=4, height=32, width=24)
+    return build_bank(small) if kind == 1 else default_bank()
