@@ -50,6 +50,9 @@ from gait_segmentation.pipeline import FrameResult, Pipeline
 from gait_segmentation.results import TrackResult
 from gait_segmentation.segmentation import PeopleSegmenter
 
+LARGE = 4e5
+"""Pixels from which sequences are short."""
+
 LONGEST_S = 600
 """Time after which a sequence counts as one that never ends."""
 
@@ -78,18 +81,24 @@ class Player:
 
     def play(self) -> None:
         """Play it, and the results that a lag holds back."""
-        rng, shape = self.rng, shape_by_lot(self.rng)
-        film, large = Film(rng, shape), shape[0] * shape[1] > 4e5
-        long = rng.random() < 0.12
-        count = 4 if large else int(rng.integers(20, 31) if long else rng.integers(2, 12))
-        period = float(rng.choice([1 / 10, 1 / 15, 1 / 25, rng.uniform(0.001, 1)]))
+        rng = self.rng
+        if rng.random() < 0.2:
+            # Somebody walks past, for long enough to be found.
+            period = float(rng.choice([1 / 10, 1 / 15, 1 / 25]))
+            shape = int(rng.integers(90, 201)), int(rng.integers(160, 321))
+            film, count = Film(rng, shape, rng.uniform(0.7, 1.1) * period), round(2 / period)
+        else:
+            shape = shape_by_lot(rng)
+            large = shape[0] * shape[1] > LARGE
+            period = float(rng.choice([1 / 10, 1 / 25, rng.uniform(0.001, 1)]))
+            film, count = Film(rng, shape), 4 if large else int(rng.integers(2, 14))
         for number in range(count):
-            chance = rng.random()
+            chance = rng.random() * (10 if film.pace else 1)
             if chance < 0.02:
                 self.pipe.reset()
                 self._forget()
-            elif chance < 0.04:
-                film = Film(rng, shape if large else shape_by_lot(rng))
+            elif chance < 0.04 and film.shape[0] * film.shape[1] < LARGE:
+                film = Film(rng, shape_by_lot(rng))
             elif chance < 0.06:
                 self._exchange()
             self._frame(film, number, period)
@@ -98,17 +107,18 @@ class Player:
 
     def _frame(self, film: Film, number: int, period: float) -> None:
         rng, image = self.rng, film.picture(number)
-        longer = float(rng.choice([1e-9, 30, 1e5])) if rng.random() < 0.1 else 1.0
+        calm = 10 if film.pace else 1
+        longer = float(rng.choice([1e-9, 30, 1e5])) if rng.random() * calm < 0.1 else 1.0
         stamp_ns = self.stamp_ns + max(1, round(1e9 * period * longer))
         if self.stamp_ns == 0 and rng.random() < 0.5:
             # As of a clock that counts from 1970.
             stamp_ns += 1_700_000_000 * 10**9
-        chance = rng.random()
+        chance = calm * rng.random()
         if chance < 0.02:
             stamp_ns = self.stamp_ns
         elif chance < 0.04 and self.stamp_ns > 1:
             stamp_ns = int(rng.integers(1, self.stamp_ns))
-        while rng.random() < (0.5 if number == 0 else 0.06):
+        while calm * rng.random() < (0.5 if number == 0 else 0.06):
             self.boxes.append(box_by_lot(rng, film.shape, film.boxes))
             self.pipe.initialize(self.boxes[-1])
         outside = map_by_lot(rng, reduced(rng, film.shape)) if rng.random() < 0.05 else None

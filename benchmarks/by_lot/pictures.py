@@ -52,29 +52,44 @@ def texture(rng: Rng, shape: tuple[int, int]) -> Image:
     return np.asarray(cv2.resize(cells, shape[::-1], interpolation=cv2.INTER_CUBIC))
 
 
+_STRIDE = 0.83
+"""Length of a stride in body heights."""
+
 SCENERIES = (flat, noise, gradient, texture)
 
 
 class Walker:
     """Somebody of two colours who is drawn by the templates of one direction."""
 
-    def __init__(self, rng: Rng, shape: tuple[int, int]) -> None:
+    def __init__(self, rng: Rng, shape: tuple[int, int], pace: float = 0.0) -> None:
+        """
+        Send somebody by lot.
+
+        :param pace: strides a frame of somebody who walks past, well in view; 0 = by lot.
+        """
         height, width = shape
         bank = walkers()
-        self._templates = bank.templates[int(rng.integers(len(bank.templates)))]
         self._fill = bank.fill
-        self._tall = max(min(height * rng.uniform(0.2, 1.3), 800.0), 4.0)
-        self._at = width * rng.uniform(), height * rng.uniform(0.3, 0.7)
-        self._speed = float(rng.choice([0.0, rng.uniform(-0.08, 0.08)])) * self._tall
-        self._growth = float(rng.choice([1.0, 1.0, rng.uniform(0.95, 1.05)]))
-        self._rate = float(rng.uniform(0.02, 0.1))
+        if pace:
+            side = int(rng.integers(2))
+            self._templates = bank.templates[side * len(bank.templates) // 2]
+            self._tall = height * rng.uniform(0.4, 0.7)
+            self._at = width * (0.15 + 0.7 * side), height * rng.uniform(0.4, 0.6)
+            self._rate, self._growth = pace, 1.0
+            self._speed = (1 - 2 * side) * _STRIDE * pace * self._tall
+        else:
+            self._templates = bank.templates[int(rng.integers(len(bank.templates)))]
+            self._tall = max(min(height * rng.uniform(0.2, 1.3), 800.0), 4.0)
+            self._at = width * rng.uniform(), height * rng.uniform(0.3, 0.7)
+            self._rate = float(rng.uniform(0.02, 0.1))
+            self._growth = float(rng.choice([1.0, 1.0, rng.uniform(0.95, 1.05)]))
+            self._speed = float(rng.choice([0.0, rng.uniform(-0.08, 0.08)])) * self._tall
         self._colours = rng.integers(0, 256, (2, 3)).astype(np.float32)
 
     def draw(self, canvas: NDArray[np.float32], number: int) -> Box | None:
         """Draw a frame into a picture, (h, w, 3) float32; return the box of what is seen."""
-        template = self._templates[
-            int(number * self._rate * len(self._templates)) % len(self._templates)
-        ]
+        phase = number * self._rate % 1.0
+        template = self._templates[int(phase * len(self._templates))]
         rows, columns = template.shape
         tall = self._tall * self._growth**number
         scale = tall / (self._fill * rows)
@@ -97,25 +112,34 @@ def walkers() -> TemplateBank:
 class Film:
     """Pictures of one size: a scenery, walkers before it, and what may happen to a camera."""
 
-    def __init__(self, rng: Rng, shape: tuple[int, int]) -> None:
-        self.rng, self.shape = rng, shape
+    def __init__(self, rng: Rng, shape: tuple[int, int], pace: float = 0.0) -> None:
+        """
+        Begin at a place by lot.
+
+        :param pace: strides a frame of people who walk past where little else happens, so that
+            they can be found; 0 = anything may happen.
+        """
+        self.rng, self.shape, self.pace = rng, shape, pace
         self.boxes: list[Box] = []
         self._last: Image | None = None
         self._cut()
 
     def _cut(self) -> None:
         """Show another place."""
-        rng = self.rng
+        rng, calm = self.rng, self.pace > 0
         make = SCENERIES[int(rng.integers(len(SCENERIES)))]
         self._scenery = make(rng, self.shape)
-        self._pan = float(rng.choice([0.0, 0.0, rng.uniform(-3, 3), rng.uniform(-40, 40)]))
-        self._flickers = rng.random() < 0.1
-        self._walkers = [Walker(rng, self.shape) for _ in range(int(rng.choice([0, 1, 1, 2, 3])))]
+        wild = 0.0 if calm else rng.uniform(-40, 40)
+        self._pan = float(rng.choice([0.0, 0.0, rng.uniform(-3, 3), wild]))
+        self._flickers = not calm and rng.random() < 0.1
+        most = 3 if calm else 4
+        count = max(int(rng.integers(most)), int(calm))
+        self._walkers = [Walker(rng, self.shape, self.pace) for _ in range(count)]
 
     def picture(self, number: int) -> Image:
         """Return the next picture; ``boxes`` are then those of the walkers in it."""
         rng = self.rng
-        chance = rng.random()
+        chance = rng.random() * (10 if self.pace else 1)
         if chance < 0.05:
             self._cut()
         elif chance < 0.1:
@@ -128,7 +152,7 @@ class Film:
         canvas = scenery.astype(np.float32)
         found = [walker.draw(canvas, number) for walker in self._walkers]
         self.boxes = [box for box in found if box is not None]
-        gain = float(rng.choice([1.0, 1.0, 1.0, 1.0, 0.3, 2.0]))
+        gain = 1.0 if chance < 0.8 or self.pace else float(rng.choice([0.3, 2.0]))
         self._last = np.clip(np.rint(gain * canvas), 0, 255).astype(np.uint8)
         return self._last.copy()
 
