@@ -46,9 +46,10 @@ from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box, check_matched_box, check_start_box
 from gait_segmentation.matching import PeopleMatcher
-from gait_segmentation.pipeline import FrameResult, Pipeline
+from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
 from gait_segmentation.results import TrackResult
 from gait_segmentation.segmentation import PeopleSegmenter
+from gait_segmentation.warm_up import warm_up
 
 LARGE = 4e5
 """Pixels from which sequences are short."""
@@ -241,7 +242,7 @@ def play_all(seeds: Iterable[int], total: int, until: float, processes: int) -> 
     under_way: dict[Future[Played], int] = {}
     context = multiprocessing.get_context('spawn')
     with (
-        ProcessPoolExecutor(processes, mp_context=context) as pool,
+        ProcessPoolExecutor(processes, context, warm_up, (PipelineConfig(),)) as pool,
         tqdm(total=total, disable=None, leave=False) as bar,
     ):
         while True:
@@ -256,8 +257,11 @@ def play_all(seeds: Iterable[int], total: int, until: float, processes: int) -> 
                 try:
                     played.append(done.result())
                 except BrokenProcessPool:
-                    died = ', '.join(map(str, sorted(under_way.values())))
-                    raise RuntimeError(f'a process died in one of the seeds {died}') from None
+                    seeds_of = ', '.join(map(str, sorted(under_way.values())))
+                    raise SystemExit(
+                        f'a process died, or did not end in {LONGEST_S} s, in one of the seeds '
+                        f'{seeds_of}'
+                    ) from None
                 del under_way[done]
                 bar.update()
                 if played[-1].error:
