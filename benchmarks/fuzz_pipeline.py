@@ -21,6 +21,7 @@ import argparse
 import faulthandler
 import math
 import multiprocessing
+import signal
 import sys
 import time
 import traceback
@@ -275,6 +276,8 @@ def main() -> int:
     parser.add_argument('--seed', type=int, default=0, help='of the first sequence')
     parser.add_argument('--processes', type=int, default=2)
     options = parser.parse_args()
+    # As Ctrl-C does, it ends the other processes, too.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     seeds = range(options.seed, options.seed + options.sequences)
     until = time.monotonic() + 60 * options.minutes
     played = play_all(seeds, len(seeds), until, options.processes)
