@@ -42,6 +42,8 @@ _LARGEST = 8.0
 _LEAST_AREA = 0.25
 """A mask smaller than this share of the template teaches nothing."""
 
+_NOBODY = 'the cut found no person'
+
 _LOGIT = np.log((np.arange(256) + 0.5) / (255.5 - np.arange(256))).astype(np.float32)
 
 
@@ -138,7 +140,7 @@ class Segmenter:
             lab, evidence, prior, place, match.phase, outside=outside
         )
         if not labels.any():
-            return self._empty(image, match, 'the cut found no person')
+            return self._empty(image, match, _NOBODY)
         self._learn(labels, likely, prior, place, match.phase, window)
         colours = lab if self.config.use_local_colours else None
         # Where the source is no finer, the colours still part pixels that are mixtures.
@@ -151,6 +153,9 @@ class Segmenter:
         np.multiply(fine.view(np.uint8), np.uint8(255), out=mask[crop])
         if taken is not None:
             mask[crop][taken[crop] > 0] = 0
+        if not mask[crop].any():
+            # Of so little that none of it is left at full resolution, or off those before.
+            return self._empty(image, match, _NOBODY)
         return SegmentationResult(match.stamp_ns, match.track_id, mask, '')
 
     @property
