@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box, scaling
+from gait_segmentation.kernel_cache import mend_kernel_cache
 from gait_segmentation.results import Feedback, MatchResult
 
 if TYPE_CHECKING:
@@ -87,6 +88,7 @@ def warm_up_tracker(
     from gait_segmentation.tracking import PeopleTracker
     from gait_segmentation.tracking.person.extent import extent_of
 
+    mend_kernel_cache()
     starting = starting or StartingConfig()
     tracker = PeopleTracker(bank, config, max_people=min(max_people, 2), starting=starting)
     begin = _FOUND if starting.auto_init == 'none' else 0
@@ -119,6 +121,7 @@ def warm_up_matcher(bank: TemplateBank, config: MatchingConfig) -> None:
     """Call everything that the matching stage calls in its first frames."""
     from gait_segmentation.matching import SequenceMatcher
 
+    mend_kernel_cache()
     matcher = SequenceMatcher(bank, config)
     for index in range(_MATCHED):
         person = _Scene.at(index).people[0]
@@ -139,6 +142,7 @@ def warm_up_segmenter(config: SegmentationConfig) -> None:
     """Call everything that the segmentation stage calls in its first frames."""
     from gait_segmentation.segmentation import Segmenter
 
+    mend_kernel_cache()
     segmenter = Segmenter(config)
     for index in range(_MATCHED):
         scene = _Scene.at(index)

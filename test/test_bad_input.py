@@ -48,6 +48,21 @@ def test_a_likelihood_that_says_the_same_everywhere(value: int, shape: tuple[int
         assert results[0].people[0].segmentation.reason == 'the cut found no person'
 
 
+def test_somebody_who_walks_before_a_clipped_white_wall_is_found() -> None:
+    bank, pipe = small_bank(), Pipeline(bank=small_bank())
+    found = []
+    for number in range(32):
+        # To the right, in dark clothes and drawn by the templates themselves.
+        template = bank.templates[0, number // 2 % bank.phases]
+        scale = 120 / (bank.fill * template.shape[0])
+        place = np.array([[scale, 0, 4.0 * number], [0, scale, 50]])
+        cover = cv2.warpAffine(template, place, (320, 240))[..., None] / 255
+        image = np.rint(255 - cover * np.array([165, 225, 225])).astype(np.uint8)
+        [result] = pipe.update(image, 10**9 + number * 40_000_000)
+        found.append(bool(result.mask.any()))
+    assert any(found)
+
+
 @pytest.mark.parametrize('value', [0, 77, 255])
 def test_a_constant_image(value: int) -> None:
     play([np.full((240, 320, 3), value, np.uint8)] * FRAMES, box_of(clip()[0]))
@@ -61,6 +76,7 @@ def test_a_constant_image(value: int) -> None:
         Box(50, 100, 200, 2),
         Box(50, 10, 0.5, 220),
         Box(319, 239, 50, 50),
+        Box(-4, -4, 4.1, 4.1),
         Box(-10, 100, 10.001, 5),
         Box(-400, -600, 1280, 960),
     ],

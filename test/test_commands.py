@@ -85,9 +85,10 @@ def test_without_ros_it_is_said_what_to_do(name: str, tmp_path: Path) -> None:
         'from gait_segmentation import commands\n'
         f'sys.exit(commands.{name}())\n'
     )
-    demo = ['--clip', str(tmp_path), '--out', str(tmp_path / 'out')]
+    demo = ['--clip', str(tmp_path / 'film'), '--out', str(tmp_path / 'out')]
     given = {'tracker': [], 'source': ['x.mp4'], 'demo': demo}[name]
-    cv2.imwrite(str(tmp_path / '1.png'), np.zeros((80, 80, 3), np.uint8))
+    (tmp_path / 'film').mkdir()
+    cv2.imwrite(str(tmp_path / 'film/1.png'), np.zeros((80, 80, 3), np.uint8))
     done = subprocess.run(
         [sys.executable, '-c', script, *given], cwd=ROOT, capture_output=True, text=True
     )

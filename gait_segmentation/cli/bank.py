@@ -8,11 +8,11 @@ import argparse
 import dataclasses
 import json
 import math
+import os
 import sys
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from tqdm import tqdm
 
@@ -28,6 +28,7 @@ from gait_segmentation.gait_model.from_silhouettes import (
 )
 from gait_segmentation.gait_model.sheet import contact_sheet
 from gait_segmentation.gait_model.silhouettes import read_silhouettes
+from gait_segmentation.output_files import keep_apart, write_picture
 
 __all__ = ['main']
 
@@ -156,7 +157,8 @@ def _azimuths(options: argparse.Namespace) -> list[float]:
 
 def _names(folders: list[str]) -> list[str]:
     """Return the builds' names: those of the folders, with their folders' if two are the same."""
-    paths = [Path(folder).resolve() for folder in folders]
+    # Not by Path.resolve, which some versions of Python let fail at links in a circle.
+    paths = [Path(os.path.realpath(folder)) for folder in folders]
     names = [path.name for path in paths]
     if len(set(names)) == len(names):
         return names
@@ -171,6 +173,7 @@ def _build(options: argparse.Namespace) -> None:
     if not output.parent.is_dir():
         raise BankError(f'cannot write the bank {output}: {output.parent} is not a folder')
     of_folders = options.azimuth is not None or options.first_contact is not None
+    keep_apart([('the bank', output)], map(Path, options.folders or ()))
     if options.folders is None and (of_folders or options.mirror):
         raise BankError('--azimuth, --first-contact and --mirror belong to --from')
     drawn = [f'--{name}' for name in _DRAWN if name in given]
@@ -216,17 +219,10 @@ def _open(name: str | None) -> TemplateBank:
 
 
 def _show(options: argparse.Namespace) -> None:
-    sheet = contact_sheet(_open(options.bank), options.columns, options.sequences)
     output = Path(options.output)
-    try:
-        written = cv2.imwrite(str(output), sheet)
-    except cv2.error as error:
-        raise BankError(
-            f'cannot write the picture {output}: its name must end in .png or another format '
-            'OpenCV writes'
-        ) from error
-    if not written:
-        raise BankError(f'cannot write the picture {output}')
+    keep_apart([('--output', output)], [Path(options.bank)] if options.bank else [])
+    sheet = contact_sheet(_open(options.bank), options.columns, options.sequences)
+    write_picture(output, sheet, BankError)
     print(f'{output}: {sheet.shape[1]} x {sheet.shape[0]} pixels')
 
 
@@ -259,6 +255,11 @@ def _info(options: argparse.Namespace) -> None:
             print(f'{name:20} {value}')
 
 
+def _run(options: argparse.Namespace) -> None:
+    runs = {'build': _build, 'show': _show, 'info': _info, 'vocabulary': vocabulary.run}
+    runs[options.command](options)
+
+
 def main(argv: list[str] | None = None) -> int:
     """
     Run the command.
@@ -266,11 +267,7 @@ def main(argv: list[str] | None = None) -> int:
     :param argv: arguments without the program's name; those of the process if None.
     :returns: 0, 2 after an error, 130 if interrupted.
     """
-    options = _parser().parse_args(argv)
-    run = {'build': _build, 'show': _show, 'info': _info, 'vocabulary': vocabulary.run}[
-        options.command
-    ]
-    return run_tool('gait_bank', lambda: run(options))
+    return run_tool('gait_bank', lambda: _run(_parser().parse_args(argv)))
 
 
 if __name__ == '__main__':

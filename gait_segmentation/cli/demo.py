@@ -18,11 +18,13 @@ from tqdm import tqdm
 
 from gait_segmentation.cli.clip import CLIP_BOX, CLIP_START, demo_clip
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
+from gait_segmentation.cli.replaying.mark import png_is_marked
 from gait_segmentation.cli.signals import handled
 from gait_segmentation.cli.tool import make_folder, run_tool
 from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.inputs import ImageSource, open_input
+from gait_segmentation.output_files import keep_apart
 from gait_segmentation.people import MOST_PEOPLE
 from gait_segmentation.ros.files import use_shared_memory
 
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
 __all__ = ['main', 'parser']
 
 NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')
+_WRITTEN = ('masks', 'overlay.mp4', 'contact_sheet.png', 'phase.png', 'report.json', 'logs')
 _START_TIMEOUT_S = 900.0
 _PRELOADED = 1 << 30
 """Bytes of frames that are decoded beforehand; longer films are while they are played."""
@@ -107,10 +110,13 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
-    options = parser().parse_args(arguments)
     # Stopping the demonstration must stop its processes.
     with handled(signal.default_int_handler, signal.SIGTERM):
-        return run_tool('gait_demo', lambda: _say(run(options), options.out))
+        return run_tool('gait_demo', lambda: _show(parser().parse_args(arguments)))
+
+
+def _show(options: argparse.Namespace) -> None:
+    _say(run(options), options.out)
 
 
 def _say(report: Mapping[str, Any], out: Path) -> None:
@@ -130,6 +136,8 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     :raises GaitSegmentationError: if the film cannot be used or a process fails.
     """
     film, box = _film_and_box(options)
+    keep_apart([('--out', options.out / name) for name in _WRITTEN], [film.path])
+    _check_masks(options.out / 'masks')
     make_folder('--out', options.out)
     prepare_environment(os.environ)
     # Here, so that it finds the environment prepared and --help needs no ROS.
@@ -174,6 +182,20 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     report = make_report(len(published), frames, topics)
     write_report(options.out / 'report.json', report)
     return report
+
+
+def _check_masks(folder: Path) -> None:
+    """
+    Refuse a folder of images that are not masks of an earlier demonstration, which are removed.
+
+    :raises ConfigError: if it holds such.
+    """
+    for path in folder.glob('*.png'):
+        if not (path.is_file() and png_is_marked(path)):
+            raise ConfigError(
+                f'--out: {path} was not made by gait_demo and is not replaced; remove it or '
+                'choose another folder'
+            )
 
 
 def _film_and_box(options: argparse.Namespace) -> tuple[ImageSource, Box | None]:

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.cli.recorder import Record
+from gait_segmentation.cli.replaying.mark import marked_png
 from gait_segmentation.drawing import (
     draw_label,
     draw_outline,
@@ -28,6 +29,7 @@ from gait_segmentation.drawing import (
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import Frame, ImageSource
+from gait_segmentation.output_files import write_file, write_picture
 from gait_segmentation.sheets import contact_sheet, crop, region_about
 
 __all__ = [
@@ -64,13 +66,16 @@ def write_masks(folder: Path, frames: Sequence[Shown]) -> None:
     """
     Write ``NNNN.png`` for every frame, named by its number in the film.
 
-    :raises SequenceError: if a file cannot be written.
+    Those of an earlier run are removed.
+
+    :raises OSError: if a file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for old in folder.glob('*.png'):
         old.unlink()
     for shown in frames:
-        _write_image(folder / f'{shown.number:04d}.png', shown.record.mask)
+        data = marked_png(cv2.imencode('.png', shown.record.mask)[1].tobytes())
+        write_file(folder / f'{shown.number:04d}.png', data)
 
 
 class FilmImages:
@@ -164,7 +169,7 @@ def write_sheet(path: Path, frames: Sequence[Shown], images: FilmImages) -> None
         phase = '' if math.isnan(person.phase) else f' {person.phase:.2f}'
         draw_label(tile, f'{shown.number}{phase}', (2, 2))
         tiles.append(tile)
-    _write_image(path, contact_sheet(tiles, _SHEET_COLUMNS))
+    write_picture(path, contact_sheet(tiles, _SHEET_COLUMNS))
 
 
 def write_phase(path: Path, frames: Sequence[Shown]) -> None:
@@ -232,7 +237,7 @@ def _tracks(frames: Sequence[Shown]) -> Counter[int]:
 
 def write_report(path: Path, report: dict[str, Any]) -> None:
     """Write a report as JSON."""
-    path.write_text(json.dumps(report, indent=2) + '\n', encoding='utf-8')
+    write_file(path, (json.dumps(report, indent=2) + '\n').encode())
 
 
 def _versions() -> dict[str, str]:
@@ -244,8 +249,3 @@ def _versions() -> dict[str, str]:
             continue
     found['opencv'] = cv2.__version__
     return found
-
-
-def _write_image(path: Path, image: NDArray[np.uint8]) -> None:
-    if not cv2.imwrite(str(path), image):
-        raise SequenceError(f'{path} cannot be written')

@@ -8,6 +8,7 @@ import argparse
 import contextlib
 import inspect
 import json
+import os
 import sys
 import tempfile
 import textwrap
@@ -33,6 +34,7 @@ from gait_segmentation.evaluation.report import table, tracking_table, write_jso
 from gait_segmentation.evaluation.session import Session, load_sequences
 from gait_segmentation.evaluation.settings import overridden
 from gait_segmentation.evaluation.synthetic.scenes import SCENES, scene
+from gait_segmentation.output_files import keep_apart
 from gait_segmentation.ros.compiling import compiling
 
 __all__ = ['main', 'parser']
@@ -190,8 +192,7 @@ def _scenes() -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
-    options = parser().parse_args(arguments)
-    return run_tool('gait_evaluate', lambda: evaluate(options))
+    return run_tool('gait_evaluate', lambda: evaluate(parser().parse_args(arguments)))
 
 
 def _shown(items: Iterable[Item], name: str, total: int) -> Iterator[Item]:
@@ -209,6 +210,8 @@ def evaluate(options: argparse.Namespace) -> None:
         raise ConfigError('there must be a SEQUENCE_DIR or a --synthetic SCENE')
     if options.threads < 1:
         raise ConfigError(f'--threads must be at least 1, got {options.threads}')
+    scenes = list(SCENES) if 'all' in options.synthetic else options.synthetic
+    _keep_inputs(options, scenes)
     if options.json not in (None, _OUTPUT):
         check_file(options.json)
     for option, folder in (('--out', options.out), ('--keep', options.keep)):
@@ -217,12 +220,31 @@ def evaluate(options: argparse.Namespace) -> None:
     if options.synthetic:
         with contextlib.ExitStack() as stack:
             folder = options.keep or Path(stack.enter_context(tempfile.TemporaryDirectory()))
-            names = list(SCENES) if 'all' in options.synthetic else options.synthetic
-            for name in tqdm(names, 'scenes', unit='scene', disable=None, leave=False):
+            for name in tqdm(scenes, 'scenes', unit='scene', disable=None, leave=False):
                 scene(name, options.seed).write(folder / name)
-            _evaluate(options, [*options.sequence, *(folder / name for name in names)])
+            _evaluate(options, [*options.sequence, *(folder / name for name in scenes)])
     else:
         _evaluate(options, options.sequence)
+
+
+def _keep_inputs(options: argparse.Namespace, scenes: list[str]) -> None:
+    """
+    Refuse outputs that would change a sequence, of those given or of those to be made.
+
+    :raises ConfigError: if there are such.
+    """
+    kept = [options.keep / name for name in scenes] if options.keep is not None else []
+    keep_apart([('--keep', path) for path in kept], options.sequence)
+    outputs = [('--json', None if options.json == _OUTPUT else options.json)]
+    if options.out is not None:
+        names = [os.path.basename(os.path.realpath(path)) for path in options.sequence]
+        outputs += [
+            ('--out', options.out / name / what)
+            for name in (*names, *scenes)
+            for what in ('masks', 'contact_sheet.png')
+        ]
+        outputs += [('--out', options.out / 'priors.png')]
+    keep_apart(outputs, [*options.sequence, *kept])
 
 
 def _evaluate(options: argparse.Namespace, folders: list[Path]) -> None:

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections import Counter
 from pathlib import Path
@@ -42,7 +43,9 @@ With several inputs every FILE and DIR is a folder, and gets a file or folder
 NAME (with its suffix) for each input. NAME is the input's without suffix.
 
 Outputs that exist are not made again, so an interrupted run is continued by
-the same command; --force makes them anew. Ctrl-C, an error or a full disk
+the same command; --force makes them anew. What is not recognisably an output
+of this command is never replaced, with --force neither, and nothing is written
+over or into an input. Ctrl-C, an error or a full disk
 leave what was done as NAME.partial, which can be read.
 
 Stamps are those of the headers in a bag (the time of recording where a header
@@ -123,8 +126,7 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
-    options = parser().parse_args(arguments)
-    return run_tool('gait_replay', lambda: _replay_all(options))
+    return run_tool('gait_replay', lambda: _replay_all(parser().parse_args(arguments)))
 
 
 def make_jobs(options: argparse.Namespace) -> list[Job]:
@@ -182,7 +184,8 @@ def names_of(paths: list[Path]) -> list[str]:
 
     :raises ConfigError: if that does not tell them apart.
     """
-    paths = [path.resolve() for path in paths]
+    # Not by Path.resolve, which some versions of Python let fail at links in a circle.
+    paths = [Path(os.path.realpath(path)) for path in paths]
     names = [path.name if path.is_dir() else path.stem for path in paths]
     often = {name for name, count in Counter(names).items() if count > 1}
     names = [
@@ -198,16 +201,19 @@ def names_of(paths: list[Path]) -> list[str]:
 def _replay_all(options: argparse.Namespace) -> int:
     from gait_segmentation.cli.replaying.batch import replay_all
 
+    wanted = make_jobs(options)
+    given = (*options.input, options.params, wanted[0].bank)
+    read = [Path(each) for each in given if each]
+    for job in wanted:
+        job.check(read, force=options.force)
     jobs = []
-    for job in make_jobs(options):
+    for job in wanted:
         if job.finished and not options.force:
             print(f'{job.input}: done before, see {job.bag}; --force makes it anew')
         else:
             jobs.append(job)
     if not jobs:
         return _DONE
-    for job in jobs:
-        job.check(force=options.force)
     reports, seconds = replay_all(jobs, options.jobs, force=options.force)
     _print(reports, seconds, jobs[0].bag if len(jobs) == 1 else options.out)
     if any(report.interrupted for report in reports) or len(reports) < len(jobs):

@@ -4,18 +4,24 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any, TextIO
 
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
+from gait_segmentation.kernel_cache import mend_kernel_cache
+from gait_segmentation.output_files import named, problem_of
 
 __all__ = ['FAILED', 'INTERRUPTED', 'check_file', 'make_folder', 'run_tool']
 
 FAILED, INTERRUPTED = 2, 130
 """Exit codes."""
+
+_OUTPUT = 'standard output'
 
 
 def run_tool(name: str, run: Callable[[], int | None]) -> int:
@@ -23,30 +29,63 @@ def run_tool(name: str, run: Callable[[], int | None]) -> int:
     Run a command and return its exit code.
 
     :param name: of the command, for what is said on standard error.
-    :param run: does the work; what it returns is the exit code, None stands for 0.
+    :param run: reads the command line and does the work; what it returns is the exit code, None
+        stands for 0.
     :returns: the exit code: 2 after an error of this package or of a file, 130 if interrupted, 1
         if nobody reads the output any more.
     """
     try:
-        code = run() or 0
-        # Here and not at the end of the interpreter, where an error would leave a traceback.
-        sys.stdout.flush()
+        mend_kernel_cache()
+        with contextlib.redirect_stdout(_Output(sys.stdout)):
+            try:
+                code = run() or 0
+            except SystemExit:
+                # As of --help.
+                sys.stdout.flush()
+                raise
+            # Here and not at the end of the interpreter, where an error would leave a traceback.
+            sys.stdout.flush()
     except GaitSegmentationError as error:
         print(f'{name}: error: {error}', file=sys.stderr)
         return FAILED
     except BrokenPipeError:
-        # As of "| head": what is still to be flushed goes nowhere.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # As of "| head".
+        _drop_output()
         return 1
     except OSError as error:
         if error.filename is None:
             raise
-        print(f'{name}: error: {error.filename}: {error.strerror}', file=sys.stderr)
+        if error.filename == _OUTPUT:
+            _drop_output()
+        print(f'{name}: error: {problem_of(error)}', file=sys.stderr)
         return FAILED
     except KeyboardInterrupt:
         print(f'{name}: interrupted', file=sys.stderr)
         return INTERRUPTED
     return code
+
+
+class _Output:
+    """Standard output whose errors say what they are about."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        with named(_OUTPUT):
+            return self._stream.write(text)
+
+    def flush(self) -> None:
+        with named(_OUTPUT):
+            self._stream.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+def _drop_output() -> None:
+    """Let what is still to be flushed go nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def make_folder(option: str, folder: Path) -> None:

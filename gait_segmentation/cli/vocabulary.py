@@ -9,12 +9,12 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 
 from gait_segmentation.config import parameters_of
 from gait_segmentation.gait_model.silhouettes import read_masks
-from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
+from gait_segmentation.output_files import keep_apart, write_picture
+from gait_segmentation.segmentation.vocabulary import VocabularyError
 from gait_segmentation.segmentation.vocabulary_picture import draw_vocabulary
 from gait_segmentation.segmentation.vocabulary_training import (
     Silhouette,
@@ -89,15 +89,19 @@ def run(options: argparse.Namespace) -> None:
     names = [field.name for field in dataclasses.fields(VocabularySpec)]
     spec = VocabularySpec(**{name: getattr(options, name) for name in names})
     output = Path(options.output)
-    for path in (output, Path(options.picture or output)):
+    picture = Path(options.picture) if options.picture is not None else None
+    outputs = [('the vocabulary', output), ('--picture', picture)]
+    keep_apart(outputs, map(Path, options.folders or ()))
+    for path in (output, picture or output):
         if not path.parent.is_dir():
             raise VocabularyError(f'cannot write {path}: {path.parent} is not a folder')
     silhouettes, source = _silhouettes(options.folders)
     vocabulary = learn_vocabulary(silhouettes, spec, source)
     vocabulary.save(output)
-    if options.picture is not None:
+    if picture is not None:
         chosen = np.linspace(0, len(silhouettes) - 1, _SHOWN + 2).astype(int)[1:-1]
-        _write_picture(options.picture, vocabulary, [silhouettes[k] for k in chosen])
+        words = draw_vocabulary(vocabulary, [silhouettes[k] for k in chosen])
+        write_picture(picture, words, VocabularyError)
     if not options.quiet:
         about = vocabulary.provenance
         print(
@@ -113,15 +117,3 @@ def _silhouettes(folders: list[str] | None) -> tuple[list[Silhouette], str]:
         return list(bank_silhouettes(bank)), f'gait model, {bank.provenance["model"]}'
     found = [s for folder in folders for s in mask_silhouettes(read_masks(folder))]
     return found, 'folders ' + ', '.join(Path(folder).name for folder in folders)
-
-
-def _write_picture(name: str, vocabulary: Vocabulary, chosen: list[Silhouette]) -> None:
-    try:
-        written = cv2.imwrite(name, draw_vocabulary(vocabulary, chosen))
-    except cv2.error as error:
-        raise VocabularyError(
-            f'cannot write the picture {name}: its name must end in .png or another format '
-            'OpenCV writes'
-        ) from error
-    if not written:
-        raise VocabularyError(f'cannot write the picture {name}')

@@ -4,17 +4,15 @@
 
 from __future__ import annotations
 
-import math
+import sys
 from collections.abc import Container
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.geometry import Box, check_start_box
-from gait_segmentation.regular_files import regular
+from gait_segmentation.yaml_files import read_yaml
 
 __all__ = ['Description']
 
@@ -37,13 +35,7 @@ class Description:
 
         :raises SequenceError: if it cannot be read, or does not hold names and values.
         """
-        try:
-            values = yaml.safe_load(regular(path).read_text(encoding='utf-8'))
-        except OSError as error:
-            raise SequenceError(f'{path} cannot be read: {error.strerror}') from error
-        except (yaml.YAMLError, UnicodeDecodeError) as error:
-            problem = ' '.join(str(error).split())
-            raise SequenceError(f'{path} is not YAML: {problem}') from error
+        values = read_yaml(path, SequenceError)
         if not isinstance(values, dict):
             raise SequenceError(f'{path} must have names and values (fps, initial_box ...)')
         return cls(path, values)
@@ -76,7 +68,7 @@ class Description:
         :raises SequenceError: if it is none of them.
         """
         first = self.values.get('initial_frame', 0)
-        if isinstance(first, bool) or first not in frames:
+        if not _is_number(first) or first not in frames:
             raise SequenceError(
                 f'initial_frame in {self.path} must be the number of a frame '
                 f'({min(frames)} to {max(frames)}), got {first!r}'
@@ -115,7 +107,7 @@ class Description:
             number, values = first, entry
             if isinstance(entry, dict):
                 number, values = entry.get('frame', first), entry.get('box')
-            if isinstance(number, bool) or number not in frames or number < first:
+            if not _is_number(number) or number not in frames or number < first:
                 raise SequenceError(
                     f'a frame of initial_boxes in {self.path} must be the number of a frame from '
                     f'{first} on, got {number!r}'
@@ -141,4 +133,9 @@ class Description:
 
 
 def _finite(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    # Compared, since integers may be larger than any float.
+    return _is_number(value) and abs(value) <= sys.float_info.max
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)

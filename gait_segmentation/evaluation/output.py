@@ -6,16 +6,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.drawing import Image, draw_label, draw_outline
-from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.metrics import true_box
 from gait_segmentation.evaluation.runner import Outcome
 from gait_segmentation.evaluation.truth import PERSON
 from gait_segmentation.geometry import Box
+from gait_segmentation.output_files import write_picture, writing
 from gait_segmentation.sheets import contact_sheet, crop, region_about
 
 __all__ = ['TILE_HEIGHT', 'TILE_SIZE', 'SequenceOutput', 'tile', 'write_image']
@@ -45,14 +44,9 @@ def write_image(path: Path, image: Image) -> None:
 
     :raises SequenceError: if it cannot be written.
     """
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        done, data = cv2.imencode(path.suffix, image)
-        path.write_bytes(data.tobytes())
-    except OSError as error:
-        raise SequenceError(f'{path} cannot be written: {error.strerror}') from error
-    if not done:
-        raise SequenceError(f'{path} cannot be written')
+    write_picture(path, image)
 
 
 def tile(image: Image, outcome: Outcome, truth: NDArray[np.uint8] | None, region: Box) -> Image:

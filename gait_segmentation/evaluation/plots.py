@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.output_files import writing
 
 __all__ = ['plot_priors']
 
@@ -47,8 +48,6 @@ def plot_priors(path: Path, reports: Mapping[str, Mapping[str, Any]]) -> None:
         loc='lower left',
         bbox_to_anchor=(0, 1),
     )
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path)
-    except OSError as error:
-        raise SequenceError(f'{path} cannot be written: {error.strerror}') from error

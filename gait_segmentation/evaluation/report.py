@@ -15,13 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.means import mean_known, mean_tracking
 from gait_segmentation.evaluation.metrics import FrameScore
 from gait_segmentation.evaluation.mot import MISSING
 from gait_segmentation.evaluation.restarts import StartScore
 from gait_segmentation.evaluation.runner import Outcome
 from gait_segmentation.evaluation.tracking_score import TrackingScore
+from gait_segmentation.output_files import write_file, writing
 
 __all__ = [
     'Summary',
@@ -202,7 +202,5 @@ def write_json(path: Path, report: Mapping[str, Any]) -> None:
 
     :raises SequenceError: if the file cannot be written.
     """
-    try:
-        path.write_text(json.dumps(report, indent=2) + '\n', encoding='utf-8')
-    except OSError as error:
-        raise SequenceError(f'{path} cannot be written: {error.strerror}') from error
+    with writing(path):
+        write_file(path, (json.dumps(report, indent=2) + '\n').encode())

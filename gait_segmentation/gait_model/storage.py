@@ -9,9 +9,9 @@ Entries: ``format`` (the text :data:`FORMAT`), ``version`` (:data:`FORMAT_VERSIO
 
 from __future__ import annotations
 
+import io
 import json
 import os
-import tempfile
 import zipfile
 import zlib
 from pathlib import Path
@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from gait_segmentation.errors import BankError
+from gait_segmentation.output_files import write_file
 from gait_segmentation.regular_files import regular
 
 __all__ = ['FORMAT', 'FORMAT_VERSION', 'read_bank', 'write_bank']
@@ -47,20 +48,13 @@ def write_bank(path: str | os.PathLike[str], entries: dict[str, Any]) -> None:
         'fill': np.array(entries['fill'], dtype=np.float64),
         'provenance': np.array(json.dumps(entries['provenance'], sort_keys=True)),
     }
-    temporary = ''
+    packed = io.BytesIO()
+    np.savez_compressed(packed, **arrays)
     try:
-        handle, temporary = tempfile.mkstemp(prefix=f'.{path.name}.', dir=path.parent)
-        with os.fdopen(handle, 'wb') as file:
-            np.savez_compressed(file, **arrays)
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-        temporary = ''
+        write_file(path, packed.getvalue())
     except OSError as error:
         reason = error.strerror or str(error)
         raise BankError(f'cannot write the bank {path}: {reason}') from error
-    finally:
-        if temporary and os.path.exists(temporary):
-            os.unlink(temporary)
 
 
 def _scalar(value: Any, kind: str, name: str, path: Path) -> Any:
@@ -130,7 +124,7 @@ def read_bank(path: str | os.PathLike[str]) -> dict[str, Any]:
     text = _scalar(arrays['provenance'], 'U', 'provenance', path)
     try:
         provenance = json.loads(text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise BankError(f'{path}: provenance must be JSON: {error}') from error
     if not isinstance(provenance, dict) or not all(
         isinstance(value, str) for value in provenance.values()

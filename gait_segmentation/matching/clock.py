@@ -27,6 +27,8 @@ _STANDING = 0.05
 """Share of people who stand."""
 _RATE_DIFFUSION = 0.1
 """Standard deviation by which the logarithm of the rate changes in a second."""
+_LEAST_SPACING = 1e-6
+"""Least distance of the logarithms of neighbouring rates; the usual one is 0.08."""
 _PHASE_DIFFUSION = 0.02
 """Standard deviation in strides by which the phase leaves an even walk in a second."""
 _RENEWAL = 0.02
@@ -97,7 +99,8 @@ class PhaseClock:
         cells = np.ones(1) if cells is None else cells
         self._cells = cells / cells.sum()
         self._waves = 2 * np.pi * np.arange(phases // 2 + 1)
-        self._spacing = float(np.log(walking[1] / walking[0]))
+        # Not zero where the slowest and the fastest walk are as good as one.
+        self._spacing = max(float(np.log(walking[1] / walking[0])), _LEAST_SPACING)
         self._steps: deque[_Step] = deque(maxlen=frames)
 
     def reset(self) -> None:

@@ -26,6 +26,7 @@ from std_msgs.msg import Header
 
 from gait_segmentation.errors import GaitSegmentationError, SequenceError
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, open_input
+from gait_segmentation.output_files import keep_apart, named, problem_of
 from gait_segmentation.pixel_limit import MOST_PIXELS
 from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.image import image_message
@@ -165,6 +166,7 @@ def publish_input(options: argparse.Namespace, node: Node) -> int:
     :raises SequenceError: if the input cannot be used or nobody subscribes in time.
     :raises DamagedError: where the input breaks off, after all frames before.
     """
+    keep_apart([('--stamps', options.stamps)], [options.input])
     source = open_input(
         options.input,
         topic=options.topic,
@@ -182,7 +184,8 @@ def publish_input(options: argparse.Namespace, node: Node) -> int:
     _wait_for(node, images, options.wait_for, options.wait_timeout)
     time.sleep(max(options.delay, 0.0))
     published = 0
-    with open(options.stamps or os.devnull, 'w', encoding='ascii') as stamps:
+    # Not buffered, so that nothing waits to be written when it is closed.
+    with open(options.stamps or os.devnull, 'wb', buffering=0) as stamps:
         for frame in frames:
             if frame.image is None:
                 node.get_logger().warning(f'frame {frame.number} is left out: {frame.problem}')
@@ -202,8 +205,8 @@ def publish_input(options: argparse.Namespace, node: Node) -> int:
             if clock is not None:
                 clock.publish(Clock(clock=message.header.stamp))
             images.publish(message)
-            stamps.write(f'{frame.number} {stamp_of(message.header)}\n')
-            stamps.flush()
+            with named(stamps.name):
+                stamps.write(f'{frame.number} {stamp_of(message.header)}\n'.encode())
             published += 1
     if node.context.ok():
         images.wait_for_all_acked(Duration(seconds=_FLOW_OUT_S))
@@ -256,7 +259,7 @@ def main(arguments: list[str] | None = None) -> int:
         print(f'gait_source: error: {error}', file=sys.stderr)
         return 2
     except OSError as error:
-        print(f'gait_source: error: {error.filename}: {error.strerror}', file=sys.stderr)
+        print(f'gait_source: error: {problem_of(error)}', file=sys.stderr)
         return 2
     except ExternalShutdownException:
         return 0

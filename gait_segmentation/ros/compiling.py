@@ -8,6 +8,8 @@ import threading
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 
+from gait_segmentation.output_files import named
+
 __all__ = ['Aside', 'compiling']
 
 _PATIENCE_S = 5.0
@@ -19,6 +21,8 @@ def compiling(say: Callable[[str], None], patience_s: float = _PATIENCE_S) -> It
     """
     Say that kernels are loaded or compiled if what is done takes long.
 
+    Errors of files have the name of the cache of kernels.
+
     :param say: called once at most, in another thread.
     """
     slow = threading.Timer(
@@ -29,7 +33,9 @@ def compiling(say: Callable[[str], None], patience_s: float = _PATIENCE_S) -> It
     slow.daemon = True
     slow.start()
     try:
-        yield
+        # Which is all that is written here.
+        with named('the cache of compiled kernels'):
+            yield
     finally:
         slow.cancel()
 

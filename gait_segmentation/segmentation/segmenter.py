@@ -47,6 +47,8 @@ _FIT_RATE = 1 / 7
 _SETTLED = 5
 """Masks of a person from which colours are no longer those of the first mask alone."""
 
+_NOBODY = 'the cut found no person'
+
 _LOGIT = np.log((np.arange(256) + 0.5) / (255.5 - np.arange(256))).astype(np.float32)
 
 
@@ -143,7 +145,7 @@ class Segmenter:
             prior, place = align(prior, evidence, place, self.config.alignment_stiffness)
         labels, logit = self._cut(lab, evidence, prior, place, outside=outside)
         if not labels.any():
-            return self._empty(image, match, 'the cut found no person')
+            return self._empty(image, match, _NOBODY)
         self._note(labels, prior, window)
         self._judge(match.similarity, labels, evidence)
         if self.config.use_refinement:
@@ -153,6 +155,9 @@ class Segmenter:
         np.multiply(fine.view(np.uint8), np.uint8(255), out=mask[crop])
         if taken is not None:
             mask[crop][taken[crop] > 0] = 0
+        if not mask[crop].any():
+            # Of so little that none of it is left at full resolution, or off those before.
+            return self._empty(image, match, _NOBODY)
         return SegmentationResult(match.stamp_ns, match.track_id, mask, '')
 
     @property

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.output_files import write_file
 from gait_segmentation.regular_files import regular
 
 __all__ = ['Vocabulary', 'VocabularyError', 'default_vocabulary']
@@ -176,7 +177,7 @@ class Vocabulary:
         except OSError as error:
             reason = error.strerror or str(error)
             raise VocabularyError(f'cannot read the vocabulary {name}: {reason}') from error
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise VocabularyError(f'{name} is not a JSON file: {error}') from error
         try:
             return cls._from_entries(entries)
@@ -238,7 +239,7 @@ class Vocabulary:
             ],
         }
         try:
-            Path(path).write_text(_readable(entries), encoding='utf-8')
+            write_file(Path(path), _readable(entries).encode())
         except OSError as error:
             reason = error.strerror or str(error)
             raise VocabularyError(

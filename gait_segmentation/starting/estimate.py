@@ -51,6 +51,12 @@ body, which has this width over its height, as a share of its size.  The margin 
 shrunk by is less.
 """
 
+_TALLEST = 4.0
+"""
+Tallest body, in the image's longer sides: no box may be larger, and what is thought to go on
+beyond the border must stay within what can be matched.
+"""
+
 
 @dataclass(frozen=True)
 class Start:
@@ -106,6 +112,7 @@ def estimate_start(
         nothing is known.
     """
     shape = lab.shape[:2]
+    box = _in_view(box, shape)
     box, (cut_top, cut_bottom, cut_left, cut_right) = _at_borders(box, shape)
     window = _window(box, shape)
     part = lab[window]
@@ -143,7 +150,8 @@ def estimate_start(
     area = (window[0].stop - window[0].start, window[1].stop - window[1].start)
     votes[window] = cv2.resize(_vote(results), area[::-1], interpolation=cv2.INTER_LINEAR)
     mask = np.where(votes > 0.5, 255, 0).astype(np.uint8)
-    tall = max(float(hypothesis.height[template]) / scale, 1.0)
+    tall = float(hypothesis.height[template]) / scale
+    tall = min(max(tall, 1.0), _TALLEST * max(shape))
     body = BodyFrame(
         window[1].start + float(hypothesis.axis[template]) / scale,
         window[0].start + float(hypothesis.top[template]) / scale + tall / 2,
@@ -175,6 +183,17 @@ def _tilt(labels: NDArray[np.bool_]) -> float:
 def _window(box: Box, shape: tuple[int, int]) -> tuple[slice, slice]:
     area = body_window(box.center_x, box.center_y, box.height, box)
     return area.slices(shape[1], shape[0])
+
+
+def _in_view(box: Box, shape: tuple[int, int]) -> Box:
+    """
+    Return a box moved so that a pixel of it is in an image of the given (h, w).
+
+    That of a given box may be gone by the margin that it was shrunk by, or by rounding.
+    """
+    dx = max(1 - box.right, 0.0) + min(shape[1] - 1 - box.x, 0.0)
+    dy = max(1 - box.bottom, 0.0) + min(shape[0] - 1 - box.y, 0.0)
+    return box.shifted(dx, dy) if dx or dy else box
 
 
 def _at_borders(box: Box, shape: tuple[int, int]) -> tuple[Box, tuple[bool, bool, bool, bool]]:

@@ -121,8 +121,22 @@ def test_errors_are_one_line_and_two(tmp_path, monkeypatch, capsys, arguments, m
 
 def test_pictures_that_cannot_be_written(built, tmp_path, capsys):
     assert command.main(['show', str(built), '-o', str(tmp_path / 'sheet.xyz')]) == 2
-    assert 'cannot write the picture' in capsys.readouterr().err
+    assert 'sheet.xyz cannot be written: its name must end in .png' in capsys.readouterr().err
     assert command.main(['show', str(built), '-o', str(tmp_path / 'no' / 'sheet.png')]) == 2
+
+
+def test_what_is_read_is_not_written_to(built, tmp_path, capsys):
+    before = built.read_bytes()
+    (tmp_path / 'link.png').symlink_to(built)
+    assert command.main(['show', str(built), '-o', str(tmp_path / 'link.png')]) == 2
+    assert f'is the input {built}, which would be changed' in capsys.readouterr().err
+    assert built.read_bytes() == before
+    (tmp_path / 'walk').mkdir()
+    given = ['--from', str(tmp_path / 'walk'), '--azimuth', '0']
+    assert command.main(['build', str(tmp_path / 'walk/0.png'), *given]) == 2
+    assert 'lies in the input' in capsys.readouterr().err
+    assert command.main(['vocabulary', str(tmp_path / 'walk/0.json'), *given[:2]]) == 2
+    assert 'lies in the input' in capsys.readouterr().err
 
 
 def test_interrupt(monkeypatch, capsys, tmp_path):

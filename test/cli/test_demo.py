@@ -258,6 +258,20 @@ def test_options_that_make_no_sense_are_errors(
     assert not (tmp_path / 'out').exists()
 
 
+def test_neither_the_film_nor_other_images_are_overwritten(
+    film, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, box = film
+    assert main(['--clip', str(folder), *box, '--out', str(folder)]) == 2
+    assert f'masks lies in the input {folder}' in capsys.readouterr().err
+    place = tmp_path / 'masks/0003.png'
+    place.parent.mkdir()
+    cv2.imwrite(str(place), np.zeros((4, 4), np.uint8))
+    assert main(['--clip', str(folder), *box, '--out', str(tmp_path)]) == 2
+    assert f'{place} was not made by gait_demo and is not replaced' in capsys.readouterr().err
+    assert list(tmp_path.rglob('*.*')) == [place]
+
+
 def test_the_help_shows_both_forms_of_the_box() -> None:
     assert '[--box auto|X Y W H]' in parser().format_usage()
     assert parser().format_help().count('--box auto|X Y W H') == 2

@@ -163,11 +163,53 @@ def test_errors_are_one_line(pipeline, folder, capsys, arguments, message):
     assert message in captured.err
 
 
+@pytest.mark.parametrize(
+    ('option', 'place', 'how'),
+    [
+        ('--out', '.', 'lies in'),
+        ('--out', 'link', 'lies in'),
+        ('--out', 'walk', 'lies in'),
+        ('--json', 'walk/sequence.yaml', 'lies in'),
+        ('--json', 'hard.yaml', 'is'),
+        ('--keep', '.', 'is'),
+    ],
+)
+def test_a_sequence_is_never_written_to(
+    pipeline, folder, tmp_path, monkeypatch, capsys, option, place, how
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'link').symlink_to('.')
+    (tmp_path / 'hard.yaml').hardlink_to(folder / 'sequence.yaml')
+    before = {path: path.read_bytes() for path in sorted(folder.rglob('*.*'))}
+    given = ['walk', option, place]
+    if option == '--keep':
+        folder.rename(tmp_path / 'crossing')
+        given = ['crossing', '--synthetic', 'crossing', *given[1:]]
+    if how == 'is' and option == '--json':
+        # As a file that is read.
+        given = ['hard.yaml', *given[1:]]
+    assert main(given) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f'gait_evaluate: error: {option} ')
+    assert f' {how} the input {given[0]}, which would be changed' in said
+    if option != '--keep':
+        assert {path: path.read_bytes() for path in sorted(folder.rglob('*.*'))} == before
+    assert not (tmp_path / 'masks').exists()
+
+
+def test_scenes_are_not_written_to_where_their_results_go(pipeline, tmp_path, capsys):
+    given = ['--synthetic', 'crossing', '--keep', str(tmp_path), '--out', str(tmp_path)]
+    assert main(given) == 2
+    assert 'crossing/masks lies in the input' in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_scores_that_could_not_be_kept_are_not_worked_out(
     pipeline, folder, tmp_path, monkeypatch, capsys
 ):
     monkeypatch.setattr(FakePipeline, 'update', lambda *_: pytest.fail('it ran'))
-    assert main([str(folder), '--json', str(tmp_path)]) == 2
+    (tmp_path / 'place').mkdir()
+    assert main([str(folder), '--json', str(tmp_path / 'place')]) == 2
     assert 'cannot be written: Is a directory' in capsys.readouterr().err
     kept = tmp_path / 'kept.json'
     kept.write_text('before')

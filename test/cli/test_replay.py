@@ -28,37 +28,12 @@ from gait_segmentation.cli.replaying.runner import replay
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
+from test.cli.conftest import BROKEN, FRAMES
 from test.inputs.bags import compressed_fields, image_fields, stamp, write_bag2
-from test.walkers import box_of, clip, small_bank
+from test.walkers import clip, small_bank
 
 ROOT = Path(__file__).parents[2]
 TIMEOUT_S = 300
-FRAMES = 10
-BROKEN = 4
-
-
-@pytest.fixture(scope='module')
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder with a bank and a bag, one of whose images cannot be read."""
-    path = tmp_path_factory.mktemp('replay')
-    small_bank().save(path / 'small.npz')
-    messages = [
-        image_fields(frame.image, stamp(index)) for index, frame in enumerate(clip()[:FRAMES])
-    ]
-    messages[BROKEN].encoding = '64FC9'
-    write_bag2(path / 'walk', {'/camera/image_raw': messages})
-    return path
-
-
-@pytest.fixture
-def given(folder: Path, tmp_path: Path) -> list[str]:
-    """Return the command line."""
-    box = box_of(clip()[0])
-    numbers = [str(value) for value in (box.x, box.y, box.width, box.height)]
-    return [
-        str(folder / 'walk'), '--bank', str(folder / 'small.npz'), '--box', *numbers,
-        '--out', str(tmp_path / 'out'),
-    ]  # fmt: skip
 
 
 def images(path: Path, topic: str) -> list[np.ndarray]:
@@ -306,7 +281,7 @@ def test_inputs_that_were_not_begun_are_an_interrupt(given: list[str], monkeypat
         (['--set', 'matching.nothing=1'], "matching has no parameter 'nothing'"),
         (['--jobs', '0'], '--jobs and --threads must be at least 1'),
         (['--overlay', 'x.nonsense'], 'cannot be written as a film'),
-        (['--params', 'no_such_file.yaml'], 'cannot be read as a parameter file'),
+        (['--params', 'no_such_file.yaml'], 'no_such_file.yaml cannot be read: No such file'),
     ],
 )
 def test_what_cannot_be_used_is_said(

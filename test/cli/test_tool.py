@@ -68,6 +68,28 @@ def test_a_reader_that_leaves_is_no_error(letters: int) -> None:
         assert process.wait(60) == 1
 
 
+@pytest.mark.parametrize(
+    'work',
+    ['print("x")', 'print("x" * 200_000)', 'argparse.ArgumentParser().parse_args(["--help"])'],
+)
+def test_a_full_disk_under_the_output_is_said_in_one_line(work: str) -> None:
+    script = (
+        'import argparse, sys; from gait_segmentation.cli.tool import run_tool\n'
+        f'sys.exit(run_tool("tool", lambda: {work}))'
+    )
+    with open('/dev/full', 'w') as full:
+        done = subprocess.run(
+            [sys.executable, '-c', script],
+            cwd=ROOT,
+            # Else argparse hears of it, and says nothing.
+            env={**os.environ, 'PYTHONUNBUFFERED': ''},
+            stdout=full,
+            stderr=subprocess.PIPE,
+        )
+    assert done.returncode == 2
+    assert done.stderr == b'tool: error: standard output: No space left on device\n'
+
+
 def test_errors_that_are_about_no_file_are_mistakes_of_the_program() -> None:
     def fail() -> None:
         raise OSError(9, 'Bad file descriptor')

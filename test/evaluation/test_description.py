@@ -62,6 +62,9 @@ def test_a_box_may_be_missing_where_people_are_labelled() -> None:
         ({'initial_box': [0, 0, 1e7, 1e7]}, 'at most 4 times as wide and high as .* 48 x 40'),
         ({'initial_frame': 7}, r'number of a frame \(0 to 2\), got 7'),
         ({'initial_frame': 'first'}, 'number of a frame'),
+        ({'initial_frame': [0]}, 'number of a frame'),
+        ({'fps': 10**400}, 'fps in .* must be a number'),
+        ({'initial_box': [1, 2, 3, 10**400]}, 'must be four numbers'),
     ],
 )
 def test_values_that_cannot_be_used_are_refused(changes: dict[str, Any], message: str) -> None:
@@ -73,6 +76,7 @@ def test_values_that_cannot_be_used_are_refused(changes: dict[str, Any], message
     ('boxes', 'message'),
     [
         ([], r'must be a list of boxes, got \[\]'),
+        ([{'frame': [0], 'box': [1, 2, 3, 4]}], 'must be the number of a frame'),
         ('here', "must be a list of boxes, got 'here'"),
         ([[1, 2]], 'four numbers'),
         ([{'frame': 9, 'box': [1, 2, 3, 4]}], 'number of a frame from 0 on, got 9'),

@@ -197,3 +197,9 @@ def test_the_past_is_seen_from_the_views_of_then():
     clock.update(second, 0.05, 1)
     before = clock.beliefs(2)[0]
     assert before[15] > 3 * before[0]
+
+
+def test_all_may_walk_at_one_rate():
+    clock = PhaseClock(PHASES, np.nextafter(0.9, 0), 0.9, 5)
+    phases = 0.9 * np.arange(30) / FPS % 1
+    assert off(run(clock, phases, 60.0), phases)[-5:].max() < 0.1

@@ -19,8 +19,8 @@ import pytest
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 
-from gait_segmentation.errors import SequenceError
-from gait_segmentation.nodes.source_node import Pace, _wait_for
+from gait_segmentation.errors import ConfigError, SequenceError
+from gait_segmentation.nodes.source_node import Pace, _wait_for, parser, publish_input
 from gait_segmentation.ros.messages import stamp_of
 from test.inputs.bags import greys, stamp, write_bag2
 from test.nodes.bench import TIMEOUT_S, Bench
@@ -91,11 +91,13 @@ def test_a_parameter_that_is_not_allowed_ends_a_node_with_the_reason(start: Star
 def test_gait_source_plays_a_folder_with_real_stamps(
     bench: Bench, start: Start, tmp_path: Path
 ) -> None:
+    film = tmp_path / 'film'
+    film.mkdir()
     for index in range(6):
-        cv2.imwrite(str(tmp_path / f'{index:03d}.png'), np.full((40, 60, 3), 40 * index, np.uint8))
+        cv2.imwrite(str(film / f'{index:03d}.png'), np.full((40, 60, 3), 40 * index, np.uint8))
     stamps = tmp_path / 'stamps.txt'
     process = start(
-        'source_node', str(tmp_path), '--rate', '50', '--width', '30', '--start', '1',
+        'source_node', str(film), '--rate', '50', '--width', '30', '--start', '1',
         '--count', '4', '--wait-for', '1', '--stamps', str(stamps),
     )  # fmt: skip
     images: list[Image] = []
@@ -146,6 +148,16 @@ def test_the_pace_follows_the_stamps_or_the_rate() -> None:
     assert [even.due_s(stamp, 1.0) for stamp in (5, 6, 500)] == pytest.approx([1.0, 1.1, 1.2])
 
 
+def test_gait_source_does_not_write_stamps_over_its_input(tmp_path: Path) -> None:
+    film = tmp_path / 'film.mp4'
+    film.write_bytes(b'a film')
+    (tmp_path / 'stamps.txt').hardlink_to(film)
+    options = parser().parse_args([str(film), '--stamps', str(tmp_path / 'stamps.txt')])
+    with pytest.raises(ConfigError, match=r'--stamps .* is the input .*film\.mp4'):
+        publish_input(options, SimpleNamespace())
+    assert film.read_bytes() == b'a film'
+
+
 @pytest.mark.parametrize(('known', 'more'), [(1, ''), (3, ', and 2 that want another type or')])
 def test_only_subscribers_that_can_take_the_images_are_waited_for(known: int, more: str) -> None:
     publisher = SimpleNamespace(topic_name='/image', get_subscription_count=lambda: 1)
@@ -162,7 +174,11 @@ def test_only_subscribers_that_can_take_the_images_are_waited_for(known: int, mo
         ((str(ROOT / 'setup.py'),), 'cannot be read as a film'),
         ((str(ROOT / 'test'),), 'holds no images'),
         (('film', '--ros-args', '-r', 'image'), 'Failed to parse ROS arguments'),
-        ((str(ROOT / 'docs/images'), '--stamps', str(ROOT / 'docs')), 'docs: Is a directory'),
+        ((str(ROOT / 'docs/images'), '--stamps', str(ROOT / 'test')), 'test: Is a directory'),
+        (
+            (str(ROOT / 'docs/images'), '--stamps', '/dev/full'),
+            'gait_source: error: /dev/full: No space left on device\n',
+        ),
     ],
 )
 def test_gait_source_says_what_is_wrong_with_its_input(start: Start, arguments, reason) -> None:

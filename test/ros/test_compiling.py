@@ -44,3 +44,9 @@ def test_what_is_done_already_gives_way_once_and_hands_on_its_error() -> None:
     assert aside.done
     with pytest.raises(IndexError):
         aside.check()
+
+
+def test_a_full_disk_under_the_cache_is_said_to_be_there() -> None:
+    with pytest.raises(OSError, match='full') as caught, compiling(print, patience_s=3600.0):
+        raise OSError(28, 'full')
+    assert caught.value.filename == 'the cache of compiled kernels'

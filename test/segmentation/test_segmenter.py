@@ -219,6 +219,19 @@ def test_nothing_that_is_taken_is_in_the_mask() -> None:
     assert mask[240, 150:180].all()
 
 
+@pytest.mark.parametrize('seed', [0, 12, 21])
+def test_a_mask_of_which_others_leave_nothing_has_a_reason(seed: int) -> None:
+    """They have all that the outline at full resolution leaves of a few working pixels."""
+    rng = np.random.default_rng(seed)
+    few, size = np.zeros(SHAPE, np.uint8), (3 * SHAPE[0], 3 * SHAPE[1])
+    few[70:74, 50:54] = 250
+    taken = np.where(rng.random(size) < 0.5, 255, 0).astype(np.uint8)
+    image = rng.integers(0, 256, (*size, 3), np.uint8)
+    unseen = match(np.zeros(SHAPE, np.uint8), body=BODY.scaled(3))
+    found = Segmenter().update(image, few, unseen, taken)
+    assert found.mask.any() == (found.reason == '')
+
+
 def test_a_template_is_not_moved_where_others_hide_somebody() -> None:
     image = np.full((*SHAPE, 3), 77, np.uint8)
     vague = np.where(person() > 0, 150, 110).astype(np.uint8)

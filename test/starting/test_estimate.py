@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from gait_segmentation.evaluation.synthetic import SyntheticFrame
-from gait_segmentation.geometry import Box
+from gait_segmentation.geometry import Box, check_matched_box
 from gait_segmentation.starting import Start, estimate_start
 from test.walkers import box_of, clip, overlap, small_bank
 
@@ -99,6 +99,22 @@ def test_a_person_cut_by_the_border_is_found_down_to_it() -> None:
     assert overlap(found.mask, truth) > 0.8
     assert found.mask[-1].any()
     assert found.body.height > 1.3 * tight.height
+
+
+def test_a_body_thought_to_go_on_beyond_the_border_can_be_matched() -> None:
+    """Of the largest box that is taken, little more than the head is in the image."""
+    lab = np.full((60, 60, 3), 128, np.uint8)
+    found = estimate_start(lab, Box(20, 51, 60, 237), small_bank(), rounds=1)
+    body = Box.from_center(found.body.center_x, found.body.center_y, 30, found.body.height)
+    check_matched_box(body, (60, 60))
+    assert found.body.height >= 237
+
+
+@pytest.mark.parametrize('box', [Box(50, 101, 20, 40), Box(50, -41, 20, 40), Box(120, 20, 9, 10)])
+def test_a_box_just_out_of_view_once_it_was_shrunk_gives_a_mask(box: Box) -> None:
+    lab = np.full((100, 100, 3), 128, np.uint8)
+    found = estimate_start(lab, box, small_bank(), rounds=1)
+    assert found.mask.shape == (100, 100)
 
 
 def test_a_constant_image_gives_a_mask() -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import yaml
 from numpy.typing import NDArray
 from rosbags.interfaces import (
     Qos,
@@ -47,6 +48,9 @@ _SLOT_TOPICS = {
 
 _RESERVE_BYTES = 4 << 20
 """Kept free for the end of the bag, in case that the disk becomes full."""
+
+_MARK = 'gait_replay'
+"""Of the entry in the metadata that says which input a bag was made of."""
 
 _FOREVER = QosTime(2147483647, 4294967295)
 _DEPTH = 30
@@ -126,32 +130,54 @@ class BagOutput(Output):
 
     files = re.compile(r'metadata\.yaml|[^/]+\.mcap')
 
-    def __init__(self, path: Path, bank: TemplateBank, slots: int) -> None:
+    def __init__(self, path: Path, bank: TemplateBank, slots: int, digest: str = '') -> None:
         """
         Begin the bag.
 
         :param path: its folder.
+        :param digest: of the input, see :meth:`digest`.
         :raises OSError: if it cannot be written.
         """
-        super().__init__(path)
-        self._bank = bank
+        self._bank, self._slots, self._digest = bank, slots, digest
         self._messages = Messages()
         self._shape: tuple[int, int] | None = None
+        super().__init__(path)
+
+    def begin(self) -> None:
+        """Open the bag and declare the topics."""
         self.work.mkdir(parents=True)
         self._reserve = self.work / 'reserve'
         self._reserve.write_bytes(os.urandom(_RESERVE_BYTES))
         self._writer: Any = Writer(
-            self.work / path.name, version=9, storage_plugin=StoragePlugin.MCAP
+            self.work / self.path.name, version=9, storage_plugin=StoragePlugin.MCAP
         )
         self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        self._writer.set_custom_data(_MARK, self._digest)
         self._writer.open()
         self._connections: dict[str, Any] = {}
         self._connect('image_size', _SIZE, latched=True)
-        for topic, kind in slot_topics(_SLOT_TOPICS, slots).items():
+        for topic, kind in slot_topics(_SLOT_TOPICS, self._slots).items():
             self._connect(topic, kind)
         self._connect('mask', _IMAGE)
         self._connect('labels', _IMAGE)
         self._good = self._written()
+
+    @classmethod
+    def is_own(cls, path: Path) -> bool:
+        """Return whether the bag says so and all its files are there."""
+        return cls.digest(path) is not None
+
+    @staticmethod
+    def digest(path: Path) -> str | None:
+        """Return the digest of the input of such a bag, None if it is none or not complete."""
+        try:
+            about = yaml.safe_load((path / 'metadata.yaml').read_text(encoding='utf-8'))
+            about = about['rosbag2_bagfile_information']
+            found = about['custom_data'][_MARK]
+            whole = all((path / name).stat().st_size for name in about['relative_file_paths'])
+        except (LookupError, OSError, RecursionError, TypeError, ValueError, yaml.YAMLError):
+            return None
+        return found if whole and isinstance(found, str) else None
 
     def add(self, replayed: Replayed) -> None:
         """Write all messages of a frame."""

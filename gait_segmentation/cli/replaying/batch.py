@@ -57,7 +57,7 @@ def _total(job: Job) -> int | None:
     """Return how many frames there are, None if that is not known, 0 for what is no input."""
     try:
         return job.source().total
-    except GaitSegmentationError:
+    except (GaitSegmentationError, OSError):
         return 0
 
 

@@ -12,6 +12,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.cli.replaying.mark import (
+    film_is_marked,
+    mark_film,
+    marked_png,
+    png_is_marked,
+)
 from gait_segmentation.cli.replaying.output import Output, Replayed
 from gait_segmentation.drawing import draw_label, draw_person
 from gait_segmentation.errors import SequenceError
@@ -49,18 +55,22 @@ class MasksOutput(Output):
 
     files = re.compile(r'\d+\.png')
 
-    def __init__(self, path: Path) -> None:
+    def begin(self) -> None:
         """Begin the folder."""
-        super().__init__(path)
         self.work.mkdir(parents=True)
+
+    @classmethod
+    def is_own(cls, path: Path) -> bool:
+        """Return whether all images have the mark."""
+        return all(png_is_marked(each) for each in path.iterdir())
 
     def add(self, replayed: Replayed) -> None:
         """Write the mask of a frame."""
         if replayed.result.mask.size:
-            data = cv2.imencode('.png', replayed.result.mask)[1]
+            data = marked_png(cv2.imencode('.png', replayed.result.mask)[1].tobytes())
             path = self.work / f'{replayed.frame.number:04d}.png'
             try:
-                path.write_bytes(data.tobytes())
+                path.write_bytes(data)
             except OSError:
                 path.unlink(missing_ok=True)
                 raise
@@ -79,14 +89,24 @@ class OverlayOutput(Output):
         :param size: its width and height.
         :raises SequenceError: if there is no encoder for the name.
         """
-        super().__init__(path)
-        self._size = size
+        self._size, self._fps = size, fps
         self._frames = 0
+        super().__init__(path)
+
+    def begin(self) -> None:
+        """Open the film."""
         # No other backend: for a name it does not know OpenCV's next one throws, aloud.
-        self._film = cv2.VideoWriter(str(self.work), cv2.CAP_FFMPEG, _MP4V, fps, size)
-        if not self._film.isOpened():
-            self.lock.release()
-            raise SequenceError(f'{path} cannot be written as a film; use a name such as walk.mp4')
+        film = cv2.VideoWriter(str(self.work), cv2.CAP_FFMPEG, _MP4V, self._fps, self._size)
+        if not film.isOpened():
+            raise SequenceError(
+                f'{self.path} cannot be written as a film; use a name such as walk.mp4'
+            )
+        self._film = film
+
+    @classmethod
+    def is_own(cls, path: Path) -> bool:
+        """Return whether the film has the mark."""
+        return film_is_marked(path)
 
     def add(self, replayed: Replayed) -> None:
         """Draw a frame and write it."""
@@ -106,13 +126,17 @@ class OverlayOutput(Output):
     def finish(self) -> None:
         """Write the index, and count the frames, since OpenCV does not tell of a full disk."""
         self._film.release()
+        mark_film(self.work)
         capture = cv2.VideoCapture(str(self.work))
         readable = 0
         while capture.grab():
             readable += 1
         capture.release()
         if readable != self._frames:
-            raise OSError(f'{self.path} must have {self._frames} frames, {readable} can be read')
+            raise SequenceError(
+                f'{self.path} must have {self._frames} frames, {readable} can be read: is the '
+                'disk full?'
+            )
 
 
 def _draw(picture: NDArray[np.uint8], person: PersonResult) -> None:
@@ -131,12 +155,18 @@ def _draw(picture: NDArray[np.uint8], person: PersonResult) -> None:
 class CsvOutput(Output):
     """A table of boxes, phases, cadences, directions and confidences."""
 
-    def __init__(self, path: Path) -> None:
+    def begin(self) -> None:
         """Begin the table."""
-        super().__init__(path)
         self._file = open(self.work, 'w', encoding='ascii', newline='')  # noqa: SIM115
         self._table = csv.writer(self._file, lineterminator='\n')
         self._table.writerow(COLUMNS)
+
+    @classmethod
+    def is_own(cls, path: Path) -> bool:
+        """Return whether the file begins with the names of all columns."""
+        head = (','.join(COLUMNS) + '\n').encode()
+        with path.open('rb') as file:
+            return file.read(len(head)) == head
 
     def add(self, replayed: Replayed) -> None:
         """Write a row for everybody who is there."""

@@ -4,21 +4,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from gait_segmentation.cli.replaying.bag_output import BagOutput
 from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput, OverlayOutput
+from gait_segmentation.cli.replaying.mark import digest_of
 from gait_segmentation.cli.replaying.opengait import OpenGaitOutput
-from gait_segmentation.cli.replaying.output import Output
+from gait_segmentation.cli.replaying.output import Output, partial_path
+from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource, open_input
+from gait_segmentation.output_files import keep_apart
 from gait_segmentation.pipeline import PipelineConfig
 from gait_segmentation.pixel_limit import MOST_PIXELS
 
 __all__ = ['Job', 'Report']
 
 _MOST_NOTES = 10
+
+_OPTIONS: dict[type[Output], str] = {
+    BagOutput: '--out',
+    MasksOutput: '--masks',
+    OverlayOutput: '--overlay',
+    OpenGaitOutput: '--opengait',
+    CsvOutput: '--csv',
+}
 
 
 @dataclass(frozen=True)
@@ -66,15 +78,31 @@ class Job:
             if path is not None and (force or not kind.is_there(path))
         }
 
-    def check(self, *, force: bool) -> None:
+    def check(self, inputs: Iterable[Path], *, force: bool) -> None:
         """
-        Look at the places of the outputs that are to be made.
+        Look at the places of all outputs, before anything is written.
 
-        :param force: all wanted ones are.
-        :raises SequenceError: if one is taken by something else.
+        :param inputs: all that the command reads.
+        :param force: outputs that are there are to be made anew.
+        :raises ConfigError: if one would change an input.
+        :raises SequenceError: if a place is taken by something else.
         """
-        for kind, path in self.missing(force=force).items():
+        wanted = self.missing(force=True)
+        places = [
+            (_OPTIONS[kind], place)
+            for kind, path in wanted.items()
+            for place in (path, partial_path(path))
+        ]
+        keep_apart(places, inputs)
+        for kind, path in wanted.items():
             kind.check(path)
+        if force or not BagOutput.is_there(self.bag):
+            return
+        if BagOutput.digest(self.bag) != digest_of(self.input):
+            raise SequenceError(
+                f'{self.bag} was made of another input than {self.input}: choose another --out, '
+                'or --force replaces it'
+            )
 
     def source(self) -> ImageSource:
         """Open the input."""

@@ -68,12 +68,16 @@ class OpenGaitOutput(Output):
 
     files = re.compile(r'person-\d+/\d{3}/\d{3}\.pkl')
 
-    def __init__(self, path: Path) -> None:
+    def begin(self) -> None:
         """Begin without walks."""
-        super().__init__(path)
         self.work.mkdir(parents=True)
         self._walks: dict[int, list[NDArray[np.uint8]]] = {}
         self._directions: dict[int, list[float]] = {}
+
+    @classmethod
+    def is_own(cls, path: Path) -> bool:
+        """Return that it is: nothing else has files of such names, which are checked before."""
+        return True
 
     def add(self, replayed: Replayed) -> None:
         """Keep everybody's silhouette."""

@@ -15,6 +15,7 @@ from typing import ClassVar
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs import Frame
+from gait_segmentation.output_files import named
 from gait_segmentation.pipeline import FrameResult
 
 __all__ = ['Output', 'Replayed', 'partial_path', 'remove', 'work_path']
@@ -91,16 +92,36 @@ class Output(ABC):
         path.parent.mkdir(parents=True, exist_ok=True)
         self._closed = False
         self.path = path
-        self.lock = _Lock(path)
         self.work = work_path(path)
-        for old in (self.work, partial_path(path)):
-            remove(old)
+        self._lock = _Lock(path)
+        try:
+            for old in (self.work, partial_path(path)):
+                remove(old)
+            with named(path):
+                self.begin()
+        except BaseException:
+            self._let_go()
+            raise
+
+    @abstractmethod
+    def begin(self) -> None:
+        """
+        Begin the file or folder at :attr:`work`.
+
+        :raises OSError: if it cannot be written.
+        :raises SequenceError: if there can be no such output.
+        """
+
+    @classmethod
+    @abstractmethod
+    def is_own(cls, path: Path) -> bool:
+        """Return whether what is there can only be a complete output of this kind."""
 
     @classmethod
     def is_there(cls, path: Path) -> bool:
-        """Return whether there is such an output; an empty folder is none."""
+        """Return whether something is there; an empty file or folder is nothing."""
         if cls.files is None:
-            return path.is_file()
+            return path.is_file() and path.stat().st_size > 0
         return path.is_dir() and any(path.iterdir())
 
     @classmethod
@@ -108,20 +129,30 @@ class Output(ABC):
         """
         Refuse a place where there is something else than such an output.
 
-        :raises SequenceError: if it is of the other kind, a folder with files that this would not
-            have made, or below a file.
+        :raises SequenceError: if it is below a file, or there is anything, there or where this
+            would be left when broken off, that this has not made.
         """
         above = next(folder for folder in path.absolute().parents if folder.exists())
         if not above.is_dir():
             raise SequenceError(f'{above} is a file, not a folder, and is not replaced; remove it')
-        if cls.files is None:
-            if path.is_dir():
-                raise SequenceError(
-                    f'{path} is a folder, not a file, and is not replaced; remove it'
-                )
-            return
-        if path.is_file():
+        for each in (path, partial_path(path)):
+            cls._check_kind(each)
+        if cls.is_there(path) and not cls.is_own(path):
+            raise SequenceError(
+                f'{path} was not made by gait_replay, or is not all there, and is not replaced; '
+                'remove it or choose another place'
+            )
+
+    @classmethod
+    def _check_kind(cls, path: Path) -> None:
+        if cls.files is None and path.is_dir():
+            raise SequenceError(f'{path} is a folder, not a file, and is not replaced; remove it')
+        if cls.files is not None and path.is_file():
             raise SequenceError(f'{path} is a file, not a folder, and is not replaced; remove it')
+        if path.exists() and not (path.is_dir() or path.is_file()):
+            raise SequenceError(f'{path} is neither a file nor a folder, and is not replaced')
+        if cls.files is None:
+            return
         for each in path.rglob('*'):
             if not each.is_dir() and not cls.files.fullmatch(each.relative_to(path).as_posix()):
                 raise SequenceError(f'{path} holds {each.name} and is not replaced; remove it')
@@ -154,14 +185,23 @@ class Output(ABC):
             self.finish()
             remove(self.path)
             self.made().replace(self.path)
+            self._let_go()
         else:
-            with contextlib.suppress(OSError):
-                self.finish()
-            if self.made().exists():
-                self.made().replace(partial_path(self.path))
-        remove(self.work)
-        self.lock.release()
+            try:
+                with contextlib.suppress(OSError, SequenceError):
+                    self.finish()
+                if self.made().exists():
+                    self.made().replace(partial_path(self.path))
+            finally:
+                self._let_go()
+
+    def _let_go(self) -> None:
+        """Leave nothing behind but what has its name."""
         self._closed = True
+        try:
+            remove(self.work)
+        finally:
+            self._lock.release()
 
     def made(self) -> Path:
         """Return the finished file or folder, before it has its name."""

@@ -15,12 +15,14 @@ from gait_segmentation.cli.replaying.bag_output import BagOutput
 from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput, OverlayOutput
 from gait_segmentation.cli.replaying.job import Job, Report
 from gait_segmentation.cli.replaying.lockstep import results_of
+from gait_segmentation.cli.replaying.mark import digest_of
 from gait_segmentation.cli.replaying.opengait import OpenGaitOutput
 from gait_segmentation.cli.replaying.output import Output, Replayed, partial_path, remove
 from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputError
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.inputs import DamagedError, ImageSource
+from gait_segmentation.output_files import named, problem_of
 from gait_segmentation.pipeline import Pipeline
 
 __all__ = ['Stop', 'replay']
@@ -62,12 +64,12 @@ def replay(
         with closing(ahead(results)) as found:
             complete = _run(report, outputs, found, stop, progress)
         for output in outputs:
-            output.close(complete=complete)
+            with named(output.path):
+                output.close(complete=complete)
     except GaitSegmentationError as error:
         complete, report.error = False, str(error)
     except OSError as error:
-        where = f' {error.filename}' if error.filename else ''
-        complete, report.error = False, f'cannot write{where}: {error.strerror or error}'
+        complete, report.error = False, problem_of(error)
     except BaseException:
         complete = False
         raise
@@ -94,7 +96,8 @@ def _run(
     try:
         for replayed in results:
             for output in outputs:
-                output.add(replayed)
+                with named(output.path):
+                    output.add(replayed)
             report.frames += 1
             report.seen += any(each.track.box is not None for each in replayed.result.people)
             progress()
@@ -126,7 +129,9 @@ def _outputs(job: Job, source: ImageSource, bank: TemplateBank, force: bool) -> 
     """Begin the outputs that are wanted and not there yet."""
     missing = job.missing(force=force)
     if BagOutput in missing:
-        yield BagOutput(missing[BagOutput], bank, job.config.people.max_people)
+        yield BagOutput(
+            missing[BagOutput], bank, job.config.people.max_people, digest_of(job.input)
+        )
     if MasksOutput in missing:
         yield MasksOutput(missing[MasksOutput])
     if OverlayOutput in missing:

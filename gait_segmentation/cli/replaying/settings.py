@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from gait_segmentation.config import parameters_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.evaluation.settings import replaced, stages_of
@@ -18,6 +16,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import PipelineConfig
 from gait_segmentation.ros.config import OF_NODES
 from gait_segmentation.ros.names import misnamed, qualified
+from gait_segmentation.yaml_files import read_yaml
 
 __all__ = ['Settings', 'read_parameter_file']
 
@@ -43,14 +42,7 @@ def read_parameter_file(path: Path, settings: Settings) -> Settings:
 
     :raises ConfigError: if it cannot be read, or a stage has no such parameter or value.
     """
-    try:
-        content = yaml.safe_load(path.read_text(encoding='utf-8')) or {}
-    except OSError as error:
-        raise ConfigError(
-            f'{path} cannot be read as a parameter file: {error.strerror}'
-        ) from error
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
-        raise ConfigError(f'{path} cannot be read as a parameter file: {error}') from error
+    content = read_yaml(path, ConfigError) or {}
     if not isinstance(content, dict):
         raise ConfigError(f'{path} must hold sections of nodes, got {type(content).__name__}')
     for name, section in content.items():

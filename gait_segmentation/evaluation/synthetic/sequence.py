@@ -31,6 +31,7 @@ from gait_segmentation.evaluation.synthetic.staging import Staging, still
 from gait_segmentation.evaluation.synthetic.walkers import Walker, draw_walker, draw_walkers_by_lot
 from gait_segmentation.evaluation.truth import AMBIGUOUS, PERSON, UNCLEAR
 from gait_segmentation.geometry import Box
+from gait_segmentation.output_files import write_file, writing
 
 __all__ = ['SyntheticFrame', 'SyntheticSequence']
 
@@ -174,11 +175,9 @@ class SyntheticSequence:
         about['initial_frame'] = 0
         about['notes'] = f'synthetic, seed {self.config.seed}'
         about['labels'] = {'background': 0, 'ambiguous': AMBIGUOUS, 'person': PERSON}
-        text = yaml.safe_dump(about, sort_keys=False)
-        try:
-            (folder / 'sequence.yaml').write_text(text, encoding='utf-8')
-        except OSError as error:
-            raise SequenceError(f'{folder} cannot be written: {error.strerror}') from error
+        path = folder / 'sequence.yaml'
+        with writing(path):
+            write_file(path, yaml.safe_dump(about, sort_keys=False).encode())
 
     def _make_walkers(self, rng: np.random.Generator) -> list[Walker]:
         config = self.config

@@ -71,7 +71,8 @@ def misplaced(
         u, v, r = -gx[use], -gy[use], rest[use]
         xx, xy, yy = float(u @ u), float(u @ v), float(v @ v)
         determinant = xx * yy - xy * xy
-        if determinant < 1e-3 * (xx + yy) ** 2:
+        if determinant <= 1e-3 * (xx + yy) ** 2:
+            # Nothing tells the shift along an edge, nor any where there is none.
             break
         bx, by = float(u @ r), float(v @ r)
         x += (yy * bx - xy * by) / determinant

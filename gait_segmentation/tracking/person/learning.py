@@ -208,8 +208,8 @@ class WholeArea:
         Get used to the size of a mask, unless the person is or was just now hidden in part.
 
         :param mask, prior: (h, w) uint8, the mask and the template.
-        :param alone: whether nobody is near who may hide part of the person, to which the
-            template would adapt.
+        :param alone: whether nobody who is tracked is near, who may hide part of the person, to
+            which the template would adapt, or lose theirs to the mask.
         :param company: whether somebody without a slot is near, whom the mask may show, too.
         :param hidden: tells whether the template lies on what is known to stand there; only
             asked of masks that are not large enough.
@@ -220,7 +220,7 @@ class WholeArea:
         self.share = area / max(self._usual, 1e-6)
         whole = area >= _WHOLE * self._usual
         self._masks += 1
-        if not company:
+        if alone and not company:
             self._late += _LATE_RATE * (area - self._late)
         elif area > _JOINED * max(self._usual, self._late):
             return False

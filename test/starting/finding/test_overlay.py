@@ -57,3 +57,16 @@ def test_a_small_shift_is_found_and_a_large_one_is_not_believed() -> None:
     assert misplaced(moved, place(), NOBODY) == pytest.approx((0.8, -0.6), abs=0.15)
     assert misplaced(moved, place(), NOBODY | 255) == (0, 0)
     assert max(map(abs, misplaced(np.roll(place(), 9, axis=1), place(), NOBODY))) <= 2.5
+
+
+@pytest.mark.parametrize('level', [0, 128, 255])
+def test_a_flat_frame_tells_no_shift(level: int) -> None:
+    flat = np.full((60, 80, 3), level, np.uint8)
+    assert misplaced(flat, flat, NOBODY) == (0, 0)
+    assert misplaced(flat, np.full_like(flat, 120), NOBODY) == (0, 0)
+
+
+def test_an_edge_tells_no_shift_along_it() -> None:
+    edge = np.zeros((60, 80, 3), np.uint8)
+    edge[:, 40:] = 12
+    assert misplaced(np.roll(edge, 1, axis=1), edge, NOBODY) == (0, 0)

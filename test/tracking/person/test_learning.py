@@ -96,13 +96,14 @@ def test_half_a_mask_is_not_whole() -> None:
     assert area.update(block(20, 10, 40, 48), whole, person)
 
 
-def test_two_bodies_in_a_mask_are_not_one_that_is_whole() -> None:
+@pytest.mark.parametrize('near', [{'company': True}, {'alone': False}])
+def test_two_bodies_in_a_mask_are_not_one_that_is_whole(near: dict[str, bool]) -> None:
     one, two = block(20, 10, 40, 50), block(20, 10, 50, 50)
     person = someone(one)
     area = WholeArea(person)
-    assert area.update(one, one, person, company=True)
-    assert not area.update(two, one, person, company=True)
-    assert area.update(one, one, person, company=True)
+    assert area.update(one, one, person, **near)
+    assert not area.update(two, one, person, **near)
+    assert area.update(one, one, person, **near)
     # With nobody near it is of one person.
     assert area.update(two, one, person)
 

@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Files that commands write: never over what they read, never half, and with a name in errors."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import ConfigError, GaitSegmentationError, SequenceError
+
+__all__ = ['keep_apart', 'named', 'problem_of', 'write_file', 'write_picture', 'writing']
+
+
+def keep_apart(outputs: Iterable[tuple[str, Path | None]], inputs: Iterable[Path]) -> None:
+    """
+    Refuse outputs that would change an input.
+
+    :param outputs: what is said of each file and folder to be written, and where it is to be,
+        None if it is not wanted.
+    :param inputs: files and folders that are read.
+    :raises ConfigError: if an output is an input, lies in one or holds one, through links too.
+    """
+    # Not by Path.resolve, which some versions of Python let fail at links in a circle.
+    read = [(path, Path(os.path.realpath(path))) for path in inputs]
+    for name, path in outputs:
+        if path is None:
+            continue
+        real = Path(os.path.realpath(path))
+        for given, source in read:
+            how = ''
+            if real == source or _is_same(path, given):
+                how = 'is'
+            elif source in real.parents:
+                how = 'lies in'
+            elif real in source.parents:
+                how = 'holds'
+            if how:
+                raise ConfigError(
+                    f'{name} {path} {how} the input {given}, which would be changed: choose '
+                    'another place'
+                )
+
+
+def _is_same(one: Path, two: Path) -> bool:
+    with suppress(OSError):
+        # As hard links are.
+        return one.samefile(two)
+    return False
+
+
+@contextmanager
+def named(path: Path | str) -> Iterator[None]:
+    """Have errors of the system say what they are about: those of an open file do not."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None:
+            error.filename = str(path)
+        raise
+
+
+def problem_of(error: OSError) -> str:
+    """Return in words what an error of the system is about, and what is wrong."""
+    reason = error.strerror or str(error)
+    return reason if error.filename is None else f'{error.filename}: {reason}'
+
+
+@contextmanager
+def writing(path: Path, kind: type[GaitSegmentationError] = SequenceError) -> Iterator[None]:
+    """
+    Have errors of the system say in words that a file cannot be written.
+
+    :raises GaitSegmentationError: of the kind.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise kind(f'{path} cannot be written: {error.strerror or error}') from error
+
+
+def write_file(path: Path, data: bytes) -> None:
+    """
+    Write a file in one step: if that fails, what was there before is left, and nothing else.
+
+    What is no usual file, such as a device, is written to.
+
+    :raises OSError: if it cannot be written; it has a ``filename``.
+    """
+    with named(path):
+        if path.exists() and not path.is_file():
+            path.write_bytes(data)
+            return
+        part = path.with_name(f'.{path.name}.{os.getpid()}-{threading.get_ident()}.part')
+        try:
+            part.write_bytes(data)
+            part.replace(path)
+        except OSError as error:
+            # It is the file asked for that matters.
+            error.filename = str(path)
+            raise
+        finally:
+            with suppress(OSError):
+                part.unlink()
+
+
+def write_picture(
+    path: Path, image: NDArray[np.uint8], kind: type[GaitSegmentationError] = SequenceError
+) -> None:
+    """
+    Write an image file of the format that its name says.
+
+    :raises GaitSegmentationError: of the kind, if it cannot be written.
+    """
+    try:
+        done, data = cv2.imencode(path.suffix, image)
+    except cv2.error:
+        done = False
+    if not done:
+        raise kind(
+            f'{path} cannot be written: its name must end in .png or another format OpenCV writes'
+        )
+    with writing(path, kind):
+        write_file(path, data.tobytes())
