@@ -281,7 +281,8 @@ class Segmenter:
         found = Box.around(labels)
         assert found is not None
         self._last = found.shifted(window[1].start, window[0].start)
-        self._masks += np.count_nonzero(labels) > _LEAST_AREA * np.count_nonzero(prior > 127)
+        template = np.count_nonzero(prior > 127)
+        self._masks += int(np.count_nonzero(labels) > _LEAST_AREA * template)
 
     def _empty(
         self, image: NDArray[np.uint8], match: MatchResult, reason: str
