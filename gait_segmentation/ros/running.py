@@ -88,10 +88,7 @@ def _run(make: Callable[[], GaitNode], arguments: list[str], ending: Ending, wat
         freed = remove_dead_segments()
         rclpy.init(args=arguments)
         understood = True
-        if freed:
-            get_logger(name).info(
-                f'{freed / 2**20:.1f} MiB of shared memory of killed processes freed'
-            )
+        get_logger(name).debug(f'{freed} bytes of shared memory of killed processes freed')
         # First: one that is made when a signal has closed the context leaves a traceback.
         executor = MessageExecutor()
         ending.closes(executor.shutdown)
