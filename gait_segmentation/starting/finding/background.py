@@ -213,7 +213,7 @@ class MotionBackground:
 
         :param period: time between two frames in seconds, 0 if it is not known.
         """
-        return cv2.compare(np.ascontiguousarray(self.count), _frames(_KNOWN_S, period), cv2.CMP_GE)
+        return np.asarray(cv2.inRange(self.count, _frames(_KNOWN_S, period), 255))
 
     def compare(self, canvas: NDArray[np.uint8], moving: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """

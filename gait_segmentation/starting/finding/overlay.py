@@ -28,7 +28,7 @@ def laid(
 ) -> NDArray[np.uint8]:
     """Return a small mask in a window of the newest frame, (h, w) uint8 0/255."""
     laid = warp_window(mask, motion, window, cv2.BORDER_CONSTANT)
-    return np.asarray(cv2.compare(laid, 0, cv2.CMP_GT))
+    return np.asarray(cv2.inRange(laid, 1, 255))
 
 
 def warped(
@@ -38,7 +38,7 @@ def warped(
     part = warp_window(image, motion, window)
     full = np.full(image.shape[:2], 255, np.uint8)
     inside = warp_window(full, motion, window, cv2.BORDER_CONSTANT)
-    return part, np.asarray(cv2.compare(inside, 255, cv2.CMP_LT))
+    return part, np.asarray(cv2.inRange(inside, 0, 254))
 
 
 def exposed_alike(

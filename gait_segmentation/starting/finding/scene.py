@@ -146,7 +146,7 @@ class MotionScene:
         if background.travelled:
             # What moves and looks like a background known for long is the background, misplaced
             # by less than a pixel.
-            same = cv2.compare(likelihood, 0, cv2.CMP_EQ)
+            same = cv2.inRange(likelihood, 0, 0)
             same = cv2.bitwise_and(same, background.well_known(period))
             moving = cv2.bitwise_and(moving, cv2.bitwise_not(same))
         evidence = cv2.bitwise_or(evidence, moving)

@@ -36,6 +36,16 @@ def test_a_frame_shows_nothing_outside() -> None:
     assert not outside[:, 10:].any()
 
 
+@pytest.mark.parametrize('size', [(1, 1), (1, 4), (4, 1)])
+def test_windows_of_a_pixel_or_a_line_are_laid(size: tuple[int, int]) -> None:
+    """OpenCV takes some of them for a number beside the image."""
+    window, still = (slice(3, 3 + size[0]), slice(5, 5 + size[1])), np.eye(2, 3)
+    np.testing.assert_array_equal(laid(NOBODY | 9, still, window), np.full(size, 255))
+    part, outside = warped(place(), still, window)
+    np.testing.assert_array_equal(part, place()[window])
+    np.testing.assert_array_equal(outside, np.zeros(size))
+
+
 @pytest.mark.parametrize('gain', [0.8, 1.25])
 def test_the_exposure_is_undone_off_people(gain: float) -> None:
     now, then = place(), cv2.convertScaleAbs(place(), alpha=gain)
