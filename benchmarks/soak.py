@@ -9,7 +9,7 @@ cross, go and come back, and between them a second of nothing but noise; gait_pi
 three nodes with ``--split``, answer over DDS.  Needs ROS 2 and the kernels in Numba's cache
 (gait_warm_up); leave the machine alone meanwhile::
 
-    python benchmarks/soak.py [--minutes 30] [--split] [--people 2]
+    python benchmarks/soak.py [--minutes 30] [--split] [--people 1]
 
 Latencies are from the stamp to the mask in ms, ``rss`` is of all nodes together in MiB, the
 largest of the minute.  Fails if a frame published after the first second has no mask, if the
@@ -161,7 +161,7 @@ def main() -> int:
     add('--minutes', type=float, default=30.0)
     add('--split', action='store_true', help='the three nodes instead of gait_pipeline')
     add('--rate', type=float, default=30.0, metavar='HZ')
-    add('--people', type=int, default=2, metavar='N', help='slots (%(default)s)')
+    add('--people', type=int, default=1, metavar='N', help='slots (%(default)s)')
     options = parser.parse_args()
     prepare_environment(os.environ)
     with tempfile.TemporaryDirectory() as film:
