@@ -20,6 +20,7 @@ from gait_segmentation.cli import vocabulary
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.config import parameters_of
 from gait_segmentation.errors import BankError
+from gait_segmentation.files.output_files import keep_apart, write_picture
 from gait_segmentation.gait_model import BUILDS, BankSpec, TemplateBank, build_bank, default_bank
 from gait_segmentation.gait_model.finer import DIRECTIONS, finer_bank
 from gait_segmentation.gait_model.from_silhouettes import (
@@ -28,7 +29,6 @@ from gait_segmentation.gait_model.from_silhouettes import (
 )
 from gait_segmentation.gait_model.sheet import contact_sheet
 from gait_segmentation.gait_model.silhouettes import read_silhouettes
-from gait_segmentation.output_files import keep_apart, write_picture
 
 __all__ = ['main']
 

@@ -22,9 +22,9 @@ from gait_segmentation.cli.replaying.mark import png_is_marked
 from gait_segmentation.cli.signals import handled
 from gait_segmentation.cli.tool import make_folder, run_tool
 from gait_segmentation.errors import ConfigError, InputError
+from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.inputs import ImageSource, open_input
-from gait_segmentation.output_files import keep_apart
 from gait_segmentation.people import MOST_PEOPLE
 from gait_segmentation.ros.files import use_shared_memory
 

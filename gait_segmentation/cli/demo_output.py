@@ -27,9 +27,9 @@ from gait_segmentation.drawing import (
     track_colour,
 )
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.files.output_files import write_file, write_picture
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import Frame, ImageSource
-from gait_segmentation.output_files import write_file, write_picture
 from gait_segmentation.sheets import contact_sheet, crop, region_about
 
 __all__ = [

@@ -34,7 +34,7 @@ from gait_segmentation.evaluation.report import table, tracking_table, write_jso
 from gait_segmentation.evaluation.session import Session, load_sequences
 from gait_segmentation.evaluation.settings import overridden
 from gait_segmentation.evaluation.synthetic.scenes import SCENES, scene
-from gait_segmentation.output_files import keep_apart
+from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.ros.compiling import compiling
 
 __all__ = ['main', 'parser']

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from gait_segmentation.cli.tool import FAILED, INTERRUPTED, run_tool
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.pixel_limit import MOST_PIXELS
+from gait_segmentation.files.pixel_limit import MOST_PIXELS
 
 if TYPE_CHECKING:
     from gait_segmentation.cli.replaying.job import Job, Report

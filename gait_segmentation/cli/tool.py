@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
+from gait_segmentation.files.output_files import named, problem_of
 from gait_segmentation.kernel_cache import mend_kernel_cache
-from gait_segmentation.output_files import named, problem_of
 
 __all__ = ['FAILED', 'INTERRUPTED', 'check_file', 'make_folder', 'run_tool']
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from gait_segmentation.config import parameters_of
+from gait_segmentation.files.output_files import keep_apart, write_picture
 from gait_segmentation.gait_model.silhouettes import read_masks
-from gait_segmentation.output_files import keep_apart, write_picture
 from gait_segmentation.segmentation.vocabulary import VocabularyError
 from gait_segmentation.segmentation.vocabulary_picture import draw_vocabulary
 from gait_segmentation.segmentation.vocabulary_training import (

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from gait_segmentation.errors import InputError, SequenceError
+from gait_segmentation.files.yaml_files import read_yaml
 from gait_segmentation.geometry import Box, check_start_box
-from gait_segmentation.yaml_files import read_yaml
 
 __all__ = ['Description']
 

@@ -13,8 +13,8 @@ from gait_segmentation.drawing import Image, draw_label, draw_outline
 from gait_segmentation.evaluation.metrics import true_box
 from gait_segmentation.evaluation.runner import Outcome
 from gait_segmentation.evaluation.truth import PERSON
+from gait_segmentation.files.output_files import write_picture, writing
 from gait_segmentation.geometry import Box
-from gait_segmentation.output_files import write_picture, writing
 from gait_segmentation.sheets import contact_sheet, crop, region_about
 
 __all__ = ['TILE_HEIGHT', 'TILE_SIZE', 'SequenceOutput', 'tile', 'write_image']

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.output_files import writing
+from gait_segmentation.files.output_files import writing
 
 __all__ = ['plot_priors']
 

@@ -21,7 +21,7 @@ from gait_segmentation.evaluation.mot import MISSING
 from gait_segmentation.evaluation.restarts import StartScore
 from gait_segmentation.evaluation.runner import Outcome
 from gait_segmentation.evaluation.tracking_score import TrackingScore
-from gait_segmentation.output_files import write_file, writing
+from gait_segmentation.files.output_files import write_file, writing
 
 __all__ = [
     'Summary',

@@ -28,8 +28,8 @@ from gait_segmentation.evaluation.attendance import Attendance
 from gait_segmentation.evaluation.description import Description
 from gait_segmentation.evaluation.metrics import start_box
 from gait_segmentation.evaluation.truth import labels_of_truth, read_mask, truth_of
+from gait_segmentation.files.image_files import IMAGE_SUFFIXES, read_image
 from gait_segmentation.geometry import Box
-from gait_segmentation.image_files import IMAGE_SUFFIXES, read_image
 
 __all__ = ['Sequence', 'frame_stamp_ns']
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.image_files import read_unchanged
+from gait_segmentation.files.image_files import read_unchanged
 from gait_segmentation.people import MOST_PEOPLE
 
 __all__ = ['AMBIGUOUS', 'PERSON', 'UNCLEAR', 'labels_of_truth', 'read_mask', 'truth_of']

@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import BankError, SequenceError
+from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_grey
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
-from gait_segmentation.image_files import IMAGE_SUFFIXES, images_in, read_grey
 
 __all__ = [
     'Cycle',

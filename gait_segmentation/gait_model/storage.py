@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from gait_segmentation.errors import BankError
-from gait_segmentation.output_files import write_file
-from gait_segmentation.regular_files import regular
+from gait_segmentation.files.output_files import write_file
+from gait_segmentation.files.regular_files import regular
 
 __all__ = ['FORMAT', 'FORMAT_VERSION', 'read_bank', 'write_bank']
 

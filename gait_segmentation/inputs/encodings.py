@@ -16,9 +16,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.encoded_images import decode_image
 from gait_segmentation.errors import InputError
-from gait_segmentation.pixel_limit import MOST_PIXELS, check_pixels
+from gait_segmentation.files.encoded_images import decode_image
+from gait_segmentation.files.pixel_limit import MOST_PIXELS, check_pixels
 
 __all__ = [
     'ENCODINGS',

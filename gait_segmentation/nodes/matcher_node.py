@@ -15,11 +15,11 @@ from sensor_msgs.msg import Image, RegionOfInterest
 from std_msgs.msg import Header
 
 from gait_segmentation.config import StageConfig
+from gait_segmentation.files.pixel_limit import check_pixels
 from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.inputs.encodings import claimed_shape, read_mono8
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
-from gait_segmentation.pixel_limit import check_pixels
 from gait_segmentation.results import MatchResult, TrackResult
 from gait_segmentation.ros.config import BankConfig, NodeConfig, SizeConfig
 from gait_segmentation.ros.join import ExactJoin

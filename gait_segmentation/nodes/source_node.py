@@ -25,9 +25,9 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
 from gait_segmentation.errors import GaitSegmentationError, SequenceError
+from gait_segmentation.files.output_files import keep_apart, named, problem_of
+from gait_segmentation.files.pixel_limit import MOST_PIXELS
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, open_input
-from gait_segmentation.output_files import keep_apart, named, problem_of
-from gait_segmentation.pixel_limit import MOST_PIXELS
 from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.memory import keep_freed_memory

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 
-from gait_segmentation.output_files import named
+from gait_segmentation.files.output_files import named
 
 __all__ = ['Aside', 'compiling']
 

@@ -23,9 +23,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.files.output_files import write_file
+from gait_segmentation.files.regular_files import regular
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.output_files import write_file
-from gait_segmentation.regular_files import regular
 
 __all__ = ['Vocabulary', 'VocabularyError', 'default_vocabulary']
 

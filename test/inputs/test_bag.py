@@ -15,6 +15,7 @@ from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs import DamagedError, ImageSource, open_input
+from test.files.test_encoded_images import HUGE
 from test.inputs.bags import (
     ROS2,
     STEP_NS,
@@ -27,7 +28,6 @@ from test.inputs.bags import (
     write_bag2,
     write_compressed_bag2,
 )
-from test.test_encoded_images import HUGE
 
 ROOT = Path(__file__).parents[2]
 BIG = (320, 240)

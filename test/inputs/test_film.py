@@ -12,7 +12,7 @@ import pytest
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs import DamagedError, ImageSource, open_input
 from gait_segmentation.inputs.film import _Times
-from test.test_encoded_images import HUGE
+from test.files.test_encoded_images import HUGE
 
 
 @pytest.fixture

@@ -32,8 +32,8 @@ from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.messages import box_message
 from gait_segmentation.ros.qos import LATCHED
+from test.files.test_encoded_images import HUGE
 from test.nodes.bench import DEEP, Bench, frame, header
-from test.test_encoded_images import HUGE
 from test.walkers import box_of, clip
 
 BOX = [30.0, 20.0, 24.0, 80.0]

@@ -14,11 +14,11 @@ from gait_segmentation.cli.replaying.mark import digest_of
 from gait_segmentation.cli.replaying.opengait import OpenGaitOutput
 from gait_segmentation.cli.replaying.output import Output, partial_path
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.files.output_files import keep_apart
+from gait_segmentation.files.pixel_limit import MOST_PIXELS
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource, open_input
-from gait_segmentation.output_files import keep_apart
 from gait_segmentation.pipeline import PipelineConfig
-from gait_segmentation.pixel_limit import MOST_PIXELS
 
 __all__ = ['Job', 'Report']
 

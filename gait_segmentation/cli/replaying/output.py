@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import ClassVar
 
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.files.output_files import named
 from gait_segmentation.inputs import Frame
-from gait_segmentation.output_files import named
 from gait_segmentation.pipeline import FrameResult
 
 __all__ = ['Output', 'Replayed', 'partial_path', 'remove', 'work_path']

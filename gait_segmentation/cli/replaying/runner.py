@@ -19,10 +19,10 @@ from gait_segmentation.cli.replaying.mark import digest_of
 from gait_segmentation.cli.replaying.opengait import OpenGaitOutput
 from gait_segmentation.cli.replaying.output import Output, Replayed, partial_path, remove
 from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputError
+from gait_segmentation.files.output_files import named, problem_of
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.inputs import DamagedError, ImageSource
-from gait_segmentation.output_files import named, problem_of
 from gait_segmentation.pipeline import Pipeline
 
 __all__ = ['Stop', 'replay']

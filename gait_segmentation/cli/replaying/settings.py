@@ -12,11 +12,11 @@ from typing import Any
 from gait_segmentation.config import parameters_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.evaluation.settings import replaced, stages_of
+from gait_segmentation.files.yaml_files import read_yaml
 from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import PipelineConfig
 from gait_segmentation.ros.config import OF_NODES
 from gait_segmentation.ros.names import misnamed, qualified
-from gait_segmentation.yaml_files import read_yaml
 
 __all__ = ['Settings', 'read_parameter_file']
 

@@ -30,8 +30,8 @@ from gait_segmentation.evaluation.synthetic.scenery import Occluder, make_occlud
 from gait_segmentation.evaluation.synthetic.staging import Staging, still
 from gait_segmentation.evaluation.synthetic.walkers import Walker, draw_walker, draw_walkers_by_lot
 from gait_segmentation.evaluation.truth import AMBIGUOUS, PERSON, UNCLEAR
+from gait_segmentation.files.output_files import write_file, writing
 from gait_segmentation.geometry import Box
-from gait_segmentation.output_files import write_file, writing
 
 __all__ = ['SyntheticFrame', 'SyntheticSequence']
 

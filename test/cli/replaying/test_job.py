@@ -17,8 +17,8 @@ from gait_segmentation.cli.replay import main
 from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput
 from gait_segmentation.cli.replaying.mark import digest_of
 from gait_segmentation.inputs import open_input
+from test.files.test_output_files import room_for
 from test.inputs.bags import image_fields, stamp, write_bag2
-from test.test_output_files import room_for
 from test.walkers import clip
 
 

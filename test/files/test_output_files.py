@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import ConfigError, SequenceError
-from gait_segmentation.output_files import (
+from gait_segmentation.files.output_files import (
     keep_apart,
     named,
     problem_of,

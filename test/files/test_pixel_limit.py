@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.pixel_limit import check_pixels
+from gait_segmentation.files.pixel_limit import check_pixels
 
 
 def test_as_many_pixels_as_are_allowed_may_come_and_no_more() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.yaml_files import read_yaml
+from gait_segmentation.files.yaml_files import read_yaml
 
 
 def test_a_plain_file_is_read_as_ever(tmp_path: Path) -> None:

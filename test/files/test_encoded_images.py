@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.encoded_images import claimed_size, decode_image
 from gait_segmentation.errors import InputError
+from gait_segmentation.files.encoded_images import claimed_size, decode_image
 
 SIZE = (64, 48)
 SUFFIXES = ('.bmp', '.jpg', '.pbm', '.pgm', '.png', '.ppm', '.tiff', '.webp')

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.image_files import by_number, read_grey, read_image, read_unchanged
-from test.test_encoded_images import HUGE
+from gait_segmentation.files.image_files import by_number, read_grey, read_image, read_unchanged
+from test.files.test_encoded_images import HUGE
 
 
 @pytest.mark.parametrize(

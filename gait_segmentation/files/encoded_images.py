@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.pixel_limit import MOST_PIXELS, check_pixels
+from gait_segmentation.files.pixel_limit import MOST_PIXELS, check_pixels
 
 __all__ = ['FORMATS', 'claimed_size', 'decode_image']
 

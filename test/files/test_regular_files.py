@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from gait_segmentation.regular_files import regular
+from gait_segmentation.files.regular_files import regular
 
 
 def test_files_and_links_to_them_may_be_opened(tmp_path: Path) -> None:

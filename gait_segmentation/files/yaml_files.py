@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 
 from gait_segmentation.errors import GaitSegmentationError
-from gait_segmentation.regular_files import regular
+from gait_segmentation.files.regular_files import regular
 
 __all__ = ['read_yaml']
 
