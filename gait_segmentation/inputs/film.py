@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -139,8 +140,20 @@ class FolderSource(ImageSource):
         """Yield all frames."""
         for number, path in enumerate(self._files):
             stamp_ns = _stamp_ns(number, self.rate())
-            decode = partial(read_image, path, self._max_pixels)
+            decode = partial(_read, path, self._max_pixels)
             yield Entry(stamp_ns, stamp_ns, _FRAME_ID, _UNKNOWN, decode)
+
+
+def _read(path: Path, max_pixels: int) -> NDArray[np.uint8]:
+    """
+    Read an image of a folder.
+
+    :raises InputError: if it cannot be read, which is the matter of this one frame.
+    """
+    try:
+        return read_image(path, max_pixels)
+    except SequenceError as error:
+        raise InputError(str(error)) from error
 
 
 def _retrieve(capture: cv2.VideoCapture) -> NDArray[np.uint8]:

@@ -140,9 +140,6 @@ def test_what_cannot_be_used_is_an_error(folder: Path, tmp_path: Path) -> None:
         open_input(folder, count=0)
     with pytest.raises(SequenceError, match='cannot be read as a film'):
         open_input(folder / 'notes.txt')
-    (folder / '2.png').write_bytes(b'broken')
-    with pytest.raises(SequenceError, match=r'2\.png is not a complete image'):
-        list(open_input(folder).images())
     empty = tmp_path / 'empty'
     empty.mkdir()
     with pytest.raises(SequenceError, match='holds no images'):
@@ -173,10 +170,21 @@ def test_a_pipe_is_no_input(name: str, tmp_path: Path) -> None:
         open_input(tmp_path / name)
 
 
-def test_a_pipe_among_images_does_not_block(folder: Path) -> None:
-    os.mkfifo(folder / '9.png')
-    with pytest.raises(SequenceError, match=r'9\.png cannot be read: it is a pipe'):
-        list(open_input(folder).frames())
+def test_an_image_that_cannot_be_read_is_one_frame_less(folder: Path) -> None:
+    whole = len(list(open_input(folder).frames()))
+    (folder / '2.png').write_bytes(b'broken')
+    os.mkfifo(folder / '99.png')
+    frames = list(open_input(folder).frames())
+    assert len(frames) == whole + 1
+    broken = [frame for frame in frames if frame.image is None]
+    assert '2.png is not a complete image' in broken[0].problem
+    assert '99.png cannot be read: it is a pipe' in broken[1].problem
+    assert len(broken) == 2
+    for path in folder.glob('*.png'):
+        path.unlink()
+        path.write_bytes(b'broken')
+    with pytest.raises(SequenceError, match='no frame can be read; frame'):
+        open_input(folder)
 
 
 def test_frames_that_claim_too_many_pixels_are_refused(folder: Path, tmp_path: Path) -> None:
@@ -188,7 +196,7 @@ def test_frames_that_claim_too_many_pixels_are_refused(folder: Path, tmp_path: P
     assert open_input(film, max_pixels=64 * 48).size == (64, 48)
     with pytest.raises(SequenceError, match=r'film\.avi: .* at most 3071 pixels .* 64 x 48'):
         open_input(film, max_pixels=64 * 48 - 1)
-    with pytest.raises(SequenceError, match=r'0\.png: .* at most 2399 pixels .* 60 x 40'):
+    with pytest.raises(SequenceError, match=r'\d\.png: .* at most 2399 pixels .* 60 x 40'):
         open_input(folder, max_pixels=2399)
     with pytest.raises(SequenceError, match='max_pixels must be at least 1, got 0'):
         open_input(folder, max_pixels=0)
