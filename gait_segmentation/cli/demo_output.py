@@ -95,7 +95,7 @@ class FilmImages:
         while self._last.number < number:
             self._last = next(self._frames)
         if self._last.image is None:
-            raise SequenceError(f'frame {number} cannot be read any more')
+            raise SequenceError(f'frame {number} cannot be read any more: {self._last.problem}')
         return self._last.image
 
 

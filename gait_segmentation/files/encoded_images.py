@@ -36,7 +36,7 @@ _MOST_PARTS = 4096
 _SPACE = rb'(?:\s|#[^\r\n]*[\r\n])+'
 _PNM = re.compile(rb'P[1-6]' + _SPACE + rb'(\d{1,10})' + _SPACE + rb'(\d{1,10})(?!\d)')
 _FILL = re.compile(rb'\xff+')
-_SCAN = b'\xff\xda'
+_SCAN, _END = b'\xff\xda', b'\xff\xd9'
 _ALONE = (0x00, 0x01, *range(0xD0, 0xD9))
 """Markers of a JPEG without a segment behind them, and what is none."""
 
@@ -78,8 +78,10 @@ def decode_image(
                 f'{name} must be a JPEG of at most {_MOST_SCANS} scans, got '
                 f'{content.count(_SCAN)}: write it anew'
             )
+        # OpenCV 4 makes up what is missing of a JPEG that is cut off.
+        whole = not content.startswith(b'\xff') or content.rfind(_END) > content.rfind(_SCAN)
         try:
-            image = cv2.imdecode(data, flags)
+            image = cv2.imdecode(data, flags) if whole else None
         except cv2.error:
             # Such as of values that do not go together.
             image = None
