@@ -93,6 +93,20 @@ def test_messages_come_in_order_without_gathering_for_each(bench: _Bench, monkey
     assert len(gathered) < 50
 
 
+@pytest.mark.parametrize('cut', [b'', b'\0', b'\0\1\0\0\7'])
+def test_a_message_that_is_cut_off_is_ignored(bench: _Bench, cut: bytes) -> None:
+    """As a process that was killed may leave it."""
+    got: list[int] = []
+    bench.node.create_subscription(Int32, 'number', lambda message: got.append(message.data), 10)
+    publisher = bench.node.create_publisher(Int32, 'number', 10)
+    bench.start()
+    _wait(lambda: publisher.get_subscription_count() == 1)
+    for message in (Int32(data=1), cut, Int32(data=2)):
+        publisher.publish(message)
+    _wait(lambda: 2 in got)
+    assert got == [1, 2]
+
+
 def test_timers_services_and_guards_run_beside_messages(bench: _Bench) -> None:
     ticks: list[int] = []
     got: list[int] = []
