@@ -16,6 +16,7 @@ from sensor_msgs.msg import CompressedImage, Image
 
 from gait_segmentation.inputs import encodings
 from gait_segmentation.inputs.encodings import read_bgr, read_compressed
+from gait_segmentation.ros.endpoints import from_bytes
 from gait_segmentation.ros.qos import image_profile
 
 if TYPE_CHECKING:
@@ -104,8 +105,9 @@ class CameraSubscription:
         self._subscription = self._node.create_subscription(
             self._type,
             self.topic,
-            self._received,
+            from_bytes(self._type, self.topic, self._received, self._node.warnings.warn),
             image_profile(best_effort),
+            raw=True,
             event_callbacks=events,
             qos_overriding_options=QoSOverridingOptions(_OVERRIDABLE),
         )

@@ -9,13 +9,15 @@ from copy import copy
 from typing import Any
 
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_policy_name_from_kind
 from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 
-__all__ = ['publisher', 'subscription']
+__all__ = ['from_bytes', 'publisher', 'subscription']
 
 
 def publisher(node: Node, kind: Any, topic: str, profile: QoSProfile) -> Publisher:
@@ -60,8 +62,39 @@ def subscription(
     return node.create_subscription(
         kind,
         topic,
-        received,
+        from_bytes(kind, topic, received, warn),
         copy(profile),
+        raw=True,
         event_callbacks=events,
         qos_overriding_options=QoSOverridingOptions.with_default_policies(),
     )
+
+
+def from_bytes(
+    kind: Any,
+    topic: str,
+    received: Callable[[Any], None],
+    warn: Callable[[str, str], object],
+) -> Callable[[bytes], None]:
+    """
+    Return the callback of a raw subscription, which gives messages of a kind to another.
+
+    What a process that was killed has left half written cannot be read.  Fast DDS 2.14 tries so
+    for ever, with the interpreter's lock held, unless it is asked for the bytes alone.
+
+    :param warn: called with a key and a text if a message cannot be read, which is ignored.
+    """
+
+    def deliver(data: bytes) -> None:
+        try:
+            message = deserialize_message(data, kind)
+        except rclpy_implementation.RMWError:
+            warn(
+                f'{topic} cut off',
+                f'a message on {topic} was cut off, perhaps by the end of the process that sent '
+                'it: it is ignored',
+            )
+            return
+        received(message)
+
+    return deliver

@@ -17,9 +17,7 @@ from rclpy.executors import (
 )
 from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.logging import get_logger
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 from rclpy.signals import SignalHandlerGuardCondition
 from rclpy.task import Task
 from rclpy.utilities import get_default_context
@@ -122,28 +120,13 @@ class MessageExecutor(SingleThreadedExecutor):
 
 
 def _deliver(subscription: Any) -> None:
-    """
-    Take a message and call back with it.
-
-    Taken as bytes: what a process that was killed has left half written cannot be read, and Fast
-    DDS 2.14 would try so for ever, with the interpreter's lock held.
-    """
+    """Take a message and call back with it."""
     taken = None
     # The callback before may have destroyed it.
     with suppress(InvalidHandle), subscription.handle:
-        taken = subscription.handle.take_message(subscription.msg_type, True)
-    if taken is None:
-        return
-    try:
-        message = deserialize_message(taken[0], subscription.msg_type)
-    except rclpy_implementation.RMWError:
-        get_logger('executor').warning(
-            f'a message on {subscription.topic_name} was cut off, perhaps by the end of the '
-            'process that sent it: it is ignored',
-            throttle_duration_sec=5.0,
-        )
-        return
-    subscription.callback(message)
+        taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+    if taken is not None:
+        subscription.callback(taken[0])
 
 
 class _Entities:

@@ -21,7 +21,9 @@ from std_msgs.msg import Int32
 from std_srvs.srv import Trigger
 
 from gait_segmentation.ros import executor
+from gait_segmentation.ros.endpoints import subscription
 from gait_segmentation.ros.executor import MessageExecutor
+from gait_segmentation.ros.qos import BETWEEN_NODES
 
 _PATIENCE_S = 300.0
 
@@ -97,7 +99,15 @@ def test_messages_come_in_order_without_gathering_for_each(bench: _Bench, monkey
 def test_a_message_that_is_cut_off_is_ignored(bench: _Bench, cut: bytes) -> None:
     """As a process that was killed may leave it."""
     got: list[int] = []
-    bench.node.create_subscription(Int32, 'number', lambda message: got.append(message.data), 10)
+    said: list[str] = []
+    subscription(
+        bench.node,
+        Int32,
+        'number',
+        BETWEEN_NODES,
+        lambda message: got.append(message.data),
+        lambda key, text: said.append(text),
+    )
     publisher = bench.node.create_publisher(Int32, 'number', 10)
     bench.start()
     _wait(lambda: publisher.get_subscription_count() == 1)
@@ -105,6 +115,7 @@ def test_a_message_that_is_cut_off_is_ignored(bench: _Bench, cut: bytes) -> None
         publisher.publish(message)
     _wait(lambda: 2 in got)
     assert got == [1, 2]
+    assert all('a message on number was cut off' in text for text in said)
 
 
 def test_timers_services_and_guards_run_beside_messages(bench: _Bench) -> None:
