@@ -70,7 +70,7 @@ class Person:
     ``rest`` is by how much they lag behind the body, in pixels.  ``learnt`` counts the masks that
     the colours were learnt from, ``learnt_anew`` those since the person was found again, if
     ever, ``moves`` the frames that the velocity was learnt from; ``shadows`` is what is known of
-    the shadows the person casts,
+    the shadows the person casts.
     """
 
     track_id: int
