@@ -98,7 +98,6 @@ class MotionEstimator:
         :param camera: whether to estimate the motion of the camera.
         """
         if frame.is_blank:
-            # Nothing can be followed into it; the next picture is compared with the last one.
             self._last = None
             return WorldMotion()
         self._last, self._now = self._now, frame
@@ -107,6 +106,11 @@ class MotionEstimator:
             self._corners = self._corners[:0]
             return WorldMotion()
         return WorldMotion(self._follow_world(self._last, frame, people) if camera else None)
+
+    def leave_out(self) -> None:
+        """Take the newest frame for one in which nothing can be seen."""
+        self._last, self._now = None, self._last
+        self._corners = self._corners[:0]
 
     def with_ground(
         self, motion: WorldMotion, people: NDArray[np.uint8], areas: Sequence[Box]

@@ -22,6 +22,10 @@ _LEAST_RANGE = 8
 """Grey levels between the darkest and the brightest cell below which nothing can be seen."""
 
 
+_ALIKE = 0.5
+"""Correlation of the cells of two pictures from which they may show the same place."""
+
+
 class Pyramid:
     """
     A grey image and smaller ones, each half the size of the one before.
@@ -56,6 +60,11 @@ class Pyramid:
         """Return whether nothing can be seen, as when something covers the lens."""
         darkest, brightest, *_ = cv2.minMaxLoc(self.cells)
         return brightest - darkest < _LEAST_RANGE
+
+    def resembles(self, other: Pyramid) -> bool:
+        """Return whether another picture, of the same size, may show the same place."""
+        score = cv2.matchTemplate(self.cells, other.cells, cv2.TM_CCOEFF_NORMED)
+        return float(score[0, 0]) > _ALIKE
 
     def padded(self, level: int) -> NDArray[np.uint8]:
         """Return the image of a level with its border continued by :data:`BORDER` pixels."""

@@ -88,6 +88,10 @@ def judge(
     :returns: the likelihoods, (h, w) uint8, by track id.
     """
     likelihoods: Likelihoods = {}
+    if world.now.blank:
+        for target in targets:
+            target.miss()
+        return likelihoods
     judged = [(target, target.judge()) for target in targets]
     present = [(target, claim) for target, claim in judged if claim is not None]
     masks = [(target, claim.window, claim.mask) for target, claim in present]

@@ -35,7 +35,8 @@ class Record:
     some tracks' bodies they are likely.  ``people`` is (h, w) uint8, non-zero where people were
     when the frame was learnt; None before.  ``passers_by`` has what is seen of people without a
     slot, by their numbers, and ``company`` the tracks in whose way one of them may be.
-    ``version`` counts what the background had learnt.
+    ``version`` counts what the background had learnt.  ``blank`` tells that nothing of the scene
+    can be seen: something covers the lens, the picture is damaged, or it shows another place.
     """
 
     image: WorkingImage
@@ -44,6 +45,7 @@ class Record:
     version: int
     windows: list[Window]
     heat: NDArray[np.uint8] | None = None
+    blank: bool = False
     people: NDArray[np.uint8] | None = None
     bodies: dict[int, Shift] = field(default_factory=dict)
     rows: dict[int, tuple[float, float]] = field(default_factory=dict)

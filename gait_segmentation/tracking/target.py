@@ -192,6 +192,15 @@ class Target:
         if self._state == TRACKED:
             self._uncovered = sight.share > ALONE
 
+    def miss(self) -> None:
+        """Take in that nothing can be seen in the newest frame."""
+        self._confidence = 0.0
+        if self._state == TRACKED:
+            inside = self.person.share_inside(self.world.shape)
+            self.visibility.update(0.0, inside)
+            if self.visibility.is_lost:
+                self.lose()
+
     def see(self, values: NDArray[np.uint8], sight: Sight, claim: Claim) -> None:
         """
         Take the likely pixels near the mask for what can be seen of the person.

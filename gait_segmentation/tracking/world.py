@@ -18,6 +18,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.background.carried import CarriedBackground
+from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.background.registration import remaining_shift
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.moving import add_moving
@@ -44,6 +45,10 @@ come faster, as after a hiccup, stamps often tell when they arrived.
 
 _SMALLEST, _LARGEST = 0.7, 2.0
 """Heights, over the working height, of the people who share a world."""
+
+
+_LEAST_SHOWN = 0.1
+"""Share of the known background below which a frame shows something else."""
 
 
 class World:
@@ -173,10 +178,40 @@ class World:
             background = self._background.ahead([*self._steps, motion], windows, background)
         if heat is not None:
             heat = np.asarray(cv2.resize(heat, self.shape[::-1], interpolation=cv2.INTER_LINEAR))
-        record = Record(frame, motion, background, self._background.version, windows, heat)
+        blank = frame.pyramid.is_blank
+        if not blank and self._is_other(frame, background, people, windows):
+            if self.history and frame.pyramid.resembles(self.history[-1].image.pyramid):
+                self._begin_anew(background)
+            else:
+                blank, motion = True, WorldMotion()
+                self._estimator.leave_out()
+                background = self._background.ahead(self._steps, windows, background)
+        version = self._background.version
+        record = Record(frame, motion, background, version, windows, heat, blank=blank)
         self.pending.append(record)
         self.history.append(record)
         return motion
+
+    def _is_other(
+        self,
+        frame: WorkingImage,
+        background: BackgroundModel,
+        people: NDArray[np.uint8],
+        windows: Sequence[Window],
+    ) -> bool:
+        """Return whether a frame shows (almost) nothing of the known background."""
+        if not windows:
+            return False
+        shown = background.agreement(_lab_of(frame, windows), people, windows)
+        return shown is not None and shown < _LEAST_SHOWN
+
+    def _begin_anew(self, background: BackgroundModel) -> None:
+        """Forget the place, for the camera shows another one from now on."""
+        self._background.forget_all(background)
+        self.passers_by.forget()
+        self.history.clear()
+        for each in self.pending:
+            each.blank = True
 
     def body_shift(
         self, body: NDArray[np.uint8], window: Window, velocity: Shift = (0.0, 0.0)
@@ -214,10 +249,10 @@ class World:
 
         :param gap: how many frames back at most.
         :returns: the first of these frames, and from it to the newest the motion of the world
-            and the shift of the body; None if there is but one frame.
+            and the shift of the body; None if there is but one frame, or the first is blank.
         """
         frames = [each for each in self.history if track_id in each.bodies][-gap - 1 :]
-        if len(frames) < 2:
+        if len(frames) < 2 or frames[0].blank:
             return None
         since = frames[1:]
         motion = WorldMotion.over(each.motion for each in since)
@@ -278,7 +313,7 @@ class World:
             if that is not known.
         """
         record.people = people
-        if record.image.pyramid.is_blank:
+        if record.blank:
             return None
         lab = _lab_of(record.image, [*record.windows, *around])
         background = self._background.model

@@ -10,7 +10,7 @@ import pytest
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.results import Feedback, TrackResult
+from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 from test.walkers import box_of, clip, small_bank
@@ -193,13 +193,53 @@ def test_a_box_outside_of_the_image_is_refused_and_the_stream_goes_on() -> None:
     assert track.update(clip()[1].image, 2).box is None
 
 
-@pytest.mark.parametrize('image', [np.zeros((240, 320, 3), np.uint8), None])
-def test_flat_or_repeated_images_do_not_break_it(image: np.ndarray | None) -> None:
+def test_repeated_images_do_not_break_it() -> None:
     track, _ = started()
-    picture = clip()[0].image if image is None else image
     for number in range(1, 6):
-        result = track.update(picture, clip()[0].stamp_ns + number)
+        result = track.update(clip()[0].image, clip()[0].stamp_ns + number)
     assert result.box is not None
+
+
+def nothing_of_the_scene(kind: str, number: int) -> np.ndarray:
+    """Return a damaged frame: black, or one of noise that differs from the others."""
+    shape = clip()[0].image.shape
+    if kind == 'black':
+        return np.zeros(shape, np.uint8)
+    return np.random.default_rng(number).integers(0, 256, shape).astype(np.uint8)
+
+
+def tracked_until(count: int) -> Tracker:
+    track = tracker()
+    track.initialize(box_of(clip()[0]))
+    for frame in clip()[:count]:
+        track.learn(feedback(frame, track.update(frame.image, frame.stamp_ns)))
+    return track
+
+
+@pytest.mark.parametrize('kind', ['black', 'noise'])
+def test_a_frame_that_shows_nothing_of_the_scene_is_passed_over(kind: str) -> None:
+    track, damaged, after = tracked_until(4), clip()[4], clip()[5]
+    missed = track.update(nothing_of_the_scene(kind, 4), damaged.stamp_ns)
+    assert missed.state == TRACKED
+    assert missed.likelihood.max() == 0
+    result = track.update(after.image, after.stamp_ns)
+    assert result.state == TRACKED
+    assert result.box is not None
+    assert result.box.iou(box_of(after)) > 0.8
+
+
+@pytest.mark.parametrize('kind', ['black', 'noise'])
+def test_who_cannot_be_seen_for_long_is_lost_and_found_where_expected(kind: str) -> None:
+    track = tracked_until(4)
+    states = []
+    for number, frame in enumerate(clip()[4:7]):
+        result = track.update(nothing_of_the_scene(kind, number), frame.stamp_ns)
+        track.learn(feedback(frame, result))
+        states.append(result.state)
+    assert states[1:] == [LOST, LOST]
+    result = track.update(clip()[7].image, clip()[7].stamp_ns)
+    assert result.box is not None
+    assert result.box.iou(box_of(clip()[7])) > 0.7
 
 
 def last_of_a_grey_clip(**changes) -> TrackResult:

@@ -140,6 +140,36 @@ def test_nothing_is_learnt_from_a_covered_lens() -> None:
     np.testing.assert_array_equal(made.now.background.mean, before)
 
 
+def shown(made: World, image: np.ndarray, stamp_ns: int) -> bool:
+    """Take in a frame and learn it; return whether it was taken for one that shows nothing."""
+    made.advance(image, stamp_ns, (), camera=True)
+    _, record = made.take(stamp_ns)
+    assert record is not None
+    made.learn(record, np.zeros(made.shape, np.uint8), ())
+    return record.blank
+
+
+def test_noise_is_no_frame_of_a_known_place_and_nothing_is_learnt_from_it() -> None:
+    made, noise = world(), np.random.default_rng(0)
+    for number in range(1, 5):
+        assert not shown(made, wall(), number)
+    before = made.now.background.mean.copy()
+    for number in range(5, 8):
+        assert shown(made, noise.integers(0, 256, wall().shape).astype(np.uint8), number)
+    assert not shown(made, wall(), 8)
+    np.testing.assert_allclose(made.now.background.mean, before, atol=0.5)
+
+
+def test_a_camera_that_shows_another_place_from_now_on_is_believed() -> None:
+    blocks = np.random.default_rng(0).integers(0, 256, (6, 10, 3)).astype(np.uint8)
+    made, other = world(), cv2.resize(blocks, SOURCE[::-1], interpolation=cv2.INTER_NEAREST)
+    for number in range(1, 5):
+        assert not shown(made, wall(), number)
+    assert shown(made, other, 5)
+    assert not shown(made, other, 6)
+    assert np.abs(made.now.background.mean - made.now.image.lab).max() < 1
+
+
 def test_where_somebody_turns_out_to_stand_is_forgotten() -> None:
     made = advanced(1)
     before = known(made)

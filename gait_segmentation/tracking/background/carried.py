@@ -93,6 +93,16 @@ class CarriedBackground:
         ahead.forget(where)
         self._outdate(steps)
 
+    def forget_all(self, ahead: BackgroundModel) -> None:
+        """
+        Forget what the surroundings look like: they are others.
+
+        :param ahead: the background of the newest frame.
+        """
+        for model in (self.model, ahead):
+            model.sums[:] = 0
+        self.version += 1
+
     def recall(
         self, past: Recollection, ahead: BackgroundModel, steps: Sequence[WorldMotion]
     ) -> None:

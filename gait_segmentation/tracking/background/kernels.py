@@ -146,6 +146,35 @@ def count_residuals(
     return total
 
 
+@njit(cache=True, nogil=True, error_model='numpy')
+def count_agreeing(
+    sums: NDArray[np.float32],
+    lab: NDArray[np.uint8],
+    person: NDArray[np.uint8],
+    top: int,
+    bottom: int,
+    left: int,
+    right: int,
+    bound: float,
+) -> tuple[int, int]:
+    """Count the pixels that are sure, and those of them that look as they are known to."""
+    total = agreeing = 0
+    one, sure, most = np.float32(1), np.float32(SURE_COUNT), np.float32(bound * bound)
+    for row in range(top, bottom, _SAMPLE_STEP):
+        line, pixels, hidden = sums[row].reshape(-1), lab[row].reshape(-1), person[row]
+        for col in range(left, right, _SAMPLE_STEP):
+            count = line[4 * col + 3]
+            if hidden[col] == 0 and count >= sure:
+                total += 1
+                share, squares = one / count, np.float32(0)
+                for channel in range(3):
+                    mean = line[4 * col + channel] * share
+                    off = np.float32(pixels[3 * col + channel]) - mean
+                    squares += off * off
+                agreeing += squares <= most
+    return total, agreeing
+
+
 @njit(cache=True, nogil=True)
 def place_in(histogram: NDArray[np.int64], least: float) -> float:
     """Return the first place up to which the counts add up to at least that many."""

@@ -15,6 +15,7 @@ from gait_segmentation.tracking.background.kernels import (
     PLACE_STEPS,
     SURE_COUNT,
     compare,
+    count_agreeing,
     count_misplacements,
     count_residuals,
     place_in,
@@ -92,6 +93,23 @@ class BackgroundModel:
         sums, top, left = self.part(window)
         compare(sums, lab, top, left, bound, shadow_floor, out)
         return out
+
+    def agreement(
+        self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
+    ) -> float | None:
+        """
+        Return the share of what is sure to be there that a frame shows, None if that is little.
+
+        :param lab: (h, w, 3) uint8.
+        :param person: (h, w) uint8, non-zero where a person may be.
+        :param windows: the rows and columns to look at.
+        """
+        bound = _CONTRADICTION * self.sigma
+        counts = [
+            count_agreeing(self.sums, lab, person, *_bounds(part), bound) for part in windows
+        ]
+        total, agreeing = (sum(each) for each in zip(*counts, strict=True))
+        return agreeing / total if total >= _LEAST_SAMPLES else None
 
     def is_sure(self, window: Window) -> NDArray[np.bool_]:
         """Return which pixels of a window were seen often enough to be sure, (h, w)."""
