@@ -102,8 +102,8 @@ class TrackingConfig(StageConfig):
     )
     use_shadow: bool = parameter(
         True,
-        'Explain darker pixels of unchanged chroma near the feet as cast shadow, and learn what '
-        'soft shadows look like in this film and where they lie.',
+        'Explain darker pixels of unchanged chroma as cast shadow: deep near the feet, soft '
+        'higher up.',
     )
     shadow_share: float = parameter(
         0.25,
@@ -146,8 +146,8 @@ class TrackingConfig(StageConfig):
     )
     spread_weight: float = parameter(
         3.0,
-        'Weight of evidence spread from pixels nearby to where the background was never seen: '
-        'for the person in the first frames, against later, too; 0 = none.',
+        'Weight, in the first frames, of evidence spread from pixels nearby to where the '
+        'background was never seen; 0 = none.',
         minimum=0.0,
         maximum=10.0,
     )

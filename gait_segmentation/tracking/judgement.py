@@ -17,7 +17,6 @@ from gait_segmentation.geometry import carry
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import STEP, FeatureSelector, View
-from gait_segmentation.tracking.likelihood.backdrop import Backdrop
 from gait_segmentation.tracking.likelihood.cues import add_motion, add_propagation
 from gait_segmentation.tracking.likelihood.log_ratio import colour_log_ratio, log_ratio
 from gait_segmentation.tracking.likelihood.spreading import spread_evidence
@@ -36,18 +35,6 @@ _FADE, _FADED = 10.0, 0.05
 Masks after which spread evidence weighs 1/e of what it does at first, or when somebody was found
 again, since what surrounds the person is known better then; and the share at which it is left out.
 """
-
-_LATE, _LATE_FROM, _LATE_TO = 3.0, 8, 18
-"""
-Weight that evidence against the person gains over that at first, and the masks over which it does:
-by then templates are past their first errors, and what is still unseen has been hidden all along.
-"""
-
-_SLOW = 0.03
-"""Motion of the body against the world in four frames, in heights, that uncovers little."""
-
-_HELD = 0.001
-"""Area of unseen background held outside of the template to be worth spreading, in heights^2."""
 
 _UNCOVERED = -1.0
 """Evidence from motion (-2..2) where the body has uncovered the world."""
@@ -103,10 +90,6 @@ def judge(
         person.surroundings,
         config,
     )
-    if config.use_background and config.use_shadow:
-        backdrop = Backdrop(lab, window, record.background, record.image.textured)
-        trust = config.background_trust
-        person.shadows.weigh(logit, backdrop, person.frame, bins, rows, person.person, trust)
     moving = None
     if config.use_motion_cue and seen:
         moving = _add_motion(logit, person, world, window, config.motion_weight)
@@ -201,15 +184,6 @@ def _motions(person: Person, world: World) -> tuple[Record, WorldMotion, Shift] 
     return None
 
 
-def _is_slow(person: Person, world: World) -> bool:
-    """Return whether the body hardly moves against the world in a few frames."""
-    motions = world.motions_of(person.track_id)
-    if motions is None:
-        return False
-    _, motion, shift = motions
-    return math.hypot(*_way(person, motion, shift)) < _SLOW * person.height
-
-
 def _way(person: Person, motion: WorldMotion, shift: Shift) -> tuple[float, float]:
     """Return how far the body went against the world, right and down in pixels."""
     x, y = motion.carry(person.center_x - shift[0], person.center_y - shift[1])
@@ -275,15 +249,6 @@ def _take_back_uncovered(
                 evidence[col] = uncovered
 
 
-def _spread_shares(person: Person, world: World) -> tuple[float, float]:
-    """Return the weights (0..1) of all spread evidence, and of that against the person later."""
-    share = math.exp(-person.learnt_anew / _FADE)
-    late = min(max((person.learnt_anew - _LATE_FROM) / (_LATE_TO - _LATE_FROM), 0.0), 1.0)
-    if late and not _is_slow(person, world):
-        late = 0.0
-    return share if share >= _FADED else 0.0, late
-
-
 def _add_spread(
     logit: NDArray[np.float32],
     person: Person,
@@ -293,30 +258,21 @@ def _add_spread(
     config: TrackingConfig,
 ) -> None:
     """
-    Add what is known nearby where the background was never seen.
-
-    What speaks for the person counts in the first masks only, what speaks against more later on:
-    a piece of the surroundings in the first masks has taught its colours as the person's, and who
-    comes towards the camera hardly uncovers it.
+    Add, in the first masks, what is known nearby where the background was never seen.
 
     Not of somebody who stands: nothing is uncovered then, and clothes without edges are worn down.
     """
-    share, late = _spread_shares(person, world)
+    share = math.exp(-person.learnt_anew / _FADE)
     record = world.now
     moving = record.moving.get(person.track_id)
-    if not (share or late) or moving is None or not config.spread_weight:
+    if share < _FADED or moving is None or not config.spread_weight:
         return
     template = carried_template(person, world, window)
     if template is None:
         return
-    sums = record.background.sums
-    if not share:
-        held = (logit > 0) & (sums[window][..., 3] < 1) & (template <= 127)
-        if np.count_nonzero(held) < _HELD * person.height**2:
-            return
-    evidence = spread_evidence(
+    logit += np.float32(config.spread_weight * share) * spread_evidence(
         lab,
-        sums,
+        record.background.sums,
         window,
         record.background.sigma,
         moving[1],
@@ -324,7 +280,3 @@ def _add_spread(
         person.height,
         config.shadow_floor,
     )
-    logit += np.float32(config.spread_weight * share) * evidence
-    if late:
-        against = np.minimum(evidence, np.float32(0))
-        logit += np.float32(config.spread_weight * _LATE * late) * against

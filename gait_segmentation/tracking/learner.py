@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import cv2
@@ -16,11 +16,9 @@ from gait_segmentation.images import Window, bounding_box
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector
 from gait_segmentation.tracking.judgement import view_of
-from gait_segmentation.tracking.likelihood.backdrop import Backdrop
 from gait_segmentation.tracking.person.learning import (
     WholeArea,
     grown,
-    without_world,
 )
 from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.records import Record
@@ -162,11 +160,6 @@ class Learner:
             company=company,
             hidden=lambda: lesson.hiding.much,
         )
-        if whole:
-            moving = record.moving.get(person.track_id)
-            without_world(mask, prior, moving, person.height, settled=self._area.settled)
-            # What hides the person was looked for with all of the mask.
-            lesson = replace(lesson)
         part = mask if self._area.share > _ALL else lesson.hiding.away(mask)
         if whole:
             person.take(mask, prior, part)
@@ -203,9 +196,6 @@ class Learner:
         )
         bounds = bounding_box(mask)
         margin = grown(mask, person.height, bounds)
-        if config.use_background and config.use_shadow:
-            backdrop = Backdrop(lesson.lab, window, record.background, record.image.textured)
-            person.shadows.learn(backdrop, person.frame, mask, lesson.template, lesson.strange)
         person.learn_place(mask, body, bounds, record.rows.get(person.track_id))
         if config.use_tilt:
             person.learn_angle(mask, bounds)

@@ -8,7 +8,7 @@ import pytest
 
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import Feedback
-from gait_segmentation.tracking import TrackingConfig, judgement
+from gait_segmentation.tracking import TrackingConfig
 from gait_segmentation.tracking.judgement import _motions, _take_back_uncovered
 from gait_segmentation.tracking.person.person import Person, new_colours
 from gait_segmentation.tracking.world import World
@@ -63,24 +63,6 @@ def test_an_even_board_that_the_first_masks_hold_is_doubted_by_what_is_about_it(
     without, person_without = ghost_after(5, 3, spread_weight=0.0)
     assert with_spread < without - 30
     assert person > person_without - 5
-
-
-@pytest.mark.parametrize(('frames', 'speed'), [(18, 0.8), (36, 0.3)])
-def test_a_board_that_the_slow_hold_for_long_is_let_go_of(
-    monkeypatch: pytest.MonkeyPatch, frames: int, speed: float
-) -> None:
-    held, _ = ghost_after(frames, speed)
-    # The masks of this scene pull the body about, so that it does not count as slow.
-    monkeypatch.setattr(judgement, '_SLOW', 1.0)
-    board, person = ghost_after(frames, speed)
-    assert board < 30 < held
-    assert person > 230
-
-
-def test_who_uncovers_the_board_is_judged_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
-    fast = ghost_after(18, 3)
-    monkeypatch.setattr(judgement, '_LATE', 0.0)
-    assert ghost_after(18, 3) == fast
 
 
 def test_of_somebody_who_stands_nothing_is_doubted() -> None:

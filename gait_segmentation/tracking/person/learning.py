@@ -8,7 +8,6 @@ from collections.abc import Callable
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import scaling
@@ -18,15 +17,7 @@ from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.warping import warp_window
 
-__all__ = ['WholeArea', 'grown', 'without_world', 'working_masks']
-
-_STAYS, _OUTSIDE = -0.5, 0.06
-_MOVES, _FAR_OUTSIDE = 0.5, 0.1
-"""
-Evidence from motion up to which a pixel is the world's if it lies that far (in body heights)
-outside of the template: what stays, and farther out whatever is not seen to move along, as a
-shadow on a bare wall.
-"""
+__all__ = ['WholeArea', 'grown', 'working_masks']
 
 _ABOUT_MASK = 3
 """Pixels about a mask that are empty, so that it does not go on beyond them."""
@@ -99,55 +90,6 @@ def _thinned(start: int, length: int, step: int, size: int) -> slice:
     return slice(max(low - _ABOUT_MASK, 0), min(high + _ABOUT_MASK, size // step))
 
 
-def without_world(
-    mask: NDArray[np.uint8],
-    prior: NDArray[np.uint8],
-    moving: tuple[Window, NDArray[np.float32]] | None,
-    height: float,
-    *,
-    settled: bool,
-) -> None:
-    """
-    Take out of a mask what is outside of the template and does not move with the body.
-
-    :param mask, prior: (h, w) uint8, the mask 0/255, changed, and the template.
-    :param moving: a window and the evidence (-2..2) that its pixels move with the body; None if
-        that is not known.
-    :param height: of the body in pixels.
-    :param settled: whether the template is past its first errors; if not, only what is seen to
-        stay is taken out.
-    """
-    if moving is None:
-        return
-    (rows, columns), evidence = moving
-    # Only the part about the mask is touched.
-    x, y, width, tall = bounding_box(mask[rows, columns])
-    about_mask = mask[rows, columns][y : y + tall, x : x + width]
-    part = np.ascontiguousarray(about_mask)
-    evidence = np.ascontiguousarray(evidence[y : y + tall, x : x + width])
-    rules = [(_STAYS, _OUTSIDE), (_MOVES, _FAR_OUTSIDE)]
-    for most, distance in rules if settled else rules[:1]:
-        reach = max(1, round(distance * height))
-        top, left = max(y - reach, 0), max(x - reach, 0)
-        about = prior[rows, columns][top : y + tall + reach, left : x + width + reach]
-        near = cv2.dilate(about, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8))
-        near = near[y - top : y - top + tall, x - left : x - left + width]
-        _clear(part, np.ascontiguousarray(near), evidence, most)
-    about_mask[:] = part
-
-
-@njit(cache=True, nogil=True)
-def _clear(
-    mask: NDArray[np.uint8], near: NDArray[np.uint8], evidence: NDArray[np.float32], most: float
-) -> None:
-    """Take out of a mask what is not near and has little evidence."""
-    least = np.float32(most)
-    for row in range(mask.shape[0]):
-        for col in range(mask.shape[1]):
-            if near[row, col] <= 127 and evidence[row, col] < least:
-                mask[row, col] = 0
-
-
 def grown(
     mask: NDArray[np.uint8], height: float, bounds: Bounds | None = None
 ) -> tuple[Window, NDArray[np.uint8]]:
@@ -184,11 +126,6 @@ class WholeArea:
         self._masks = 0
         self._hidden = 0
         self.share = 1.0
-
-    @property
-    def settled(self) -> bool:
-        """Return whether the first, unsure masks are over."""
-        return self._masks > _UNSURE
 
     def hide(self) -> None:
         """Take the next masks for those of somebody hidden in part, until one is whole."""

@@ -24,7 +24,6 @@ from gait_segmentation.images import (
     size_of,
 )
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.likelihood.shadows import ShadowModel
 from gait_segmentation.tracking.person.extent import axis_tilt, extent_of
 from gait_segmentation.tracking.person.samples import samples
 
@@ -69,8 +68,7 @@ class Person:
     followed of what the very last mask showed, while ``mask`` is the last of all of the person;
     ``rest`` is by how much they lag behind the body, in pixels.  ``learnt`` counts the masks that
     the colours were learnt from, ``learnt_anew`` those since the person was found again, if
-    ever, ``moves`` the frames that the velocity was learnt from; ``shadows`` is what is known of
-    the shadows the person casts.
+    ever, ``moves`` the frames that the velocity was learnt from.
     """
 
     track_id: int
@@ -93,7 +91,6 @@ class Person:
     learnt: int = 0
     learnt_anew: int = 0
     moves: int = 0
-    shadows: ShadowModel = field(default_factory=ShadowModel)
 
     def __post_init__(self) -> None:
         """Take the first height for that of the first mask, which is followed at first."""
@@ -109,11 +106,6 @@ class Person:
             self.left + self.right,
             self.height,
         )
-
-    @property
-    def frame(self) -> BodyFrame:
-        """Return where the body is, in working pixels."""
-        return BodyFrame(self.center_x, self.center_y, self.height, self.angle)
 
     @property
     def area(self) -> Box:
@@ -198,7 +190,7 @@ class Person:
         return PersonSnapshot(copy(self), self.person.record(), self.surroundings.record())
 
     def restore(self, snapshot: PersonSnapshot) -> None:
-        """Forget all that was changed since a snapshot was made, but for the shadows."""
+        """Forget all that was changed since a snapshot was made."""
         vars(self).update(vars(snapshot.state))
         self._restore_colours(snapshot)
 

@@ -13,7 +13,6 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.person.learning import (
     WholeArea,
     grown,
-    without_world,
     working_masks,
 )
 from gait_segmentation.tracking.person.person import Person, new_colours
@@ -51,31 +50,6 @@ def test_masks_shrink_as_a_whole_image_would(
         assert np.count_nonzero(small != expected) <= 2
     empty = np.zeros(size, np.uint8)
     assert not working_masks(Feedback(1, 1, empty, None, empty), shape)[0].any()
-
-
-def test_what_stays_outside_of_the_template_is_taken_out() -> None:
-    mask, prior = block(20, 10, 60, 50), block(20, 10, 40, 50)
-    window = (slice(5, 55), slice(10, 70))
-    evidence = np.full((50, 60), -1, np.float32)
-    without_world(mask, prior, None, 40, settled=True)
-    np.testing.assert_array_equal(mask, block(20, 10, 60, 50))
-    without_world(mask, prior, (window, evidence), 40, settled=True)
-    np.testing.assert_array_equal(mask, block(20, 10, 42, 50))
-    mask = block(20, 10, 60, 50)
-    evidence[:, 35:] = 1
-    without_world(mask, prior, (window, evidence), 40, settled=True)
-    np.testing.assert_array_equal(mask, block(20, 10, 42, 50) | block(45, 10, 60, 50))
-
-
-def test_what_is_not_seen_to_move_is_taken_out_farther_outside() -> None:
-    mask, prior = block(20, 10, 60, 50), block(20, 10, 40, 50)
-    window = (slice(5, 55), slice(10, 70))
-    unsure = (window, np.zeros((50, 60), np.float32))
-    # At first it may be the template that is wrong.
-    without_world(mask, prior, unsure, 40, settled=False)
-    np.testing.assert_array_equal(mask, block(20, 10, 60, 50))
-    without_world(mask, prior, unsure, 40, settled=True)
-    np.testing.assert_array_equal(mask, block(20, 10, 44, 50))
 
 
 def test_the_margin_is_a_share_of_the_height() -> None:
