@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import fcntl
 import os
+import time
 from pathlib import Path
 
 import pytest
 
-from gait_segmentation.ros.shared_memory import remove_dead_segments
+from gait_segmentation.ros.shared_memory import dead_ports_avoided, remove_dead_segments
 
 
 def segment(folder: Path, name: str, old: bool = True) -> Path:
@@ -19,6 +20,15 @@ def segment(folder: Path, name: str, old: bool = True) -> Path:
     if old:
         os.utime(lock, (1, 1))
     return lock
+
+
+def is_locked(lock: Path) -> bool:
+    with open(lock, 'rb') as other:
+        try:
+            fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+    return False
 
 
 def names(folder: Path) -> set[str]:
@@ -61,3 +71,47 @@ def test_what_belongs_to_somebody_else_is_left(
     assert remove_dead_segments(tmp_path) == 0
     assert len(names(tmp_path)) == 2
     assert remove_dead_segments(tmp_path / 'none') == 0
+
+
+def test_nobody_can_read_from_the_port_of_a_dead_process_until_it_is_removed(
+    tmp_path: Path,
+) -> None:
+    dead = segment(tmp_path, 'fastrtps_port7411')
+    alive = segment(tmp_path, 'fastrtps_port7413')
+    with open(alive, 'rb') as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        with dead_ports_avoided(tmp_path):
+            assert is_locked(dead)
+            assert len(names(tmp_path)) == 4
+        assert names(tmp_path) == {'fastrtps_port7413', alive.name}
+
+
+def test_a_port_that_is_still_written_to_is_avoided_and_left_to_those_who_write(
+    tmp_path: Path,
+) -> None:
+    for name in ('fastrtps_port7411', 'fastrtps_port7413'):
+        segment(tmp_path, name).unlink()
+    (tmp_path / 'fastrtps_port7413_sl').touch()
+    before = names(tmp_path)
+    with dead_ports_avoided(tmp_path):
+        assert is_locked(tmp_path / 'fastrtps_port7411_el')
+        # One with many readers has no such lock.
+        assert names(tmp_path) == before | {'fastrtps_port7411_el'}
+    assert names(tmp_path) == before
+
+
+def test_what_an_old_process_or_somebody_else_has_left_is_not_avoided(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    port = 'fastrtps_port7411'
+    segment(tmp_path, port).unlink()
+    written = (tmp_path / port).stat().st_ctime
+    monkeypatch.setattr(time, 'time', lambda: written + 60)
+    with dead_ports_avoided(tmp_path):
+        assert names(tmp_path) == {port}
+    lock = segment(tmp_path, port)
+    monkeypatch.setattr(os, 'geteuid', lambda: 12345678)
+    with dead_ports_avoided(tmp_path):
+        assert not is_locked(lock)
+    with dead_ports_avoided(tmp_path / 'none'):
+        assert names(tmp_path) == {port, lock.name}
