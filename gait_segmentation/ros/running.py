@@ -27,7 +27,7 @@ from gait_segmentation.ros.config import CameraConfig
 from gait_segmentation.ros.ending import Ending, leave
 from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.memory import keep_freed_memory
-from gait_segmentation.ros.shared_memory import dead_ports_avoided, remove_dead_segments
+from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
 from gait_segmentation.ros.watch import Watch
 
 if TYPE_CHECKING:
@@ -86,14 +86,16 @@ def _run(make: Callable[[], GaitNode], arguments: list[str], ending: Ending, wat
         # Of whoever has asked and is gone: nobody is there to be answered.
         warnings.filterwarnings('ignore', 'failed to send response', RuntimeWarning)
         freed = remove_dead_segments()
-        with dead_ports_avoided():
-            rclpy.init(args=arguments)
-            understood = True
-            get_logger(name).debug(f'{freed} bytes of shared memory of killed processes freed')
-            # First: one that is made when a signal has closed the context leaves a traceback.
-            executor = MessageExecutor()
-            ending.closes(executor.shutdown)
-            node = _made(make)
+        ports = DeadPorts()
+        ending.closes(ports.close)
+        rclpy.init(args=arguments)
+        understood = True
+        get_logger(name).debug(f'{freed} bytes of shared memory of killed processes freed')
+        ports.start()
+        # First: one that is made when a signal has closed the context leaves a traceback.
+        executor = MessageExecutor()
+        ending.closes(executor.shutdown)
+        node = _made(make)
         ending.closes(node.close)
         ending.closes(node.destroy_node)
         if ending.asked:

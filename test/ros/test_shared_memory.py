@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from gait_segmentation.ros.shared_memory import dead_ports_avoided, remove_dead_segments
+from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
 
 
 def segment(folder: Path, name: str, old: bool = True) -> Path:
@@ -73,45 +73,71 @@ def test_what_belongs_to_somebody_else_is_left(
     assert remove_dead_segments(tmp_path / 'none') == 0
 
 
-def test_nobody_can_read_from_the_port_of_a_dead_process_until_it_is_removed(
+def test_the_locks_of_the_dead_are_held_until_all_that_they_have_left_is_removed(
     tmp_path: Path,
 ) -> None:
     dead = segment(tmp_path, 'fastrtps_port7411')
     alive = segment(tmp_path, 'fastrtps_port7413')
-    with open(alive, 'rb') as held:
-        fcntl.flock(held, fcntl.LOCK_EX)
-        with dead_ports_avoided(tmp_path):
-            assert is_locked(dead)
-            assert len(names(tmp_path)) == 4
-        assert names(tmp_path) == {'fastrtps_port7413', alive.name}
+    looked_at = segment(tmp_path, 'fastrtps_port7415', old=False)
+    with open(alive, 'rb') as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        ports = DeadPorts(tmp_path)
+        assert is_locked(dead)
+        assert not is_locked(looked_at)
+    assert not is_locked(alive)
+    ports.look()
+    assert is_locked(alive)
+    assert len(names(tmp_path)) == 6
+    ports.close()
+    assert names(tmp_path) == {'fastrtps_port7415', looked_at.name}
 
 
-def test_a_port_that_is_still_written_to_is_avoided_and_left_to_those_who_write(
+def test_those_who_die_later_are_found_and_their_ports_are_free_again_after_a_while(
     tmp_path: Path,
 ) -> None:
-    for name in ('fastrtps_port7411', 'fastrtps_port7413'):
+    ports = DeadPorts(tmp_path, hold_s=0.0)
+    ports.start()
+    segment(tmp_path, 'fastrtps_port7411')
+    while names(tmp_path):
+        time.sleep(0.01)
+    ports.close()
+
+
+def test_a_port_is_not_held_for_longer_because_who_held_it_died(tmp_path: Path) -> None:
+    lock = segment(tmp_path, 'fastrtps_port7411')
+    ports = DeadPorts(tmp_path, hold_s=20.0)
+    assert time.time() - lock.stat().st_mtime < 20
+    found = lock.read_bytes()
+    ports.close()
+    lock = segment(tmp_path, 'fastrtps_port7411')
+    lock.write_bytes(found)
+    os.utime(lock, (time.time() - 21, time.time() - 21))
+    DeadPorts(tmp_path, hold_s=20.0)
+    assert not names(tmp_path)
+
+
+def test_at_the_start_ports_that_are_only_written_to_are_held(
+    tmp_path: Path,
+) -> None:
+    written, shared = 'fastrtps_port7411', 'fastrtps_port7413'
+    for name in (written, shared, 'fastrtps_port7415'):
         segment(tmp_path, name).unlink()
-    (tmp_path / 'fastrtps_port7413_sl').touch()
+    (tmp_path / f'{shared}_sl').touch()
+    os.utime(tmp_path / 'fastrtps_port7415', (1, 1))
     before = names(tmp_path)
-    with dead_ports_avoided(tmp_path):
-        assert is_locked(tmp_path / 'fastrtps_port7411_el')
-        # One with many readers has no such lock.
-        assert names(tmp_path) == before | {'fastrtps_port7411_el'}
+    ports = DeadPorts(tmp_path)
+    assert names(tmp_path) == before | {f'{written}_el'}
+    assert is_locked(tmp_path / f'{written}_el')
+    ports.close()
+    assert names(tmp_path) == before - {written}
+    (tmp_path / written).touch()
+    ports.look()
     assert names(tmp_path) == before
 
 
-def test_what_an_old_process_or_somebody_else_has_left_is_not_avoided(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    port = 'fastrtps_port7411'
-    segment(tmp_path, port).unlink()
-    written = (tmp_path / port).stat().st_ctime
-    monkeypatch.setattr(time, 'time', lambda: written + 60)
-    with dead_ports_avoided(tmp_path):
-        assert names(tmp_path) == {port}
-    lock = segment(tmp_path, port)
+def test_ports_of_somebody_else_are_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lock = segment(tmp_path, 'fastrtps_port7411')
     monkeypatch.setattr(os, 'geteuid', lambda: 12345678)
-    with dead_ports_avoided(tmp_path):
-        assert not is_locked(lock)
-    with dead_ports_avoided(tmp_path / 'none'):
-        assert names(tmp_path) == {port, lock.name}
+    DeadPorts(tmp_path).close()
+    assert names(tmp_path) == {'fastrtps_port7411', lock.name}
+    DeadPorts(tmp_path / 'none').close()
