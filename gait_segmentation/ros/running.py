@@ -73,6 +73,7 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
         # To look for garbage among all that has been imported takes the interpreter longer than
         # everything else that it does at the end.
         gc.freeze()
+        gc.enable()
 
 
 def _run(make: Callable[[], GaitNode], arguments: list[str], ending: Ending, watch: Watch) -> int:
@@ -81,6 +82,8 @@ def _run(make: Callable[[], GaitNode], arguments: list[str], ending: Ending, wat
     understood = False
     try:
         _check(make, arguments)
+        # To look for garbage again and again would take a tenth of the start.
+        gc.disable()
         keep_freed_memory()
         silence_opencv()
         # Of whoever has asked and is gone: nobody is there to be answered.
@@ -135,8 +138,13 @@ def silence_opencv() -> None:
 
 
 async def _start(node: GaitNode) -> None:
-    if not await node.start_beside():
-        raise _NotStartedError
+    try:
+        if not await node.start_beside():
+            raise _NotStartedError
+    finally:
+        # What there is now stays, so it need not be looked at while frames come.
+        gc.freeze()
+        gc.enable()
 
 
 def _made(make: Callable[[], GaitNode]) -> GaitNode:
