@@ -187,6 +187,8 @@ def main() -> int:
     add('--styles', nargs='+', choices=('split', 'single'), default=['split', 'single'])
     options = parser.parse_args()
     prepare_environment(os.environ)
+    # An installed package has it.
+    os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
     mark = os.environ[MARK] = str(os.getpid())
     print(f'seed {options.seed}, {segments_mib():.0f} MiB in shared memory before', flush=True)
     groups = {'split': tuple(MODULES)[:3], 'single': tuple(MODULES)[3:]}

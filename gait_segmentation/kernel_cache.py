@@ -10,6 +10,7 @@ kernels are called, and the damaged ones are removed: Numba then compiles these 
 
 from __future__ import annotations
 
+import io
 import logging
 import pickletools
 import sys
@@ -52,12 +53,13 @@ def mend_kernel_cache(package: str = _PACKAGE) -> list[Path]:
 def is_damaged(path: Path) -> bool:
     """Return whether a file of the cache is not pickles from beginning to end."""
     try:
-        with path.open('rb') as file:
-            # An index is two of them: the version and the rest.  They are not loaded: that might
-            # need what this version of Numba does not have.
-            for _ in range(2 if path.suffix == '.nbi' else 1):
-                for _ in pickletools.genops(file):
-                    pass
+        # Not read bit by bit, which would take five times as long.
+        data = io.BytesIO(path.read_bytes())
+        # An index is two of them: the version and the rest.  They are not loaded: that might need
+        # what this version of Numba does not have.
+        for _ in range(2 if path.suffix == '.nbi' else 1):
+            for _ in pickletools.genops(data):
+                pass
     except OSError:
         # Another process has removed it, or nobody may read it, as Numba will say.
         return False

@@ -33,6 +33,7 @@ from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.memory import keep_freed_memory
 from gait_segmentation.ros.messages import stamp_of
 from gait_segmentation.ros.qos import BETWEEN_NODES
+from gait_segmentation.ros.shared_memory import DeadPorts
 
 __all__ = ['main', 'parser', 'publish_input']
 
@@ -245,8 +246,11 @@ def main(arguments: list[str] | None = None) -> int:
     understood = False
     try:
         options = parser().parse_args(remove_ros_args(given)[1:])
+        ports = DeadPorts()
+        ending.closes(ports.close)
         rclpy.init(args=given)
         understood = True
+        ports.start()
         node = Node('gait_source')
         ending.closes(node.destroy_node)
         published = publish_input(options, node)

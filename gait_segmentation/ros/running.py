@@ -27,7 +27,7 @@ from gait_segmentation.ros.config import CameraConfig
 from gait_segmentation.ros.ending import Ending, leave
 from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.memory import keep_freed_memory
-from gait_segmentation.ros.shared_memory import remove_dead_segments
+from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
 from gait_segmentation.ros.watch import Watch
 
 if TYPE_CHECKING:
@@ -73,6 +73,7 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
         # To look for garbage among all that has been imported takes the interpreter longer than
         # everything else that it does at the end.
         gc.freeze()
+        gc.enable()
 
 
 def _run(make: Callable[[], GaitNode], arguments: list[str], ending: Ending, watch: Watch) -> int:
@@ -81,14 +82,19 @@ def _run(make: Callable[[], GaitNode], arguments: list[str], ending: Ending, wat
     understood = False
     try:
         _check(make, arguments)
+        # To look for garbage again and again would take a tenth of the start.
+        gc.disable()
         keep_freed_memory()
         silence_opencv()
         # Of whoever has asked and is gone: nobody is there to be answered.
         warnings.filterwarnings('ignore', 'failed to send response', RuntimeWarning)
         freed = remove_dead_segments()
+        ports = DeadPorts()
+        ending.closes(ports.close)
         rclpy.init(args=arguments)
         understood = True
         get_logger(name).debug(f'{freed} bytes of shared memory of killed processes freed')
+        ports.start()
         # First: one that is made when a signal has closed the context leaves a traceback.
         executor = MessageExecutor()
         ending.closes(executor.shutdown)
@@ -132,8 +138,13 @@ def silence_opencv() -> None:
 
 
 async def _start(node: GaitNode) -> None:
-    if not await node.start_beside():
-        raise _NotStartedError
+    try:
+        if not await node.start_beside():
+            raise _NotStartedError
+    finally:
+        # What there is now stays, so it need not be looked at while frames come.
+        gc.freeze()
+        gc.enable()
 
 
 def _made(make: Callable[[], GaitNode]) -> GaitNode:

@@ -80,6 +80,30 @@ def test_the_example_of_two_nodes_in_a_process_runs_and_ends_cleanly(
     assert 'Traceback' not in output
 
 
+@pytest.mark.skipif(not Path('/dev/shm').is_dir(), reason='needs shared memory with names')
+def test_a_node_that_is_started_again_does_not_read_where_a_killed_one_did(start: Start) -> None:
+    killed = start('segmenter_node')
+    port = port_of(killed)
+    killed.kill()
+    killed.wait()
+    assert port_of(start('segmenter_node')) != port
+
+
+def port_of(process: subprocess.Popen[str]) -> str:
+    """Return the port of user data of this domain that a node reads from once it is active."""
+    assert process.stdout is not None
+    assert any('active' in line for line in process.stdout)
+    first = 7400 + 250 * int(os.environ['ROS_DOMAIN_ID'])
+    found = []
+    for each in Path(f'/proc/{process.pid}/fd').iterdir():
+        named = re.search(r'_port(\d+)_el$', str(each.readlink()))
+        # Something is written to the locks of the dead.
+        if named and 0 < int(named[1]) - first < 250 and not each.stat().st_size:
+            found.append(named[1])
+    (port,) = found
+    return port
+
+
 def test_a_parameter_that_is_not_allowed_ends_a_node_with_the_reason(start: Start) -> None:
     process = start('segmenter_node', '--ros-args', '-p', 'segmentation.prior:=magic')
     output, _ = process.communicate(timeout=TIMEOUT_S)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 from collections.abc import Callable
 from typing import Any
@@ -68,6 +69,13 @@ def test_a_start_that_fails_is_an_error() -> None:
     assert _run(lambda: False) == 1
     with pytest.raises(RuntimeError, match='not valid'):
         _run(_failing)
+
+
+def test_no_garbage_is_looked_for_before_a_node_has_started() -> None:
+    seen: list[bool] = []
+    assert _run(_shut(lambda: seen.append(gc.isenabled()) or True)) == 0
+    assert seen == [False]
+    assert gc.isenabled()
 
 
 def test_a_start_that_a_signal_breaks_off_is_none() -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import fcntl
 import os
+import time
 from pathlib import Path
 
 import pytest
 
-from gait_segmentation.ros.shared_memory import remove_dead_segments
+from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
 
 
 def segment(folder: Path, name: str, old: bool = True) -> Path:
@@ -19,6 +20,15 @@ def segment(folder: Path, name: str, old: bool = True) -> Path:
     if old:
         os.utime(lock, (1, 1))
     return lock
+
+
+def is_locked(lock: Path) -> bool:
+    with open(lock, 'rb') as other:
+        try:
+            fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+    return False
 
 
 def names(folder: Path) -> set[str]:
@@ -61,3 +71,73 @@ def test_what_belongs_to_somebody_else_is_left(
     assert remove_dead_segments(tmp_path) == 0
     assert len(names(tmp_path)) == 2
     assert remove_dead_segments(tmp_path / 'none') == 0
+
+
+def test_the_locks_of_the_dead_are_held_until_all_that_they_have_left_is_removed(
+    tmp_path: Path,
+) -> None:
+    dead = segment(tmp_path, 'fastrtps_port7411')
+    alive = segment(tmp_path, 'fastrtps_port7413')
+    looked_at = segment(tmp_path, 'fastrtps_port7415', old=False)
+    with open(alive, 'rb') as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        ports = DeadPorts(tmp_path)
+        assert is_locked(dead)
+        assert not is_locked(looked_at)
+    assert not is_locked(alive)
+    ports.look()
+    assert is_locked(alive)
+    assert len(names(tmp_path)) == 6
+    ports.close()
+    assert names(tmp_path) == {'fastrtps_port7415', looked_at.name}
+
+
+def test_those_who_die_later_are_found_and_their_ports_are_free_again_after_a_while(
+    tmp_path: Path,
+) -> None:
+    ports = DeadPorts(tmp_path, hold_s=0.0)
+    ports.start()
+    segment(tmp_path, 'fastrtps_port7411')
+    while names(tmp_path):
+        time.sleep(0.01)
+    ports.close()
+
+
+def test_a_port_is_not_held_for_longer_because_who_held_it_died(tmp_path: Path) -> None:
+    lock = segment(tmp_path, 'fastrtps_port7411')
+    ports = DeadPorts(tmp_path, hold_s=20.0)
+    assert time.time() - lock.stat().st_mtime < 20
+    found = lock.read_bytes()
+    ports.close()
+    lock = segment(tmp_path, 'fastrtps_port7411')
+    lock.write_bytes(found)
+    os.utime(lock, (time.time() - 21, time.time() - 21))
+    DeadPorts(tmp_path, hold_s=20.0)
+    assert not names(tmp_path)
+
+
+def test_at_the_start_ports_that_are_only_written_to_are_held(
+    tmp_path: Path,
+) -> None:
+    written, shared = 'fastrtps_port7411', 'fastrtps_port7413'
+    for name in (written, shared, 'fastrtps_port7415'):
+        segment(tmp_path, name).unlink()
+    (tmp_path / f'{shared}_sl').touch()
+    os.utime(tmp_path / 'fastrtps_port7415', (1, 1))
+    before = names(tmp_path)
+    ports = DeadPorts(tmp_path)
+    assert names(tmp_path) == before | {f'{written}_el'}
+    assert is_locked(tmp_path / f'{written}_el')
+    ports.close()
+    assert names(tmp_path) == before - {written}
+    (tmp_path / written).touch()
+    ports.look()
+    assert names(tmp_path) == before
+
+
+def test_ports_of_somebody_else_are_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    lock = segment(tmp_path, 'fastrtps_port7411')
+    monkeypatch.setattr(os, 'geteuid', lambda: 12345678)
+    DeadPorts(tmp_path).close()
+    assert names(tmp_path) == {'fastrtps_port7411', lock.name}
+    DeadPorts(tmp_path / 'none').close()
