@@ -20,13 +20,10 @@ from gait_segmentation.segmentation.energy import contrast_links
 from gait_segmentation.segmentation.graph_cut import minimum_cut, open_graph
 from gait_segmentation.sizes import shrink
 
-__all__ = ['finest', 'outline_term', 'refine', 'upsample']
+__all__ = ['finest', 'refine', 'upsample']
 
 _BAND = 1.0
 """Half width of the band, in pixels of the first cut."""
-
-_CLEAR, _EDGE = 3.0, 0.01
-"""Log-odds that are clear, and body heights within which both sides of a clear edge are."""
 
 _FINEST = 2.5
 """Most that the second cut is finer than the first: 320 px for a person at the standard size."""
@@ -54,31 +51,6 @@ def upsample(labels: NDArray[np.bool_], shape: tuple[int, int]) -> NDArray[np.bo
     values = labels.view(np.uint8) * np.uint8(255)
     grown = cv2.resize(values, shape[::-1], interpolation=cv2.INTER_LINEAR)
     return np.asarray(grown > 127)
-
-
-def outline_term(
-    logit: NDArray[np.float32], shape: NDArray[np.float32], height: float
-) -> NDArray[np.float32]:
-    """
-    Return the data term of the second cut, in which a shape has no say at clear edges.
-
-    A shape tells that there is a leg, but its outline is a hundredth of the body's height off.
-    Where the pixels are clearly on one side and as near clearly on the other, they know better.
-    Of who is small that is less than a pixel, and the shape stays.
-
-    :param logit: (h, w) float32, the data term of the first cut.
-    :param shape: (h, w) float32, what the shape has added to it.
-    :param height: of the body in pixels.
-    """
-    reach = int(_EDGE * height)
-    if reach == 0:
-        return logit
-    own = logit - shape
-    about = np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)
-    inside = cv2.dilate((own > _CLEAR).view(np.uint8), about)
-    outside = cv2.dilate((own < -_CLEAR).view(np.uint8), about)
-    cv2.copyTo(logit, 1 - (inside & outside), own)
-    return own
 
 
 def refine(

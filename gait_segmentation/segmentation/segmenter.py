@@ -25,7 +25,7 @@ from gait_segmentation.segmentation.inputs import (
 )
 from gait_segmentation.segmentation.learnt_colours import LearntColours
 from gait_segmentation.segmentation.paper_prior import PaperPrior
-from gait_segmentation.segmentation.refinement import finest, outline_term, refine, upsample
+from gait_segmentation.segmentation.refinement import finest, refine, upsample
 from gait_segmentation.segmentation.shape_prior import ShapeTerms, shape_terms
 from gait_segmentation.segmentation.thin_parts import loosen_thin_parts
 from gait_segmentation.sizes import shrink
@@ -196,9 +196,7 @@ class Segmenter:
         known = None if terms.psi is None else prior > 127
         labels = keep_supported(labels, support, known, body.height, evidence)
         labels = fill_holes(labels, self.config.hole_area * body.height**2)
-        if terms.logit is None:
-            return labels, logit
-        return labels, outline_term(logit, terms.logit, body.height)
+        return labels, logit
 
     def _cut_by_colours(
         self,

@@ -38,7 +38,7 @@ class StartingConfig(StageConfig):
         maximum=400.0,
     )
     watch: float = parameter(
-        0.5,
+        0.25,
         'How long somebody must be seen to walk. Lower values start earlier, higher ones '
         'make fewer errors.',
         unit='s',
@@ -46,7 +46,7 @@ class StartingConfig(StageConfig):
         maximum=5.0,
     )
     least_way: float = parameter(
-        0.15,
+        0.08,
         'Distance that somebody must have covered, or grown by, before getting a slot.',
         unit='body height',
         minimum=0.0,

@@ -6,9 +6,8 @@ The first mask from a box alone: a joint estimate over views, colours and the cu
 For each direction of walking, expectation maximisation alternates between the colours of person
 and surroundings, the weights of the templates laid onto the box, and a graph cut.  Templates whose
 outlines run along edges of the image count more.  The directions then vote, each with a weight by
-how well its result separates the colours, follows the image's edges and resembles a template.  If
-the mask leans, be it little, the best directions are tried once more with templates that lean as
-much.
+how well its result separates the colours and resembles a template.  If the mask leans, be it
+little, the best directions are tried once more with templates that lean as much.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ _FIRST_SHARE, _LATER_SHARE, _FIRST_ROUNDS = 0.3, 0.7, 2
 _LIKELIHOOD_PRIOR, _CUT_PRIOR = 0.5, 0.45
 _TEMPERATURE = 0.03
 _MASK_SHARE = 0.9
-_EDGE_WEIGHT, _FIT_WEIGHT = 0.3, 0.3
+_FIT_WEIGHT = 0.3
 _FIRST_SUPPORT, _LATER_SUPPORT, _SUPPORT_WEIGHT = 20.0, 0.5, 0.7
 """
 What the edges under a template's outline count: as a logarithm of its first weight, against the
@@ -234,33 +233,20 @@ def _maximise(hypothesis: Hypothesis, scene: FirstScene, rounds: int) -> _Result
         prior = _logit_of(soft)
         data = logit + np.float32(_CUT_PRIOR) * prior
         labels = scene.cut(data)
-        missing = scene.unreached(labels) if number + 1 == rounds else None
-        if missing is not None:
-            labels = scene.cut(data + prior * missing)
         share = _LATER_SHARE if number + 1 >= _FIRST_ROUNDS else _FIRST_SHARE
         weight = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft
         colours.learn(weight, 1 - weight, share)
-    score = _score(hypothesis, scene, labels, colours.overlap())
+    score = _score(hypothesis, labels, colours.overlap())
     score += _SUPPORT_WEIGHT * float(support[best])
     return _Result(hypothesis, labels, score, best)
 
 
-def _score(
-    hypothesis: Hypothesis,
-    scene: FirstScene,
-    labels: NDArray[np.bool_],
-    overlap: float,
-) -> float:
-    """Say how good a result is: separation of colours, edges under the outline, fit."""
+def _score(hypothesis: Hypothesis, labels: NDArray[np.bool_], overlap: float) -> float:
+    """Say how good a result is: separation of colours, and fit."""
     if not labels.any():
         return -1.0
-    area = labels.astype(np.uint8)
-    outline = cv2.morphologyEx(area, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)) > 0
-    outline &= scene.inside
-    level = float(scene.gradient[scene.inside].mean())
-    edge = float(scene.gradient[outline].mean()) / max(level, 1e-6) if outline.any() else 0.0
     fit = float(hypothesis.similarities(labels.astype(np.float32)).max())
-    return -overlap + _EDGE_WEIGHT * edge + _FIT_WEIGHT * fit
+    return -overlap + _FIT_WEIGHT * fit
 
 
 def _sigmoid(logit: NDArray[np.float32]) -> NDArray[np.float32]:

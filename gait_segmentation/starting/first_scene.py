@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import cv2
@@ -13,7 +12,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import body_rows, colour_bins
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window
 from gait_segmentation.segmentation.energy import contrast_links, mean_contrast
 from gait_segmentation.segmentation.graph_cut import decided, minimum_cut, open_graph
 from gait_segmentation.starting.barrier import barrier_logit
@@ -34,12 +32,6 @@ _CHROMA_GAIN = 2.0
 _EDGE_LEVEL, _EDGE_SHARE = 8.0, 0.5
 """Steepness that is half an edge: Sobel's response, and a share of its median in the box."""
 
-_SHORT, _OVERLAP = 0.05, 0.04
-"""
-By how much a mask may miss a side of the box, and how far what is missing is taken to reach into
-it, in heights.
-"""
-
 
 @dataclass(frozen=True)
 class FirstScene:
@@ -48,20 +40,17 @@ class FirstScene:
 
     ``lab`` is (h, w, 3) uint8, ``inside`` (h, w) bool, where the person may be, ``colours`` are
     learnt anew for each hypothesis, ``evidence`` (h, w) float32 are log-odds of the person that
-    do not change, ``gradient`` (h, w) float32 is how steep the image is and ``height`` the box's.
-    ``edges`` (2, h, w) float32 is the direction across edges, x and y, as long as they are sure
-    (0..1).  ``box`` is the box's rows and columns if it is known to be tight, else None.
+    do not change, and ``height`` is the box's.  ``edges`` (2, h, w) float32 is the direction
+    across edges, x and y, as long as they are sure (0..1).
     """
 
     lab: NDArray[np.uint8]
     inside: NDArray[np.bool_]
     colours: SoftColours
     evidence: NDArray[np.float32]
-    gradient: NDArray[np.float32]
     edges: NDArray[np.float32]
     contrast: float
     height: float
-    box: Window | None
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -72,33 +61,6 @@ class FirstScene:
         """Return the same scene with the height bands of a leaning body."""
         rows = body_rows(self.shape, (0, 0), (box.center_x, box.center_y), box.height, angle)
         return replace(self, colours=self.colours.with_rows(rows))
-
-    def unreached(self, labels: NDArray[np.bool_]) -> NDArray[np.bool_] | None:
-        """
-        Return where the person misses a side of the tight box, (h, w) bool; None if nowhere.
-
-        (A tight box is touched by what is in it at all sides: Lempitsky, Kohli, Rother and Sharp,
-        ICCV 2009.)
-
-        :param labels: (h, w) bool, a mask.
-        """
-        found = Box.around(labels)
-        if self.box is None or found is None:
-            return None
-        missing = np.zeros(self.shape, np.bool_)
-        part = missing[self.box]
-        short, overlap = _SHORT * self.height, math.ceil(_OVERLAP * self.height)
-        top, left = (int(each.start) for each in self.box)
-        ends = (
-            (part, int(found.y) - top),
-            (part[::-1], int(self.box[0].stop) - int(found.bottom)),
-            (part.T, int(found.x) - left),
-            (part.T[::-1], int(self.box[1].stop) - int(found.right)),
-        )
-        for lines, gap in ends:
-            if gap > short:
-                lines[: gap + overlap] = True
-        return missing if missing.any() else None
 
     def cut(self, logit: NDArray[np.float32]) -> NDArray[np.bool_]:
         """Return the cut of least energy with a data term, (h, w) float32."""
@@ -131,7 +93,6 @@ def first_scene(
         np.asarray(cv2.Sobel(smooth, cv2.CV_32F, *order, ksize=3), np.float32)
         for order in ((1, 0), (0, 1))
     )
-    gradient = np.sqrt(across**2 + down**2).sum(axis=2)
     evidence = np.float32(_BARRIER_WEIGHT) * barrier_logit(lab, inside)
     if known is not None:
         evidence += known * inside
@@ -145,8 +106,7 @@ def first_scene(
     )
     contrast = mean_contrast(open_graph(np.where(inside, 0, -1).astype(np.int8)), lab)
     edges = _edges(across, down, inside)
-    tight = box.slices(shape[1], shape[0]) if known is None else None
-    return FirstScene(lab, inside, colours, evidence, gradient, edges, contrast, box.height, tight)
+    return FirstScene(lab, inside, colours, evidence, edges, contrast, box.height)
 
 
 def _edges(
