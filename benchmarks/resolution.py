@@ -33,9 +33,9 @@ import cv2
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.evaluation.metrics import score_frame
-from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.warm_up import warm_up
 

@@ -1,11 +1,10 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Windows of padded images, and the interface of the kernels."""
+"""Windows of padded images."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numba import njit
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 
-__all__ = ['Kernel', 'WindowGrid', 'check_templates']
+__all__ = ['WindowGrid', 'check_templates']
 
 _MOST_PIXELS = (2**31 - 1) // 255
 
@@ -93,20 +92,6 @@ class WindowGrid:
                 f'images must be (scales, {height}, {width}) uint8, got '
                 f'{images.shape} {images.dtype}'
             )
-
-
-class Kernel(Protocol):
-    """What all kernels can do."""
-
-    def common_area(self, images: NDArray[np.uint8]) -> NDArray[np.int32]:
-        """
-        Return C = sum of min(likelihood, template) for every template and window.
-
-        :param images: (S, *grid.image_shape) uint8.
-        :returns: (K, S, rows, columns) int32, valid until the next call.
-        :raises InputError: if the images do not fit the grid.
-        """
-        ...
 
 
 def check_templates(templates: NDArray[np.uint8], grid: WindowGrid) -> None:
