@@ -40,8 +40,8 @@ from gait_segmentation.evaluation.report import aligned, tracking_table, write_j
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.session import Session, load_sequences
 from gait_segmentation.evaluation.settings import overridden, replaced
+from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
-from gait_segmentation.warm_up import warm_up
 
 Numbers = dict[str, Any]
 
@@ -258,7 +258,7 @@ def main() -> None:
     if options.json is not None:
         check_file(options.json)
     fixed = [setting.partition('=')[0].strip() for setting in options.set]
-    warm_up(config)
+    compile_kernels()
     report: Numbers = {'bars': []}
     keep = contextlib.nullcontext(options.keep) if options.keep else tempfile.TemporaryDirectory()
     with keep as root:

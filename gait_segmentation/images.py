@@ -10,6 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
+from gait_segmentation.kernels import kernel
 
 __all__ = [
     'Bounds',
@@ -67,7 +68,7 @@ def bounding_box(mask: NDArray[np.uint8]) -> Bounds:
     return left, top, right - left, bottom - top
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[::1], i8')
 def _bounds(pixels: NDArray[np.uint8], width: int) -> tuple[int, int, int, int]:
     """Return left, top, right and bottom of what is not zero, row by row; all zero if nothing."""
     # What is empty before and after is passed over by blocks of words.
@@ -112,7 +113,7 @@ def _is_empty(words: NDArray[np.uint64]) -> bool:
     return some == 0
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1]', 'u1[:,:]')
 def count_likely(image: NDArray[np.uint8]) -> int:
     """Return how many pixels of a (h, w) uint8 likelihood, mask or template are above 127."""
     total, counts = 0, np.zeros(image.shape[1], np.uint8)

@@ -182,8 +182,8 @@ def evaluate(options: argparse.Namespace) -> None:
     if options.out is not None:
         make_folder('--out', options.out)
     # Here, so that --help does not wait for the kernels to be loaded.
+    from gait_segmentation.kernels import compile_kernels
     from gait_segmentation.pipeline import Pipeline, PipelineConfig
-    from gait_segmentation.warm_up import warm_up
 
     to_output = options.json == _OUTPUT
     say = partial(print, file=sys.stderr if to_output else sys.stdout)
@@ -204,7 +204,7 @@ def evaluate(options: argparse.Namespace) -> None:
         fixed=frozenset(setting.partition('=')[0].strip() for setting in settings),
     )
     with compiling(lambda text: print(f'gait_evaluate: {text}', file=sys.stderr)):
-        warm_up(config)
+        compile_kernels()
     report = session.evaluate(config, options.out)
     say(f'{table(report)}\n\n{tracking_table(report)}')
     if options.ablate == 'priors':

@@ -17,6 +17,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
+
 __all__ = ['draw', 'hull_outline']
 
 _DIRECTIONS = 96  # corners of an outline
@@ -81,7 +83,7 @@ def _fill(outline, label, canvas, left, right):  # type: ignore[no-untyped-def]
             canvas[row, column] = label
 
 
-@njit(cache=True, nogil=True)
+@kernel('f8[:,::1], f8[:,:,::1], i8[::1], i8[::1], u1[::1], i8, u1[:,::1]')
 def _draw(centers, axes, members, starts, labels, directions, canvas):  # type: ignore[no-untyped-def]
     angles = 2.0 * math.pi / directions * np.arange(directions)
     cosine, sine = np.cos(angles), np.sin(angles)

@@ -7,12 +7,16 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.scores import FLOOR
 
 __all__ = ['trace']
 
 
-@njit(cache=True, nogil=True)
+@kernel(
+    'i2[:,::1], i4[:,::1], i8[::1], i2[:,::1], i8[::1], i8[:,::1], i8[:,::1], i4[:,::1], '
+    'i2[:,::1], i8, i8[:,::1], i8[:,::1]'
+)
 def trace(  # type: ignore[no-untyped-def]
     rows,
     where,

@@ -12,12 +12,14 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from gait_segmentation.kernels import kernel
+
 __all__ = ['advance', 'carry', 'diffuse']
 
 _BLOCK = 16
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel('f8[:,:,:,::1], f8', fastmath=True)
 def diffuse(belief, share):  # type: ignore[no-untyped-def]
     """
     Let neighbouring views, heights and rows exchange a share, in place; its own adjoint.
@@ -65,7 +67,7 @@ def carry(belief, turn, exchange, result):  # type: ignore[no-untyped-def]
         _carry_cell(belief[cell], turn, exchange, row, out, result[cell])
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel('f8[:,:,::1], f8[:,::1], f8, f8, f8[:,::1], f8[:,::1], f8[:,:,::1]', fastmath=True)
 def advance(belief, turn, exchange, kept, prior, likelihood, result):  # type: ignore[no-untyped-def]
     """
     Put the belief a frame later into ``result``.

@@ -11,6 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
+from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.builds import builds_of
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.placements import Sampled
@@ -128,7 +129,7 @@ def _nearest(bank: TemplateBank, view: int, among: NDArray[np.bool_]) -> int:
     return int(np.where(among, away, np.inf).argmin())
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,:,::1], i8[::1], i8, UniTuple(i8, 2), UniTuple(i8, 3), u1[:,::1], u1[:,::1], b1')
 def _best_near(  # type: ignore[no-untyped-def]
     templates, views, phase, place, windows, image, known, all_known
 ):

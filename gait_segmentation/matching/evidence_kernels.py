@@ -7,12 +7,18 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from gait_segmentation.kernels import kernel
+
 __all__ = ['compare', 'pair']
 
 _ALL = 255
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel(
+    'f4[:,:,::1], f4[:,::1], f4[:,:,:,:,::1], f4[:,:,:,:,::1], b1, UniTuple(f8, 2), '
+    'UniTuple(i8, 3), b1[:,:,::1], f8[::1], f8[:,:,:,::1]',
+    fastmath=True,
+)
 def compare(  # type: ignore[no-untyped-def]
     templates, squares, values, seen, all_seen, levels, part, wanted, weights, result
 ):
@@ -98,7 +104,7 @@ def _squared(template, lines):  # type: ignore[no-untyped-def]
     return first, second, third
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel('u1[:,:,::1], u1[:,:,::1], f4[:,:,:,:,::1], f4[:,:,:,:,::1]', fastmath=True)
 def pair(images, masks, values, seen):  # type: ignore[no-untyped-def]
     """
     Put the means of 2 x 2 known pixels into ``values`` and what is known into ``seen``, in 0..1.

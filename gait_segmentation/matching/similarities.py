@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.builds import BuildKernels
 from gait_segmentation.matching.placements import Sampled
 from gait_segmentation.matching.search_range import SearchRange
@@ -113,7 +114,7 @@ def _line(values: NDArray[np.generic], pitch: int) -> NDArray[np.int32]:
     return result
 
 
-@njit(cache=True, nogil=True)
+@kernel('i4[:,::1], i4[::1], i4[::1], i2[:,::1], i4[::1]')
 def _compare(common, area, cost, maps, whole):  # type: ignore[no-untyped-def]
     """
     Put the similarities of a build into ``maps``, where all is known.
@@ -132,7 +133,7 @@ def _compare(common, area, cost, maps, whole):  # type: ignore[no-untyped-def]
             result[j] = np.int16(np.int32(share * np.float32(UNIT) + np.float32(0.5)) - cost[j])
 
 
-@njit(cache=True, nogil=True)
+@kernel('i4[:,::1], i4[::1], i4[::1], i2[:,::1], i4[::1], i4[:,::1]')
 def _compare_seen(common, area, cost, maps, least, seen):  # type: ignore[no-untyped-def]
     """
     Do the same with areas G over the known pixels.
@@ -144,7 +145,10 @@ def _compare_seen(common, area, cost, maps, least, seen):  # type: ignore[no-unt
         _compare_row(common[row], area, seen[row], least[row], cost, maps[row])
 
 
-@njit(cache=True, nogil=True)
+@kernel(
+    'i4[:,::1], i4[::1], i4[::1], i2[:,::1], i4[::1], i4[:,::1], i8[:,::1], b1, i8, '
+    'UniTuple(i8, 2), UniTuple(i8, 3)'
+)
 def _compare_between_lines(  # type: ignore[no-untyped-def]
     common, area, cost, maps, least, sums, spans, by_column, step, first, shape
 ):

@@ -15,6 +15,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
+
 __all__ = ['KnownLines', 'LineSums']
 
 
@@ -69,7 +71,7 @@ class LineSums:
         return self._sums[axis]
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], i8[:,::1]')
 def _row_spans(known, spans):  # type: ignore[no-untyped-def]
     """Find between which rows all is known; return False if that does not tell the mask."""
     line = np.empty(known.shape[1], np.uint8)
@@ -83,7 +85,7 @@ def _row_spans(known, spans):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], i8[:,::1]')
 def _column_spans(known, spans):  # type: ignore[no-untyped-def]
     """Do the same for columns."""
     for scale in range(len(known)):

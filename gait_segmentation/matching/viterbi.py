@@ -12,6 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.scores import FLOOR
 
 __all__ = ['advance', 'shifted']
@@ -22,7 +23,10 @@ _NOWHERE = 2 * FLOOR
 """Score of body heights there are not: at the floor, also where the best score is negative."""
 
 
-@njit(cache=True, nogil=True)
+@kernel(
+    'i2[:,::1], i4[::1], i4[::1], i2, i2, i2[::1], i4[:,::1], i2[:,::1], i2, '
+    'UniTuple(i8, 3), i2[:,::1], i4[::1], i2[:,::1]'
+)
 def advance(  # type: ignore[no-untyped-def]
     rows,
     before,
@@ -176,7 +180,9 @@ def _largest(scores):  # type: ignore[no-untyped-def]
     return largest
 
 
-@njit(cache=True, nogil=True)
+@kernel(
+    'i2[:,::1], i4[::1], i4[::1], i8, UniTuple(i8, 3), UniTuple(i8, 3), UniTuple(i8, 2), i8[::1]'
+)
 def shifted(rows, before, after, phases, old, new, lanes, shift):  # type: ignore[no-untyped-def]
     """
     Move all scores by whole placements.

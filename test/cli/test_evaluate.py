@@ -20,9 +20,7 @@ def pipeline(monkeypatch):
     module.Pipeline = FakePipeline
     module.PipelineConfig = FakePipelineConfig
     monkeypatch.setitem(sys.modules, 'gait_segmentation.pipeline', module)
-    warm_up = ModuleType('gait_segmentation.warm_up')
-    warm_up.warm_up = lambda config: None
-    monkeypatch.setitem(sys.modules, 'gait_segmentation.warm_up', warm_up)
+    monkeypatch.setattr('gait_segmentation.kernels.compile_kernels', lambda: None)
     threads = cv2.getNumThreads()
     yield module
     cv2.setNumThreads(threads)

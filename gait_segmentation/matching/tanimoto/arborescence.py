@@ -8,6 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
+
 __all__ = ['minimum_arborescence']
 
 _RUN = 512
@@ -30,7 +32,7 @@ def minimum_arborescence(
     return _prim(pixels)
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1]')
 def _prim(pixels):  # type: ignore[no-untyped-def]
     count, size = pixels.shape
     distance = np.empty(count, np.int64)

@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.tanimoto.arborescence import minimum_arborescence
 
 __all__ = ['GROUP', 'PAIR', 'EventProgram', 'in_order', 'make_program']
@@ -141,7 +142,7 @@ def in_order(program: EventProgram) -> tuple[EventProgram, NDArray[np.int32]]:
     return replace(program, target=row[program.target], base=row[program.base]), place
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], i8[::1], i8[::1]')
 def _count(pixels, order, parents):  # type: ignore[no-untyped-def]
     """Return the number of events and the sum of their spans."""
     events, spans = 0, 0
@@ -156,7 +157,7 @@ def _count(pixels, order, parents):  # type: ignore[no-untyped-def]
     return events, spans
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], i8[::1], i8[::1], i8[::1], u1[::1], u1[::1], i4[:,::1], i4[:,::1]')
 def _code(pixels, order, parents, where, lo, span, rows, bounds):  # type: ignore[no-untyped-def]
     """
     Write the program; the other arguments are as in :class:`EventProgram`, with room to spare.

@@ -11,6 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
+from gait_segmentation.kernels import kernel
 
 __all__ = ['WindowGrid', 'check_templates']
 
@@ -117,7 +118,7 @@ def check_templates(templates: NDArray[np.uint8], grid: WindowGrid) -> None:
         )
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], i8, i8, i8, i4[:,:,::1]')
 def _sum_up(images, height, width, step, result):  # type: ignore[no-untyped-def]
     """Put the sums over all windows into ``result``, (S, rows, columns) int32, by running sums."""
     sums = np.empty(images.shape[2], np.int32)
