@@ -24,6 +24,7 @@ from gait_segmentation.ego_motion.sampling import FIRST, pair_of
 from gait_segmentation.ego_motion.world_motion import Ground
 from gait_segmentation.geometry import Box, carry, scaling
 from gait_segmentation.images import bounding_box
+from gait_segmentation.kernels import kernel
 
 __all__ = ['GroundFinder', 'ground_of']
 
@@ -196,7 +197,7 @@ def ground_of(
     return Ground(motion, round(row))
 
 
-@njit(cache=True, nogil=True)
+@kernel('f8[::1], f8[:,::1], f8[::1]')
 def _agreed(
     rows: NDArray[np.float64], off: NDArray[np.float64], line: NDArray[np.float64]
 ) -> tuple[float, float]:

@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.sampling import FIRST, pair_of
+from gait_segmentation.kernels import kernel
 
 __all__ = ['camera_motion']
 
@@ -61,7 +62,7 @@ def _similarity(
     return transform if found else None
 
 
-@njit(cache=True, nogil=True)
+@kernel('f8[:,::1], f8[:,::1], f8[:,::1]')
 def _agreed(
     then: NDArray[np.float64], now: NDArray[np.float64], transform: NDArray[np.float64]
 ) -> bool:
