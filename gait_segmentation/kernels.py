@@ -46,12 +46,14 @@ def kernel(*calls: str, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     Have Numba compile a function, without the interpreter's lock, and keep the result.
 
     :param calls: types of all arguments, as Numba writes them (``'uint8[:,::1], float64'``): one
-        string for each way in which the stages call the kernel from Python.
+        string for each way in which the stages call the kernel from Python, none if only other
+        kernels do.
     :param options: of ``numba.njit``, such as ``fastmath``.
     """
 
     def made(function: Callable[..., Any]) -> Any:
-        compiled = njit(cache=True, nogil=True, **options)(function)
+        # Nobody calls kernels from C, and without what that needs they are compiled sooner.
+        compiled = njit(cache=True, nogil=True, no_cfunc_wrapper=True, **options)(function)
         _declared.extend(_Declared(compiled, types) for types in calls)
         return compiled
 

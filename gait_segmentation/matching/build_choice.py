@@ -7,7 +7,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
@@ -160,7 +159,7 @@ def _best_near(  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _tanimoto(template, image, known, all_known, top, left):  # type: ignore[no-untyped-def]
     """Return the similarity of a template at a place over the known pixels."""
     height, width = template.shape

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from gait_segmentation.kernels import kernel
 
@@ -72,7 +71,7 @@ def compare(  # type: ignore[no-untyped-def]
                     result[view, tall, down, phase] = weights[tall] * best
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _cut(image, top, left, width, line):  # type: ignore[no-untyped-def]
     """Put the rows of a part of an image one after the other into a line."""
     for row in range(len(line) // width):
@@ -81,7 +80,7 @@ def _cut(image, top, left, width, line):  # type: ignore[no-untyped-def]
             target[column] = source[left + column]
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel(fastmath=True)
 def _alike(template, lines):  # type: ignore[no-untyped-def]
     """Return the products of a template with three lines."""
     first, second, third = np.float32(0), np.float32(0), np.float32(0)
@@ -92,7 +91,7 @@ def _alike(template, lines):  # type: ignore[no-untyped-def]
     return first, second, third
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel(fastmath=True)
 def _squared(template, lines):  # type: ignore[no-untyped-def]
     """Return the products of a template's squares with three lines."""
     first, second, third = np.float32(0), np.float32(0), np.float32(0)

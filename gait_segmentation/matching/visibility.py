@@ -12,7 +12,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
@@ -98,7 +97,7 @@ def _column_spans(known, spans):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _all_are(line, value):  # type: ignore[no-untyped-def]
     differ = np.uint8(0)
     for x in range(len(line)):
@@ -106,7 +105,7 @@ def _all_are(line, value):  # type: ignore[no-untyped-def]
     return differ == 0
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _equal(line, other):  # type: ignore[no-untyped-def]
     differ = np.uint8(0)
     for x in range(len(line)):
@@ -114,7 +113,7 @@ def _equal(line, other):  # type: ignore[no-untyped-def]
     return differ == 0
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _span(line, span):  # type: ignore[no-untyped-def]
     """Find the first element that is set and the first one after that is not, if that is all."""
     first, last, count = len(line), 0, 0

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame
@@ -122,7 +121,7 @@ def _prepare(
         counts[row] = count
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _gain(
     sums: NDArray[np.int32],
     runs: NDArray[np.int32],

@@ -7,7 +7,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
@@ -140,13 +139,13 @@ def _sum_up(images, height, width, step, result):  # type: ignore[no-untyped-def
                 result[scale, row, column] = total
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _add(line, sums):  # type: ignore[no-untyped-def]
     for x in range(len(sums)):
         sums[x] += np.int32(line[x])
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _subtract(line, sums):  # type: ignore[no-untyped-def]
     for x in range(len(sums)):
         sums[x] -= np.int32(line[x])
