@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.corners import strength_of, strongest
@@ -235,7 +234,7 @@ def _agreed(
     return most / count, without / count
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _weigh(
     rows: NDArray[np.float64],
     off: NDArray[np.float64],
@@ -252,7 +251,7 @@ def _weigh(
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _fit(
     rows: NDArray[np.float64],
     off: NDArray[np.float64],

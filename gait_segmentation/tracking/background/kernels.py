@@ -107,7 +107,8 @@ def count_misplacements(
     span = slice(4 * left, 4 * right)
     lightness_of_row(sums[top].reshape(-1)[span], 1.0, means[2], known[2])
     for row in range(top + 1, bottom - 1, 2):
-        means[0], known[0] = means[2], known[2]
+        for col in range(columns):
+            means[0, col], known[0, col] = means[2, col], known[2, col]
         lightness_of_row(sums[row].reshape(-1)[span], 1.0, means[1], known[1])
         lightness_of_row(sums[row + 1].reshape(-1)[span], 1.0, means[2], known[2])
         above, here, below = means[0], means[1], means[2]
