@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.images import Window
+from gait_segmentation.kernels import kernel
 from gait_segmentation.lab import NO_GRADIENT
 from gait_segmentation.tracking.background.model import BackgroundModel
 
@@ -85,7 +86,7 @@ def tint_of(
     return np.float32(level) - neutral - ratio * (known / count - neutral)
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@kernel(error_model='numpy')
 def settle_places(seen: NDArray[np.float32], few: float, share: NDArray[np.float32]) -> None:
     """
     Smooth by 1 2 3 2 1 along each axis what share of the background is in the shadow.

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel
 from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.kernels import kernel
 from gait_segmentation.lab import BLACK
 from gait_segmentation.tracking.background.kernels import SURE_COUNT
 from gait_segmentation.tracking.likelihood.backdrop import (
@@ -189,7 +190,11 @@ def _depth_and_tint(
     return depth, int(a), int(b)
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@kernel(
+    'u1[:,:,::1], f4[:,:,::1], i8, i8, u1[:,::1], u1[:,::1], u1[:,::1], i8, i8, '
+    'UniTuple(f8, 3), f8, f8, f4[:,:,::1], f4[:,:,::1]',
+    error_model='numpy',
+)
 def _learn(
     lab: NDArray[np.uint8],
     sums: NDArray[np.float32],
@@ -233,7 +238,7 @@ def _learn(
                 seen[1, down, across] += np.float32(1)
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@kernel('f4[:,:,::1], f4[:,:,::1], f4[:,:,::1], f4[:,::1]', error_model='numpy')
 def _settle(
     counts: NDArray[np.float32],
     seen: NDArray[np.float32],
@@ -255,7 +260,11 @@ def _settle(
     settle_places(seen, _FEW, share)
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@kernel(
+    'f4[:,::1], u1[:,:,::1], u2[:,::1], f4[:,::1], f4[:,:,::1], i8, i8, f4[:,::1], '
+    'UniTuple(f8, 3), f8, f8, f4[:,:,::1], f4[:,::1], f8',
+    error_model='numpy',
+)
 def _weigh(
     logit: NDArray[np.float32],
     lab: NDArray[np.uint8],

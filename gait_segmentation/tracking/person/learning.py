@@ -8,11 +8,11 @@ from collections.abc import Callable
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import scaling
 from gait_segmentation.images import Bounds, Window, bounding_box, count_likely
+from gait_segmentation.kernels import kernel
 from gait_segmentation.results import Feedback
 from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.person.person import Person
@@ -136,7 +136,7 @@ def without_world(
     about_mask[:] = part
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], u1[:,::1], f4[:,::1], f8')
 def _clear(
     mask: NDArray[np.uint8], near: NDArray[np.uint8], evidence: NDArray[np.float32], most: float
 ) -> None:
