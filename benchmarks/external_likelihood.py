@@ -41,6 +41,7 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.evaluation.metrics import score_frame, true_box
 from gait_segmentation.evaluation.output import write_image
@@ -48,10 +49,9 @@ from gait_segmentation.evaluation.report import aligned
 from gait_segmentation.evaluation.runner import run_sequence
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.session import load_sequences
-from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.evaluation.truth import PERSON
-from gait_segmentation.pipeline import Pipeline, PipelineConfig
-from gait_segmentation.warm_up import warm_up
+from gait_segmentation.kernels import compile_kernels
+from gait_segmentation.pipeline import Pipeline
 
 NAME = 'heat'
 MOST = 0.6
@@ -215,7 +215,7 @@ def main() -> int:
     add('--json', type=Path, metavar='FILE', help='write the figures here')
     options = parser.parse_args()
     cv2.setNumThreads(1)
-    warm_up(PipelineConfig())
+    compile_kernels()
     rows = [['sequence', 'error % before', 'after', 'ratio', 'J after']]
     report: dict[str, Any] = {}
     with tempfile.TemporaryDirectory() as temporary:

@@ -190,7 +190,7 @@ def run(transport: str, options: argparse.Namespace, logs: Path, until_s: float)
     from hostile.kinds import Aim
     from hostile.nodes import Client, Graphs
 
-    from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
+    from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 
     names = kinds_for(transport, options.only)
     if not names:

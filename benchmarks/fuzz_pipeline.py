@@ -46,11 +46,11 @@ from by_lot.settings import bank_by_lot, changed_by_lot, config_by_lot
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box, check_matched_box, check_start_box
+from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.matching import PeopleMatcher
-from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
+from gait_segmentation.pipeline import FrameResult, Pipeline
 from gait_segmentation.results import TrackResult
 from gait_segmentation.segmentation import PeopleSegmenter
-from gait_segmentation.warm_up import warm_up
 
 LARGE = 4e5
 """Pixels from which sequences are short."""
@@ -243,7 +243,7 @@ def play_all(seeds: Iterable[int], total: int, until: float, processes: int) -> 
     under_way: dict[Future[Played], int] = {}
     context = multiprocessing.get_context('spawn')
     with (
-        ProcessPoolExecutor(processes, context, warm_up, (PipelineConfig(),)) as pool,
+        ProcessPoolExecutor(processes, context, compile_kernels) as pool,
         tqdm(total=total, disable=None, leave=False) as bar,
     ):
         while True:

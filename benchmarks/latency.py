@@ -74,7 +74,7 @@ def write_clip(folder: Path, size: tuple[int, int], count: int) -> Box:
     """Write ``count`` frames of somebody who walks to and fro; return the first box."""
     import cv2
 
-    from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
+    from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 
     clip = SyntheticSequence(
         SyntheticConfig(

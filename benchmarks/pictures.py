@@ -23,18 +23,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
-from synthetic import config_of, picture_of
 from tqdm import tqdm
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from benchmarks.synthetic import SyntheticSequence
+from benchmarks.walkers import config_of, picture_of
 from gait_segmentation.cli.clip import CLIP_BOX, CLIP_START, demo_clip
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.drawing import Image, draw_label
 from gait_segmentation.evaluation.output import TILE_HEIGHT, TILE_SIZE, tile, write_image
 from gait_segmentation.evaluation.runner import Outcome, run
 from gait_segmentation.evaluation.settings import replaced
-from gait_segmentation.evaluation.synthetic import SyntheticSequence
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.sheets import contact_sheet, region_about

@@ -33,11 +33,11 @@ import cv2
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.evaluation.metrics import score_frame
-from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
-from gait_segmentation.pipeline import Pipeline, PipelineConfig
-from gait_segmentation.warm_up import warm_up
+from gait_segmentation.kernels import compile_kernels
+from gait_segmentation.pipeline import Pipeline
 
 SIZES = ((640, 360), (854, 480), (1920, 1080))
 STAGES = ('tracking', 'matching', 'segmentation', 'total')
@@ -103,7 +103,7 @@ def main() -> int:
     add('--json', type=Path, metavar='FILE', help='write the figures here')
     options = parser.parse_args()
     cv2.setNumThreads(1)
-    warm_up(PipelineConfig())
+    compile_kernels()
     reports, fine = {}, True
     for person in options.people:
         report = measure(person, options.frames, options.seed)

@@ -27,10 +27,9 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from latency import FLOW_OUT_S, STYLES, Listener, resident_mib, start
-
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from benchmarks.latency import FLOW_OUT_S, STYLES, Listener, resident_mib, start
 from gait_segmentation.cli.demo import prepare_environment
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
 from gait_segmentation.cli.tool import run_tool
@@ -57,7 +56,7 @@ def write_film(folder: Path) -> None:
     import cv2
     import numpy as np
 
-    from gait_segmentation.evaluation.synthetic.scenes import scene
+    from benchmarks.synthetic.scenes import scene
 
     noise = np.random.default_rng(0)
     number = 0

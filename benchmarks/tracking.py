@@ -6,16 +6,19 @@ Run the synthetic scenes, with boxes and without, and print what tracking must s
 Prints the scores of every scene, the bars with what was measured, and what the tracking stage
 takes a frame for one to five people (CPU time of all threads: other programs do not count) and
 frames per second of the whole pipeline with five (time on the clock: leave the machine alone).
-Sequence folders given with ``--data`` are held to the bars of real clips.  Usage::
+Sequence folders given with ``--data`` are held to the bars of real clips.  ``--keep`` writes the
+scenes as sequence folders with labels.  Usage::
 
     python benchmarks/tracking.py [--scenes crossing pillar ...] [--seeds 1] [--json FILE]
-        [--data ../data/hall ../data/shopfront ...] [--set STAGE.PARAM=VALUE]
+        [--data ../data/hall ../data/shopfront ...] [--set STAGE.PARAM=VALUE] [--keep DIR]
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
+import inspect
 import itertools
 import statistics
 import sys
@@ -30,15 +33,15 @@ from tqdm import tqdm
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from benchmarks.synthetic.scenes import SCENES, scene
 from gait_segmentation.cli.tool import check_file, run_tool
 from gait_segmentation.evaluation.means import mean_tracking
 from gait_segmentation.evaluation.report import aligned, tracking_table, write_json
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.session import Session, load_sequences
 from gait_segmentation.evaluation.settings import overridden, replaced
-from gait_segmentation.evaluation.synthetic.scenes import SCENES, scene
+from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
-from gait_segmentation.warm_up import warm_up
 
 Numbers = dict[str, Any]
 
@@ -227,12 +230,17 @@ def speed(config: PipelineConfig, seed: int, threads: int) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
+    parser = argparse.ArgumentParser(
+        description=__doc__.split('\n\n')[0],
+        epilog='\n'.join(f'{name:16}{inspect.getdoc(make)}' for name, make in SCENES.items()),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
     parser.add_argument('--scenes', nargs='*', choices=list(SCENES), default=list(SCENES))
     parser.add_argument('--seeds', type=int, default=1, help='how many of each scene')
     parser.add_argument('--data', nargs='*', type=Path, default=[], metavar='SEQUENCE_DIR')
     parser.add_argument('--init', nargs='*', choices=['box', 'auto'], default=['box', 'auto'])
     parser.add_argument('--set', action='append', default=[], metavar='STAGE.PARAM=VALUE')
+    parser.add_argument('--keep', type=Path, metavar='DIR', help='keep the scenes in DIR')
     parser.add_argument('--no-cost', action='store_true', help='leave the times out')
     parser.add_argument('--json', type=Path, metavar='FILE', help='write all numbers to a file')
     options = parser.parse_args()
@@ -250,9 +258,10 @@ def main() -> None:
     if options.json is not None:
         check_file(options.json)
     fixed = [setting.partition('=')[0].strip() for setting in options.set]
-    warm_up(config)
+    compile_kernels()
     report: Numbers = {'bars': []}
-    with tempfile.TemporaryDirectory() as root:
+    keep = contextlib.nullcontext(options.keep) if options.keep else tempfile.TemporaryDirectory()
+    with keep as root:
         for key, (name, seed) in scenes.items():
             scene(name, seed).write(Path(root) / key)
         made = load_sequences(Path(root) / key for key in scenes)

@@ -18,6 +18,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
+
 __all__ = [
     'BANDS',
     'BINS',
@@ -41,7 +43,7 @@ _LEAST_MASS = 1e-7
 """Share of the pixels below which a colour counts as never seen."""
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], u2[:,::1]')
 def _bins(lab: NDArray[np.uint8], out: NDArray[np.uint16]) -> None:
     for row in range(lab.shape[0]):
         pixels, result = lab[row].reshape(-1), out[row]
@@ -84,7 +86,7 @@ def body_rows(
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel('f8, f8, f8, f4[:,::1]')
 def _plane(first: float, across: float, along: float, out: NDArray[np.float32]) -> None:
     step = np.float32(across)
     for row in range(out.shape[0]):
@@ -199,7 +201,13 @@ def _mix(
             out[listed[k], band] = own[band] * near + every * whole + low
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel(
+    'u2[:,::1], f4[:,::1], b1[:,::1], f8, f8, f8, f4[:,::1], f4[:,::1], i4[::1], i4[::1], '
+    'i8, f4[:,::1]',
+    'u2[:,::1], f4[:,::1], f4[:,::1], f8, f8, f8, f4[:,::1], f4[:,::1], i4[::1], i4[::1], '
+    'i8, f4[:,::1]',
+    fastmath=True,
+)
 def _learn(
     bins: NDArray[np.uint16],
     rows: NDArray[np.float32],

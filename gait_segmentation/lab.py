@@ -14,8 +14,9 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from gait_segmentation.kernels import kernel
 
 __all__ = ['BLACK', 'NO_GRADIENT', 'REACH', 'gray_lab', 'is_gray', 'lab_of']
 
@@ -38,7 +39,7 @@ NO_GRADIENT = 110.0
 """Level of a* or b* that stands for no gradient."""
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1]')
 def _is_gray(bgr: NDArray[np.uint8]) -> bool:
     for row in range(bgr.shape[0]):
         for col in range(bgr.shape[1]):

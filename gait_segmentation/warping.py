@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import pixel_affine
 from gait_segmentation.images import Window
+from gait_segmentation.kernels import kernel
 
 __all__ = ['warp_window']
 
@@ -59,7 +60,7 @@ def warp_window(
     )
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@kernel('u1[:,::1], UniTuple(f8, 3), UniTuple(f8, 3), b1, u1[:,::1]', error_model='numpy')
 def _warp_runs(
     image: NDArray[np.uint8],
     across: tuple[float, float, float],

@@ -15,12 +15,8 @@ import pytest
 
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.kernel_cache import is_damaged, mend_kernel_cache
-from gait_segmentation.matching import MatchingConfig
+from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.pipeline import Pipeline
-from gait_segmentation.segmentation import SegmentationConfig
-from gait_segmentation.tracking import TrackingConfig
-from gait_segmentation.warm_up import warm_up_matcher, warm_up_segmenter, warm_up_tracker
-from test.walkers import small_bank
 
 KERNEL = """
 from numba import njit
@@ -118,15 +114,8 @@ def test_pipelines_and_nodes_look_at_the_cache_before_they_call_a_kernel(
     def ask() -> None:
         raise AskedError
 
-    bank = small_bank()
     monkeypatch.setattr('gait_segmentation.pipeline.mend_kernel_cache', ask)
-    monkeypatch.setattr('gait_segmentation.warm_up.mend_kernel_cache', ask)
-    calls = [
-        Pipeline,
-        lambda: warm_up_tracker(bank, TrackingConfig()),
-        lambda: warm_up_matcher(bank, MatchingConfig()),
-        lambda: warm_up_segmenter(SegmentationConfig()),
-    ]
-    for call in calls:
+    monkeypatch.setattr('gait_segmentation.kernels.mend_kernel_cache', ask)
+    for call in (Pipeline, compile_kernels):
         with pytest.raises(AskedError):
             call()

@@ -1,34 +1,190 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+"""What is declared is compiled, and then nothing else is, whatever the first frames show."""
+
 from __future__ import annotations
 
+import importlib
+import pkgutil
+import subprocess
 import sys
-from types import ModuleType
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
 
+import cv2
+import numpy as np
 import pytest
-from numba import njit
+from numba.core.dispatcher import Dispatcher
+from numpy.typing import NDArray
 
-from gait_segmentation.kernels import Kernels
+import gait_segmentation
+from gait_segmentation import kernels as module
+from gait_segmentation.gait_model import BankSpec, build_bank
+from gait_segmentation.geometry import Box
+from gait_segmentation.kernels import Kernels, compile_kernels, kernel
+from gait_segmentation.people import PeopleConfig
+from gait_segmentation.pipeline import Pipeline, PipelineConfig
+from gait_segmentation.segmentation import SegmentationConfig
+from test.walkers import box_of, clip, couple, sunlit
+
+NOT_OF_A_STAGE = ('cli', 'commands', 'evaluation', 'nodes', 'ros')
+FRAMES = 14
+
+Play = tuple[list[NDArray[np.uint8]], list[Box]]
 
 
-def test_kernels_of_this_package_are_counted_when_they_are_ready(
-    monkeypatch: pytest.MonkeyPatch,
+@pytest.fixture(scope='module')
+def kernels() -> dict[str, Dispatcher]:
+    """Return every kernel of the stages by name."""
+    found = {}
+    names = [
+        each.name
+        for each in pkgutil.walk_packages(gait_segmentation.__path__, 'gait_segmentation.')
+        if each.name.split('.')[1] not in NOT_OF_A_STAGE
+    ]
+    for name in names:
+        for key, value in vars(importlib.import_module(name)).items():
+            if isinstance(value, Dispatcher) and value.py_func.__module__ == name:
+                found[f'{name}.{key}'] = value
+    return found
+
+
+def panned() -> Play:
+    frames = clip(frames=FRAMES)
+    return [frame.image for frame in frames], [box_of(frames[0])]
+
+
+def narrow() -> Play:
+    """Return a film in which the surroundings of the person are all of the image."""
+    frames = clip(frames=FRAMES)
+    images, boxes = [], []
+    for frame in frames:
+        box = box_of(frame)
+        left = round(box.center_x) - 32
+        images.append(np.ascontiguousarray(frame.image[:, left : left + 64]))
+        boxes.append(box.shifted(-left, 0.0))
+    return images, boxes[:1]
+
+
+def turning() -> Play:
+    images, boxes = panned()
+    size = images[0].shape[1::-1]
+    turns = [cv2.getRotationMatrix2D((160, 120), 2.0 * k, 1.0) for k in range(len(images))]
+    turned = [
+        np.asarray(cv2.warpAffine(image, turn, size, borderMode=cv2.BORDER_REFLECT))
+        for image, turn in zip(images, turns, strict=True)
+    ]
+    return turned, boxes
+
+
+def grey() -> Play:
+    images, boxes = panned()
+    mean = [image.mean(2, keepdims=True).astype(np.uint8) for image in images]
+    return [np.repeat(each, 3, 2) for each in mean], boxes
+
+
+def leaving() -> Play:
+    """Return a film whose person is suddenly gone and comes back."""
+    images, boxes = panned()
+    return [*images[:5], *([images[0][:, ::-1].copy()] * 6), *images[5:9]], boxes
+
+
+def two() -> Play:
+    frames = couple()
+    return [frame.image for frame in frames], [box_of(frames[0], number) for number in (0, 1)]
+
+
+def two_close() -> Play:
+    images, boxes = two()
+    small = [np.asarray(cv2.resize(image, None, fx=0.4, fy=1.0)) for image in images]
+    return small, [Box(0.4 * b.x, b.y, 0.4 * b.width, b.height) for b in boxes]
+
+
+def unannounced() -> Play:
+    return [frame.image for frame in clip(frames=40)], []
+
+
+def sunny() -> Play:
+    frames = sunlit()
+    return [frame.image for frame in frames], [box_of(frames[0])]
+
+
+def test_nothing_is_compiled_or_loaded_while_people_walk(kernels: dict[str, Dispatcher]) -> None:
+    config = PipelineConfig(people=PeopleConfig(max_people=2))
+    # Of two builds, between which is chosen.
+    bank = build_bank(BankSpec(azimuths=8, phases=12, builds='average,dress'))
+    compile_kernels()
+    before = {name: set(kernel.signatures) for name, kernel in kernels.items()}
+    paper = PipelineConfig(segmentation=SegmentationConfig(prior='paper'))
+    plays = (panned, narrow, turning, grey, leaving, two, two_close, unannounced, sunny)
+    for play, chosen in (*((each, config) for each in plays), (panned, paper)):
+        pipeline = Pipeline(chosen, bank)
+        images, boxes = play()
+        for box in boxes:
+            pipeline.initialize(box)
+        results = []
+        for number, image in enumerate(images):
+            results += pipeline.update(image, (number + 1) * 33_000_000)
+        assert any(result.labels.any() for result in results), play.__name__
+        new = [name for name, kernel in kernels.items() if set(kernel.signatures) - before[name]]
+        assert not new, play.__name__
+
+
+def test_a_stage_has_its_kernels_from_its_import_on() -> None:
+    """Else those that are imported with the first frame would be compiled then."""
+    script = (
+        'import sys, importlib; from gait_segmentation import kernels\n'
+        'for name in sys.argv[1:]: importlib.import_module(name)\n'
+        'print(len(kernels._declared))'
+    )
+    stages = ['gait_segmentation.pipeline']
+    every = [
+        each.name
+        for each in pkgutil.walk_packages(gait_segmentation.__path__, 'gait_segmentation.')
+        if each.name.split('.')[1] not in NOT_OF_A_STAGE
+    ]
+    known = [
+        subprocess.run(
+            [sys.executable, '-c', script, *names], capture_output=True, text=True, check=True
+        ).stdout
+        for names in (stages, every)
+    ]
+    assert known[0] == known[1] != '0\n'
+
+
+def test_kernels_are_compiled_as_they_are_declared(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    def own(number: int) -> int:
-        return number + 1
+    monkeypatch.setattr('numba.core.config.CACHE_DIR', str(tmp_path))
+    for name in ('_declared', '_asked_for', '_ready'):
+        monkeypatch.setattr(module, name, [])
 
-    def other(number: int) -> int:
-        return number + 2
+    @kernel('i8, UniTuple(i8, 2)', 'f8, UniTuple(i8, 2)')
+    def called(number: float, more: tuple[int, int]) -> float:
+        return number + more[0]
 
-    before = Kernels.now()
-    module = ModuleType('gait_segmentation.made_up')
-    own.__module__ = module.__name__
-    module.own, module.other = njit(own), njit(other)
-    monkeypatch.setitem(sys.modules, module.__name__, module)
-    known = Kernels.now()
-    assert (known.known - before.known, known.ready - before.ready) == (1, 0)
-    module.own(1)
-    module.other(1)
-    ready = Kernels.now()
-    assert (ready.known - known.known, ready.ready - known.ready) == (0, 1)
-    assert ready.compiled - known.compiled == 1
+    @kernel()
+    def called_by_kernels(number: int) -> int:
+        return number
+
+    assert Kernels.now() == Kernels(0, 0, 0)
+    compile_kernels('gait_segmentation', 'test.test_kernel')
+    assert Kernels.now() == Kernels(0, 0, 0)
+    shown = []
+
+    def show(wanted: Iterable[Any]) -> Iterator[Any]:
+        for each in wanted:
+            shown.append((Kernels.now().ready, Kernels.now().known))
+            yield each
+
+    compile_kernels('test', shown=show)
+    assert shown == [(0, 2), (1, 2)]
+    assert (Kernels.now().ready, Kernels.now().known) == (2, 2)
+    assert len(called.signatures) == 2
+    called(1, (2, 3))
+    called(1.0, (2, 3))
+    assert len(called.signatures) == 2
+    assert called_by_kernels.signatures == []
+    compile_kernels('test', shown=show)
+    assert len(shown) == 2

@@ -10,7 +10,7 @@ from functools import cache
 import cv2
 import numpy as np
 
-from gait_segmentation.evaluation.synthetic import (
+from benchmarks.synthetic import (
     SyntheticConfig,
     SyntheticFrame,
     SyntheticSequence,

@@ -10,6 +10,7 @@ from functools import cache
 from typing import Any, TypeVar
 
 from by_lot.pictures import Rng, walkers
+
 from gait_segmentation.config import Parameter, StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank, default_bank

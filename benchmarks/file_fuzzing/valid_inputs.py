@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
-from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
+from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.segmentation.vocabulary import default_vocabulary
 from test.inputs.bags import (
     compressed_fields,

@@ -43,14 +43,6 @@ def serve(connection: Connection) -> None:
     while (asked := connection.recv()) is not None:
         folder, command, room = asked
         connection.send(_run(mains[command[0]], folder, command[1:], room))
-        _warm_up_no_more()
-
-
-def _warm_up_no_more() -> None:
-    """Take all kernels for loaded: that is what the warm-up of a command is for."""
-    for module in ('gait_segmentation.warm_up', 'gait_segmentation.cli.replaying.batch'):
-        if module in sys.modules:
-            vars(sys.modules[module])['warm_up'] = lambda *_: None
 
 
 def _run(main: object, folder: Path, arguments: list[str], room: int | None) -> Outcome:

@@ -11,12 +11,11 @@ from functools import cache
 
 import cv2
 import numpy as np
+from hostile.kinds import Aim, Shot, kind
 from numpy.typing import NDArray
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import CompressedImage
 from std_msgs.msg import Header
-
-from hostile.kinds import Aim, Shot, kind
 
 __all__ = ['BOMBS', 'compressed', 'png']
 

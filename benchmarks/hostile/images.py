@@ -8,12 +8,12 @@ import struct
 from collections.abc import Callable, Iterator
 
 import numpy as np
+from hostile.kinds import BAD, Aim, Shot, header, kind
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Image
 
 from gait_segmentation.inputs.encodings import ENCODINGS
 from gait_segmentation.ros.image import image_message
-from hostile.kinds import BAD, Aim, Shot, header, kind
 
 __all__ = ['LIARS', 'encoded', 'liar']
 

@@ -17,6 +17,8 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonInstanceStamped
+from hostile.kinds import GOOD, Call, Shot
+from hostile.services import TYPES
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -28,8 +30,6 @@ from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.messages import stamp_of
 from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.ros.vision import detection_types
-from hostile.kinds import GOOD, Call, Shot
-from hostile.services import TYPES
 
 __all__ = ['GRAPHS', 'Client', 'Graphs']
 

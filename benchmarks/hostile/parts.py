@@ -9,14 +9,14 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
+from hostile.images import LIARS
+from hostile.kinds import Aim, Shot, box, header, kind
 from sensor_msgs.msg import JointState, RegionOfInterest
 from std_msgs.msg import Header
 
 from gait_segmentation.ros.fields import GAIT_NAMES
 from gait_segmentation.ros.image import image_message
 from gait_segmentation.ros.vision import detection_types
-from hostile.images import LIARS
-from hostile.kinds import Aim, Shot, box, header, kind
 
 __all__ = ['BOXES', 'GAITS']
 

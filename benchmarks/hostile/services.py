@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from hostile.kinds import Aim, Call, kind
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.msg import Parameter, ParameterValue
@@ -18,8 +19,6 @@ from rcl_interfaces.srv import (
     SetParametersAtomically,
 )
 from std_srvs.srv import SetBool, Trigger
-
-from hostile.kinds import Aim, Call, kind
 
 __all__ = ['NODES', 'TYPES']
 

@@ -5,13 +5,9 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
-import inspect
 import json
 import os
 import sys
-import tempfile
-import textwrap
 import time
 from collections.abc import Iterable, Iterator
 from functools import partial
@@ -33,7 +29,6 @@ from gait_segmentation.evaluation.plots import plot_priors
 from gait_segmentation.evaluation.report import table, tracking_table, write_json
 from gait_segmentation.evaluation.session import Session, load_sequences
 from gait_segmentation.evaluation.settings import overridden
-from gait_segmentation.evaluation.synthetic.scenes import SCENES, scene
 from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.ros.compiling import compiling
 
@@ -63,7 +58,7 @@ and, where several people are labelled,
   labels/NNNN.png     0 nobody, 1 to 16 one person each, 255 ambiguous; there
                       are then as many slots as people (unless --set says
                       people.max_people); people start from the initial_boxes
-                      of sequence.yaml ([{{frame: N, box: [x, y, w, h]}}, ...]),
+                      of sequence.yaml ([{frame: N, box: [x, y, w, h]}, ...]),
                       or else from their true box in the first frame that
                       shows all of them
 
@@ -88,10 +83,6 @@ columns of the second table
                       visible again after an occlusion
   false               track ids that never were on a person
 
-scenes (--synthetic)
-{scenes}
-  all                 all of these
-
 examples (after colcon build with "ros2 run gait_segmentation" in front)
   gait_evaluate data/hall data/lucia --json scores.json
   gait_evaluate data/hall --json - | jq .mean.J
@@ -99,7 +90,6 @@ examples (after colcon build with "ros2 run gait_segmentation" in front)
   gait_evaluate data/* --ablate priors --out out/eval
   gait_evaluate data/hall --set tracking.use_background=false
   gait_evaluate data/hall --init auto --set people.max_people=3
-  gait_evaluate --synthetic crossing --synthetic pillar --keep out/scenes
 """
 
 
@@ -108,21 +98,11 @@ def parser() -> argparse.ArgumentParser:
     made = argparse.ArgumentParser(
         prog='gait_evaluate',
         description=DESCRIPTION,
-        epilog=EPILOG.format(scenes=_scenes()),
+        epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = made.add_argument
-    add('sequence', nargs='*', type=Path, metavar='SEQUENCE_DIR', help='sequence folders')
-    add(
-        '--synthetic',
-        action='append',
-        default=[],
-        metavar='SCENE',
-        choices=[*SCENES, 'all'],
-        help='also make a synthetic scene (see below) and run it; may be repeated',
-    )
-    add('--seed', type=int, default=0, help='seed of the scenes (default: %(default)s)')
-    add('--keep', type=Path, metavar='DIR', help='keep the scenes in DIR as sequence folders')
+    add('sequence', nargs='+', type=Path, metavar='SEQUENCE_DIR', help='sequence folders')
     add(
         '--init',
         choices=('box', 'auto'),
@@ -178,18 +158,6 @@ def parser() -> argparse.ArgumentParser:
     return made
 
 
-def _scenes() -> str:
-    """Return the names of the scenes and what they show."""
-    return '\n'.join(
-        textwrap.fill(
-            inspect.getdoc(make) or '',
-            initial_indent=f'  {name:<20}',
-            subsequent_indent=' ' * 22,
-        )
-        for name, make in SCENES.items()
-    )
-
-
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     return run_tool('gait_evaluate', lambda: evaluate(parser().parse_args(arguments)))
@@ -206,51 +174,16 @@ def evaluate(options: argparse.Namespace) -> None:
 
     :raises GaitSegmentationError: if an option, a sequence or a file cannot be used.
     """
-    if not options.sequence and not options.synthetic:
-        raise ConfigError('there must be a SEQUENCE_DIR or a --synthetic SCENE')
     if options.threads < 1:
         raise ConfigError(f'--threads must be at least 1, got {options.threads}')
-    scenes = list(SCENES) if 'all' in options.synthetic else options.synthetic
-    _keep_inputs(options, scenes)
+    _keep_inputs(options)
     if options.json not in (None, _OUTPUT):
         check_file(options.json)
-    for option, folder in (('--out', options.out), ('--keep', options.keep)):
-        if folder is not None:
-            make_folder(option, folder)
-    if options.synthetic:
-        with contextlib.ExitStack() as stack:
-            folder = options.keep or Path(stack.enter_context(tempfile.TemporaryDirectory()))
-            for name in tqdm(scenes, 'scenes', unit='scene', disable=None, leave=False):
-                scene(name, options.seed).write(folder / name)
-            _evaluate(options, [*options.sequence, *(folder / name for name in scenes)])
-    else:
-        _evaluate(options, options.sequence)
-
-
-def _keep_inputs(options: argparse.Namespace, scenes: list[str]) -> None:
-    """
-    Refuse outputs that would change a sequence, of those given or of those to be made.
-
-    :raises ConfigError: if there are such.
-    """
-    kept = [options.keep / name for name in scenes] if options.keep is not None else []
-    keep_apart([('--keep', path) for path in kept], options.sequence)
-    outputs = [('--json', None if options.json == _OUTPUT else options.json)]
     if options.out is not None:
-        names = [os.path.basename(os.path.realpath(path)) for path in options.sequence]
-        outputs += [
-            ('--out', options.out / name / what)
-            for name in (*names, *scenes)
-            for what in ('masks', 'contact_sheet.png')
-        ]
-        outputs += [('--out', options.out / 'priors.png')]
-    keep_apart(outputs, [*options.sequence, *kept])
-
-
-def _evaluate(options: argparse.Namespace, folders: list[Path]) -> None:
+        make_folder('--out', options.out)
     # Here, so that --help does not wait for the kernels to be loaded.
+    from gait_segmentation.kernels import compile_kernels
     from gait_segmentation.pipeline import Pipeline, PipelineConfig
-    from gait_segmentation.warm_up import warm_up
 
     to_output = options.json == _OUTPUT
     say = partial(print, file=sys.stderr if to_output else sys.stdout)
@@ -260,7 +193,7 @@ def _evaluate(options: argparse.Namespace, folders: list[Path]) -> None:
         settings.append(f'segmentation.prior={options.prior}')
     config = overridden(PipelineConfig(), settings)
     session = Session(
-        sequences=load_sequences(folders, options.likelihood),
+        sequences=load_sequences(options.sequence, options.likelihood),
         make_pipeline=lambda config: Pipeline(config, clock=time.perf_counter),
         clock=time.perf_counter,
         restarts=options.restarts,
@@ -271,7 +204,7 @@ def _evaluate(options: argparse.Namespace, folders: list[Path]) -> None:
         fixed=frozenset(setting.partition('=')[0].strip() for setting in settings),
     )
     with compiling(lambda text: print(f'gait_evaluate: {text}', file=sys.stderr)):
-        warm_up(config)
+        compile_kernels()
     report = session.evaluate(config, options.out)
     say(f'{table(report)}\n\n{tracking_table(report)}')
     if options.ablate == 'priors':
@@ -288,6 +221,24 @@ def _evaluate(options: argparse.Namespace, folders: list[Path]) -> None:
         print(json.dumps(report, indent=2))
     elif options.json is not None:
         write_json(options.json, report)
+
+
+def _keep_inputs(options: argparse.Namespace) -> None:
+    """
+    Refuse outputs that would change a sequence.
+
+    :raises ConfigError: if there are such.
+    """
+    outputs = [('--json', None if options.json == _OUTPUT else options.json)]
+    if options.out is not None:
+        names = [os.path.basename(os.path.realpath(path)) for path in options.sequence]
+        outputs += [
+            ('--out', options.out / name / what)
+            for name in names
+            for what in ('masks', 'contact_sheet.png')
+        ]
+        outputs += [('--out', options.out / 'priors.png')]
+    keep_apart(outputs, options.sequence)
 
 
 if __name__ == '__main__':

@@ -9,6 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
+
 __all__ = ['strength_of', 'strongest']
 
 _QUALITY = 0.01
@@ -55,7 +57,7 @@ def _products_of_row(
         line[0], line[columns + 1] = line[near], line[far]
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
+@kernel('u1[:,::1], f4[:,::1]', fastmath=True, error_model='numpy')
 def _strength(padded: NDArray[np.uint8], out: NDArray[np.float32]) -> None:
     """Fill in the strength of the pixels of an image with a mirrored border of one pixel."""
     rows, columns = out.shape
@@ -86,7 +88,7 @@ def _strength(padded: NDArray[np.uint8], out: NDArray[np.float32]) -> None:
             line[col] = scale * (left + right - spread)
 
 
-@njit(cache=True, nogil=True)
+@kernel('f4[:,::1], u1[:,::1], i8, f4[:,::1]')
 def _best_of_cells(
     strength: NDArray[np.float32],
     where: NDArray[np.uint8],
@@ -107,7 +109,7 @@ def _best_of_cells(
             value[row, col] = best[cell * col : cell * (col + 1)].max()
 
 
-@njit(cache=True, nogil=True)
+@kernel('f4[:,::1], u1[:,::1], i8, f4[:,::1], i8[::1], f4[:,::1]')
 def _places(
     strength: NDArray[np.float32],
     where: NDArray[np.uint8],

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.corners import strength_of, strongest
@@ -24,6 +23,7 @@ from gait_segmentation.ego_motion.similarity import camera_motion
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import bounding_box
+from gait_segmentation.kernels import kernel
 
 __all__ = ['MotionEstimator']
 
@@ -173,7 +173,7 @@ class MotionEstimator:
         return camera_motion(before, after)
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], f4[:,::1]')
 def _clear_of(people: NDArray[np.uint8], points: NDArray[np.float32]) -> NDArray[np.bool_]:
     """Tell which points are away from people, with all of their neighbourhood."""
     rows, columns = max(people.shape[0] // 2, 1), max(people.shape[1] // 2, 1)

@@ -14,6 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.pyramid import BORDER, Pyramid
+from gait_segmentation.kernels import kernel
 
 __all__ = ['followed']
 
@@ -140,7 +141,11 @@ def _differences(
     return x, y
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
+@kernel(
+    'u1[:,::1], u1[:,::1], i8, f4[:,::1], f4[:,::1], f8, f8, b1[::1]',
+    fastmath=True,
+    error_model='numpy',
+)
 def _follow(
     last: NDArray[np.uint8],
     now: NDArray[np.uint8],

@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.corners import strength_of, strongest
@@ -24,6 +23,7 @@ from gait_segmentation.ego_motion.sampling import FIRST, pair_of
 from gait_segmentation.ego_motion.world_motion import Ground
 from gait_segmentation.geometry import Box, carry, scaling
 from gait_segmentation.images import bounding_box
+from gait_segmentation.kernels import kernel
 
 __all__ = ['GroundFinder', 'ground_of']
 
@@ -196,7 +196,7 @@ def ground_of(
     return Ground(motion, round(row))
 
 
-@njit(cache=True, nogil=True)
+@kernel('f8[::1], f8[:,::1], f8[::1]')
 def _agreed(
     rows: NDArray[np.float64], off: NDArray[np.float64], line: NDArray[np.float64]
 ) -> tuple[float, float]:
@@ -234,7 +234,7 @@ def _agreed(
     return most / count, without / count
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _weigh(
     rows: NDArray[np.float64],
     off: NDArray[np.float64],
@@ -251,7 +251,7 @@ def _weigh(
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _fit(
     rows: NDArray[np.float64],
     off: NDArray[np.float64],

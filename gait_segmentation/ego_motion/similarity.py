@@ -5,10 +5,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.sampling import FIRST, pair_of
+from gait_segmentation.kernels import kernel
 
 __all__ = ['camera_motion']
 
@@ -61,7 +61,7 @@ def _similarity(
     return transform if found else None
 
 
-@njit(cache=True, nogil=True)
+@kernel('f8[:,::1], f8[:,::1], f8[:,::1]')
 def _agreed(
     then: NDArray[np.float64], now: NDArray[np.float64], transform: NDArray[np.float64]
 ) -> bool:
@@ -77,7 +77,7 @@ def _agreed(
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _weigh(
     then: NDArray[np.float64],
     now: NDArray[np.float64],
@@ -101,7 +101,7 @@ def _weigh(
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _consensus(
     then: NDArray[np.float64], now: NDArray[np.float64], samples: int
 ) -> NDArray[np.float64]:
@@ -130,7 +130,7 @@ def _consensus(
     return best
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _fitted(
     then: NDArray[np.float64], now: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> tuple[float, float, float, float]:

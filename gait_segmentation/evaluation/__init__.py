@@ -1,20 +1,17 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Evaluation: sequences on disk, synthetic walkers, metrics, pictures and reports.
+Evaluation: sequences on disk, metrics, pictures and reports.
 
-The command ``gait_evaluate`` is a thin shell round :class:`Session`.  Synthetic walkers are in
-:mod:`gait_segmentation.evaluation.synthetic`.
+The command ``gait_evaluate`` is a thin shell round :class:`Session`.
 """
 
 from gait_segmentation.evaluation.metrics import (
     FrameScore,
-    PhaseScore,
     boundary_f,
     error_percent,
     evaluation_window,
     jaccard,
-    phase_score,
     score_frame,
     start_box,
     true_box,
@@ -27,7 +24,6 @@ from gait_segmentation.evaluation.session import Session, load_sequences
 __all__ = [
     'FrameScore',
     'Outcome',
-    'PhaseScore',
     'Sequence',
     'Session',
     'boundary_f',
@@ -35,7 +31,6 @@ __all__ = [
     'evaluation_window',
     'jaccard',
     'load_sequences',
-    'phase_score',
     'run',
     'run_restarts',
     'run_sequence',

@@ -29,13 +29,11 @@ from gait_segmentation.images import Window
 __all__ = [
     'LOST_IOU',
     'FrameScore',
-    'PhaseScore',
     'boundary_f',
     'centre_distance',
     'error_percent',
     'evaluation_window',
     'jaccard',
-    'phase_score',
     'score_frame',
     'start_box',
     'true_box',
@@ -75,20 +73,6 @@ class FrameScore:
     box_iou: float
     centre_error: float
     lost: bool
-
-
-@dataclass(frozen=True)
-class PhaseScore:
-    """
-    Scores of a phase over time, in strides (1 = one full cycle).
-
-    ``error`` is the mean absolute error, ``error_half`` the same where legs are not told apart in
-    any frame, ``backward`` the share of the steps that go backwards.
-    """
-
-    error: float
-    error_half: float
-    backward: float
 
 
 def true_box(truth: NDArray[np.uint8]) -> Box | None:
@@ -218,32 +202,4 @@ def score_frame(mask: NDArray[np.uint8], box: Box | None, truth: NDArray[np.uint
         box_iou=iou,
         centre_error=centre,
         lost=bool(iou < LOST_IOU),
-    )
-
-
-def _wrapped(phase: NDArray[np.float64], period: float) -> NDArray[np.float64]:
-    """Bring differences of phase into [-period / 2, period / 2)."""
-    return (phase + period / 2) % period - period / 2
-
-
-def phase_score(found: NDArray[np.float64], true: NDArray[np.float64]) -> PhaseScore:
-    """
-    Score the phases of consecutive frames.
-
-    :param found: (n,) float64, phases in strides, any offset by whole strides.
-    :param true: (n,) float64, true phases of the same frames.
-    :raises InputError: if there are no phases or not equally many.
-    """
-    found, true = np.asarray(found, np.float64), np.asarray(true, np.float64)
-    if found.ndim != 1 or found.shape != true.shape or found.size == 0:
-        raise InputError(
-            f'phases must be two equally long lists, got shapes {found.shape} and {true.shape}'
-        )
-    difference = found - true
-    # A step that rounding makes a hair negative is a stand-still, not a step back.
-    steps = _wrapped(np.diff(found), 1.0)
-    return PhaseScore(
-        error=float(np.abs(_wrapped(difference, 1.0)).mean()),
-        error_half=float(np.abs(_wrapped(difference, 0.5)).mean()),
-        backward=float((steps < -1e-9).mean()) if steps.size else 0.0,
     )

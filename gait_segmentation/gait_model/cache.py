@@ -18,7 +18,7 @@ from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.gait_model.builder import BankSpec, build_bank, model_digest
 from gait_segmentation.gait_model.storage import FORMAT_VERSION
 
-__all__ = ['cache_folder', 'cached_bank', 'default_bank']
+__all__ = ['cache_folder', 'cached_bank', 'default_bank', 'open_bank']
 
 # Plain clothes with even and with uneven arms, something on the back, and cloth over the legs: the
 # shapes that differ most.
@@ -63,6 +63,15 @@ def cached_bank(spec: BankSpec, progress: Callable[[], None] | None = None) -> T
 def _loaded(path: Path, changed_ns: int, size: int) -> TemplateBank:
     """Return the bank of a file as it is since a time."""
     return TemplateBank.load(path)
+
+
+def open_bank(path: str) -> TemplateBank:
+    """
+    Return the bank of a file, the standard one for an empty path.
+
+    :raises BankError: if it cannot be read.
+    """
+    return TemplateBank.load(path) if path else default_bank()
 
 
 def default_bank() -> TemplateBank:

@@ -5,13 +5,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from gait_segmentation.kernels import kernel
 
 __all__ = ['extents']
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], u1[:,::1], u1[:,::1]')
 def _project(
     images: NDArray[np.uint8], by_row: NDArray[np.uint8], by_column: NDArray[np.uint8]
 ) -> None:

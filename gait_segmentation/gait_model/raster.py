@@ -14,15 +14,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from gait_segmentation.kernels import kernel
 
 __all__ = ['draw', 'hull_outline']
 
 _DIRECTIONS = 96  # corners of an outline
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def hull_outline(centers, axes, members, cosine, sine, outline):  # type: ignore[no-untyped-def]
     """
     Write the outline of the hull of some projected ellipsoids.
@@ -52,7 +53,7 @@ def hull_outline(centers, axes, members, cosine, sine, outline):  # type: ignore
                 outline[k, 1] = centers[member, 1] + reach_y * scale
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _fill(outline, label, canvas, left, right):  # type: ignore[no-untyped-def]
     """Set the pixels of a convex outline to a label; ``left`` and ``right`` are scratch rows."""
     height, width = canvas.shape
@@ -81,7 +82,7 @@ def _fill(outline, label, canvas, left, right):  # type: ignore[no-untyped-def]
             canvas[row, column] = label
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _draw(centers, axes, members, starts, labels, directions, canvas):  # type: ignore[no-untyped-def]
     angles = 2.0 * math.pi / directions * np.arange(directions)
     cosine, sine = np.cos(angles), np.sin(angles)

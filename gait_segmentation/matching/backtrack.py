@@ -5,14 +5,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.scores import FLOOR
 
 __all__ = ['trace']
 
 
-@njit(cache=True, nogil=True)
+@kernel(
+    'i2[:,::1], i4[:,::1], i8[::1], i2[:,::1], i8[::1], i8[:,::1], i8[:,::1], i4[:,::1], '
+    'i2[:,::1], i8, i8[:,::1], i8[:,::1]'
+)
 def trace(  # type: ignore[no-untyped-def]
     rows,
     where,
@@ -43,9 +46,15 @@ def trace(  # type: ignore[no-untyped-def]
     :param path: (F, 5) int64, view, phase, scale, row, column; the last row is given.
     """
     for frame in range(len(slots) - 1, 0, -1):
-        if frame < len(known) and (path[frame] == known[frame]).all():
-            path[:frame] = known[:frame]
-            return
+        if frame < len(known):
+            same = True
+            for k in range(5):
+                same &= path[frame, k] == known[frame, k]
+            if same:
+                for earlier in range(frame):
+                    for k in range(5):
+                        path[earlier, k] = known[earlier, k]
+                return
         slot, last = slots[frame], slots[frame - 1]
         _step_back(
             rows,
@@ -62,7 +71,7 @@ def trace(  # type: ignore[no-untyped-def]
         )
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _step_back(  # type: ignore[no-untyped-def]
     scores, where, phase_cost, shift, searched, phases, near, near_cost, move_cost, state, result
 ):
@@ -70,7 +79,11 @@ def _step_back(  # type: ignore[no-untyped-def]
     first, lanes = searched[:3], searched[6]
     scales, rows, columns = searched[3], searched[4], searched[5]
     view, phase = state[0], state[1]
-    here = state[2:] + shift - first
+    here = (
+        state[2] + shift[0] - first[0],
+        state[3] + shift[1] - first[1],
+        state[4] + shift[2] - first[2],
+    )
     largest = np.int64(-(1 << 40))
     for option in range(near.shape[1] + 1):
         from_view = view if option == 0 else np.int64(near[view, option - 1])
@@ -100,8 +113,13 @@ def _step_back(  # type: ignore[no-untyped-def]
                     result[2], result[3], result[4] = scale, row, column
     if largest == -(1 << 40):
         # The box jumped out of the search range: the nearest placement takes over.
-        result[0], result[1] = view, (phase - np.argmin(phase_cost)) % phases
+        least = 0
+        for step in range(len(phase_cost)):
+            if phase_cost[step] < phase_cost[least]:
+                least = step
+        result[0], result[1] = view, (phase - least) % phases
         result[2] = min(max(here[0], 0), scales - 1)
         result[3] = min(max(here[1], 0), rows - 1)
         result[4] = min(max(here[2], 0), columns - 1)
-    result[2:] += first
+    for k in range(3):
+        result[2 + k] += first[k]

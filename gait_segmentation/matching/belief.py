@@ -10,14 +10,15 @@ few for loops of any length to be worth its while.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from gait_segmentation.kernels import kernel
 
 __all__ = ['advance', 'carry', 'diffuse']
 
 _BLOCK = 16
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel('f8[:,:,:,::1], f8', fastmath=True)
 def diffuse(belief, share):  # type: ignore[no-untyped-def]
     """
     Let neighbouring views, heights and rows exchange a share, in place; its own adjoint.
@@ -32,7 +33,7 @@ def diffuse(belief, share):  # type: ignore[no-untyped-def]
     _exchange(belief.reshape(views * heights, rows, size), share)
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel(fastmath=True)
 def _exchange(belief, share):  # type: ignore[no-untyped-def]
     """Let neighbours along the middle axis exchange a share."""
     others, count, size = belief.shape
@@ -50,7 +51,7 @@ def _exchange(belief, share):  # type: ignore[no-untyped-def]
             last[j] -= flow[j]
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel(fastmath=True)
 def carry(belief, turn, exchange, result):  # type: ignore[no-untyped-def]
     """
     Let neighbouring rates exchange a share, and move the phases of each rate on.
@@ -65,7 +66,7 @@ def carry(belief, turn, exchange, result):  # type: ignore[no-untyped-def]
         _carry_cell(belief[cell], turn, exchange, row, out, result[cell])
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel('f8[:,:,::1], f8[:,::1], f8, f8, f8[:,::1], f8[:,::1], f8[:,:,::1]', fastmath=True)
 def advance(belief, turn, exchange, kept, prior, likelihood, result):  # type: ignore[no-untyped-def]
     """
     Put the belief a frame later into ``result``.
@@ -81,7 +82,7 @@ def advance(belief, turn, exchange, kept, prior, likelihood, result):  # type: i
     everything = 0.0
     for cell in range(cells):
         seen, target = likelihood[cell], result[cell]
-        if seen.max() <= 0.0 or belief[cell].max() <= 0.0:
+        if _nothing(seen) or _nothing(belief[cell].reshape(-1)):
             target[:] = 0.0
             continue
         _carry_cell(belief[cell], turn, exchange, row, out, target)
@@ -98,14 +99,23 @@ def advance(belief, turn, exchange, kept, prior, likelihood, result):  # type: i
                 result[cell, rate, phase] /= everything
 
 
-@njit(cache=True, nogil=True)
+@kernel()
+def _nothing(values):  # type: ignore[no-untyped-def]
+    """Tell whether no value is above 0."""
+    largest = 0.0
+    for k in range(len(values)):
+        largest = max(largest, values[k])
+    return largest <= 0.0
+
+
+@kernel()
 def _buffers(phases):  # type: ignore[no-untyped-def]
     """Return room for a row of phases twice, and for the sums of one, in whole blocks."""
     whole = (phases + _BLOCK - 1) // _BLOCK * _BLOCK
     return np.zeros(phases + whole), np.zeros(whole)
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel(fastmath=True)
 def _carry_cell(belief, turn, exchange, row, out, result):  # type: ignore[no-untyped-def]
     """Do what :func:`carry` does with one (R, P) belief."""
     rates, phases = belief.shape

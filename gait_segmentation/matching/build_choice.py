@@ -7,10 +7,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
+from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.builds import builds_of
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.placements import Sampled
@@ -128,7 +128,7 @@ def _nearest(bank: TemplateBank, view: int, among: NDArray[np.bool_]) -> int:
     return int(np.where(among, away, np.inf).argmin())
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,:,::1], i8[::1], i8, UniTuple(i8, 2), UniTuple(i8, 3), u1[:,::1], u1[:,::1], b1')
 def _best_near(  # type: ignore[no-untyped-def]
     templates, views, phase, place, windows, image, known, all_known
 ):
@@ -159,7 +159,7 @@ def _best_near(  # type: ignore[no-untyped-def]
     return found
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _tanimoto(template, image, known, all_known, top, left):  # type: ignore[no-untyped-def]
     """Return the similarity of a template at a place over the known pixels."""
     height, width = template.shape

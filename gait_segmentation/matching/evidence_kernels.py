@@ -5,14 +5,19 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from gait_segmentation.kernels import kernel
 
 __all__ = ['compare', 'pair']
 
 _ALL = 255
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel(
+    'f4[:,:,::1], f4[:,::1], f4[:,:,:,:,::1], f4[:,:,:,:,::1], b1, UniTuple(f8, 2), '
+    'UniTuple(i8, 3), b1[:,:,::1], f8[::1], f8[:,:,:,::1]',
+    fastmath=True,
+)
 def compare(  # type: ignore[no-untyped-def]
     templates, squares, values, seen, all_seen, levels, part, wanted, weights, result
 ):
@@ -66,7 +71,7 @@ def compare(  # type: ignore[no-untyped-def]
                     result[view, tall, down, phase] = weights[tall] * best
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _cut(image, top, left, width, line):  # type: ignore[no-untyped-def]
     """Put the rows of a part of an image one after the other into a line."""
     for row in range(len(line) // width):
@@ -75,7 +80,7 @@ def _cut(image, top, left, width, line):  # type: ignore[no-untyped-def]
             target[column] = source[left + column]
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel(fastmath=True)
 def _alike(template, lines):  # type: ignore[no-untyped-def]
     """Return the products of a template with three lines."""
     first, second, third = np.float32(0), np.float32(0), np.float32(0)
@@ -86,7 +91,7 @@ def _alike(template, lines):  # type: ignore[no-untyped-def]
     return first, second, third
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel(fastmath=True)
 def _squared(template, lines):  # type: ignore[no-untyped-def]
     """Return the products of a template's squares with three lines."""
     first, second, third = np.float32(0), np.float32(0), np.float32(0)
@@ -98,7 +103,7 @@ def _squared(template, lines):  # type: ignore[no-untyped-def]
     return first, second, third
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel('u1[:,:,::1], u1[:,:,::1], f4[:,:,:,:,::1], f4[:,:,:,:,::1]', fastmath=True)
 def pair(images, masks, values, seen):  # type: ignore[no-untyped-def]
     """
     Put the means of 2 x 2 known pixels into ``values`` and what is known into ``seen``, in 0..1.

@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.builds import BuildKernels
 from gait_segmentation.matching.placements import Sampled
 from gait_segmentation.matching.search_range import SearchRange
@@ -113,7 +113,7 @@ def _line(values: NDArray[np.generic], pitch: int) -> NDArray[np.int32]:
     return result
 
 
-@njit(cache=True, nogil=True)
+@kernel('i4[:,::1], i4[::1], i4[::1], i2[:,::1], i4[::1]')
 def _compare(common, area, cost, maps, whole):  # type: ignore[no-untyped-def]
     """
     Put the similarities of a build into ``maps``, where all is known.
@@ -132,7 +132,7 @@ def _compare(common, area, cost, maps, whole):  # type: ignore[no-untyped-def]
             result[j] = np.int16(np.int32(share * np.float32(UNIT) + np.float32(0.5)) - cost[j])
 
 
-@njit(cache=True, nogil=True)
+@kernel('i4[:,::1], i4[::1], i4[::1], i2[:,::1], i4[::1], i4[:,::1]')
 def _compare_seen(common, area, cost, maps, least, seen):  # type: ignore[no-untyped-def]
     """
     Do the same with areas G over the known pixels.
@@ -144,7 +144,10 @@ def _compare_seen(common, area, cost, maps, least, seen):  # type: ignore[no-unt
         _compare_row(common[row], area, seen[row], least[row], cost, maps[row])
 
 
-@njit(cache=True, nogil=True)
+@kernel(
+    'i4[:,::1], i4[::1], i4[::1], i2[:,::1], i4[::1], i4[:,::1], i8[:,::1], b1, i8, '
+    'UniTuple(i8, 2), UniTuple(i8, 3)'
+)
 def _compare_between_lines(  # type: ignore[no-untyped-def]
     common, area, cost, maps, least, sums, spans, by_column, step, first, shape
 ):
@@ -166,12 +169,13 @@ def _compare_between_lines(  # type: ignore[no-untyped-def]
         for line in range(lines):
             edge = (begin + line) * step
             low = min(max(spans[scale, 0] - edge, 0), last)
-            bounds[scale, line] = low, min(max(spans[scale, 1] - edge, low), last)
+            bounds[scale, line, 0] = low
+            bounds[scale, line, 1] = min(max(spans[scale, 1] - edge, low), last)
     areas, seen = np.empty(lines, np.int32), np.zeros(common.shape[1], np.int32)
     for row in range(len(common)):
         for scale in range(scales):
             for line in range(lines):
-                low, high = bounds[scale, line]
+                low, high = bounds[scale, line, 0], bounds[scale, line, 1]
                 areas[line] = sums[row, high] - sums[row, low]
             if by_column:
                 _repeat(areas, rows, seen[scale * rows * columns :])
@@ -180,7 +184,7 @@ def _compare_between_lines(  # type: ignore[no-untyped-def]
         _compare_row(common[row], area, seen, least[row], cost, maps[row])
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _compare_row(shared, area, seen, least, cost, result):  # type: ignore[no-untyped-def]
     for j in range(len(shared)):
         # A template out of sight gets an area that no likelihood can be like.
@@ -192,7 +196,7 @@ def _compare_row(shared, area, seen, least, cost, result):  # type: ignore[no-un
         result[j] = np.int16(np.int32(share * np.float32(UNIT) + np.float32(0.5)) - cost[j])
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _stretch(values, times, result):  # type: ignore[no-untyped-def]
     """Put each value into ``result`` a number of times."""
     for k in range(len(values)):
@@ -201,7 +205,7 @@ def _stretch(values, times, result):  # type: ignore[no-untyped-def]
             result[first + x] = value
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _repeat(values, times, result):  # type: ignore[no-untyped-def]
     """Put all values into ``result`` a number of times."""
     for k in range(times):

@@ -12,8 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from gait_segmentation.kernels import kernel
 
 __all__ = ['KnownLines', 'LineSums']
 
@@ -69,7 +70,7 @@ class LineSums:
         return self._sums[axis]
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], i8[:,::1]')
 def _row_spans(known, spans):  # type: ignore[no-untyped-def]
     """Find between which rows all is known; return False if that does not tell the mask."""
     line = np.empty(known.shape[1], np.uint8)
@@ -83,7 +84,7 @@ def _row_spans(known, spans):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], i8[:,::1]')
 def _column_spans(known, spans):  # type: ignore[no-untyped-def]
     """Do the same for columns."""
     for scale in range(len(known)):
@@ -96,7 +97,7 @@ def _column_spans(known, spans):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _all_are(line, value):  # type: ignore[no-untyped-def]
     differ = np.uint8(0)
     for x in range(len(line)):
@@ -104,7 +105,7 @@ def _all_are(line, value):  # type: ignore[no-untyped-def]
     return differ == 0
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _equal(line, other):  # type: ignore[no-untyped-def]
     differ = np.uint8(0)
     for x in range(len(line)):
@@ -112,7 +113,7 @@ def _equal(line, other):  # type: ignore[no-untyped-def]
     return differ == 0
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _span(line, span):  # type: ignore[no-untyped-def]
     """Find the first element that is set and the first one after that is not, if that is all."""
     first, last, count = len(line), 0, 0

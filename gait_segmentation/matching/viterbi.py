@@ -10,8 +10,8 @@ arithmetic, so that the vector unit treats 16 or 32 placements at a time.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.scores import FLOOR
 
 __all__ = ['advance', 'shifted']
@@ -22,7 +22,10 @@ _NOWHERE = 2 * FLOOR
 """Score of body heights there are not: at the floor, also where the best score is negative."""
 
 
-@njit(cache=True, nogil=True)
+@kernel(
+    'i2[:,::1], i4[::1], i4[::1], i2, i2, i2[::1], i4[:,::1], i2[:,::1], i2, '
+    'UniTuple(i8, 3), i2[:,::1], i4[::1], i2[:,::1]'
+)
 def advance(  # type: ignore[no-untyped-def]
     rows,
     before,
@@ -63,13 +66,20 @@ def advance(  # type: ignore[no-untyped-def]
     views, phases, lanes = len(after), leading.shape[1], similarity.shape[1]
     level = shape[1] * shape[2]
     used = shape[0] * level
-    started = before.max() >= 0
+    started = False
+    for view in range(views):
+        started |= before[view] >= 0
     walls = _walls(shape, lanes, move_cost)
-    reached = np.full((views, lanes), FLOOR, np.int16)
+    reached = np.empty((views, lanes), np.int16)
+    reached[:] = FLOOR
     # Neighbouring placements of the first and last are read from a margin.
-    start = np.full(lanes + 2 * level, FLOOR, np.int16)
-    across = np.full(lanes + 2 * level, FLOOR, np.int16)
-    along = np.full(lanes + 2 * level, _NOWHERE, np.int16)
+    size = lanes + 2 * level
+    start, across, along = (
+        np.empty(size, np.int16),
+        np.empty(size, np.int16),
+        np.empty(size, np.int16),
+    )
+    start[:], across[:], along[:] = FLOOR, FLOOR, _NOWHERE
     inner = slice(level, level + lanes)
     for phase in range(phases):
         if started:
@@ -99,11 +109,12 @@ def advance(  # type: ignore[no-untyped-def]
             leading[view, phase] = _largest(result)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _walls(shape, lanes, move_cost):  # type: ignore[no-untyped-def]
     """Return the costs of coming from the left, right, above and below, (4, N) int16."""
     scales, rows, columns = shape
-    walls = np.full((4, lanes), move_cost, np.int16)
+    walls = np.empty((4, lanes), np.int16)
+    walls[:] = move_cost
     for scale in range(scales):
         first = scale * rows * columns
         for row in range(rows):
@@ -115,13 +126,13 @@ def _walls(shape, lanes, move_cost):  # type: ignore[no-untyped-def]
     return walls
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _copy(source, result):  # type: ignore[no-untyped-def]
     for j in range(len(result)):
         result[j] = source[j]
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _earlier_phases(before, phases, phase, phase_cost, reached):  # type: ignore[no-untyped-def]
     """Let states of a phase, (N,), come from this phase and those before it."""
     lanes = len(reached)
@@ -137,14 +148,14 @@ def _earlier_phases(before, phases, phase, phase_cost, reached):  # type: ignore
             reached[j] = max(reached[j], np.int16(older[j] - cost))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _other_view(other, cost, result):  # type: ignore[no-untyped-def]
     """Let states come from another view."""
     for j in range(len(result)):
         result[j] = max(result[j], np.int16(other[j] - cost))
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _either_side(row, first, offset, low_cost, high_cost, result):  # type: ignore[no-untyped-def]
     """Let placements come from ``offset`` before or after."""
     size = len(low_cost)
@@ -155,7 +166,7 @@ def _either_side(row, first, offset, low_cost, high_cost, result):  # type: igno
         there[j] = max(here[j], side)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _fade(row, level, move_cost, best, fading, gain, result):  # type: ignore[no-untyped-def]
     """Let placements come from the next body heights, and make new scores of the old ones."""
     size = len(result)
@@ -168,7 +179,7 @@ def _fade(row, level, move_cost, best, fading, gain, result):  # type: ignore[no
         result[j] = np.int16(faded + gain[j])
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _largest(scores):  # type: ignore[no-untyped-def]
     largest = scores[0]
     for j in range(len(scores)):
@@ -176,7 +187,9 @@ def _largest(scores):  # type: ignore[no-untyped-def]
     return largest
 
 
-@njit(cache=True, nogil=True)
+@kernel(
+    'i2[:,::1], i4[::1], i4[::1], i8, UniTuple(i8, 3), UniTuple(i8, 3), UniTuple(i8, 2), i8[::1]'
+)
 def shifted(rows, before, after, phases, old, new, lanes, shift):  # type: ignore[no-untyped-def]
     """
     Move all scores by whole placements.
@@ -194,7 +207,9 @@ def shifted(rows, before, after, phases, old, new, lanes, shift):  # type: ignor
     for axis in range(3):
         low[axis] = max(-shift[axis], 0)
         high[axis] = min(old[axis] - shift[axis], new[axis])
-    for view in np.flatnonzero(before >= 0):
+    for view in range(len(before)):
+        if before[view] < 0:
+            continue
         for phase in range(phases):
             source = rows[before[view], phase * lanes[0] : (phase + 1) * lanes[0]]
             target = rows[after[view], phase * lanes[1] : (phase + 1) * lanes[1]]

@@ -16,8 +16,10 @@ from std_msgs.msg import Header
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.files.pixel_limit import check_pixels
+from gait_segmentation.gait_model import open_bank
 from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.inputs.encodings import claimed_shape, read_mono8
+from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult, TrackResult
@@ -31,7 +33,6 @@ from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.ros.topics import slot_topic, slot_topics
 from gait_segmentation.ros.waiting import nothing_from, unpublished
-from gait_segmentation.warm_up import open_bank, warm_up_matcher
 
 __all__ = ['MatcherNode', 'main']
 
@@ -67,7 +68,7 @@ class MatcherNode(GaitNode):
     def compile(self) -> None:
         """Open the bank and compile the stage."""
         self._bank = open_bank(self.parameters.get(BankConfig).bank)
-        warm_up_matcher(self._bank, self.parameters.get(MatchingConfig))
+        compile_kernels('gait_segmentation.matching')
 
     def build(self) -> None:
         """Make the stage and the publishers."""

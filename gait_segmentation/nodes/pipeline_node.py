@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.config import StageConfig
+from gait_segmentation.gait_model import open_bank
 from gait_segmentation.held_frames import HeldFrames
+from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
@@ -30,7 +32,6 @@ from gait_segmentation.ros.running import run_node
 from gait_segmentation.segmentation import PeopleMasks, SegmentationConfig
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import TrackingConfig
-from gait_segmentation.warm_up import open_bank, warm_up
 
 __all__ = ['PipelineNode', 'main']
 
@@ -57,7 +58,7 @@ class PipelineNode(CameraNode):
     def compile(self) -> None:
         """Open the bank and compile the stages."""
         self._bank = open_bank(self.parameters.get(BankConfig).bank)
-        warm_up(self._config(), self._bank)
+        compile_kernels()
 
     def build(self) -> None:
         """Make the stages and the publishers."""

@@ -13,6 +13,7 @@ from sensor_msgs.msg import Image, JointState
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.inputs.encodings import read_mono8
+from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.camera import claimed_shape, decode
@@ -26,7 +27,6 @@ from gait_segmentation.ros.running import run_node
 from gait_segmentation.ros.topics import slot_topic, slot_topics
 from gait_segmentation.ros.waiting import no_images, nothing_from, unpublished
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
-from gait_segmentation.warm_up import warm_up_segmenter
 
 __all__ = ['SegmenterNode', 'main']
 
@@ -66,7 +66,7 @@ class SegmenterNode(GaitNode):
 
     def compile(self) -> None:
         """Compile the stage."""
-        warm_up_segmenter(self.parameters.get(SegmentationConfig))
+        compile_kernels('gait_segmentation.segmentation')
 
     def build(self) -> None:
         """Make the stage and the publishers."""

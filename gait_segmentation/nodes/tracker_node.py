@@ -13,7 +13,9 @@ from sensor_msgs.msg import Image
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.gait_model import open_bank
 from gait_segmentation.inputs.encodings import read_mono8
+from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback
@@ -27,7 +29,6 @@ from gait_segmentation.ros.running import run_node
 from gait_segmentation.ros.topics import slot_topic, slot_topics
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
-from gait_segmentation.warm_up import open_bank, warm_up_tracker
 
 __all__ = ['TrackerNode', 'main']
 
@@ -52,10 +53,8 @@ class TrackerNode(CameraNode):
 
     def compile(self) -> None:
         """Open the bank and compile the stage."""
-        get = self.parameters.get
-        self._bank = open_bank(get(BankConfig).bank)
-        people = get(PeopleConfig).max_people
-        warm_up_tracker(self._bank, get(TrackingConfig), get(StartingConfig), people)
+        self._bank = open_bank(self.parameters.get(BankConfig).bank)
+        compile_kernels()
 
     def build(self) -> None:
         """Make the stage and the publishers."""

@@ -14,10 +14,10 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.kernels import kernel
 
 __all__ = ['align']
 
@@ -89,7 +89,7 @@ def align(
     return np.asarray(moved), place
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], u1[:,::1], i4[:,::1], i4[:,:,::1], i4[::1]')
 def _prepare(
     template: NDArray[np.uint8],
     likelihood: NDArray[np.uint8],
@@ -121,7 +121,7 @@ def _prepare(
         counts[row] = count
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _gain(
     sums: NDArray[np.int32],
     runs: NDArray[np.int32],
@@ -149,7 +149,7 @@ def _gain(
     return float(total)
 
 
-@njit(cache=True, nogil=True)
+@kernel('i4[:,::1], i4[:,:,::1], i4[::1], UniTuple(f8, 2), f8[::1], f8[::1], f8[::1], f8')
 def _search(
     sums: NDArray[np.int32],
     runs: NDArray[np.int32],

@@ -11,9 +11,9 @@ costs what it is away from the template's outline, saturated.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.segmentation.graph_cut import CAPACITY, STEPS, OpenGraph
 
 __all__ = ['contrast_links', 'distance_links', 'mean_contrast']
@@ -23,7 +23,7 @@ _TABLE_SIZE = 1024
 _EXP = np.exp(-np.linspace(0, _TABLE_END, _TABLE_SIZE, dtype=np.float32))
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], i4[::1], i4[:,::1], i8[:,::1], i4[:,::1]')
 def _squares(
     image: NDArray[np.uint8],
     pixels: NDArray[np.int32],
@@ -54,7 +54,7 @@ def _squares(
     return total / max(pairs, 1)
 
 
-@njit(cache=True, nogil=True)
+@kernel('i4[:,::1], f8, f8, f4[::1], i4[:,::1]')
 def _weigh(
     beside: NDArray[np.int32],
     mean: float,
@@ -106,7 +106,7 @@ def contrast_links(
     _weigh(graph.beside, found if mean is None else mean, weight, _EXP, graph.links)
 
 
-@njit(cache=True, nogil=True)
+@kernel('f4[:,::1], i4[::1], i4[:,::1], i8[:,::1], f8, i4[:,::1]')
 def _distance(
     psi: NDArray[np.float32],
     pixels: NDArray[np.int32],

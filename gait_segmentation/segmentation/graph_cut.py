@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import cv2
 import maxflow
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from gait_segmentation.kernels import kernel
 
 __all__ = ['CAPACITY', 'STEPS', 'OpenGraph', 'decided', 'minimum_cut', 'open_graph']
 
@@ -53,7 +54,7 @@ class OpenGraph:
     links: NDArray[np.int32]
 
 
-@njit(cache=True, nogil=True)
+@kernel('i1[:,::1], i4[:,::1], i4[::1]')
 def _number(given: NDArray[np.int8], index: NDArray[np.int32], pixels: NDArray[np.int32]) -> int:
     count = 0
     for row in range(given.shape[0]):
@@ -67,7 +68,7 @@ def _number(given: NDArray[np.int8], index: NDArray[np.int32], pixels: NDArray[n
     return count
 
 
-@njit(cache=True, nogil=True)
+@kernel('i4[:,::1], i4[::1], i8[:,::1], i4[:,::1]')
 def _connect(
     index: NDArray[np.int32],
     pixels: NDArray[np.int32],
@@ -102,7 +103,7 @@ def open_graph(given: NDArray[np.int8]) -> OpenGraph:
     return OpenGraph(given, pixels, beside, np.zeros(beside.shape, np.int32))
 
 
-@njit(cache=True, nogil=True)
+@kernel('f4[::1], i4[:,::1], i4[:,::1], i8[:,::1], i8[::1]')
 def _fold(
     logit: NDArray[np.float32],
     links: NDArray[np.int32],

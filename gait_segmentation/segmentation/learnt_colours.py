@@ -10,10 +10,10 @@ in the same way, so that the colours learnt from it tell more than it does itsel
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.kernels import kernel
 
 __all__ = ['LearntColours']
 
@@ -93,7 +93,7 @@ def _bands(lab: NDArray[np.uint8], body: BodyFrame) -> NDArray[np.int64]:
     return np.clip(height * _BANDS, 0, _BANDS - 1).astype(np.int64)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _bin(colour: NDArray[np.uint8]) -> int:
     place = 0
     for channel in range(3):
@@ -101,7 +101,7 @@ def _bin(colour: NDArray[np.uint8]) -> int:
     return place
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _learn(
     lab: NDArray[np.uint8],
     bands: NDArray[np.int64],
@@ -127,7 +127,7 @@ def _learn(
             counts[int(labels[row, col]), bands[row], place] += weight * (1 - share)
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _odds(
     lab: NDArray[np.uint8],
     bands: NDArray[np.int64],

@@ -17,10 +17,10 @@ import math
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.kernels import kernel
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.oriented_edges import (
     EdgePoints,
@@ -188,7 +188,7 @@ def word_distances(
     return np.sqrt(squares, out=squares)
 
 
-@njit(cache=True, nogil=True)
+@kernel('i8[:], i8[:], i8[::1], f4[::1], f4[:,:,::1]')
 def _stamp(
     rows: NDArray[np.int64],
     columns: NDArray[np.int64],
@@ -216,7 +216,7 @@ def _stamp(
                 line[x] = value if value < line[x] else line[x]
 
 
-@njit(cache=True, nogil=True)
+@kernel('f4[:,:,::1], i8[:], i8[:], f4[:,::1], f8, f8, f4[:,::1]')
 def _least(
     distances: NDArray[np.float32],
     rows: NDArray[np.int64],

@@ -12,10 +12,10 @@ import math
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
+from gait_segmentation.kernels import kernel
 from gait_segmentation.segmentation.energy import contrast_links
 from gait_segmentation.segmentation.graph_cut import minimum_cut, open_graph
 from gait_segmentation.sizes import shrink
@@ -96,7 +96,7 @@ def refine(
     return refined
 
 
-@njit(cache=True, nogil=True)
+@kernel('f4[:,::1], i4[::1], UniTuple(i8, 2), i8, UniTuple(i8, 2), f4[::1]')
 def _sample(
     values: NDArray[np.float32],
     pixels: NDArray[np.int32],

@@ -8,11 +8,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.images import signed_distance
+from gait_segmentation.kernels import kernel
 from gait_segmentation.segmentation.config import SegmentationConfig
 
 __all__ = ['ShapeTerms', 'shape_terms']
@@ -77,7 +77,7 @@ def shape_terms(
     return ShapeTerms(None if config.prior == 'distance' else logit, psi)
 
 
-@njit(cache=True, nogil=True)
+@kernel('f4[:,::1], UniTuple(f8, 2), UniTuple(f8, 2), f4, f4, f4, f4, f4, f4[:,::1], f4[:,::1]')
 def _terms(
     distance: NDArray[np.float32],
     axis: tuple[float, float],

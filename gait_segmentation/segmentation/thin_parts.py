@@ -14,9 +14,9 @@ import math
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.segmentation.graph_cut import STEPS, OpenGraph
 
 __all__ = ['loosen_thin_parts']
@@ -57,7 +57,7 @@ def _disk(radius: int) -> NDArray[np.uint8]:
     return np.asarray(cv2.getStructuringElement(cv2.MORPH_ELLIPSE, size), np.uint8)
 
 
-@njit(cache=True, nogil=True)
+@kernel('f4[:,::1], u1[:,::1], i4[::1], i4[:,::1], i8[:,::1], i4[:,::1]')
 def _loosen(
     smooth: NDArray[np.float32],
     about: NDArray[np.uint8],

@@ -19,13 +19,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.files.output_files import write_file
 from gait_segmentation.files.regular_files import regular
 from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.kernels import kernel
 
 __all__ = ['Vocabulary', 'VocabularyError', 'default_vocabulary']
 
@@ -257,7 +257,7 @@ def default_vocabulary() -> Vocabulary:
     return Vocabulary.load(_DEFAULT_FILE)
 
 
-@njit(cache=True, nogil=True)
+@kernel('f4[:,::1], f4[:,:,::1], f4[:,::1], f4[::1], f4[:,::1]')
 def _fill_log_densities(
     features: NDArray[np.float32],
     whitening: NDArray[np.float32],

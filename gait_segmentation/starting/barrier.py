@@ -12,8 +12,9 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from gait_segmentation.kernels import kernel
 
 __all__ = ['barrier_distance', 'barrier_logit']
 
@@ -26,7 +27,7 @@ _SLOPE = 0.5
 _LIMIT = 2.0
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], f4[:,::1], u1[:,:,::1], u1[:,:,::1], b1')
 def _scan(
     image: NDArray[np.uint8],
     distance: NDArray[np.float32],

@@ -14,10 +14,10 @@ from __future__ import annotations
 from copy import copy
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import BANDS, ColourModel
+from gait_segmentation.kernels import kernel
 
 __all__ = ['SoftColours']
 
@@ -111,7 +111,7 @@ class SoftColours:
         return (self._left_out * (own + (1 - band_share) / total)).astype(np.float32)
 
 
-@njit(cache=True, nogil=True)
+@kernel('f4[:,::1], f4[:,::1], f8[::1]')
 def _band_mass(
     rows: NDArray[np.float32], weight: NDArray[np.float32], mass: NDArray[np.float64]
 ) -> None:
@@ -138,7 +138,7 @@ def _alike_nearby(
     return first, places[:count].copy()
 
 
-@njit(cache=True, nogil=True)
+@kernel('u2[:,::1], b1[:,::1], i8, i4[::1], i4[::1]')
 def _find_alike(
     bins: NDArray[np.uint16],
     inside: NDArray[np.bool_],
@@ -161,7 +161,11 @@ def _find_alike(
     return count
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel(
+    'u2[:,::1], f4[:,::1], i4[::1], i4[::1], f4[:,::1], f4[:,::1], f4[:,::1], f4[:,::1], '
+    'f4[::1], f4[::1], f8, f4[:,::1]',
+    fastmath=True,
+)
 def _log_ratio(
     bins: NDArray[np.uint16],
     rows: NDArray[np.float32],

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
+from gait_segmentation.kernels import kernel
 
 __all__ = ['Hypothesis']
 
@@ -83,7 +83,7 @@ class Hypothesis:
         return np.asarray(cv2.GaussianBlur(mean, (0, 0), max(sigma, _LEAST_SIGMA)))
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], i2[::1], i8[::1], i8[::1]')
 def _overlaps(
     templates: NDArray[np.uint8],
     image: NDArray[np.int16],
@@ -101,7 +101,7 @@ def _overlaps(
         total[k] = t
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel('u1[:,:,::1], f4[:,::1], f4[:,::1], f4[::1]', fastmath=True)
 def _supports(
     templates: NDArray[np.uint8],
     across: NDArray[np.float32],
@@ -120,7 +120,7 @@ def _supports(
         found[k] = on_edges / length
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], f4[::1], f4[:,::1]')
 def _add_weighted(
     templates: NDArray[np.uint8], share: NDArray[np.float32], mean: NDArray[np.float32]
 ) -> None:

@@ -22,10 +22,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, overlap, size_of
+from gait_segmentation.kernels import kernel
 from gait_segmentation.tracking.likelihood.kernels import against_rivals, strengths
 from gait_segmentation.tracking.nearness import REACH, Nearness, by_distance, nearness
 
@@ -160,7 +160,7 @@ def _against(logit: NDArray[np.float32], rivals: NDArray[np.float32]) -> NDArray
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel('f4[:,::1], UniTuple(i8, 2), f8, f8, f4[:,::1], UniTuple(i8, 2), UniTuple(i8, 2)')
 def _add(
     strength: NDArray[np.float32],
     first: Corner,
@@ -181,7 +181,9 @@ def _add(
             result[col] += value if value > least else zero
 
 
-@njit(cache=True, nogil=True)
+@kernel(
+    'f4[:,::1], f4[:,::1], UniTuple(i8, 2), f4[:,::1], f4[:,::1], UniTuple(i8, 2), UniTuple(i8, 2)'
+)
 def _settle(
     one: NDArray[np.float32],
     near_one: NDArray[np.float32],

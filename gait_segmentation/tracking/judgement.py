@@ -8,13 +8,13 @@ import math
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import colour_bins
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import carry
 from gait_segmentation.images import Window, shifted_part
+from gait_segmentation.kernels import kernel
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import STEP, FeatureSelector, View
 from gait_segmentation.tracking.likelihood.cues import add_motion, add_propagation
@@ -190,7 +190,7 @@ def _way(person: Person, motion: WorldMotion, shift: Shift) -> tuple[float, floa
     return person.center_x - x, person.center_y - y
 
 
-@njit(cache=True, nogil=True)
+@kernel('f4[:,::1], f4[:,:,::1], i8, i8')
 def _may_be_new(
     moving: NDArray[np.float32], sums: NDArray[np.float32], top: int, left: int
 ) -> bool:
@@ -204,7 +204,10 @@ def _may_be_new(
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel(
+    'u1[:,::1], u1[:,::1], f4[:,:,::1], i8, i8, UniTuple(i8, 2), f4[:,::1], f8, f4[:,::1], '
+    'f4[:,::1]'
+)
 def _take_back_uncovered(
     there: NDArray[np.uint8],
     along: NDArray[np.uint8],

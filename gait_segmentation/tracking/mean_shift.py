@@ -17,6 +17,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
+
 __all__ = ['WindowShift', 'mean_shift']
 
 _ITERATIONS = 10
@@ -53,7 +55,7 @@ def mean_shift(
     return WindowShift(*_shift(weights, reference, *window))
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], u1[:,::1], i8, i8, i8, i8')
 def _shift(
     weights: NDArray[np.uint8],
     reference: NDArray[np.uint8],

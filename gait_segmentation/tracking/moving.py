@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
+from gait_segmentation.kernels import kernel
 from gait_segmentation.tracking.records import Record
 
 __all__ = ['add_moving', 'moving_pixels']
@@ -85,7 +86,7 @@ def moving_pixels(
     return moving[:, :width]
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[::1], i8, i8, u1[::1]')
 def _mark(change: NDArray[np.uint8], step: int, most: int, out: NDArray[np.uint8]) -> None:
     """
     Set the squares about pixels in the squares about which the changes add up to more than most.

@@ -8,10 +8,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, bounding_box, signed_distance
+from gait_segmentation.kernels import kernel
 
 __all__ = ['REACH', 'Nearness', 'by_distance', 'nearness']
 
@@ -67,7 +67,7 @@ def by_distance(
     return out
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel('f4[:,::1], i8, i8, f8, f8, f8, f4[:,::1]', fastmath=True)
 def _limit(
     distance: NDArray[np.float32],
     top: int,

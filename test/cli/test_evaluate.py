@@ -7,8 +7,8 @@ from types import ModuleType
 import cv2
 import pytest
 
+from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.evaluate import main
-from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
 
 from ..evaluation.fakes import FakePipeline, FakePipelineConfig, write_sequence
 
@@ -20,9 +20,7 @@ def pipeline(monkeypatch):
     module.Pipeline = FakePipeline
     module.PipelineConfig = FakePipelineConfig
     monkeypatch.setitem(sys.modules, 'gait_segmentation.pipeline', module)
-    warm_up = ModuleType('gait_segmentation.warm_up')
-    warm_up.warm_up = lambda config: None
-    monkeypatch.setitem(sys.modules, 'gait_segmentation.warm_up', warm_up)
+    monkeypatch.setattr('gait_segmentation.kernels.compile_kernels', lambda: None)
     threads = cv2.getNumThreads()
     yield module
     cv2.setNumThreads(threads)
@@ -79,18 +77,6 @@ def test_without_motmetrics_its_columns_are_left_out(pipeline, folder, monkeypat
     assert 'MOTA and IDF1 need the Python package motmetrics' in text
 
 
-def test_scenes_are_made_run_and_kept(pipeline, tmp_path, monkeypatch, capsys):
-    short = SyntheticConfig(seed=6, frames=4, width=96, height=80, person_height=50.0, walkers=2)
-    monkeypatch.setattr(
-        'gait_segmentation.cli.evaluate.scene', lambda *_: SyntheticSequence(short)
-    )
-    keep = tmp_path / 'kept'
-    assert main(['--synthetic', 'crossing', '--keep', str(keep)]) == 0
-    assert capsys.readouterr().out.splitlines()[1].split()[:2] == ['crossing', '4']
-    assert (keep / 'crossing' / 'labels' / '0003.png').is_file()
-    assert main(['--synthetic', 'crossing']) == 0
-
-
 def test_boxes_are_given_or_not(pipeline, folder, monkeypatch):
     made = []
     monkeypatch.setattr(
@@ -107,9 +93,10 @@ def test_boxes_are_given_or_not(pipeline, folder, monkeypatch):
     assert made[-1].config.starting.auto_init == 'motion'
 
 
-def test_nothing_to_run_is_an_error(pipeline, capsys):
-    assert main([]) == 2
-    assert 'SEQUENCE_DIR or a --synthetic SCENE' in capsys.readouterr().err
+def test_nothing_to_run_is_an_error(capsys):
+    with pytest.raises(SystemExit, match='2'):
+        main([])
+    assert 'required: SEQUENCE_DIR' in capsys.readouterr().err
 
 
 def test_two_runs_write_the_same_bytes(pipeline, folder, tmp_path):
@@ -171,7 +158,6 @@ def test_errors_are_one_line(pipeline, folder, capsys, arguments, message):
         ('--out', 'walk', 'lies in'),
         ('--json', 'walk/sequence.yaml', 'lies in'),
         ('--json', 'hard.yaml', 'is'),
-        ('--keep', '.', 'is'),
     ],
 )
 def test_a_sequence_is_never_written_to(
@@ -182,9 +168,6 @@ def test_a_sequence_is_never_written_to(
     (tmp_path / 'hard.yaml').hardlink_to(folder / 'sequence.yaml')
     before = {path: path.read_bytes() for path in sorted(folder.rglob('*.*'))}
     given = ['walk', option, place]
-    if option == '--keep':
-        folder.rename(tmp_path / 'crossing')
-        given = ['crossing', '--synthetic', 'crossing', *given[1:]]
     if how == 'is' and option == '--json':
         # As a file that is read.
         given = ['hard.yaml', *given[1:]]
@@ -192,16 +175,8 @@ def test_a_sequence_is_never_written_to(
     said = capsys.readouterr().err
     assert said.startswith(f'gait_evaluate: error: {option} ')
     assert f' {how} the input {given[0]}, which would be changed' in said
-    if option != '--keep':
-        assert {path: path.read_bytes() for path in sorted(folder.rglob('*.*'))} == before
+    assert {path: path.read_bytes() for path in sorted(folder.rglob('*.*'))} == before
     assert not (tmp_path / 'masks').exists()
-
-
-def test_scenes_are_not_written_to_where_their_results_go(pipeline, tmp_path, capsys):
-    given = ['--synthetic', 'crossing', '--keep', str(tmp_path), '--out', str(tmp_path)]
-    assert main(given) == 2
-    assert 'crossing/masks lies in the input' in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_scores_that_could_not_be_kept_are_not_worked_out(
@@ -217,13 +192,12 @@ def test_scores_that_could_not_be_kept_are_not_worked_out(
     assert kept.read_text() == 'before'
 
 
-@pytest.mark.parametrize('option', ['--json', '--out', '--keep'])
-def test_outputs_that_cannot_be_written_are_refused_before_the_scenes_are_made(
-    option, monkeypatch, capsys
+@pytest.mark.parametrize('option', ['--json', '--out'])
+def test_outputs_that_cannot_be_written_are_refused_before_anything_is_loaded(
+    folder, option, monkeypatch, capsys
 ):
-    monkeypatch.setattr('gait_segmentation.cli.evaluate.scene', lambda *_: pytest.fail('made'))
     monkeypatch.setitem(sys.modules, 'gait_segmentation.pipeline', None)
-    assert main(['--synthetic', 'crossing', option, '/dev/null/file']) == 2
+    assert main([str(folder), option, '/dev/null/file']) == 2
     assert '/dev/null/file' in capsys.readouterr().err
 
 
@@ -251,7 +225,6 @@ def test_help_tells_what_a_sequence_is(capsys):
     text = capsys.readouterr().out
     assert 'sequence.yaml' in text
     assert '--restarts' in text
-    assert 'hidden by a pillar' in text
     assert '[{frame: N, box: [x, y, w, h]}, ...]' in text
 
 

@@ -14,7 +14,6 @@ from gait_segmentation.evaluation.metrics import (
     error_percent,
     evaluation_window,
     jaccard,
-    phase_score,
     score_frame,
     start_box,
     true_box,
@@ -170,29 +169,6 @@ def test_a_frame_without_a_person():
 def test_masks_of_another_shape_are_refused():
     with pytest.raises(InputError, match=r'\(3, 4\)'):
         score_frame(np.zeros((4, 3), np.uint8), None, np.zeros((3, 4), np.uint8))
-
-
-def test_phase_scores():
-    true = np.arange(0, 2, 0.05)
-    exact = phase_score(true % 1, true % 1)
-    assert exact.error == pytest.approx(0, abs=1e-9)
-    assert exact.backward == 0
-    flipped = phase_score((true + 0.5) % 1, true % 1)
-    assert flipped.error == pytest.approx(0.5)
-    assert flipped.error_half == pytest.approx(0, abs=1e-9)
-    late = phase_score((true + 0.98) % 1, true % 1)
-    assert late.error == pytest.approx(0.02)
-    assert phase_score(-true, -true).backward == 1
-    jumping = np.array([0.0, 0.1, 0.05, 0.2, 0.3])
-    assert phase_score(jumping, jumping).backward == 0.25
-    assert phase_score(np.array([0.3]), np.array([0.2])).backward == 0
-
-
-def test_phases_that_cannot_be_scored_are_refused():
-    with pytest.raises(InputError, match='equally long'):
-        phase_score(np.zeros(3), np.zeros(4))
-    with pytest.raises(InputError):
-        phase_score(np.zeros(0), np.zeros(0))
 
 
 def test_scores_are_plain_numbers_also_for_boxes_of_numpy_numbers():

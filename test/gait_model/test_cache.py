@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from gait_segmentation.errors import BankError
-from gait_segmentation.gait_model import TemplateBank, cache
+from gait_segmentation.gait_model import TemplateBank, cache, open_bank
 from gait_segmentation.gait_model.build import named_build
 from gait_segmentation.gait_model.builder import BankSpec, build_bank
 
@@ -99,3 +99,10 @@ def test_the_standard_bank_has_1920_templates(monkeypatch):
     spec = cache.default_bank()
     views, builds = set(spec.azimuth_values), {named_build(name) for name in spec.build_names}
     assert (len(views), spec.phases, len(builds)) == (16, 30, 4)
+
+
+def test_a_bank_file_is_opened(tmp_path: Path) -> None:
+    build_bank(SPEC).save(tmp_path / 'bank.npz')
+    assert open_bank(str(tmp_path / 'bank.npz')).templates.shape[-2:] == (48, 32)
+    with pytest.raises(BankError):
+        open_bank(str(tmp_path / 'missing.npz'))

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import numpy as np
 
+from benchmarks.kernels import ReferenceKernel
 from gait_segmentation.matching.builds import BuildKernels
-from gait_segmentation.matching.tanimoto import ReferenceKernel, WindowGrid, polyphase
+from gait_segmentation.matching.tanimoto import WindowGrid, polyphase
 
 
 def test_each_build_has_its_rows_among_those_of_all():

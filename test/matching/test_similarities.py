@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
+from benchmarks.kernels import ReferenceKernel, tanimoto
 from gait_segmentation.matching.builds import BuildKernels
 from gait_segmentation.matching.placements import Sampled
 from gait_segmentation.matching.search_range import SearchRange
 from gait_segmentation.matching.similarities import SimilarityMaps, filled_up
-from gait_segmentation.matching.tanimoto import ReferenceKernel, WindowGrid, pitch_of, tanimoto
+from gait_segmentation.matching.tanimoto import WindowGrid, pitch_of
 from gait_segmentation.matching.transitions import UNIT
 from gait_segmentation.matching.visibility import LineSums
 

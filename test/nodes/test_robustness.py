@@ -58,7 +58,7 @@ def open_files() -> int:
 
 def test_a_node_can_be_cycled_fifty_times(bench: Bench, monkeypatch) -> None:
     # What is compiled once stays compiled, and takes most of the time.
-    monkeypatch.setattr(pipeline_node, 'warm_up', lambda config, bank: None)
+    monkeypatch.setattr(pipeline_node, 'compile_kernels', lambda: None)
     node = bench.add(PipelineNode, start=False, initial_box=BOX)
     for cycle in range(CYCLES):
         for trigger in ('configure', 'activate', 'deactivate', 'cleanup'):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from gait_segmentation.evaluation.synthetic import SyntheticFrame
+from benchmarks.synthetic import SyntheticFrame
 from gait_segmentation.geometry import Box, check_matched_box
 from gait_segmentation.starting import Start, estimate_start
 from test.walkers import box_of, clip, overlap, small_bank

@@ -20,9 +20,9 @@ from gait_segmentation.cli.replaying.job import Job, Report
 from gait_segmentation.cli.replaying.runner import replay
 from gait_segmentation.cli.signals import ENDING, handled
 from gait_segmentation.errors import GaitSegmentationError
-from gait_segmentation.gait_model import TemplateBank
+from gait_segmentation.gait_model import TemplateBank, open_bank
+from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.ros.compiling import compiling
-from gait_segmentation.warm_up import open_bank, warm_up
 
 __all__ = ['replay_all']
 
@@ -44,7 +44,7 @@ def replay_all(jobs: list[Job], at_a_time: int, *, force: bool) -> tuple[list[Re
     if any(total != 0 for total in totals):
         # Before signals are only looked at between frames; and once for all processes.
         with compiling(lambda text: print(f'gait_replay: {text}', file=sys.stderr)):
-            warm_up(jobs[0].config, bank)
+            compile_kernels()
     started = time.monotonic()
     if at_a_time == 1 or len(jobs) == 1:
         reports = _in_turn(jobs, totals, bank, force)

@@ -5,8 +5,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from gait_segmentation.kernels import kernel
 
 __all__ = ['minimum_arborescence']
 
@@ -30,7 +31,7 @@ def minimum_arborescence(
     return _prim(pixels)
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1]')
 def _prim(pixels):  # type: ignore[no-untyped-def]
     count, size = pixels.shape
     distance = np.empty(count, np.int64)
@@ -58,7 +59,7 @@ def _prim(pixels):  # type: ignore[no-untyped-def]
     return order, parent
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _differ(one, other, limit):  # type: ignore[no-untyped-def]
     """Return in how many pixels two templates differ, or any number from a limit on if so many."""
     differ = np.int64(0)

@@ -75,7 +75,13 @@ class EventKernel:
         return self._program.nbytes + self._matrix.nbytes
 
     def common_area(self, images: NDArray[np.uint8]) -> NDArray[np.int32]:
-        """Return C for every template and window, see :class:`Kernel`."""
+        """
+        Return C = sum of min(likelihood, template) for every template and window.
+
+        :param images: (S, *grid.image_shape) uint8.
+        :returns: (K, S, rows, columns) int32, valid until the next call.
+        :raises InputError: if the images do not fit the grid.
+        """
         grid = self._grid
         grid.check(images)
         windows = len(images), grid.rows, grid.columns

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.tanimoto.arborescence import minimum_arborescence
 
 __all__ = ['GROUP', 'PAIR', 'EventProgram', 'in_order', 'make_program']
@@ -141,7 +141,7 @@ def in_order(program: EventProgram) -> tuple[EventProgram, NDArray[np.int32]]:
     return replace(program, target=row[program.target], base=row[program.base]), place
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], i8[::1], i8[::1]')
 def _count(pixels, order, parents):  # type: ignore[no-untyped-def]
     """Return the number of events and the sum of their spans."""
     events, spans = 0, 0
@@ -156,7 +156,7 @@ def _count(pixels, order, parents):  # type: ignore[no-untyped-def]
     return events, spans
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], i8[::1], i8[::1], i8[::1], u1[::1], u1[::1], i4[:,::1], i4[:,::1]')
 def _code(pixels, order, parents, where, lo, span, rows, bounds):  # type: ignore[no-untyped-def]
     """
     Write the program; the other arguments are as in :class:`EventProgram`, with room to spare.
@@ -206,7 +206,7 @@ def _code(pixels, order, parents, where, lo, span, rows, bounds):  # type: ignor
         taken[:] = 0
         base = parent + 1
         while True:
-            rows[step] = child + 1, base
+            rows[step, 0], rows[step, 1] = child + 1, base
             bounds[step, 0] = place // PAIR
             for sign in range(2):
                 events = event_where[sign], event_lo[sign], event_span[sign]
@@ -232,7 +232,7 @@ def _code(pixels, order, parents, where, lo, span, rows, bounds):  # type: ignor
     return place, step
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _narrow_groups(span, groups, lonely):  # type: ignore[no-untyped-def]
     """
     Sort events into narrow groups by first fit.
@@ -267,24 +267,31 @@ def _narrow_groups(span, groups, lonely):  # type: ignore[no-untyped-def]
             break
         if done >= 0:
             if held[done] > GROUP // 2:
-                groups[found] = -1
-                groups[found, : held[done]] = members[done, : held[done]]
+                for k in range(GROUP):
+                    groups[found, k] = members[done, k] if k < held[done] else -1
                 found += 1
             else:
-                lonely[alone : alone + held[done]] = members[done, : held[done]]
-                alone += held[done]
+                for k in range(held[done]):
+                    # In order.
+                    place = alone
+                    while place > 0 and lonely[place - 1] > members[done, k]:
+                        lonely[place] = lonely[place - 1]
+                        place -= 1
+                    lonely[place] = members[done, k]
+                    alone += 1
             opened -= 1
             for k in range(done, opened):
-                members[k], held[k], total[k] = members[k + 1], held[k + 1], total[k + 1]
+                held[k], total[k] = held[k + 1], total[k + 1]
+                for each in range(GROUP):
+                    members[k, each] = members[k + 1, each]
         if fits < 0:
             members[opened, 0] = event
             held[opened], total[opened] = 1, span[event]
             opened += 1
-    lonely[:alone].sort()
     return found, alone
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _fitting(span, groups, first, last):  # type: ignore[no-untyped-def]
     """Return up to which group from the first on 16 bits can sum up."""
     total = 0
@@ -297,7 +304,7 @@ def _fitting(span, groups, first, last):  # type: ignore[no-untyped-def]
     return last
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _write(group, events, out, place):  # type: ignore[no-untyped-def]
     """Write a group, filled up with events that add nothing; return the next place."""
     event_where, event_lo, event_span = events

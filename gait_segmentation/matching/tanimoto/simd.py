@@ -16,9 +16,10 @@ from typing import Any
 import numba.core.cgutils as cgutils
 import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.tanimoto.program import PAIR
 
 __all__ = ['LANES', 'RUN', 'gather', 'run_program']
@@ -170,7 +171,7 @@ def _apply_step(
     return signature, generate
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[::1], i8[::1], i8[::1], i8[::1], u1[::1]')
 def gather(plane, origins, places, offsets, matrix):  # type: ignore[no-untyped-def]
     """
     Put the windows of a block side by side for all pixels, run by run.
@@ -188,7 +189,7 @@ def gather(plane, origins, places, offsets, matrix):  # type: ignore[no-untyped-
             _copy_run(matrix, row + places[run], plane, origin + offsets[run])
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[::1], u2[::1], u1[::1], u1[::1], i4[::1], i4[::1], i4[::1], i4[::1], i8, i8')
 def run_program(  # type: ignore[no-untyped-def]
     matrix, source, lo, span, bounds, target, base, out, stride, first
 ):

@@ -1,19 +1,18 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Windows of padded images, and the interface of the kernels."""
+"""Windows of padded images."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
+from gait_segmentation.kernels import kernel
 
-__all__ = ['Kernel', 'WindowGrid', 'check_templates']
+__all__ = ['WindowGrid', 'check_templates']
 
 _MOST_PIXELS = (2**31 - 1) // 255
 
@@ -95,20 +94,6 @@ class WindowGrid:
             )
 
 
-class Kernel(Protocol):
-    """What all kernels can do."""
-
-    def common_area(self, images: NDArray[np.uint8]) -> NDArray[np.int32]:
-        """
-        Return C = sum of min(likelihood, template) for every template and window.
-
-        :param images: (S, *grid.image_shape) uint8.
-        :returns: (K, S, rows, columns) int32, valid until the next call.
-        :raises InputError: if the images do not fit the grid.
-        """
-        ...
-
-
 def check_templates(templates: NDArray[np.uint8], grid: WindowGrid) -> None:
     """
     Refuse templates a kernel cannot be made of.
@@ -132,7 +117,7 @@ def check_templates(templates: NDArray[np.uint8], grid: WindowGrid) -> None:
         )
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], i8, i8, i8, i4[:,:,::1]')
 def _sum_up(images, height, width, step, result):  # type: ignore[no-untyped-def]
     """Put the sums over all windows into ``result``, (S, rows, columns) int32, by running sums."""
     sums = np.empty(images.shape[2], np.int32)
@@ -154,13 +139,13 @@ def _sum_up(images, height, width, step, result):  # type: ignore[no-untyped-def
                 result[scale, row, column] = total
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _add(line, sums):  # type: ignore[no-untyped-def]
     for x in range(len(sums)):
         sums[x] += np.int32(line[x])
 
 
-@njit(cache=True, nogil=True)
+@kernel()
 def _subtract(line, sums):  # type: ignore[no-untyped-def]
     for x in range(len(sums)):
         sums[x] -= np.int32(line[x])

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import pixel_affine
 from gait_segmentation.images import shift_whole
+from gait_segmentation.kernels import kernel
 
 __all__ = ['MotionBackground']
 
@@ -56,7 +56,7 @@ _PROBE, _PROBE_CUT = 3, 16.0
 that one of them can say, in grey levels."""
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], u1[:,:,::1], u1[:,::1], f8, i8, u1[:,::1]')
 def _compare(
     colours: NDArray[np.uint8],
     state: NDArray[np.uint8],
@@ -87,7 +87,7 @@ def _compare(
             out[row, col] = min(max(value, np.float32(0)), np.float32(255))
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], u1[:,:,::1], u1[:,::1], f8[:,::1]')
 def _mismatch(
     gray: NDArray[np.uint8],
     state: NDArray[np.uint8],
@@ -131,7 +131,7 @@ def _mismatch(
     return error / max(count, 1), count, xx, xy, yy, bx, by
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], u1[:,::1], f8, i8, i8, i8, u1[:,:,::1], u1[:,:,::1]')
 def _learn(
     colours: NDArray[np.uint8],
     keep: NDArray[np.uint8],

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
+from gait_segmentation.kernels import kernel
 from gait_segmentation.starting.finding.heads import columns_of_people
 
 __all__ = ['Blob', 'find_blobs']
@@ -176,7 +176,10 @@ def _upright(box: Box) -> bool:
     return box.height >= _LEAST_BODY and _LEAST_ASPECT <= aspect <= _MOST_ASPECT
 
 
-@njit(cache=True, nogil=True)
+@kernel(
+    'u2[:,::1], i4[::1], u1[:,::1], u1[:,::1], i8, UniTuple(i8, 4), u1[:,::1], u1[:,::1], '
+    'i4[:,::1], i4[:,::1], i4[:,::1]'
+)
 def _fill(
     labels: NDArray[np.uint16],
     table: NDArray[np.int32],

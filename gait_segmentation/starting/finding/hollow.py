@@ -12,9 +12,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.starting.finding.blobs import Blob
 
 __all__ = ['fill_hollow']
@@ -50,7 +50,7 @@ def fill_hollow(
             _fill(likelihood, moving, owners, blob.number, bounds)
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], u1[:,::1], u1[:,::1], i8, UniTuple(i8, 4)')
 def _fill(
     likelihood: NDArray[np.uint8],
     moving: NDArray[np.uint8],

@@ -7,10 +7,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
+from gait_segmentation.kernels import kernel
 
 __all__ = ['SURE_COUNT', 'Recollection', 'agreed', 'spread']
 
@@ -79,7 +79,7 @@ def spread(off: NDArray[np.uint8]) -> float:
     return min(max(sigma, _SIGMA_LOW), _SIGMA_HIGH)
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,:,::1], u1[:,:,::1]')
 def agreed(
     images: NDArray[np.uint8], masks: NDArray[np.uint8]
 ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:

@@ -8,6 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
+
 __all__ = [
     'PLACE_STEPS',
     'SURE_COUNT',
@@ -30,7 +32,7 @@ PLACE_STEPS = 16
 """Parts of a pixel in which misplacements are counted."""
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
+@kernel('f4[:,:,::1], u1[:,:,::1], u1[:,::1], i8, i8, i8, i8', fastmath=True, error_model='numpy')
 def update_sums(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
@@ -77,7 +79,11 @@ def lightness_of_row(
         known[col] = one if count >= fewest else zero
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
+@kernel(
+    'f4[:,:,::1], u1[:,:,::1], u1[:,::1], i8, i8, i8, i8, f8, i8[::1]',
+    fastmath=True,
+    error_model='numpy',
+)
 def count_misplacements(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
@@ -101,7 +107,8 @@ def count_misplacements(
     span = slice(4 * left, 4 * right)
     lightness_of_row(sums[top].reshape(-1)[span], 1.0, means[2], known[2])
     for row in range(top + 1, bottom - 1, 2):
-        means[0], known[0] = means[2], known[2]
+        for col in range(columns):
+            means[0, col], known[0, col] = means[2, col], known[2, col]
         lightness_of_row(sums[row].reshape(-1)[span], 1.0, means[1], known[1])
         lightness_of_row(sums[row + 1].reshape(-1)[span], 1.0, means[2], known[2])
         above, here, below = means[0], means[1], means[2]
@@ -119,7 +126,7 @@ def count_misplacements(
     return total
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@kernel('f4[:,:,::1], u1[:,:,::1], u1[:,::1], i8, i8, i8, i8, i8[::1]', error_model='numpy')
 def count_residuals(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
@@ -146,7 +153,7 @@ def count_residuals(
     return total
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@kernel('f4[:,:,::1], u1[:,:,::1], u1[:,::1], i8, i8, i8, i8, f8', error_model='numpy')
 def count_agreeing(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
@@ -175,7 +182,7 @@ def count_agreeing(
     return total, agreeing
 
 
-@njit(cache=True, nogil=True)
+@kernel('i8[::1], f8')
 def place_in(histogram: NDArray[np.int64], least: float) -> float:
     """Return the first place up to which the counts add up to at least that many."""
     total = 0
@@ -186,7 +193,7 @@ def place_in(histogram: NDArray[np.int64], least: float) -> float:
     return float(histogram.size)
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
+@kernel('f4[:,:,::1], u1[:,:,::1], i8, i8, f8, f8, u1[:,::1]', fastmath=True, error_model='numpy')
 def compare(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],

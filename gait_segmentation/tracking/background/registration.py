@@ -14,10 +14,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
+from gait_segmentation.kernels import kernel
 from gait_segmentation.tracking.background.kernels import SURE_COUNT, lightness_of_row
 
 __all__ = ['remaining_shift']
@@ -33,7 +33,11 @@ _LEAST, _MOST = 0.1, 1.0
 """Shifts in pixels that are made; a larger one is beyond what one step can tell."""
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
+@kernel(
+    'f4[:,:,::1], u1[:,:,::1], u1[:,::1], i8, i8, i8, i8, f8[::1]',
+    fastmath=True,
+    error_model='numpy',
+)
 def _add_up(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],

@@ -17,6 +17,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
+from gait_segmentation.kernels import kernel
 
 __all__ = ['resample']
 
@@ -78,7 +79,7 @@ def _lines(image: NDArray[np.float32]) -> NDArray[np.float32]:
     return image.reshape(image.shape[0], -1)
 
 
-@njit(cache=True, nogil=True)
+@kernel('f4[:,:,::1], f4')
 def _scale(sums: NDArray[np.float32], factor: np.float32) -> None:
     """Multiply by a factor what is above zero; the rest becomes zero."""
     for row in range(sums.shape[0]):
@@ -171,7 +172,10 @@ def _mix_rows_at_border(
                         out[_CHANNELS * place + channel] += weights[k] * value
 
 
-@njit(cache=True, nogil=True)
+@kernel(
+    'f4[:,::1], UniTuple(f8, 3), UniTuple(f8, 3), f8, i8, UniTuple(i8, 2), UniTuple(i8, 2), '
+    'f4[:,::1]'
+)
 def _resample_runs(
     lines: NDArray[np.float32],
     across: Row,

@@ -11,3 +11,6 @@ from gait_segmentation.tracking.features.pool import pool
 from gait_segmentation.tracking.features.selection import STEP, FeatureSelector
 
 __all__ = ['STEP', 'ChannelFeature', 'DirectFeature', 'Feature', 'FeatureSelector', 'View', 'pool']
+
+# Now, and not when the first frame comes: some have kernels.
+pool()

@@ -10,8 +10,9 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from gait_segmentation.kernels import kernel
 
 __all__ = ['NEUTRAL', 'ChannelFeature', 'DirectFeature', 'Feature', 'View']
 
@@ -67,7 +68,7 @@ class View:
         return np.asarray(cv2.cvtColor(self.thin_bgr, cv2.COLOR_BGR2HSV_FULL))
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], i8, u1[:,:,::1]')
 def _thin_colours(bgr: NDArray[np.uint8], step: int, out: NDArray[np.uint8]) -> None:
     for row in range(out.shape[0]):
         line, result = bgr[row * step], out[row]
@@ -76,7 +77,7 @@ def _thin_colours(bgr: NDArray[np.uint8], step: int, out: NDArray[np.uint8]) -> 
                 result[col, channel] = line[col * step, channel]
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], i8, u1[:,::1]')
 def _share(bgr: NDArray[np.uint8], index: int, out: NDArray[np.uint8]) -> None:
     most, half = np.float32(255), np.float32(0.5)
     for row in range(out.shape[0]):

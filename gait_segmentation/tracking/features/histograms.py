@@ -18,6 +18,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
+
 __all__ = ['ChannelModel', 'class_histograms', 'moments_ratio']
 
 _SHIFT = 3
@@ -30,7 +32,7 @@ PERSON, SURROUNDINGS = 1, 0
 """Values of labels; any other is left out."""
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], u1[:,::1], b1, f8[:,::1]')
 def _count(
     channel: NDArray[np.uint8],
     labels: NDArray[np.uint8],
@@ -77,7 +79,7 @@ def _variance_ratio(low: float, low_square: float, high: float, high_square: flo
     return between / within
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel('f4[:,::1], u1[:,::1], i8', fastmath=True)
 def _ratio_of_pixels(logit: NDArray[np.float32], labels: NDArray[np.uint8], step: int) -> float:
     """Return the variance ratio of every ``step``-th pixel."""
     zero, width = np.float32(0), labels.shape[1]
@@ -126,7 +128,7 @@ def moments_ratio(logit: NDArray[np.float32], labels: NDArray[np.uint8], step: i
     return float(_ratio_of_pixels(logit, labels, step))
 
 
-@njit(cache=True, nogil=True)
+@kernel('f8[::1], f8[::1], f8[::1], f8[:,::1], f8, b1, f8, f4[::1]')
 def _follow(
     first: NDArray[np.float64],
     current: NDArray[np.float64],
@@ -154,7 +156,7 @@ def _follow(
     return alike
 
 
-@njit(cache=True, nogil=True)
+@kernel('f8[:,::1], f4[::1]')
 def _ratio_of_histograms(newest: NDArray[np.float64], table: NDArray[np.float32]) -> float:
     """Return the variance ratio of what a table says of the pixels in histograms."""
     shares, means, squares = np.zeros(2), np.zeros(2), np.zeros(2)

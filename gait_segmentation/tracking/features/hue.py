@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.tracking.features.base import NEUTRAL, ChannelFeature, View
 
 __all__ = ['FEATURE']
@@ -27,7 +27,7 @@ def _channel(view: View) -> NDArray[np.uint8]:
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], u1[:,::1]')
 def _hue(hsv: NDArray[np.uint8], out: NDArray[np.uint8]) -> None:
     """Fill in the hue, which never is NEUTRAL, and NEUTRAL where it is noise."""
     for row in range(out.shape[0]):

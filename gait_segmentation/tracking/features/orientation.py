@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.tracking.features.base import NEUTRAL, ChannelFeature, View
 
 __all__ = ['FEATURE']
@@ -80,7 +81,7 @@ def _products(
             imaginary[place + _REACH] = imaginary[inner]
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], i8, f4[:,::1], f4[:,::1]')
 def _tensor(
     gray: NDArray[np.uint8],
     step: int,
@@ -120,7 +121,7 @@ def _tensor(
                 out[k] = np.float32(np.float64(wide[k * step]) * share)
 
 
-@njit(cache=True, nogil=True)
+@kernel('f4[:,::1], f4[:,::1], u1[:,::1]')
 def _values(
     length: NDArray[np.float32], angle: NDArray[np.float32], out: NDArray[np.uint8]
 ) -> None:

@@ -15,9 +15,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.results import FeatureWeight
 from gait_segmentation.tracking.features.base import ChannelFeature, Feature, View
 from gait_segmentation.tracking.features.histograms import (
@@ -62,7 +62,7 @@ def labels_of(mask: NDArray[np.uint8], step: int = STEP) -> NDArray[np.uint8]:
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], u1[:,::1]')
 def _label(mask: NDArray[np.uint8], out: NDArray[np.uint8]) -> None:
     """Fill in 2 where any pixel of 3 x 3 is set, less 1 where all are."""
     height, width = mask.shape

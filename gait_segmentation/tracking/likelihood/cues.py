@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
+from gait_segmentation.kernels import kernel
 from gait_segmentation.tracking.nearness import Nearness, by_distance
 from gait_segmentation.warping import warp_window
 
@@ -30,7 +31,7 @@ def _mirrored(place: int, size: int) -> int:
     return -place if place < 0 else min(place, 2 * size - 2 - place)
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], i8, i8, u1[:,::1], u1[:,::1], f8, f4[:,::1], f4[:,::1]')
 def _add_difference(
     gray: NDArray[np.uint8],
     top: int,

@@ -9,6 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import BANDS, BIN_VOLUME
+from gait_segmentation.kernels import kernel
 
 __all__ = ['SIGMOID', 'against_rivals', 'colour_ratios', 'probabilities', 'ratios', 'strengths']
 
@@ -162,7 +163,12 @@ def _slopes_of_row(
         _add_slopes(above[channel], here[channel], below[channel], use, steep_chroma)
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
+@kernel(
+    'u1[:,:,::1], u2[:,::1], f4[:,::1], f4[:,:,::1], i8, i8, f8, f4[:,::1], f4[:,::1], f8, '
+    'f8, f8, f8, f8, f8, f8, f8, f4[:,::1]',
+    fastmath=True,
+    error_model='numpy',
+)
 def ratios(
     lab: NDArray[np.uint8],
     bins: NDArray[np.uint16],
@@ -249,7 +255,9 @@ def ratios(
             result[col] = min(max(value, -bound), bound)
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
+@kernel(
+    'u2[:,::1], f4[:,::1], f4[:,::1], f4[:,::1], f8, f4[:,::1]', fastmath=True, error_model='numpy'
+)
 def colour_ratios(
     bins: NDArray[np.uint16],
     rows: NDArray[np.float32],
@@ -276,7 +284,7 @@ SIGMOID = np.rint(255 / (1 + np.exp(-np.linspace(-8, 8, 2 * 8 * _SIGMOID_STEPS +
 """255 times the logistic function, by steps."""
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel('f4[:,::1], u1[::1], i8, i8, u1[:,::1]', fastmath=True)
 def probabilities(
     logit: NDArray[np.float32],
     table: NDArray[np.uint8],
@@ -294,7 +302,7 @@ def probabilities(
             result[col] = table[int((value + limit) * steps + half)]
 
 
-@njit(cache=True, nogil=True, fastmath=True, error_model='numpy')
+@kernel('f4[:,::1], f4[:,::1], f8, f4[:,::1]', fastmath=True, error_model='numpy')
 def strengths(
     logit: NDArray[np.float32],
     near: NDArray[np.float32],
@@ -313,7 +321,7 @@ def strengths(
             result[col] = power if value > low else zero
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel('f4[:,::1], f4[:,::1], f4[:,::1]', fastmath=True)
 def against_rivals(
     logit: NDArray[np.float32], rivals: NDArray[np.float32], out: NDArray[np.float32]
 ) -> None:

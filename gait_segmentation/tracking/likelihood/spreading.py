@@ -19,10 +19,10 @@ import math
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
+from gait_segmentation.kernels import kernel
 
 __all__ = ['spread_evidence']
 
@@ -54,7 +54,7 @@ _PERSON_SHARE = 0.6
 """Evidence for the person over that for the background: a body often ends without an edge."""
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@kernel('u1[:,:,::1], f4[:,:,::1], i8, i8, f4[:,::1], f8, f8, f4[:,:,::1]', error_model='numpy')
 def _seed(
     lab: NDArray[np.uint8],
     sums: NDArray[np.float32],
@@ -93,7 +93,7 @@ def _seed(
             sureness[col] = sure + abs(says) * known
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], f4[::1], f4[:,::1], f4[:,::1]')
 def _links(
     lab: NDArray[np.uint8],
     table: NDArray[np.float32],
@@ -119,7 +119,7 @@ def _links(
                 links[col] = table[changes[col]]
 
 
-@njit(cache=True, nogil=True, fastmath=True)
+@kernel('f4[:,::1], f4[:,::1], f4[:,::1], f4[:,::1]', fastmath=True)
 def _smooth(
     one: NDArray[np.float32],
     two: NDArray[np.float32],
@@ -165,7 +165,7 @@ def _smooth(
                 b[col] += links[col] * (d[col] - b[col])
 
 
-@njit(cache=True, nogil=True, error_model='numpy')
+@kernel('f4[:,:,::1], f4[:,:,::1], i8, i8, u1[:,::1]', error_model='numpy')
 def _blend(
     seeds: NDArray[np.float32],
     sums: NDArray[np.float32],

@@ -14,9 +14,9 @@ import math
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.lab import BLACK
 
 __all__ = ['SAME_COLOURS', 'Appearance', 'colour_signature', 'likeness', 'likeness_in_any_light']
@@ -38,7 +38,7 @@ _LIGHTS = tuple(math.exp(power / 10) for power in range(-3, 4))
 """Factors of the cube root of the light that may have changed: from 0.4 to 2.5 times as light."""
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,:,::1], u1[:,::1], f4[:,::1], f4[:,:,:,::1]')
 def _count(
     lab: NDArray[np.uint8],
     inside: NDArray[np.uint8],

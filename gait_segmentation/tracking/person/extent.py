@@ -12,6 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Bounds, bounding_box
+from gait_segmentation.kernels import kernel
 from gait_segmentation.tracking.nearness import Nearness
 
 __all__ = ['Extent', 'axis_tilt', 'extent_of', 'likely_extent']
@@ -102,7 +103,7 @@ def axis_tilt(mask: NDArray[np.uint8]) -> float:
     return float(_tilt(np.ascontiguousarray(mask)))
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1]')
 def _tilt(mask: NDArray[np.uint8]) -> float:
     # Exact sums of ones, of places, and of their products.
     ones, across, down = 0, 0, 0
@@ -127,7 +128,7 @@ def _tilt(mask: NDArray[np.uint8]) -> float:
     return 0.5 * math.atan2(-2 * (product - across * down / ones), spread)
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], f8, f8, f8, f8, f8')
 def _tilted(
     mask: NDArray[np.uint8], x: float, y: float, cos: float, sin: float, share: float
 ) -> tuple[float, float, float, float, float]:
@@ -162,7 +163,7 @@ def _tilted(
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], f8')
 def _upright(
     mask: NDArray[np.uint8], share: float
 ) -> tuple[int, float, float, float, float, float]:
@@ -183,7 +184,7 @@ def _upright(
     return _places(by_row, by_column, share)
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], f4[:,::1], f8, f8')
 def _likely(
     values: NDArray[np.uint8], distance: NDArray[np.float32], least: float, share: float
 ) -> tuple[int, float, float, float, float, float]:

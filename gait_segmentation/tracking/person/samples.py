@@ -8,10 +8,10 @@ import math
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Bounds, count_likely
+from gait_segmentation.kernels import kernel
 
 __all__ = ['samples']
 
@@ -49,7 +49,7 @@ def samples(
     return inside, outside
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], b1[:,::1], b1[:,::1]')
 def _part(
     mask: NDArray[np.uint8], inside: NDArray[np.bool_], outside: NDArray[np.bool_]
 ) -> Bounds:

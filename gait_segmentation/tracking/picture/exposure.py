@@ -13,11 +13,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.brightness import brightening
 from gait_segmentation.ego_motion.pyramid import Pyramid
+from gait_segmentation.kernels import kernel
 
 __all__ = ['Exposure']
 
@@ -72,7 +72,7 @@ class Exposure:
             self.gain = math.exp(min(max(total, -_MOST), _MOST))
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], f4[:,::1], f8, f8')
 def _count(
     now: NDArray[np.uint8], last: NDArray[np.float32], low: float, high: float
 ) -> tuple[int, int]:

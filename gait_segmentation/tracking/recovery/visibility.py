@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window
+from gait_segmentation.kernels import kernel
 from gait_segmentation.tracking.nearness import Nearness
 from gait_segmentation.tracking.person.extent import extent_of, likely_extent
 
@@ -161,7 +161,7 @@ class Visibility:
         self._unseen_frames = 0
 
 
-@njit(cache=True, nogil=True)
+@kernel('u1[:,::1], u1[:,::1], u1[:,::1]')
 def _means(
     values: NDArray[np.uint8], inside: NDArray[np.uint8], person: NDArray[np.uint8]
 ) -> tuple[float, float]:

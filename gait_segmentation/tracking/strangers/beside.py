@@ -8,10 +8,10 @@ import math
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
+from gait_segmentation.kernels import kernel
 from gait_segmentation.tracking.background.kernels import SURE_COUNT
 from gait_segmentation.tracking.outline import halved
 from gait_segmentation.tracking.records import Record
@@ -94,7 +94,10 @@ class Beside:
         return np.asarray(cv2.inRange(part, margin, math.inf))
 
 
-@njit(cache=True, nogil=True)
+@kernel(
+    'UniTuple(i8, 4), UniTuple(i8, 2), u1[:,::1], u1[:,::1], u1[:,::1], u1[:,::1], '
+    'u1[:,::1], b1, f4[:,:,::1], UniTuple(u1[:,::1], 5)'
+)
 def _thin(
     part: tuple[int, int, int, int],
     corner: tuple[int, int],

@@ -4,12 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from gait_segmentation.matching.tanimoto import (
-    EventKernel,
-    ReferenceKernel,
-    WindowGrid,
-    polyphase,
-)
+from benchmarks.kernels import ReferenceKernel
+from gait_segmentation.matching.tanimoto import EventKernel, WindowGrid, polyphase
 from gait_segmentation.matching.tanimoto.events import _runs
 from gait_segmentation.matching.tanimoto.simd import RUN
 from test.matching.tanimoto.cases import banks

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.errors import InputError
-from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting import StartingConfig, WalkerFinder

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.errors import InputError
-from gait_segmentation.evaluation.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.results import FeatureWeight
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig

@@ -1,0 +1,281 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Synthetic sequences with exact truth: dressed walkers of the gait model before a cluttered wall.
+
+Walkers are drawn without perspective within the body, but grow and shrink with their distance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from benchmarks.synthetic.camera import FOCAL_LENGTH, SyntheticCamera
+from benchmarks.synthetic.clothing import make_outfit
+from benchmarks.synthetic.config import SyntheticConfig
+from benchmarks.synthetic.courses import Straight
+from benchmarks.synthetic.props import draw_prop
+from benchmarks.synthetic.scenery import Occluder, make_occluder, make_panorama
+from benchmarks.synthetic.staging import Staging, still
+from benchmarks.synthetic.walkers import Walker, draw_walker, draw_walkers_by_lot
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.output import write_image
+from gait_segmentation.evaluation.sequence import frame_stamp_ns
+from gait_segmentation.evaluation.truth import AMBIGUOUS, PERSON, UNCLEAR
+from gait_segmentation.files.output_files import write_file, writing
+from gait_segmentation.geometry import Box
+
+__all__ = ['SyntheticFrame', 'SyntheticSequence']
+
+NEAREST = 0.3
+"""Share of the first walker's distance at which people have walked past the camera."""
+
+WALL_DISTANCE = 1.35
+"""Of the wall over that of the first walker."""
+
+OCCLUDER_SIZE = 1.1
+"""Size at which things at the occluder's distance are seen, over that of the first walker."""
+
+MIXED = (13, 242)
+"""Pixels covered more than the first and less than the second (of 255) are ambiguous."""
+
+
+@dataclass(frozen=True)
+class SyntheticFrame:
+    """
+    One frame and its truth, per walker in the order of the walkers.
+
+    ``image`` is (H, W, 3) uint8 BGR; ``masks`` are (H, W) uint8 0/255, the pixels at least half
+    covered by what can be seen of the walker; ``truths`` the same with 170 for mixed pixels;
+    ``labels`` is (H, W) uint8, 0 or walker + 1, ``true_labels`` the same with 255 for mixed
+    pixels.  ``boxes`` are tight about the masks, None where
+    nothing can be seen.  ``phases`` are those of :class:`~gait_segmentation.results.MatchResult`
+    (0 = heel contact of the leg nearer to the camera), ``azimuths`` in radians.
+    """
+
+    number: int
+    stamp_ns: int
+    image: NDArray[np.uint8]
+    labels: NDArray[np.uint8]
+    true_labels: NDArray[np.uint8]
+    masks: tuple[NDArray[np.uint8], ...]
+    truths: tuple[NDArray[np.uint8], ...]
+    boxes: tuple[Box | None, ...]
+    phases: tuple[float, ...]
+    azimuths: tuple[float, ...]
+
+
+class SyntheticSequence:
+    """
+    Frames of a made-up clip; the same configuration and staging give the same bits.
+
+    Frames can be asked for in any order.  ``walkers`` are the people; the first is the one to
+    track where only one is.
+    """
+
+    def __init__(
+        self, config: SyntheticConfig | None = None, staging: Staging | None = None
+    ) -> None:
+        """Draw the place and the people."""
+        self.config = config or SyntheticConfig()
+        self._staging = staging
+        rng = np.random.default_rng(self.config.seed)
+        self.walkers = self._make_walkers(rng) if staging is None else list(staging.cast)
+        self._camera = camera = SyntheticCamera(
+            self.config, rng, still if staging is None else staging.sway
+        )
+        wall = WALL_DISTANCE * camera.distance
+        shape = camera.place_shape
+        if staging is not None and staging.panorama is not None:
+            self._panorama = staging.panorama(rng, shape)
+        else:
+            ground = round(camera.ground_at(wall))
+            unit = camera.height_at(wall)
+            self._panorama = make_panorama(rng, shape, ground, unit, self.config.clutter)
+        self._occluder = self._make_occluder(rng) if self.config.occluder else None
+        self._last: SyntheticFrame | None = None
+
+    @property
+    def numbers(self) -> list[int]:
+        """Return the numbers of the frames."""
+        return list(range(self.config.frames))
+
+    @property
+    def initial_box(self) -> Box | None:
+        """Return the box of the first walker in the first frame, None if not to be seen."""
+        return self.frame(0).boxes[0]
+
+    def stamp_ns(self, number: int) -> int:
+        """Return the stamp of a frame in nanoseconds."""
+        return frame_stamp_ns(number, self.config.fps)
+
+    def image(self, number: int) -> NDArray[np.uint8]:
+        """Return a frame as (H, W, 3) uint8 BGR."""
+        return self.frame(number).image
+
+    def truth(self, number: int) -> NDArray[np.uint8]:
+        """Return the truth of the first walker: 255, 170 where pixels are mixed, 0."""
+        return self.frame(number).truths[0]
+
+    def labels(self, number: int) -> NDArray[np.uint8]:
+        """Return who is where: 0 nobody, walker + 1, 255 where pixels are mixed."""
+        return self.frame(number).true_labels
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return self.config.frames
+
+    def __iter__(self) -> Iterator[SyntheticFrame]:
+        """Go through the frames in order."""
+        return (self.frame(number) for number in self.numbers)
+
+    def frame(self, number: int) -> SyntheticFrame:
+        """
+        Draw a frame.
+
+        :raises IndexError: if there is no such frame.
+        """
+        if not 0 <= number < self.config.frames:
+            raise IndexError(f'frame must be from 0 to {self.config.frames - 1}, got {number}')
+        if self._last is None or self._last.number != number:
+            self._last = self._draw(number)
+        return self._last
+
+    def write(self, folder: str | Path) -> None:
+        """
+        Write the clip as a sequence folder, with the labels of all walkers.
+
+        ``masks`` have the truth of the first.  If that one is seen in the first frame, the folder
+        has the ``initial_box``.
+
+        :raises SequenceError: if it cannot be written or nobody is ever to be seen.
+        """
+        folder = Path(folder)
+        seen = False
+        for frame in self:
+            name = f'{frame.number:04d}.png'
+            write_image(folder / 'frames' / name, frame.image)
+            write_image(folder / 'masks' / name, frame.truths[0])
+            write_image(folder / 'labels' / name, frame.true_labels)
+            seen = seen or any(box is not None for box in frame.boxes)
+        if not seen:
+            raise SequenceError(f'{folder}: nobody is to be seen in any frame')
+        about: dict[str, Any] = {'name': folder.name, 'fps': self.config.fps}
+        box = self.initial_box
+        if box is not None:
+            about['initial_box'] = [box.x, box.y, box.width, box.height]
+        about['initial_frame'] = 0
+        about['notes'] = f'synthetic, seed {self.config.seed}'
+        about['labels'] = {'background': 0, 'ambiguous': AMBIGUOUS, 'person': PERSON}
+        path = folder / 'sequence.yaml'
+        with writing(path):
+            write_file(path, yaml.safe_dump(about, sort_keys=False).encode())
+
+    def _make_walkers(self, rng: np.random.Generator) -> list[Walker]:
+        config = self.config
+        distance = FOCAL_LENGTH * config.width / config.person_height
+        first = Walker(
+            Straight(0.0, distance, config.azimuth, config.stride_rate, rng.uniform()),
+            config.build,
+            make_outfit(rng, config.build),
+        )
+        half_width = distance / FOCAL_LENGTH / 2
+        others = draw_walkers_by_lot(
+            rng, config.walkers - 1, distance, half_width, config.stride_rate
+        )
+        return [first, *others]
+
+    def _make_occluder(self, rng: np.random.Generator) -> Occluder:
+        camera, config = self._camera, self.config
+        x = camera.margin_x + config.width * rng.uniform(0.4, 0.6)
+        ground = camera.ground_at(camera.distance / OCCLUDER_SIZE)
+        return make_occluder(rng, camera.place_shape, x, ground, config.person_height)
+
+    def seconds(self, number: int) -> float:
+        """Return the time of a frame after half way of the clip."""
+        return (number - (self.config.frames - 1) / 2) / self.config.fps
+
+    def _draw(self, number: int) -> SyntheticFrame:
+        config = self.config
+        seconds = self.seconds(number)
+        picture = self._camera.view(self._panorama, number, 1 / WALL_DISTANCE)
+        seen = [np.zeros((config.height, config.width), np.float32) for _ in self.walkers]
+        things = [(walker.at(seconds).z, index) for index, walker in enumerate(self.walkers)]
+        props = () if self._staging is None else self._staging.props
+        things += [(prop.at(seconds).z, ~index) for index, prop in enumerate(props)]
+        # The farthest first; of two equally far the one named last.
+        for z, index in sorted(things, key=lambda thing: -thing[0]):
+            if z < NEAREST * self._camera.distance:
+                continue
+            if index < 0:
+                stand = props[~index].at(seconds)
+                unit = self._camera.body_at(stand.x, stand.z, number)
+                cover = draw_prop(picture, props[~index], stand, unit)
+            else:
+                where = self.walkers[index].at(seconds)
+                cover = draw_walker(
+                    picture,
+                    self.walkers[index],
+                    self._camera.body_at(where.x, where.z, number),
+                    where,
+                    config.shadow,
+                )
+            for behind in seen:
+                behind *= 1 - cover
+            if index >= 0:
+                seen[index] = cover
+        if self._occluder is not None:
+            cover = np.clip(self._camera.view(self._occluder.alpha, number, 1.0), 0, 1)
+            picture += cover[..., None] * (
+                self._camera.view(self._occluder.colour, number, 1.0) - picture
+            )
+            for behind in seen:
+                behind *= 1 - cover
+        return self._finish(number, picture, seen)
+
+    def _finish(
+        self, number: int, picture: NDArray[np.float32], seen: list[NDArray[np.float32]]
+    ) -> SyntheticFrame:
+        staging = self._staging
+        if staging is not None and staging.grey:
+            grey = cv2.cvtColor(np.clip(picture, 0, 255), cv2.COLOR_BGR2GRAY)
+            picture = np.repeat(grey[..., None], 3, axis=2)
+        if self.config.blur > 0:
+            picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), self.config.blur))
+        seconds = self.seconds(number)
+        rng = np.random.default_rng([self.config.seed, number])
+        noise = rng.standard_normal(picture.shape, dtype=np.float32)
+        if staging is not None:
+            picture = np.clip(picture, 0, 255) * np.float32(staging.exposure(number))
+            if staging.grey:
+                noise = np.repeat(noise[..., :1], 3, axis=2)
+        image = np.clip(np.rint(picture + self.config.noise * noise), 0, 255).astype(np.uint8)
+        cover = np.rint(255 * np.array(seen)).astype(np.uint8)
+        masks = tuple(np.where(alpha > 127, 255, 0).astype(np.uint8) for alpha in cover)
+        mixed = (cover > MIXED[0]) & (cover < MIXED[1])
+        labels = np.zeros(picture.shape[:2], np.uint8)
+        for index, mask in enumerate(masks):
+            labels[mask > 0] = index + 1
+        return SyntheticFrame(
+            number=number,
+            stamp_ns=self.stamp_ns(number),
+            image=image,
+            labels=labels,
+            true_labels=np.where(mixed.any(axis=0), UNCLEAR, labels).astype(np.uint8),
+            masks=masks,
+            truths=tuple(
+                np.where(rim, AMBIGUOUS, mask).astype(np.uint8)
+                for rim, mask in zip(mixed, masks, strict=True)
+            ),
+            boxes=tuple(Box.around(mask) for mask in masks),
+            phases=tuple(walker.near_phase(seconds) for walker in self.walkers),
+            azimuths=tuple(walker.at(seconds).azimuth for walker in self.walkers),
+        )

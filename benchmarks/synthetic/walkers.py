@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Made-up people: where they walk, and how they are drawn into a picture."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.synthetic.clothing import Outfit, make_outfit, paint
+from benchmarks.synthetic.courses import Motion, Straight, Whereabouts
+from gait_segmentation.gait_model import FIGURES, render_parts
+from gait_segmentation.geometry import BodyFrame, Box
+
+__all__ = ['Walker', 'cast_shadow', 'draw_walker', 'draw_walkers_by_lot']
+
+
+@dataclass(frozen=True)
+class Walker:
+    """
+    Somebody who walks: the way, the body and the clothes.
+
+    ``build`` names figure and kind of clothes.
+    """
+
+    motion: Motion
+    build: str
+    outfit: Outfit
+
+    def at(self, seconds: float) -> Whereabouts:
+        """Return where the walker is at a time after half way of the clip."""
+        return self.motion.at(seconds)
+
+    def near_phase(self, seconds: float) -> float:
+        """Return the phase in [0, 1), 0 = heel contact of the leg nearer to the camera."""
+        where = self.at(seconds)
+        return (where.phase + (0.0 if math.cos(where.azimuth) >= 0 else 0.5)) % 1.0
+
+
+def draw_walkers_by_lot(
+    rng: np.random.Generator, count: int, distance: float, half_width: float, stride_rate: float
+) -> list[Walker]:
+    """
+    Make people who cross the picture to the left or right, nearer or farther.
+
+    :param distance: about how far away, in statures.
+    :param half_width: half of what the camera sees at that distance, in statures.
+    :param stride_rate: about how fast they walk, in strides per second.
+    """
+    walkers = []
+    for _ in range(count):
+        nearer = rng.uniform(0.8, 1.3)
+        build = str(rng.choice(FIGURES))
+        walkers.append(
+            Walker(
+                Straight(
+                    half_width * nearer * rng.uniform(-0.8, 0.8),
+                    distance * nearer,
+                    float(rng.choice([0.0, math.pi]) + rng.uniform(-0.3, 0.3)),
+                    stride_rate * rng.uniform(0.85, 1.15),
+                    rng.uniform(),
+                ),
+                build,
+                make_outfit(rng, build),
+            )
+        )
+    return walkers
+
+
+def draw_walker(
+    picture: NDArray[np.float32],
+    walker: Walker,
+    body: BodyFrame,
+    where: Whereabouts,
+    shadow: bool,
+) -> NDArray[np.float32]:
+    """
+    Draw somebody into a picture.
+
+    :param picture: (H, W, 3) float32, changed.
+    :param body: where the body stands; its angle is not used.
+    :param where: direction and phase to draw; not the place.
+    :param shadow: whether to cast a shadow on the ground.
+    :returns: (H, W) float32 in 0..1, how much of each pixel the body covers.
+    """
+    whole_x, whole_y = math.floor(body.center_x), math.floor(body.center_y)
+    parts = render_parts(
+        where.phase,
+        where.azimuth,
+        body.height,
+        build=walker.build,
+        shift=(body.center_x - whole_x, body.center_y - whole_y),
+    )
+    cover = np.minimum(np.sum(list(parts.values()), axis=0, dtype=np.float32) / 255, 1)
+    rows, columns = cover.shape
+    left, top = whole_x - columns // 2, whole_y - rows // 2
+    if shadow:
+        cast_shadow(picture, cover, (left, top), body)
+    height, width = picture.shape[:2]
+    result = np.zeros((height, width), np.float32)
+    box = Box(left, top, columns, rows).clipped(width, height)
+    if box is None:
+        return result
+    there = box.slices(width, height)
+    here = (
+        slice(there[0].start - top, there[0].stop - top),
+        slice(there[1].start - left, there[1].stop - left),
+    )
+    colour = paint(parts, walker.outfit)
+    picture[there] += cover[here][..., None] * (colour[here] - picture[there])
+    result[there] = cover[here]
+    return result
+
+
+def cast_shadow(
+    picture: NDArray[np.float32],
+    cover: NDArray[np.float32],
+    corner: tuple[int, int],
+    body: BodyFrame,
+) -> None:
+    """
+    Darken the ground behind somebody by the silhouette, sheared, flattened and blurred.
+
+    :param picture: (H, W, 3) float32, changed.
+    :param cover: (h, w) float32 silhouette.
+    :param corner: x and y of the silhouette's top left pixel in the picture.
+    """
+    left, top = corner
+    ground = body.center_y + body.height / 2
+    # A point z above the ground falls on (x + lean z, ground - flat z).
+    lean, flat = 0.6, 0.15
+    matrix = np.array(
+        [[1, -lean, left + lean * (ground - top)], [0, flat, ground - flat * (ground - top)]]
+    )
+    size = (picture.shape[1], picture.shape[0])
+    shadow = cv2.warpAffine(cover, matrix, size, flags=cv2.INTER_LINEAR)
+    picture *= 1 - 0.4 * cv2.GaussianBlur(shadow, (0, 0), 0.015 * body.height)[..., None]
