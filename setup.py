@@ -26,7 +26,6 @@ EVALUATE = ['motmetrics>=1.4.0']
 TEST = [
     'colcon-common-extensions',
     'hypothesis',
-    'mcap',
     'mcap-ros2-support',
     'mypy',
     'pytest',
@@ -64,6 +63,7 @@ setup(
     install_requires=[
         'lz4>=4.0.2',
         'matplotlib>=3.6.3',
+        'mcap>=1.2.2',
         'numba>=0.59.1',
         'numpy>=1.26.4',
         'opencv-python-headless>=4.6.0.66',

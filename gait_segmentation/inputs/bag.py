@@ -123,6 +123,7 @@ class BagSource(ImageSource):
             raise DamagedError(
                 f'{self.path} is damaged: {error}; {read} images on {self.topic} come before, '
                 f'the last {(last_ns - first_ns) / 1e9:.3f} s after the first'
+                f'{self._remedy()}'
             ) from error
 
     def _entry(self, recorded_ns: int, data: bytes) -> Entry:
@@ -176,8 +177,13 @@ class BagSource(ImageSource):
             for path in _storage_files(self.path):
                 found |= {name: Topic(kind, None) for name, kind in damaged.topics(path).items()}
             if not found:
-                raise SequenceError(f'{self.path} cannot be read as a bag: {error}') from error
+                raise SequenceError(
+                    f'{self.path} cannot be read as a bag: {error}{self._remedy()}'
+                ) from error
             return found
+
+    def _remedy(self) -> str:
+        return next(map(damaged.remedy, _storage_files(self.path)), '')
 
     def _messages(self) -> Iterator[tuple[int, bytes]]:
         if not self._intact:
