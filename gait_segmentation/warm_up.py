@@ -21,7 +21,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import BodyFrame, Box, scaling
+from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.kernel_cache import mend_kernel_cache
 from gait_segmentation.results import Feedback, MatchResult
 
@@ -83,7 +83,6 @@ def warm_up_tracker(
     :param starting: how people are found; as by default if None.
     :param max_people: number of slots; with one nobody competes.
     """
-    from gait_segmentation.ego_motion.ground_finder import ground_of
     from gait_segmentation.starting import StartingConfig
     from gait_segmentation.tracking import PeopleTracker
     from gait_segmentation.tracking.person.extent import extent_of
@@ -112,9 +111,6 @@ def warm_up_tracker(
     # What is looked at only of bodies that lean.
     person = scene.people[0]
     extent_of(person.mask, (person.body.center_x, person.body.center_y), 0.2)
-    # What is looked at only where corners lie beside somebody's legs.
-    corners = np.zeros((8, 2), np.float32)
-    ground_of(corners, corners, scaling(1.0), (0.0, 1.0))
 
 
 def warm_up_matcher(bank: TemplateBank, config: MatchingConfig) -> None:

@@ -16,8 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.corners import strength_of, strongest
-from gait_segmentation.ego_motion.flow import followed
+from gait_segmentation.ego_motion.flow import corners_of, followed
 from gait_segmentation.ego_motion.ground_finder import GroundFinder
 from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.ego_motion.similarity import camera_motion
@@ -33,8 +32,8 @@ _MOST_OF_WORLD, _MOST_OF_BODY = 64, 24
 _LEAST_OF_BODY = 6
 """Fewer that were found again on a body do not tell its shift."""
 
-_WORLD_CELL, _BODY_CELL = 8, 6
-"""Sides of the cells with one corner each, in pixels of half the size and of full size."""
+_WORLD_APART, _BODY_APART = 8, 3
+"""Least distances between two corners, in pixels of half the size, at which they are sought."""
 
 _LEAST_STRENGTH = 2e-4
 """
@@ -42,7 +41,7 @@ Least strength of a corner of the world; noise of 5 grey levels, also along a st
 reaches it.  On the body weak corners are better than none: their median is taken.
 """
 
-_FOLLOWED = 4
+_FOLLOWED = 8
 """Frames for which corners of the world are followed before new ones are sought."""
 
 _LEAST_FOLLOWED = 40
@@ -54,9 +53,6 @@ _AWAY = 4
 
 _INNER = np.ones((5, 5), np.uint8)
 """Corners at the outline belong to the surroundings as much as to the body."""
-
-_ABOUT_CORNER = 3
-"""Pixels about a corner that its strength depends on."""
 
 
 class MotionEstimator:
@@ -160,10 +156,7 @@ class MotionEstimator:
         if self._age >= _FOLLOWED or len(points) < _LEAST_FOLLOWED:
             half = last.image(_LEVELS_WORLD.start)
             where = _away_from(people, half.shape)
-            points = strongest(
-                strength_of(half), where, _WORLD_CELL, _LEAST_STRENGTH, _MOST_OF_WORLD
-            )
-            points *= 2
+            points = 2 * corners_of(half, where, _WORLD_APART, _MOST_OF_WORLD, _LEAST_STRENGTH)
             self._age = 0
         self._age += 1
         before, after = followed(last, now, points, _LEVELS_WORLD)
@@ -199,6 +192,8 @@ def _away_from(people: NDArray[np.uint8] | None, shape: tuple[int, ...]) -> NDAr
 def _thinned(people: NDArray[np.uint8], shape: tuple[int, ...]) -> NDArray[np.uint8]:
     """Return 0 or 255 of every second pixel."""
     part = np.ascontiguousarray(people[: 2 * shape[0] : 2, : 2 * shape[1] : 2])
+    if 0 in shape:
+        return np.empty(shape, np.uint8)
     if part.shape != shape:
         part = cv2.resize(part, shape[::-1], interpolation=cv2.INTER_NEAREST)
     # Not cv2.compare: that takes an image of one pixel for something else.
@@ -222,16 +217,10 @@ def _body_shift(
     x, y = left + width / 2, top + height / 2
     stays_x, stays_y = motion.carry(x, y)
     expected = (stays_x - x + velocity[0], stays_y - y + velocity[1])
-    # With what the strength at the body's outline depends on.
-    rows = slice(max(top - _ABOUT_CORNER, 0), top + height + _ABOUT_CORNER)
-    columns = slice(max(left - _ABOUT_CORNER, 0), left + width + _ABOUT_CORNER)
-    strength = strength_of(last.image(0)[rows, columns])
-    where = np.zeros(strength.shape, np.uint8)
-    start, first = top - rows.start, left - columns.start
-    where[start : start + height, first : first + width] = body
-    where = cv2.erode(where, _INNER)
-    points = strongest(strength, where, _BODY_CELL, 0.0, _MOST_OF_BODY)
-    points += np.array([columns.start, rows.start], np.float32)
+    half = last.image(1)[top // 2 : (top + height) // 2, left // 2 : (left + width) // 2]
+    where = _thinned(cv2.erode(body, _INNER), half.shape)
+    points = 2 * corners_of(half, where, _BODY_APART, _MOST_OF_BODY)
+    points += np.array([left - left % 2, top - top % 2], np.float32)
     before, after = followed(last, now, points, _LEVELS_BODY, expected)
     if len(before) < _LEAST_OF_BODY:
         return None
