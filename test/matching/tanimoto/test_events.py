@@ -11,7 +11,7 @@ from gait_segmentation.matching.tanimoto import (
     polyphase,
 )
 from gait_segmentation.matching.tanimoto.events import _runs
-from gait_segmentation.matching.tanimoto.simd import RUN
+from gait_segmentation.matching.tanimoto.loops import RUN
 from test.matching.tanimoto.cases import banks
 
 
