@@ -12,8 +12,6 @@ import threading
 from collections.abc import Iterator
 from pathlib import Path
 
-from tqdm import tqdm
-
 from gait_segmentation.cli.replaying.settings import Settings, read_parameter_file
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.kernels import Kernels
@@ -77,23 +75,25 @@ def _run(options: argparse.Namespace) -> None:
 @contextlib.contextmanager
 def _progress() -> Iterator[None]:
     """Show how many kernels are ready."""
+    if not sys.stderr.isatty():
+        yield
+        return
     over = threading.Event()
-    with tqdm(unit='kernel', desc='compiling', leave=False, disable=None) as bar:
 
-        def show() -> None:
-            while not over.wait(_REFRESH_S):
-                kernels = Kernels.now()
-                bar.total = kernels.known
-                bar.n = kernels.ready
-                bar.refresh()
+    def show() -> None:
+        while not over.wait(_REFRESH_S):
+            kernels = Kernels.now()
+            line = f'\rcompiling: {kernels.ready} of {kernels.known} kernels '
+            print(line, end='', file=sys.stderr, flush=True)
 
-        shown = threading.Thread(target=show, daemon=True)
-        shown.start()
-        try:
-            yield
-        finally:
-            over.set()
-            shown.join()
+    shown = threading.Thread(target=show, daemon=True)
+    shown.start()
+    try:
+        yield
+    finally:
+        over.set()
+        shown.join()
+        print(file=sys.stderr)
 
 
 def main(arguments: list[str] | None = None) -> int:

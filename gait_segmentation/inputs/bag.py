@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import InputError, SequenceError
+from gait_segmentation.errors import InputError, SequenceError, not_installed
 from gait_segmentation.inputs import damaged
 from gait_segmentation.inputs.encodings import claimed_shape, read_bgr, read_compressed
 from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource, check_file
@@ -78,10 +78,17 @@ class BagSource(ImageSource):
 
         :param topic: of the images; empty: the one that holds images.
         :param wanted: ``width``, ``start`` and ``count``, see :func:`open_input`.
-        :raises SequenceError: if the bag cannot be read, or the topic is not there or not clear.
+        :raises SequenceError: if the bag cannot be read, the topic is not there or not clear, or
+            what reads bags is not installed.
         """
         if wanted.get('rate'):
             raise SequenceError(f'{path} is a bag, and its images have stamps: leave out --rate')
+        try:
+            # Of the extra ``tools``.
+            import mcap  # noqa: F401
+            import rosbags  # noqa: F401
+        except ModuleNotFoundError as error:
+            raise SequenceError(f'{path} is a bag: {not_installed(str(error.name))}') from error
         self.topic = topic
         self._intact = True
         super().__init__(path, **wanted)
