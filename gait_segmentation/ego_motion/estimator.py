@@ -3,8 +3,8 @@
 """
 Motion of the camera and of the body between two frames, from sparse optical flow.
 
-Corners are followed by the pyramidal Lucas-Kanade method; those away from people give the
-camera's motion as a robust similarity, those on the person the body's shift.
+Points are followed by the pyramidal Lucas-Kanade method: corners away from people give the
+camera's motion as a robust similarity, points on the person the body's shift.
 """
 
 from __future__ import annotations
@@ -26,19 +26,22 @@ from gait_segmentation.images import bounding_box
 
 __all__ = ['MotionEstimator']
 
-_MOST_OF_WORLD, _MOST_OF_BODY = 64, 24
-"""Corners that are sought of the world and of a body."""
+_MOST_OF_WORLD, _ON_BODY = 64, 32
+"""Corners that are sought of the world, and about how many points of a body are followed."""
 
 _LEAST_OF_BODY = 6
 """Fewer that were found again on a body do not tell its shift."""
 
 _WORLD_APART, _BODY_APART = 8, 3
-"""Least distances between two corners, in pixels of half the size, at which they are sought."""
+"""
+Least distances between two corners of the world, in pixels of half the size, and between two
+points of a body.
+"""
 
 _LEAST_STRENGTH = 2e-4
 """
 Least strength of a corner of the world; noise of 5 grey levels, also along a straight edge,
-reaches it.  On the body weak corners are better than none: their median is taken.
+reaches it.  On the body points of a grid are followed, corners or not: their median is taken.
 """
 
 _FOLLOWED = 8
@@ -52,7 +55,7 @@ _AWAY = 4
 """Pixels of half the size that corners of the world are away from people."""
 
 _INNER = np.ones((5, 5), np.uint8)
-"""Corners at the outline belong to the surroundings as much as to the body."""
+"""What is at the outline belongs to the surroundings as much as to the body."""
 
 
 class MotionEstimator:
@@ -192,8 +195,6 @@ def _away_from(people: NDArray[np.uint8] | None, shape: tuple[int, ...]) -> NDAr
 def _thinned(people: NDArray[np.uint8], shape: tuple[int, ...]) -> NDArray[np.uint8]:
     """Return 0 or 255 of every second pixel."""
     part = np.ascontiguousarray(people[: 2 * shape[0] : 2, : 2 * shape[1] : 2])
-    if 0 in shape:
-        return np.empty(shape, np.uint8)
     if part.shape != shape:
         part = cv2.resize(part, shape[::-1], interpolation=cv2.INTER_NEAREST)
     # Not cv2.compare: that takes an image of one pixel for something else.
@@ -208,7 +209,7 @@ def _body_shift(
     velocity: tuple[float, float],
     corner: tuple[int, int],
 ) -> tuple[float, float] | None:
-    """Return the median shift of the corners on the body, sought about the expected one."""
+    """Return the median shift of points on the body, sought about the expected one."""
     first, start, width, height = bounding_box(body)
     if width == 0:
         return None
@@ -217,10 +218,11 @@ def _body_shift(
     x, y = left + width / 2, top + height / 2
     stays_x, stays_y = motion.carry(x, y)
     expected = (stays_x - x + velocity[0], stays_y - y + velocity[1])
-    half = last.image(1)[top // 2 : (top + height) // 2, left // 2 : (left + width) // 2]
-    where = _thinned(cv2.erode(body, _INNER), half.shape)
-    points = 2 * corners_of(half, where, _BODY_APART, _MOST_OF_BODY)
-    points += np.array([left - left % 2, top - top % 2], np.float32)
+    inner = cv2.erode(body, _INNER)
+    apart = max(round((np.count_nonzero(inner) / _ON_BODY) ** 0.5), _BODY_APART)
+    rows, columns = np.nonzero(inner[apart // 2 :: apart, apart // 2 :: apart])
+    points = apart * np.column_stack([columns, rows]) + (left + apart // 2, top + apart // 2)
+    points = points.astype(np.float32) + np.float32(0.5)
     before, after = followed(last, now, points, _LEVELS_BODY, expected)
     if len(before) < _LEAST_OF_BODY:
         return None
