@@ -49,7 +49,7 @@ $(VENV)/demo: setup.py
 	@echo 'Installing into $(VENV): some minutes, once'
 	@$(PYTHON) -m venv $(VENV)
 	@$(BIN)/python -m pip install --quiet --upgrade pip setuptools
-	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable '.[ros]'
+	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable '.[ros,tools]'
 	@touch $@
 
 $(VENV)/installed: $(VENV)/demo

@@ -19,6 +19,14 @@ ROS = [
     'ros-jazzy-rmw-fastrtps-cpp',
 ]
 # Every lower bound is one that `make test-oldest` runs: see test/oldest.txt.
+# What only the command line tools need, and what reads bags; nodes run without.
+TOOLS = [
+    'lz4>=4.0.2',
+    'matplotlib>=3.6.3',
+    'mcap>=1.2.2',
+    'rosbags>=0.10.11',
+    'tqdm>=4.66.2',
+]
 # Only `gait_bank vocabulary` needs it; the learnt words are shipped.
 LEARN = ['scikit-learn>=1.4.1.post1']
 # `gait_evaluate` leaves MOTA and IDF1 out without it.
@@ -26,7 +34,6 @@ EVALUATE = ['motmetrics>=1.4.0']
 TEST = [
     'colcon-common-extensions',
     'hypothesis',
-    'mcap',
     'mcap-ros2-support',
     'mypy',
     'pytest',
@@ -62,22 +69,19 @@ setup(
         (f'share/{NAME}/launch', sorted(glob('launch/*.launch.py'))),
     ],
     install_requires=[
-        'lz4>=4.0.2',
-        'matplotlib>=3.6.3',
         'numba>=0.59.1',
         'numpy>=1.26.4',
         'opencv-python-headless>=4.6.0.66',
         'PyMaxflow>=1.3.0',
         'PyYAML>=6.0.1',
-        'rosbags>=0.10.11',
         'setuptools>=68.1.2',
-        'tqdm>=4.66.2',
     ],
     extras_require={
         'ros': ROS,
+        'tools': TOOLS,
         'learn': LEARN,
         'evaluate': EVALUATE,
-        'test': [*TEST, *LEARN, *EVALUATE],
+        'test': [*TEST, *TOOLS, *LEARN, *EVALUATE],
     },
     zip_safe=False,
     entry_points={

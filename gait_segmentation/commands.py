@@ -15,6 +15,8 @@ import sys
 from importlib import import_module
 from types import FrameType, ModuleType
 
+from gait_segmentation.errors import not_installed
+
 __all__ = [
     'bank',
     'demo',
@@ -48,6 +50,9 @@ _OF_ROS = (
     'std_srvs',
 )
 """Modules that come with ROS 2, and not from this package's other requirements."""
+
+_OF_TOOLS = ('lz4', 'matplotlib', 'mcap', 'rosbags', 'tqdm', 'zstandard')
+"""Modules that only the command line tools and readers of bags need."""
 
 
 def bank() -> int:
@@ -113,7 +118,7 @@ def _run_tool(name: str) -> int:
             signal.signal(number, _interrupt if default else handler)
         return int(module.main())
     except ModuleNotFoundError as error:
-        return _without_ros(f'gait_{name}', error)
+        return _without(f'gait_{name}', error)
     except SystemError as error:
         # What becomes of an interrupt in a kernel that is just being called.
         if not isinstance(error.__cause__, KeyboardInterrupt):
@@ -149,22 +154,26 @@ def _run_node(name: str) -> int:
     try:
         return int(_imported(f'gait_segmentation.nodes.{name}_node', '', 0).main())
     except ModuleNotFoundError as error:
-        return _without_ros(f'gait_{name}', error)
+        return _without(f'gait_{name}', error)
 
 
-def _without_ros(name: str, error: ModuleNotFoundError) -> int:
+def _without(name: str, error: ModuleNotFoundError) -> int:
     """
-    Say what to do where ROS is not there.
+    Say what to do where ROS or what the tools need is not there.
 
     :raises ModuleNotFoundError: if it is something else that is missing.
     """
-    if (error.name or '').partition('.')[0] not in _OF_ROS:
+    missing = (error.name or '').partition('.')[0]
+    if missing in _OF_ROS:
+        what = (
+            f'there is no ROS 2 for this Python (no module {error.name}): source its setup, such '
+            "as /opt/ros/jazzy/setup.bash, or pip install '.[ros]'"
+        )
+    elif missing in _OF_TOOLS:
+        what = not_installed(missing)
+    else:
         raise error
-    print(
-        f'{name}: error: there is no ROS 2 for this Python (no module {error.name}): source its '
-        "setup, such as /opt/ros/jazzy/setup.bash, or pip install '.[ros]'",
-        file=sys.stderr,
-    )
+    print(f'{name}: error: {what}', file=sys.stderr)
     return _WRONG
 
 

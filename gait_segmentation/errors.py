@@ -23,3 +23,11 @@ class BankError(GaitSegmentationError):
 
 class SequenceError(GaitSegmentationError):
     """A clip or a sequence folder is missing, incomplete or corrupt."""
+
+
+def not_installed(package: str) -> str:
+    """Return what to do about a package of the extra ``tools`` that is missing."""
+    return (
+        f'the Python package {package} is not installed: pip install {package}, or '
+        "'.[tools]' for all that the tools need"
+    )

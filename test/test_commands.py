@@ -99,6 +99,22 @@ def test_without_ros_it_is_said_what_to_do(name: str, tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize(('name', 'package'), [('replay', 'tqdm'), ('evaluate', 'tqdm')])
+def test_without_what_tools_need_it_is_said_what_to_install(
+    name: str, package: str, monkeypatch, capsys
+) -> None:
+    def missing(*about: object) -> None:
+        raise ModuleNotFoundError(f'No module named {package!r}', name=package)
+
+    monkeypatch.setattr(sys, 'argv', [f'gait_{name}'])
+    monkeypatch.setattr(commands, '_imported', missing)
+    assert getattr(commands, name)() == 2
+    assert capsys.readouterr().err == (
+        f'gait_{name}: error: the Python package {package} is not installed: pip install '
+        f"{package}, or '.[tools]' for all that the tools need\n"
+    )
+
+
 def test_another_module_that_is_missing_is_no_matter_of_ros(monkeypatch) -> None:
     def missing(*about: object) -> None:
         raise ModuleNotFoundError("No module named 'numba'", name='numba')

@@ -6,9 +6,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from functools import partial
-
-from tqdm import tqdm
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 # Whose imports are all modules with kernels that nodes call.
 import gait_segmentation.pipeline  # noqa: F401
@@ -35,14 +34,24 @@ example:
 
 def _run() -> None:
     before = Kernels.now().compiled
-    compile_kernels(
-        shown=partial(tqdm, unit='kernel', desc='compiling', leave=False, disable=None)
-    )
+    compile_kernels(shown=_progress)
     now = Kernels.now()
     if now.compiled > before:
         print(f'kernels compiled, and kept for the next start: {now.compiled - before}')
     else:
         print(f"nothing to do: all {now.ready} kernels are in Numba's cache")
+
+
+def _progress(kernels: Iterable[Any]) -> Iterator[Any]:
+    """Pass kernels on, and show how many are ready; robots have no tqdm."""
+    wanted = list(kernels)
+    for number, each in enumerate(wanted):
+        if sys.stderr.isatty():
+            line = f'\rcompiling: {number} of {len(wanted)} kernels '
+            print(line, end='', file=sys.stderr, flush=True)
+        yield each
+    if sys.stderr.isatty():
+        print(file=sys.stderr)
 
 
 def main(arguments: list[str] | None = None) -> int:

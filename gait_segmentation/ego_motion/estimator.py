@@ -3,8 +3,8 @@
 """
 Motion of the camera and of the body between two frames, from sparse optical flow.
 
-Corners are followed by the pyramidal Lucas-Kanade method; those away from people give the
-camera's motion as a robust similarity, those on the person the body's shift.
+Points are followed by the pyramidal Lucas-Kanade method: corners away from people give the
+camera's motion as a robust similarity, points on the person the body's shift.
 """
 
 from __future__ import annotations
@@ -15,8 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.corners import strength_of, strongest
-from gait_segmentation.ego_motion.flow import followed
+from gait_segmentation.ego_motion.flow import corners_of, followed
 from gait_segmentation.ego_motion.ground_finder import GroundFinder
 from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.ego_motion.similarity import camera_motion
@@ -27,22 +26,25 @@ from gait_segmentation.kernels import kernel
 
 __all__ = ['MotionEstimator']
 
-_MOST_OF_WORLD, _MOST_OF_BODY = 64, 24
-"""Corners that are sought of the world and of a body."""
+_MOST_OF_WORLD, _ON_BODY = 64, 32
+"""Corners that are sought of the world, and about how many points of a body are followed."""
 
 _LEAST_OF_BODY = 6
 """Fewer that were found again on a body do not tell its shift."""
 
-_WORLD_CELL, _BODY_CELL = 8, 6
-"""Sides of the cells with one corner each, in pixels of half the size and of full size."""
+_WORLD_APART, _BODY_APART = 8, 3
+"""
+Least distances between two corners of the world, in pixels of half the size, and between two
+points of a body.
+"""
 
 _LEAST_STRENGTH = 2e-4
 """
 Least strength of a corner of the world; noise of 5 grey levels, also along a straight edge,
-reaches it.  On the body weak corners are better than none: their median is taken.
+reaches it.  On the body points of a grid are followed, corners or not: their median is taken.
 """
 
-_FOLLOWED = 4
+_FOLLOWED = 8
 """Frames for which corners of the world are followed before new ones are sought."""
 
 _LEAST_FOLLOWED = 40
@@ -53,10 +55,7 @@ _AWAY = 4
 """Pixels of half the size that corners of the world are away from people."""
 
 _INNER = np.ones((5, 5), np.uint8)
-"""Corners at the outline belong to the surroundings as much as to the body."""
-
-_ABOUT_CORNER = 3
-"""Pixels about a corner that its strength depends on."""
+"""What is at the outline belongs to the surroundings as much as to the body."""
 
 
 class MotionEstimator:
@@ -160,10 +159,7 @@ class MotionEstimator:
         if self._age >= _FOLLOWED or len(points) < _LEAST_FOLLOWED:
             half = last.image(_LEVELS_WORLD.start)
             where = _away_from(people, half.shape)
-            points = strongest(
-                strength_of(half), where, _WORLD_CELL, _LEAST_STRENGTH, _MOST_OF_WORLD
-            )
-            points *= 2
+            points = 2 * corners_of(half, where, _WORLD_APART, _MOST_OF_WORLD, _LEAST_STRENGTH)
             self._age = 0
         self._age += 1
         before, after = followed(last, now, points, _LEVELS_WORLD)
@@ -213,7 +209,7 @@ def _body_shift(
     velocity: tuple[float, float],
     corner: tuple[int, int],
 ) -> tuple[float, float] | None:
-    """Return the median shift of the corners on the body, sought about the expected one."""
+    """Return the median shift of points on the body, sought about the expected one."""
     first, start, width, height = bounding_box(body)
     if width == 0:
         return None
@@ -222,16 +218,11 @@ def _body_shift(
     x, y = left + width / 2, top + height / 2
     stays_x, stays_y = motion.carry(x, y)
     expected = (stays_x - x + velocity[0], stays_y - y + velocity[1])
-    # With what the strength at the body's outline depends on.
-    rows = slice(max(top - _ABOUT_CORNER, 0), top + height + _ABOUT_CORNER)
-    columns = slice(max(left - _ABOUT_CORNER, 0), left + width + _ABOUT_CORNER)
-    strength = strength_of(last.image(0)[rows, columns])
-    where = np.zeros(strength.shape, np.uint8)
-    start, first = top - rows.start, left - columns.start
-    where[start : start + height, first : first + width] = body
-    where = cv2.erode(where, _INNER)
-    points = strongest(strength, where, _BODY_CELL, 0.0, _MOST_OF_BODY)
-    points += np.array([columns.start, rows.start], np.float32)
+    inner = cv2.erode(body, _INNER)
+    apart = max(round((np.count_nonzero(inner) / _ON_BODY) ** 0.5), _BODY_APART)
+    rows, columns = np.nonzero(inner[apart // 2 :: apart, apart // 2 :: apart])
+    points = apart * np.column_stack([columns, rows]) + (left + apart // 2, top + apart // 2)
+    points = points.astype(np.float32) + np.float32(0.5)
     before, after = followed(last, now, points, _LEVELS_BODY, expected)
     if len(before) < _LEAST_OF_BODY:
         return None

@@ -13,17 +13,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.corners import strength_of, strongest
-from gait_segmentation.ego_motion.flow import followed
+from gait_segmentation.ego_motion.flow import corners_of, followed
 from gait_segmentation.ego_motion.pyramid import Pyramid
-from gait_segmentation.ego_motion.sampling import FIRST, pair_of
 from gait_segmentation.ego_motion.world_motion import Ground
 from gait_segmentation.geometry import Box, carry, scaling
 from gait_segmentation.images import bounding_box
-from gait_segmentation.kernels import kernel
 
 __all__ = ['GroundFinder', 'ground_of']
 
@@ -38,8 +36,8 @@ sides, and from which row to which.
 _ENDS_FROM, _ENDS_TO = -0.3, 0.15
 """Rows between which the ground ends, likewise."""
 
-_CORNERS, _CELL, _LEAST_STRENGTH = 32, 8, 5e-5
-"""Corners wanted, the side of the cells with one each, and the least strength: roads are plain."""
+_CORNERS, _APART, _LEAST_STRENGTH = 32, 6, 5e-5
+"""Corners wanted, the least distance between two, and the least strength: roads are plain."""
 
 _LEVELS = range(1, 5)
 
@@ -55,9 +53,6 @@ _LEAST = 8
 _REACH_PX = 1.0
 """How far off a corner may be that still counts, though next to nothing."""
 
-_SAMPLES, _ROUNDS, _LEAST_APART = 60, 4, 4.0
-"""Pairs of corners tried, rounds of fitting, and rows between the two corners of a pair."""
-
 _LEAST_AGREEING, _GAIN = 0.5, 0.25
 """Share of the corners that must agree, and by how much that must be more than without."""
 
@@ -69,6 +64,11 @@ ground ends: legs of somebody who passes by move evenly, or for a moment only.
 
 _STEEPEST = 0.25
 """Largest change of the shift from row to row."""
+
+_Line = tuple[float, float, float, float]
+"""A shift x in row 0 and its change from row to row, and the same of y."""
+
+_NOTHING = (0.0, 0.0, 0.0, 0.0)
 
 
 class GroundFinder:
@@ -160,9 +160,7 @@ def _corners(
         where[part] = clear[part]
     left, top, width, height = bounding_box(where)
     part = slice(top, top + height), slice(left, left + width)
-    strength = strength_of(np.ascontiguousarray(half[part]))
-    where = np.ascontiguousarray(where[part])
-    points = strongest(strength, where, _CELL, _LEAST_STRENGTH, _CORNERS)
+    points = corners_of(half[part], where[part], _APART, _CORNERS, _LEAST_STRENGTH)
     return 2 * (points + np.array([left, top], np.float32))
 
 
@@ -182,11 +180,11 @@ def ground_of(
     if len(before) < _LEAST:
         return None
     off = (after - (before @ camera[:, :2].T + camera[:, 2])).astype(np.float64)
-    line = np.zeros(4)
-    share, without = _agreed(before[:, 1].astype(np.float64), off, line)
+    rows = before[:, 1].astype(np.float64)
+    x, across, y, along = line = _line(rows, off)
+    share, without = _agreeing(rows, off, line), _agreeing(rows, off, _NOTHING)
     if share < max(_LEAST_AGREEING, without + _GAIN):
         return None
-    x, across, y, along = line.tolist()
     square = across * across + along * along
     end = -(x * across + y * along) / square if square > 0 else ends[0]
     row = min(max(end, ends[0]), ends[1])
@@ -196,75 +194,20 @@ def ground_of(
     return Ground(motion, round(row))
 
 
-@kernel('f8[::1], f8[:,::1], f8[::1]')
-def _agreed(
-    rows: NDArray[np.float64], off: NDArray[np.float64], line: NDArray[np.float64]
-) -> tuple[float, float]:
-    """
-    Fill in what most corners agree on, by samples of two (RANSAC).
-
-    :param off: (n, 2), what is left over of the corners.
-    :param line: filled in: x in row 0, its change from row to row, and the same of y.
-    :returns: the share of the corners that agree on it, and on nothing being left over.
-    """
-    count = rows.size
-    weights, best, trial = np.zeros(count), np.zeros(count), np.zeros(4)
-    without = _weigh(rows, off, trial, weights)
-    most = 0.0
-    state = FIRST
-    for _ in range(_SAMPLES):
-        first, second, state = pair_of(count, state)
-        apart = rows[second] - rows[first]
-        if abs(apart) < _LEAST_APART:
-            continue
-        for axis in range(2):
-            slope = (off[second, axis] - off[first, axis]) / apart
-            slope = min(max(slope, -_STEEPEST), _STEEPEST)
-            trial[2 * axis] = off[first, axis] - slope * rows[first]
-            trial[2 * axis + 1] = slope
-        total = _weigh(rows, off, trial, weights)
-        if total > most:
-            most = total
-            best[:] = weights
-    if most > 0:
-        weights[:] = best
-        for _ in range(_ROUNDS):
-            _fit(rows, off, weights, line)
-            most = _weigh(rows, off, line, weights)
-    return most / count, without / count
+def _line(rows: NDArray[np.float64], off: NDArray[np.float64]) -> _Line:
+    """Return the line that most of what is left over of corners, (n, 2), lies about."""
+    places = np.column_stack([rows, off]).astype(np.float32)
+    # OpenCV draws the same samples in every call.
+    found = cv2.fitLine(places, cv2.DIST_WELSCH, _REACH_PX, 0.01, 0.01).ravel().tolist()
+    along_rows, across, down, row, x, y = found
+    if abs(along_rows) * _STEEPEST < max(abs(across), abs(down)):
+        return _NOTHING
+    across, down = across / along_rows, down / along_rows
+    return x - across * row, across, y - down * row, down
 
 
-@kernel()
-def _weigh(
-    rows: NDArray[np.float64],
-    off: NDArray[np.float64],
-    line: NDArray[np.float64],
-    weights: NDArray[np.float64],
-) -> float:
-    """Fill in how well a line explains what is left of each corner, 1 to 0; return the sum."""
-    total = 0.0
-    for k in range(rows.size):
-        x = line[0] + line[1] * rows[k] - off[k, 0]
-        y = line[2] + line[3] * rows[k] - off[k, 1]
-        weights[k] = max(1 - (x * x + y * y) / (_REACH_PX * _REACH_PX), 0.0)
-        total += weights[k]
-    return total
-
-
-@kernel()
-def _fit(
-    rows: NDArray[np.float64],
-    off: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    line: NDArray[np.float64],
-) -> None:
-    """Fill in the line of weighted least squares."""
-    total = max(weights.sum(), 1e-9)
-    middle = (weights * rows).sum() / total
-    square = max((weights * (rows - middle) ** 2).sum(), 1.0)
-    for axis in range(2):
-        mean = (weights * off[:, axis]).sum() / total
-        slope = (weights * (rows - middle) * (off[:, axis] - mean)).sum() / square
-        slope = min(max(slope, -_STEEPEST), _STEEPEST)
-        line[2 * axis] = mean - slope * middle
-        line[2 * axis + 1] = slope
+def _agreeing(rows: NDArray[np.float64], off: NDArray[np.float64], line: _Line) -> float:
+    """Return how well a line explains what is left of the corners, 1 to 0."""
+    x, across, y, down = line
+    far = (x + across * rows - off[:, 0]) ** 2 + (y + down * rows - off[:, 1]) ** 2
+    return float(np.maximum(1 - far / _REACH_PX**2, 0).mean())

@@ -10,10 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ['BORDER', 'Pyramid']
-
-BORDER = 16
-"""Pixels about a padded image."""
+__all__ = ['Pyramid']
 
 _CELLS = 3
 """Halvings that make a cell a pixel."""
@@ -37,7 +34,6 @@ class Pyramid:
     def __init__(self, gray: NDArray[np.uint8]) -> None:
         """Begin with the image at full size, (h, w) uint8."""
         self._images = [gray]
-        self._padded: dict[int, NDArray[np.uint8]] = {}
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -65,15 +61,6 @@ class Pyramid:
         """Return whether another picture, of the same size, may show the same place."""
         score = cv2.matchTemplate(self.cells, other.cells, cv2.TM_CCOEFF_NORMED)
         return float(score[0, 0]) > _ALIKE
-
-    def padded(self, level: int) -> NDArray[np.uint8]:
-        """Return the image of a level with its border continued by :data:`BORDER` pixels."""
-        if level not in self._padded:
-            image, size = self.image(level), BORDER
-            self._padded[level] = np.asarray(
-                cv2.copyMakeBorder(image, size, size, size, size, cv2.BORDER_REPLICATE)
-            )
-        return self._padded[level]
 
 
 def _halved(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import InputError, SequenceError
+from gait_segmentation.errors import InputError, SequenceError, not_installed
 from gait_segmentation.inputs import damaged
 from gait_segmentation.inputs.encodings import claimed_shape, read_bgr, read_compressed
 from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource, check_file
@@ -78,10 +78,17 @@ class BagSource(ImageSource):
 
         :param topic: of the images; empty: the one that holds images.
         :param wanted: ``width``, ``start`` and ``count``, see :func:`open_input`.
-        :raises SequenceError: if the bag cannot be read, or the topic is not there or not clear.
+        :raises SequenceError: if the bag cannot be read, the topic is not there or not clear, or
+            what reads bags is not installed.
         """
         if wanted.get('rate'):
             raise SequenceError(f'{path} is a bag, and its images have stamps: leave out --rate')
+        try:
+            # Of the extra ``tools``.
+            import mcap  # noqa: F401
+            import rosbags  # noqa: F401
+        except ModuleNotFoundError as error:
+            raise SequenceError(f'{path} is a bag: {not_installed(str(error.name))}') from error
         self.topic = topic
         self._intact = True
         super().__init__(path, **wanted)
@@ -123,6 +130,7 @@ class BagSource(ImageSource):
             raise DamagedError(
                 f'{self.path} is damaged: {error}; {read} images on {self.topic} come before, '
                 f'the last {(last_ns - first_ns) / 1e9:.3f} s after the first'
+                f'{self._remedy()}'
             ) from error
 
     def _entry(self, recorded_ns: int, data: bytes) -> Entry:
@@ -176,8 +184,13 @@ class BagSource(ImageSource):
             for path in _storage_files(self.path):
                 found |= {name: Topic(kind, None) for name, kind in damaged.topics(path).items()}
             if not found:
-                raise SequenceError(f'{self.path} cannot be read as a bag: {error}') from error
+                raise SequenceError(
+                    f'{self.path} cannot be read as a bag: {error}{self._remedy()}'
+                ) from error
             return found
+
+    def _remedy(self) -> str:
+        return next(map(damaged.remedy, _storage_files(self.path)), '')
 
     def _messages(self) -> Iterator[tuple[int, bytes]]:
         if not self._intact:

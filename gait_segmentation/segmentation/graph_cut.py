@@ -17,8 +17,6 @@ import maxflow
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.kernels import kernel
-
 __all__ = ['CAPACITY', 'STEPS', 'OpenGraph', 'decided', 'minimum_cut', 'open_graph']
 
 ARCS = 8
@@ -54,86 +52,24 @@ class OpenGraph:
     links: NDArray[np.int32]
 
 
-@kernel('i1[:,::1], i4[:,::1], i4[::1]')
-def _number(given: NDArray[np.int8], index: NDArray[np.int32], pixels: NDArray[np.int32]) -> int:
-    count = 0
-    for row in range(given.shape[0]):
-        for col in range(given.shape[1]):
-            if given[row, col] == 0:
-                index[row, col] = count
-                pixels[count] = row * given.shape[1] + col
-                count += 1
-            else:
-                index[row, col] = -1 if given[row, col] < 0 else -2
-    return count
-
-
-@kernel('i4[:,::1], i4[::1], i8[:,::1], i4[:,::1]')
-def _connect(
-    index: NDArray[np.int32],
-    pixels: NDArray[np.int32],
-    steps: NDArray[np.int64],
-    beside: NDArray[np.int32],
-) -> None:
-    height, width = index.shape
-    count = len(pixels)
-    for node in range(count):
-        row, col = divmod(pixels[node], width)
-        for arc in range(ARCS):
-            next_row, next_col = row + steps[arc, 0], col + steps[arc, 1]
-            beside[node, arc] = count
-            if 0 <= next_row < height and 0 <= next_col < width:
-                other = index[next_row, next_col]
-                beside[node, arc] = other if other >= 0 else count - other
-    for arc in range(ARCS):
-        beside[count, arc] = count
-
-
 def open_graph(given: NDArray[np.int8]) -> OpenGraph:
     """
     Return the graph of the open pixels, without links.
 
     :param given: (h, w) int8, +1 or -1 where label 1 or 0 is given, 0 where open.
     """
-    index = np.empty(given.shape, np.int32)
-    pixels = np.empty(given.size, np.int32)
-    pixels = pixels[: _number(given, index, pixels)]
-    beside = np.empty((len(pixels) + 1, ARCS), np.int32)
-    _connect(index, pixels, STEPS, beside)
+    pixels = np.flatnonzero(given == 0).astype(np.int32)
+    count = len(pixels)
+    # By the rows of a window with a border, of what lies where.
+    place = np.full((given.shape[0] + 2, given.shape[1] + 2), count, np.int32)
+    inner = place[1:-1, 1:-1]
+    inner[...] = np.where(given < 0, count + 1, count + 2)
+    inner.reshape(given.shape)[given == 0] = np.arange(count, dtype=np.int32)
+    row, column = np.divmod(pixels, given.shape[1])
+    here = (row + 1) * place.shape[1] + column + 1
+    beside = np.full((count + 1, ARCS), count, np.int32)
+    beside[:-1] = place.reshape(-1)[here[:, None] + STEPS @ (place.shape[1], 1)]
     return OpenGraph(given, pixels, beside, np.zeros(beside.shape, np.int32))
-
-
-@kernel('f4[::1], i4[:,::1], i4[:,::1], i8[:,::1], i8[::1]')
-def _fold(
-    logit: NDArray[np.float32],
-    links: NDArray[np.int32],
-    beside: NDArray[np.int32],
-    edges: NDArray[np.int64],
-    terminal: NDArray[np.int64],
-) -> int:
-    """
-    List the links between open pixels, and turn those to given labels into t-links.
-
-    :param edges: (3, E) of both ends and the capacity, filled in.
-    :param terminal: (N,) of the capacity from the source, or to the sink if negative, filled in.
-    :returns: how many edges there are.
-    """
-    count, total = len(logit), 0
-    for node in range(count):
-        energy = int(logit[node] * CAPACITY)
-        for arc in range(ARCS):
-            other = beside[node, arc]
-            if other == count + 1:
-                energy -= links[node, arc]
-            elif other == count + 2:
-                energy += links[node, arc]
-            elif other < count and arc < ARCS // 2 and links[node, arc] > 0:
-                edges[0, total] = node
-                edges[1, total] = other
-                edges[2, total] = links[node, arc]
-                total += 1
-        terminal[node] = energy
-    return total
 
 
 def decided(logit: NDArray[np.float32]) -> NDArray[np.int8]:
@@ -168,11 +104,14 @@ def minimum_cut(graph: OpenGraph, logit: NDArray[np.float32]) -> NDArray[np.bool
     count = len(graph.pixels)
     if count == 0:
         return labels
-    edges = np.empty((3, count * ARCS // 2), np.int64)
-    terminal = np.empty(count, np.int64)
-    total = _fold(logit, graph.links, graph.beside, edges, terminal)
-    one, other, capacity = edges[:, :total]
-    solver = maxflow.GraphInt(count, total)
+    links, beside = graph.links[:-1], graph.beside[:-1]
+    # Links to given labels are t-links.
+    toward = (beside == count + 2).astype(np.int32) - (beside == count + 1)
+    terminal = (logit * CAPACITY).astype(np.int64) + np.einsum('ij,ij->i', links, toward)
+    forward, after = links[:, : ARCS // 2], beside[:, : ARCS // 2]
+    one, arc = np.nonzero((after < count) & (forward > 0))
+    other, capacity = after[one, arc], forward[one, arc]
+    solver = maxflow.GraphInt(count, len(one))
     nodes = solver.add_grid_nodes(count)
     solver.add_edges(one, other, capacity, capacity)
     solver.add_grid_tedges(nodes, np.maximum(terminal, 0), np.maximum(-terminal, 0))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gait_segmentation.ego_motion.pyramid import BORDER, Pyramid
+from gait_segmentation.ego_motion.pyramid import Pyramid
 
 
 def test_each_level_has_the_means_of_four_pixels_of_the_one_before() -> None:
@@ -16,12 +16,6 @@ def test_each_level_has_the_means_of_four_pixels_of_the_one_before() -> None:
     mean = gray[:36].reshape(18, 2, 25, 2).mean((1, 3))
     assert np.abs(pyramid.image(1) - mean).max() <= 0.5
     assert pyramid.image(3) is pyramid.image(3)
-
-
-def test_the_border_goes_on() -> None:
-    gray = np.random.default_rng(0).integers(0, 256, (9, 12), np.uint8)
-    padded = Pyramid(gray).padded(0)
-    np.testing.assert_array_equal(padded, np.pad(gray, BORDER, 'edge'))
 
 
 def test_there_is_always_a_pixel_left() -> None:

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, example, given, settings, strategies as st
 
 from gait_segmentation.inputs import damaged
 from test.inputs.bags import greys
-from test.inputs.test_bag import WRITERS
+from test.inputs.test_bag import PARTLY_READ, WRITERS
 
 # The examples share a folder, in which each writes its file anew.
 in_one_folder = settings(
@@ -18,7 +18,7 @@ in_one_folder = settings(
 )
 
 
-@pytest.fixture(scope='module', params=WRITERS)
+@pytest.fixture(scope='module', params=PARTLY_READ)
 def bag(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the file of a whole bag."""
     path = WRITERS[request.param](
@@ -39,7 +39,7 @@ def read(path: Path, topic: str = '/image') -> tuple[list[tuple[int, bytes]], st
 
 def test_whole_bags_are_read_to_the_end(bag: Path) -> None:
     found, problem = read(bag)
-    assert bag.suffix == '.bag' or not problem
+    assert not problem
     assert len(found) == 6
     assert [recorded_ns for recorded_ns, _ in found] == sorted(at for at, _ in found)
     assert len(read(bag, '/other')[0]) == 3

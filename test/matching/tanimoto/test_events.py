@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from benchmarks.kernels import ReferenceKernel
 from gait_segmentation.matching.tanimoto import EventKernel, WindowGrid, polyphase
 from gait_segmentation.matching.tanimoto.events import _runs
-from gait_segmentation.matching.tanimoto.simd import RUN
+from gait_segmentation.matching.tanimoto.loops import RUN
 from test.matching.tanimoto.cases import banks
 
 
