@@ -116,7 +116,7 @@ def _unpacked(path: Path, folder: Path) -> Path:
 
 
 def _mcap(path: Path) -> Iterator[Message]:
-    from mcap import records
+    from mcap import exceptions, records
     from mcap.stream_reader import StreamReader
 
     schemas: dict[int, str] = {}
@@ -126,6 +126,8 @@ def _mcap(path: Path) -> Iterator[Message]:
         while True:
             try:
                 record = next(reader)
+            except exceptions.EndOfFile as error:
+                raise BrokenError(f'byte {file.tell()}: the end is missing') from error
             except Exception as error:
                 # Those of all libraries that it unpacks chunks with.
                 raise BrokenError(f'byte {file.tell()}: {error!r}') from error

@@ -140,8 +140,9 @@ class DeadPorts:
         self._over.set()
         if self._thread.ident is not None:
             self._thread.join()
+        # What is not due stays as it is: others may still write there.
         while self._held:
-            self._held.popitem()[1].release()
+            os.close(self._held.popitem()[1].descriptor)
 
     def _run(self) -> None:
         while not self._over.wait(_LOOK_S):

@@ -14,7 +14,7 @@ def test_when_all_is_compiled_there_is_nothing_to_do(capsys) -> None:
     capsys.readouterr()
     assert command.main([]) == 0
     now = Kernels.now()
-    assert now.ready == now.known > 100
+    assert now.ready == now.known > 0
     assert capsys.readouterr().out == (
         f"nothing to do: all {now.ready} kernels are in Numba's cache\n"
     )
