@@ -46,7 +46,7 @@ class StartingConfig(StageConfig):
         maximum=5.0,
     )
     least_way: float = parameter(
-        0.08,
+        0.15,
         'Distance that somebody must have covered, or grown by, before getting a slot.',
         unit='body height',
         minimum=0.0,

@@ -7,7 +7,6 @@ import numpy as np
 
 from gait_segmentation.segmentation.refinement import (
     finest,
-    outline_term,
     refine,
     upsample,
 )
@@ -72,20 +71,3 @@ def test_only_the_band_about_the_outline_changes() -> None:
     found = refine(np.zeros((40, 60, 3), np.uint8), labels, logit, 0.0)
     assert found[15:25, 21:35].all()
     assert not found[:5].any()
-
-
-def test_a_shape_has_no_say_at_clear_edges() -> None:
-    # Clear on the left, vague on the right of the middle.
-    own = np.where(np.arange(40) < 20, 4.0, -4.0).astype(np.float32)
-    own = np.vstack([np.tile(own, (20, 1)), np.tile(own / 4, (20, 1))])
-    shape = np.full(own.shape, 1.5, np.float32)
-    term = outline_term(own + shape, shape, 150.0)
-    assert (term[2:18, 19:21] == own[2:18, 19:21]).all()
-    assert (term[2:18, :18] == own[2:18, :18] + 1.5).all()
-    assert (term[22:] == own[22:] + 1.5).all()
-
-
-def test_of_small_people_a_shape_keeps_its_say() -> None:
-    own = np.where(np.arange(40) < 20, 4.0, -4.0).astype(np.float32)[None].repeat(30, 0)
-    shape = np.full(own.shape, 1.5, np.float32)
-    assert (outline_term(own + shape, shape, 60.0) == own + shape).all()

@@ -148,7 +148,7 @@ def test_the_search_can_be_switched_off_and_on() -> None:
 
 @pytest.mark.parametrize('auto', ['none', 'motion'])
 def test_a_box_starts_before_what_the_camera_has_seen(auto: str) -> None:
-    board, figure = (75, 110), Figure(60)
+    board, figure = (75, 125), Figure(60)
     image, (mask,) = picture([figure], boards=[board])
     box = Box.around(mask)
     assert box is not None

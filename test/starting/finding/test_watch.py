@@ -127,7 +127,7 @@ def seconds_until_found(
         assert box is not None
         if candidate is None or found is None:
             candidate = Candidate(1, box, now, now)
-            found = Watch(light_bank(small_bank()), StartingConfig(), candidate)
+            found = Watch(light_bank(small_bank()), StartingConfig(watch=0.5), candidate)
         candidate.box, candidate.seen = box, now
         candidate.way.append((now, number * way * TALL * PERIOD / 1.5, 0.0, float(TALL)))
         while len(candidate.way) > 50:
