@@ -95,6 +95,8 @@ def _run(make: Callable[[], GaitNode], arguments: list[str], ending: Ending, wat
         understood = True
         get_logger(name).debug(f'{freed} bytes of shared memory of killed processes freed')
         ports.start()
+        # From here on the DDS may hang, as in what a killed process has left locked.
+        watch.beat()
         # First: one that is made when a signal has closed the context leaves a traceback.
         executor = MessageExecutor()
         ending.closes(executor.shutdown)

@@ -15,9 +15,11 @@ import pytest
 import rclpy
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
+from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.ros.running import run_node, silence_opencv
+from gait_segmentation.ros.watch import Watch
 
 
 class _Node:
@@ -76,6 +78,19 @@ def test_no_garbage_is_looked_for_before_a_node_has_started() -> None:
     assert _run(_shut(lambda: seen.append(gc.isenabled()) or True)) == 0
     assert seen == [False]
     assert gc.isenabled()
+
+
+def test_a_node_that_hangs_while_it_is_made_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    beats: list[int] = []
+    monkeypatch.setattr(Watch, 'beat', lambda _: beats.append(1))
+
+    def made() -> Any:
+        # Without a first beat nobody would notice that no other comes.
+        assert beats
+        raise GaitSegmentationError('made')
+
+    assert run_node(made, []) == 1
+    assert beats == [1]
 
 
 def test_a_start_that_a_signal_breaks_off_is_none() -> None:
