@@ -44,21 +44,27 @@ class Aside:
     """
     Something done in a thread of its own, which a coroutine of an executor can wait for.
 
-    rclpy takes up a coroutine that waits again and again.  So each time this waits a moment for
-    the thread, which costs nothing, and then gives way to the other callbacks.
+    rclpy takes up a coroutine that waits whenever the executor wakes.  So each time this waits a
+    moment for the thread, which costs nothing, and then gives way to the other callbacks.
     """
 
-    def __init__(self, work: Callable[[], None]) -> None:
-        """Begin."""
+    def __init__(self, work: Callable[[], None], wake: Callable[[], None]) -> None:
+        """
+        Begin.
+
+        :param wake: wakes the executor when the work has ended; called in the other thread.
+        """
         self._work = work
+        self._wake = wake
         self._error: BaseException | None = None
+        self._done = False
         self._thread = threading.Thread(target=self._run, name='compiler', daemon=True)
         self._thread.start()
 
     @property
     def done(self) -> bool:
         """Return whether it has ended."""
-        return not self._thread.is_alive()
+        return self._done
 
     def __await__(self) -> Generator[None, None, None]:
         """Wait until it has ended; others have their turn once at least."""
@@ -78,3 +84,6 @@ class Aside:
             self._work()
         except Exception as error:  # Handed on to whoever waits.
             self._error = error
+        finally:
+            self._done = True
+            self._wake()

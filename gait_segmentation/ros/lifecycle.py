@@ -7,11 +7,13 @@ from __future__ import annotations
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any, ClassVar
 
 import cv2
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import InvalidHandle
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
@@ -290,7 +292,7 @@ class GaitNode(LifecycleNode):
 
     async def _compile_aside(self) -> None:
         if self._aside is None:
-            self._aside = Aside(self._compile)
+            self._aside = Aside(self._compile, self._wake)
         await self._aside
 
     def _compile(self) -> None:
@@ -298,6 +300,11 @@ class GaitNode(LifecycleNode):
         cv2.setNumThreads(self.parameters.get(NodeConfig).num_threads or -1)
         with compiling(self._inform):
             self.compile()
+
+    def _wake(self) -> None:
+        # Which is over if the node was closed meanwhile.
+        with suppress(InvalidHandle):
+            self._alarm.trigger()
 
     def _inform(self, text: str) -> None:
         if self.context.ok():
@@ -341,7 +348,7 @@ class GaitNode(LifecycleNode):
     def _worker_failed(self, error: BaseException) -> None:
         if self.context.ok():
             self._failure = error
-            self._alarm.trigger()
+            self._wake()
 
     def _raise_failure(self) -> None:
         """End the process, in the executor's thread: a node whose worker died is no use."""

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from typing import Any
 
 import pytest
@@ -14,6 +15,7 @@ from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import DescribeParameters
 
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
+from gait_segmentation.ros.executor import MessageExecutor
 from test.nodes.bench import Bench
 
 NAME = 'gait_segmenter'
@@ -94,6 +96,27 @@ def test_a_node_that_starts_itself_answers_while_it_compiles(
     bench.until(refused.done, 'the answer')
     assert not refused.result().success
     assert compiling.node.state == 'active'
+
+
+def test_a_node_goes_on_as_soon_as_it_has_compiled(bench: Bench, compiling: Compiling) -> None:
+    node = compiling.node
+    bench.executor.remove_node(node)
+    # Nothing else wakes the executor.
+    for timer in list(node.timers):
+        node.destroy_timer(timer)
+    executor = MessageExecutor(context=node.context)
+    executor.add_node(node)
+    started = executor.create_task(node.start_beside)
+    started.add_done_callback(lambda _: executor.shutdown(0.0))
+    spinning = threading.Thread(target=executor.spin, daemon=True)
+    spinning.start()
+    assert compiling.begun.wait(60)
+    # Until it waits for messages, which takes it one turn.
+    time.sleep(0.5)
+    compiling.finish.set()
+    spinning.join(30)
+    assert not spinning.is_alive()
+    assert (started.result(), node.state) == (True, 'active')
 
 
 def test_a_node_that_is_configured_answers_meanwhile_and_when_it_is_done(

@@ -31,7 +31,7 @@ def test_what_does_not_is_not() -> None:
 
 def test_others_have_their_turn_until_what_is_done_aside_has_ended() -> None:
     go_on = threading.Event()
-    turns = Aside(go_on.wait).__await__()
+    turns = Aside(go_on.wait, wake=lambda: None).__await__()
     for _ in range(3):
         next(turns)
     go_on.set()
@@ -39,9 +39,12 @@ def test_others_have_their_turn_until_what_is_done_aside_has_ended() -> None:
 
 
 def test_what_is_done_already_gives_way_once_and_hands_on_its_error() -> None:
-    aside = Aside(lambda: [][0])
-    assert list(aside.__await__()) == [None]
+    woken = threading.Event()
+    aside = Aside(lambda: [][0], wake=woken.set)
+    # Whoever is woken finds that it is done.
+    assert woken.wait(60)
     assert aside.done
+    assert list(aside.__await__()) == [None]
     with pytest.raises(IndexError):
         aside.check()
 

@@ -55,7 +55,7 @@ class Quiet(Node):
         return True
     async def aside(self, work):
         self.compiling = True
-        await Aside(work)
+        await Aside(work, wake=lambda: None)
     def close(self):
         print('closed', flush=True)
         {close}
