@@ -79,7 +79,7 @@ class Stage:
 
     def start(self, name: str) -> None:
         """Start a node."""
-        self.processes.start(name, MODULES[name])
+        self.processes.start(name, 'gait_segmentation', name.removeprefix('gait_'))
 
     def answered_after(self, stamp_ns: int) -> Callable[[], bool]:
         """Return what tells whether a frame that was shown after a time has been answered."""

@@ -30,6 +30,7 @@ __all__ = [
     'warm_up',
 ]
 
+_PACKAGE = 'gait_segmentation'
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _WRONG, _INTERRUPTED = 2, 130
 _LOST_IN = ('_raw_object_cache', '__del__')
@@ -105,6 +106,16 @@ def source() -> int:
     return _run_node('source')
 
 
+def main() -> int:
+    """Run the command that is the first argument."""
+    name = sys.argv.pop(1) if len(sys.argv) > 1 else ''
+    if name not in __all__:
+        print(f'{_PACKAGE}: error: the commands are {", ".join(__all__)}', file=sys.stderr)
+        return _WRONG
+    sys.argv[0] = f'gait_{name}'
+    return int(globals()[name]())
+
+
 def _run_tool(name: str) -> int:
     """Run a command that says so and returns 130 when it is interrupted."""
     if not _arguments_are_text(f'gait_{name}'):
@@ -152,6 +163,9 @@ def _run_node(name: str) -> int:
     if not _arguments_are_text(f'gait_{name}'):
         return _WRONG
     try:
+        # Not if there is anything to be said of the command line first.
+        if sys.argv[1:2] in ([], ['--ros-args']):
+            _imported('gait_segmentation.ros.participant', '', 0).take_part_early()
         return int(_imported(f'gait_segmentation.nodes.{name}_node', '', 0).main())
     except ModuleNotFoundError as error:
         return _without(f'gait_{name}', error)

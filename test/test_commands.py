@@ -140,16 +140,49 @@ def test_every_command_runs_its_module(name: str, monkeypatch) -> None:
             assert (now == usual) == (name in TOOLS)
             return 3
 
+        @staticmethod
+        def take_part_early() -> None:
+            pass
+
+    monkeypatch.setattr(sys, 'argv', [f'gait_{name}'])
     monkeypatch.setattr(commands, 'import_module', lambda each: found.append(each) or Module)
     assert getattr(commands, name)() == 3
     # Nobody wants to see where the interpreter was when a tool had ended.
     assert (signal.getsignal(signal.SIGINT) == signal.SIG_IGN) == (name in TOOLS)
-    assert found == [
-        f'gait_segmentation.cli.{name}'
+    assert found == (
+        [f'gait_segmentation.cli.{name}']
         if name in TOOLS
-        else f'gait_segmentation.nodes.{name}_node'
-    ]
-    assert Path(ROOT / f'{found[0].replace(".", "/")}.py').is_file()
+        else ['gait_segmentation.ros.participant', f'gait_segmentation.nodes.{name}_node']
+    )
+    assert all(Path(ROOT / f'{each.replace(".", "/")}.py').is_file() for each in found)
+
+
+@pytest.mark.parametrize('given', [['--help'], ['image.png'], ['-r', 'a:=b']])
+def test_a_node_that_may_say_something_of_its_command_line_does_not_appear(
+    given: list[str], monkeypatch
+) -> None:
+    found = []
+
+    class Module:
+        @staticmethod
+        def main() -> int:
+            return 0
+
+    monkeypatch.setattr(sys, 'argv', ['gait_tracker', *given])
+    monkeypatch.setattr(commands, 'import_module', lambda each: found.append(each) or Module)
+    assert commands.tracker() == 0
+    assert found == ['gait_segmentation.nodes.tracker_node']
+
+
+def test_commands_run_where_they_are_not_installed() -> None:
+    run = [sys.executable, '-m', 'gait_segmentation']
+    done = subprocess.run([*run, 'bank', '--help'], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0
+    assert done.stdout.startswith('usage: gait_bank ')
+    for wrong in ([], ['main'], ['gait_bank']):
+        done = subprocess.run([*run, *wrong], cwd=ROOT, capture_output=True, text=True)
+        assert done.returncode == 2
+        assert 'the commands are bank, demo' in done.stderr
 
 
 @pytest.mark.parametrize('name', commands.__all__)
@@ -161,6 +194,10 @@ def test_ignored_signals_stay_ignored(name: str, monkeypatch) -> None:
         def main() -> int:
             assert signal.getsignal(signal.SIGINT) == signal.SIG_IGN
             return 0
+
+        @staticmethod
+        def take_part_early() -> None:
+            pass
 
     monkeypatch.setattr(commands, 'import_module', lambda each: Module)
     assert getattr(commands, name)() == 0

@@ -250,15 +250,15 @@ def prepare_environment(environment: MutableMapping[str, str]) -> None:
 
 def start_nodes(processes: ProcessGroup, box: Box | None, people: int = 1) -> None:
     """Start tracker, matcher and segmenter; without a first box they find people themselves."""
-    package = 'gait_segmentation.nodes'
+    package = 'gait_segmentation'
     start: tuple[str, ...] = ('-p', 'starting.auto_init:=motion')
     if box is not None:
         numbers = ', '.join(f'{value:.2f}' for value in (box.x, box.y, box.width, box.height))
         start = ('-p', f'initial_box:=[{numbers}]')
     common = ('--ros-args', *_PATIENT, '-p', f'max_people:={people}')
-    processes.start('gait_tracker', f'{package}.tracker_node', *common, *start)
-    processes.start('gait_matcher', f'{package}.matcher_node', *common)
-    processes.start('gait_segmenter', f'{package}.segmenter_node', *common, *_KEEP)
+    processes.start('gait_tracker', package, 'tracker', *common, *start)
+    processes.start('gait_matcher', package, 'matcher', *common)
+    processes.start('gait_segmenter', package, 'segmenter', *common, *_KEEP)
 
 
 def play(
@@ -297,7 +297,7 @@ def play(
     source += ['--delay', '1']
     source += ['--rate', str(rate)] if rate else []
     source += ['--count', str(film.count)] if film.count else []
-    processes.start('gait_source', 'gait_segmentation.nodes.source_node', *source)
+    processes.start('gait_source', 'gait_segmentation', 'source', *source)
     # disable=None: no bar where stderr is not a terminal.
     with tqdm(unit='frame', disable=None, desc='gait_demo') as bar:
         # Not asked of the bar, which does not count where it is not shown.

@@ -30,10 +30,9 @@ from gait_segmentation.files.pixel_limit import MOST_PIXELS
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, open_input
 from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.image import image_message
-from gait_segmentation.ros.memory import keep_freed_memory
 from gait_segmentation.ros.messages import stamp_of
+from gait_segmentation.ros.participant import take_part
 from gait_segmentation.ros.qos import BETWEEN_NODES
-from gait_segmentation.ros.shared_memory import DeadPorts
 
 __all__ = ['main', 'parser', 'publish_input']
 
@@ -242,15 +241,11 @@ def main(arguments: list[str] | None = None) -> int:
     # Nothing of a camera that is switched off is worth waiting for.
     ending = Ending(at_once=True)
     ending.handle_signals()
-    keep_freed_memory()
     understood = False
     try:
         options = parser().parse_args(remove_ros_args(given)[1:])
-        ports = DeadPorts()
-        ending.closes(ports.close)
-        rclpy.init(args=given)
+        ending.closes(take_part(given).close)
         understood = True
-        ports.start()
         node = Node('gait_source')
         ending.closes(node.destroy_node)
         published = publish_input(options, node)

@@ -26,8 +26,7 @@ from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.ros.config import CameraConfig
 from gait_segmentation.ros.ending import Ending, leave
 from gait_segmentation.ros.executor import MessageExecutor
-from gait_segmentation.ros.memory import keep_freed_memory
-from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
+from gait_segmentation.ros.participant import take_part
 from gait_segmentation.ros.watch import Watch
 
 if TYPE_CHECKING:
@@ -84,23 +83,22 @@ def _run(make: Callable[[], GaitNode], arguments: list[str], ending: Ending, wat
         _check(make, arguments)
         # To look for garbage again and again would take a tenth of the start.
         gc.disable()
-        keep_freed_memory()
         silence_opencv()
         # Of whoever has asked and is gone: nobody is there to be answered.
         warnings.filterwarnings('ignore', 'failed to send response', RuntimeWarning)
-        freed = remove_dead_segments()
-        ports = DeadPorts()
-        ending.closes(ports.close)
-        rclpy.init(args=arguments)
+        participant = take_part(arguments)
+        ending.closes(participant.close)
         understood = True
-        get_logger(name).debug(f'{freed} bytes of shared memory of killed processes freed')
-        ports.start()
+        get_logger(name).debug(
+            f'{participant.freed} bytes of shared memory of killed processes freed'
+        )
         # From here on the DDS may hang, as in what a killed process has left locked.
         watch.beat()
         # First: one that is made when a signal has closed the context leaves a traceback.
         executor = MessageExecutor()
         ending.closes(executor.shutdown)
         node = _made(make)
+        participant.has_node()
         ending.closes(node.close)
         ending.closes(node.destroy_node)
         if ending.asked:

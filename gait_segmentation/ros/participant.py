@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+A process's part in the graph of ROS, which it takes as early as it can.
+
+Fast DDS looks at each process that it discovers for up to seconds if another one was killed, and
+nothing can be published meanwhile.  That need not take longer than the imports of a node do, if
+the process is there before them: so this imports little.
+"""
+
+from __future__ import annotations
+
+import faulthandler
+import os
+from collections.abc import Sequence
+from contextlib import suppress
+
+import rclpy
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions, install_signal_handlers
+
+from gait_segmentation.ros.memory import keep_freed_memory
+from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
+
+__all__ = ['Participant', 'take_part', 'take_part_early']
+
+_LONGEST_S = 20
+"""Time after which a process ends that hangs before anything else could watch over it."""
+
+
+class Participant:
+    """The default context, kept away from what killed processes have left in shared memory."""
+
+    def __init__(self, arguments: Sequence[str] | None) -> None:
+        """
+        Initialise the context; rclpy handles no signals yet.
+
+        :param arguments: the command line, with ROS arguments.
+        :raises RuntimeError: and others of rclpy, if it does not understand them.
+        """
+        # Before the DDS starts threads.
+        keep_freed_memory()
+        self.freed = remove_dead_segments()
+        """Bytes of shared memory of the dead that were freed."""
+
+        self._herald: Node | None = None
+        self._ports = DeadPorts()
+        try:
+            rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
+        except BaseException:
+            self._ports.close()
+            raise
+        self._ports.start()
+
+    def appear(self) -> None:
+        """Be discovered, and discover others, before there is a node: by a hidden one."""
+        self._herald = Node(
+            f'_gait_{os.getpid()}',
+            use_global_arguments=False,
+            enable_rosout=False,
+            start_parameter_services=False,
+        )
+
+    def has_node(self) -> None:
+        """Have the hidden node go, for there is another."""
+        if self._herald is not None:
+            self._herald.destroy_node()
+            self._herald = None
+
+    def close(self) -> None:
+        """Let go of everything but the context."""
+        self.has_node()
+        self._ports.close()
+
+
+_early: list[Participant] = []
+
+
+def take_part_early() -> None:
+    """Take part with the process's command line, unless that fails: :func:`take_part` says why."""
+    faulthandler.dump_traceback_later(_LONGEST_S, exit=True)
+    with suppress(Exception):
+        participant = Participant(None)
+        _early.append(participant)
+        participant.appear()
+    faulthandler.cancel_dump_traceback_later()
+
+
+def take_part(arguments: Sequence[str] | None) -> Participant:
+    """
+    Return the process's part in the graph, taken now if it was not before; rclpy handles signals.
+
+    :param arguments: the command line, with ROS arguments.
+    :raises RuntimeError: and others of rclpy, if it does not understand them.
+    """
+    participant = _early.pop() if _early else Participant(arguments)
+    install_signal_handlers(SignalHandlerOptions.ALL)
+    return participant
