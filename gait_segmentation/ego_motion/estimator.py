@@ -9,18 +9,14 @@ camera's motion as a robust similarity, points on the person the body's shift.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.flow import corners_of, followed
-from gait_segmentation.ego_motion.ground_finder import GroundFinder
 from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.ego_motion.similarity import camera_motion
 from gait_segmentation.ego_motion.world_motion import WorldMotion
-from gait_segmentation.geometry import Box
 from gait_segmentation.images import bounding_box
 from gait_segmentation.kernels import kernel
 
@@ -68,7 +64,6 @@ class MotionEstimator:
 
     def __init__(self) -> None:
         """Start without a last frame."""
-        self._finder = GroundFinder()
         self.reset()
 
     def reset(self) -> None:
@@ -79,7 +74,6 @@ class MotionEstimator:
         """(n, 2) float32, positions (x, y) of the world's corners that are followed."""
 
         self._age = 0
-        self._finder.reset()
 
     def update(
         self,
@@ -110,24 +104,6 @@ class MotionEstimator:
         """Take the newest frame for one in which nothing can be seen."""
         self._last, self._now = None, self._last
         self._corners = self._corners[:0]
-
-    def with_ground(
-        self, motion: WorldMotion, people: NDArray[np.uint8], areas: Sequence[Box]
-    ) -> WorldMotion:
-        """
-        Return the motion of the camera with that of the ground, if it is another.
-
-        Then the camera moves, however little can be seen of that on the world.
-
-        :param motion: what :meth:`update` returned.
-        :param people: (h, w) uint8 of the last frame, non-zero where people may be.
-        :param areas: about them, in pixels.
-        """
-        if self._last is None or self._now is None or not areas or not self._finder.take_turn():
-            return motion
-        clear = _away_from(people, self._last.image(_LEVELS_WORLD.start).shape)
-        ground = self._finder.find((self._last, self._now), motion.camera, clear, areas)
-        return motion if ground is None else WorldMotion(motion.transform, ground)
 
     def body_shift(
         self,

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import colour_bins
 from gait_segmentation.ego_motion.world_motion import WorldMotion
-from gait_segmentation.geometry import carry
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.kernels import kernel
 from gait_segmentation.tracking.config import TrackingConfig
@@ -173,13 +172,7 @@ def _motions(person: Person, world: World) -> tuple[Record, WorldMotion, Shift] 
         if motions is None:
             return None
         _, motion, shift = motions
-        off = math.hypot(*_way(person, motion, shift))
-        if motion.ground is not None:
-            # The ground may pass under somebody who stays before the houses far behind.
-            then_x, soles = person.center_x - shift[0], person.center_y + person.height / 2
-            x, y = carry(motion.ground.motion, then_x, soles - shift[1])
-            off = max(off, math.hypot(person.center_x - x, soles - y))
-        if off >= _LEAST_MOTION * person.height:
+        if math.hypot(*_way(person, motion, shift)) >= _LEAST_MOTION * person.height:
             return motions
     return None
 

@@ -161,20 +161,15 @@ class World:
         for area in areas:
             people[area.slices(self.shape[1], self.shape[0])] = 1
         motion = self._estimator.update(frame.pyramid, people, camera=camera)
-        if camera:
-            motion = self._estimator.with_ground(motion, people, areas)
         about = windows_about(areas, motion, self.shape)
         windows = windows_about([], motion, self.shape) if everywhere else about
         # The last tenths of a pixel are measured about people only, which is cheaper.
         background = self._background.ahead([*self._steps, motion], about)
-        shift = low = None
+        shift = None
         if camera and about:
-            lab = _lab_of(frame, about)
-            upper, lower = motion.parted(about)
-            shift = remaining_shift(background.sums, lab, people, upper)
-            low = remaining_shift(background.sums, lab, people, lower)
-            motion = motion.corrected(shift, low)
-        if shift is not None or low is not None or windows != about:
+            shift = remaining_shift(background.sums, _lab_of(frame, about), people, about)
+            motion = motion if shift is None else motion.then(*shift)
+        if shift is not None or windows != about:
             background = self._background.ahead([*self._steps, motion], windows, background)
         if heat is not None:
             heat = np.asarray(cv2.resize(heat, self.shape[::-1], interpolation=cv2.INTER_LINEAR))

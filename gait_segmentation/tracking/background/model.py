@@ -191,12 +191,8 @@ class BackgroundModel:
                     other.sums[part] = 0
         other._known = wanted
         other.sigma, other.misplacement = self.sigma, self.misplacement
-        upper, lower = motion.parted(self._all if windows is None else windows)
-        for window in upper:
+        for window in self._all if windows is None else windows:
             resample(self.sums, motion.transform, decay, window, other.sums)
-        for window in lower:
-            assert motion.ground is not None
-            resample(self.sums, motion.ground.motion, decay, window, other.sums)
 
     def learn(
         self,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.ego_motion.world_motion import Ground, WorldMotion
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import scaling
 from gait_segmentation.images import Window
 from gait_segmentation.starting.finding.recollection import Recollection
@@ -110,23 +110,6 @@ def test_what_is_remembered_is_known_in_all_frames_from_then_on(frames: int) -> 
     # To the first frame and back again the border is lost.
     assert found.count[12:28, 22:38].min() > 7
     assert np.abs(found.mean[12:28, 22:38] - mean[2:-2, 2:-2]).max() < 1
-
-
-def test_the_ground_is_remembered_where_it_was() -> None:
-    low = scaling(1.0)
-    low[0, 2] = -3.0
-    film = Film(3, WorldMotion(right(2.0).camera, Ground(low, 20)))
-    window = slice(5, 35), slice(10, 50)
-    mean = np.random.default_rng(1).integers(0, 256, (30, 40, 3), dtype=np.uint8)
-    past = Recollection(window, mean, np.full((30, 40), 9, np.uint8), 3.0)
-    film.background.recall(past, film.ahead[-1], film.steps)
-    while film.steps:
-        film.take()
-    found = film.background.model
-    for rows in (slice(6, 19), slice(21, 34)):
-        assert found.count[rows, 22:38].min() > 7
-        inner = mean[rows.start - 5 : rows.stop - 5, 12:28]
-        assert np.abs(found.mean[rows, 22:38] - inner).max() < 1
 
 
 @pytest.mark.parametrize(('known', 'sigma'), [(True, 5.0), (False, 3.0)])
