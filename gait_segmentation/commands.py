@@ -12,6 +12,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from functools import partial
 from importlib import import_module
 from types import FrameType, ModuleType
 
@@ -53,56 +54,6 @@ _OF_ROS = (
 
 _OF_TOOLS = ('lz4', 'matplotlib', 'mcap', 'rosbags', 'tqdm', 'zstandard')
 """Modules that only the command line tools and readers of bags need."""
-
-
-def bank() -> int:
-    """Run gait_bank."""
-    return _run_tool('bank')
-
-
-def demo() -> int:
-    """Run gait_demo."""
-    return _run_tool('demo')
-
-
-def evaluate() -> int:
-    """Run gait_evaluate."""
-    return _run_tool('evaluate')
-
-
-def replay() -> int:
-    """Run gait_replay."""
-    return _run_tool('replay')
-
-
-def warm_up() -> int:
-    """Run gait_warm_up."""
-    return _run_tool('warm_up')
-
-
-def tracker() -> int:
-    """Run gait_tracker."""
-    return _run_node('tracker')
-
-
-def matcher() -> int:
-    """Run gait_matcher."""
-    return _run_node('matcher')
-
-
-def segmenter() -> int:
-    """Run gait_segmenter."""
-    return _run_node('segmenter')
-
-
-def pipeline() -> int:
-    """Run gait_pipeline."""
-    return _run_node('pipeline')
-
-
-def source() -> int:
-    """Run gait_source."""
-    return _run_node('source')
 
 
 def _run_tool(name: str) -> int:
@@ -202,3 +153,15 @@ def _imported(module: str, text: str, code: int) -> ModuleType:
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, end)
     return import_module(module)
+
+
+bank = partial(_run_tool, 'bank')
+demo = partial(_run_tool, 'demo')
+evaluate = partial(_run_tool, 'evaluate')
+replay = partial(_run_tool, 'replay')
+warm_up = partial(_run_tool, 'warm_up')
+tracker = partial(_run_node, 'tracker')
+matcher = partial(_run_node, 'matcher')
+segmenter = partial(_run_node, 'segmenter')
+pipeline = partial(_run_node, 'pipeline')
+source = partial(_run_node, 'source')

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gait_segmentation.cli.tool import FAILED, INTERRUPTED, run_tool
+from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.pixel_limit import MOST_PIXELS
 
@@ -135,9 +136,11 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
 
     :raises ConfigError: if an option cannot be used.
     """
+    from gait_segmentation.cli.replaying.bag_output import BagOutput
+    from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput, OverlayOutput
     from gait_segmentation.cli.replaying.job import Job
+    from gait_segmentation.cli.replaying.opengait import OpenGaitOutput
     from gait_segmentation.cli.replaying.settings import Settings, read_parameter_file
-    from gait_segmentation.evaluation.settings import overridden
     from gait_segmentation.geometry import Box
     from gait_segmentation.pipeline import PipelineConfig
 
@@ -148,34 +151,33 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
     settings = Settings(PipelineConfig())
     if options.params is not None:
         settings = read_parameter_file(options.params, settings)
-    config = overridden(settings.config, options.set)
-    box = Box(*options.box) if options.box is not None else settings.box
     several = len(options.input) > 1
-
-    def place(given: Path | None, name: str, suffix: str) -> Path | None:
-        return given / f'{name}{suffix}' if given is not None and several else given
-
-    return [
-        Job(
-            input=path,
-            config=config,
-            bank=options.bank or settings.bank,
-            bag=options.out / name,
-            topic=options.topic,
-            width=options.width,
-            start=options.start,
-            count=options.count,
-            rate=options.rate,
-            max_pixels=options.max_pixels,
-            box=box,
-            masks=place(options.masks, name, ''),
-            overlay=place(options.overlay, name, '.mp4'),
-            opengait=options.opengait / name if options.opengait is not None else None,
-            csv=place(options.csv, name, '.csv'),
-            threads=options.threads,
+    reading = ('topic', 'width', 'start', 'count', 'rate', 'max_pixels')
+    jobs = []
+    for path, name in zip(options.input, names_of(options.input), strict=True):
+        places = {
+            BagOutput: options.out / name,
+            MasksOutput: _place(options.masks, several, name),
+            OverlayOutput: _place(options.overlay, several, f'{name}.mp4'),
+            OpenGaitOutput: _place(options.opengait, True, name),
+            CsvOutput: _place(options.csv, several, f'{name}.csv'),
+        }
+        jobs.append(
+            Job(
+                input=path,
+                config=overridden(settings.config, options.set),
+                outputs={kind: place for kind, place in places.items() if place is not None},
+                reading={each: getattr(options, each) for each in reading},
+                bank=options.bank or settings.bank,
+                box=Box(*options.box) if options.box is not None else settings.box,
+                threads=options.threads,
+            )
         )
-        for path, name in zip(options.input, names_of(options.input), strict=True)
-    ]
+    return jobs
+
+
+def _place(given: Path | None, in_folder: bool, name: str) -> Path | None:
+    return given / name if given is not None and in_folder else given
 
 
 def names_of(paths: list[Path]) -> list[str]:
@@ -208,7 +210,7 @@ def _replay_all(options: argparse.Namespace) -> int:
         job.check(read, force=options.force)
     jobs = []
     for job in wanted:
-        if job.finished and not options.force:
+        if not job.missing(force=options.force):
             print(f'{job.input}: done before, see {job.bag}; --force makes it anew')
         else:
             jobs.append(job)

@@ -7,10 +7,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gait_segmentation.config import parameters_of
+from gait_segmentation.config import parameters_of, replaced, stages_of
 from gait_segmentation.evaluation.report import aligned
 from gait_segmentation.evaluation.session import Session
-from gait_segmentation.evaluation.settings import replaced, stages_of
 
 __all__ = ['compare_priors', 'ingredient_table', 'leave_one_out', 'prior_table']
 

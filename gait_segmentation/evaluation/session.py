@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
+from gait_segmentation.config import replaced
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.output import SequenceOutput
 from gait_segmentation.evaluation.report import Summary, mean_of, restart_report
@@ -21,7 +22,6 @@ from gait_segmentation.evaluation.runner import (
     run_sequence,
 )
 from gait_segmentation.evaluation.sequence import Sequence
-from gait_segmentation.evaluation.settings import replaced
 from gait_segmentation.evaluation.tracking_score import TrackingScore, first_frames
 
 __all__ = ['Progress', 'Session', 'load_sequences', 'silent']

@@ -128,6 +128,7 @@ class BagOutput(Output):
     played or looked at together.
     """
 
+    option = '--out'
     files = re.compile(r'metadata\.yaml|[^/]+\.mcap')
 
     def __init__(self, path: Path, bank: TemplateBank, slots: int, digest: str = '') -> None:

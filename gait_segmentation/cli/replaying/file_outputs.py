@@ -53,6 +53,7 @@ _STEPS_PER_STRIDE = 2
 class MasksOutput(Output):
     """A folder with ``NNNN.png`` for every frame, named by its number in the input."""
 
+    option = '--masks'
     files = re.compile(r'\d+\.png')
 
     def begin(self) -> None:
@@ -81,6 +82,8 @@ class MasksOutput(Output):
 
 class OverlayOutput(Output):
     """A film with outlines, boxes, directions and phases."""
+
+    option = '--overlay'
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
         """
@@ -154,6 +157,8 @@ def _draw(picture: NDArray[np.uint8], person: PersonResult) -> None:
 
 class CsvOutput(Output):
     """A table of boxes, phases, cadences, directions and confidences."""
+
+    option = '--csv'
 
     def begin(self) -> None:
         """Begin the table."""

@@ -5,11 +5,12 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TypeVar
 
 import numpy as np
 
-from gait_segmentation.cli.replaying.ahead import ahead
 from gait_segmentation.cli.replaying.output import Replayed
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
@@ -18,7 +19,36 @@ from gait_segmentation.pipeline import FrameResult, PersonResult, Pipeline
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.ros.intake import Intake
 
-__all__ = ['results_of']
+__all__ = ['ahead', 'results_of']
+
+Item = TypeVar('Item')
+
+
+def ahead(items: Iterator[Item], depth: int = 4) -> Generator[Item, None, None]:
+    """
+    Yield the items of an iterator that runs in a thread, so that other work goes on meanwhile.
+
+    The order stays the same, and an error of the iterator is raised where it occurred.
+
+    :param depth: items that may wait.
+    """
+    end = object()
+    waiting: deque[Future[Item | object]] = deque()
+    with ThreadPoolExecutor(1, thread_name_prefix='ahead') as thread:
+        try:
+            while True:
+                while len(waiting) <= depth:
+                    waiting.append(thread.submit(next, items, end))
+                item = waiting.popleft().result()
+                if item is end:
+                    return
+                yield item  # type: ignore[misc]
+        finally:
+            for each in waiting:
+                each.cancel()
+            # A generator that is given up has things to close.
+            if isinstance(items, Generator):
+                thread.submit(items.close)
 
 
 def results_of(

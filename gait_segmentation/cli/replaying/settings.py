@@ -9,9 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gait_segmentation.config import parameters_of
+from gait_segmentation.config import parameters_of, replaced, stages_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
-from gait_segmentation.evaluation.settings import replaced, stages_of
 from gait_segmentation.files.yaml_files import read_yaml
 from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import PipelineConfig
