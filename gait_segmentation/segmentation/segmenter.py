@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -87,7 +89,7 @@ class Segmenter:
 
     def reset(self) -> None:
         """Forget the person."""
-        self._colours.reset()
+        self._colours = LearntColours()
         self._track_id = 0
         self._masks = 0
         self._fit = 1.0
@@ -210,7 +212,7 @@ class Segmenter:
         if not self._colours.ready:
             self._colours.learn(lab, place, evidence)
         first = self._solve(lab, logit + self._colours.odds(lab, place), terms, place)
-        tried = self._colours.copy()
+        tried = deepcopy(self._colours)
         tried.learn(lab, place, evidence, first)
         logit = logit + tried.odds(lab, place)
         labels = self._solve(lab, logit, terms, place)
