@@ -22,7 +22,9 @@ _BAND_SHARE = 0.6
 """Weight of a band and its neighbours beside the whole body."""
 
 _FLOOR = 1e-4
-_RATE = 0.1
+_KEPT = 0.9
+"""Weight of a frame over that of the one after it."""
+
 _LIMIT = 4.0
 """Largest log-odds of a colour."""
 
@@ -36,7 +38,12 @@ class LearntColours:
     def __init__(self) -> None:
         """Start without having seen anything."""
         self._models = tuple(ColourModel(_BAND_SHARE, _FLOOR) for _ in range(2))
-        self.ready = False
+        self._frames = 0
+
+    @property
+    def ready(self) -> bool:
+        """Return whether there is anything learnt."""
+        return self._frames > 0
 
     def learn(
         self,
@@ -64,9 +71,10 @@ class LearntColours:
                 for weight, own in zip(weights, (clear, labels), strict=True)
             ]
         bins, rows = colour_bins(lab), _rows(lab, body)
+        self._frames += 1
+        rate = (1 - _KEPT) / (1 - _KEPT**self._frames)
         for model, weight in zip(self._models, weights, strict=True):
-            model.learn(bins, rows, np.ascontiguousarray(weight, np.float32), _RATE)
-        self.ready = True
+            model.learn(bins, rows, np.ascontiguousarray(weight, np.float32), rate)
 
     def odds(self, lab: NDArray[np.uint8], body: BodyFrame) -> NDArray[np.float32]:
         """

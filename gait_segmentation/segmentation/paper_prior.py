@@ -160,7 +160,9 @@ def oriented_distance(
     result = distances.min(axis=0)
     rows, columns = np.nonzero(gradient.visible & (result < np.float32(cap)))
     z = vocabulary.features(columns + 0.5, rows + 0.5, gradient.orientation[rows, columns], body)
-    _least(distances, rows, columns, vocabulary.posteriors(z), penalty, cap, result)
+    wrong = np.float32(penalty) * (1 - vocabulary.posteriors(z))
+    least = (distances[:, rows, columns] + wrong.T).min(axis=0)
+    result[rows, columns] = np.minimum(least, np.float32(cap))
     return np.asarray(result)
 
 
@@ -214,24 +216,6 @@ def _stamp(
                 # No min(): the vectorizer leaves its handling of NaN alone.
                 value = across[x] + down
                 line[x] = value if value < line[x] else line[x]
-
-
-@kernel('f4[:,:,::1], i8[:], i8[:], f4[:,::1], f8, f8, f4[:,::1]')
-def _least(
-    distances: NDArray[np.float32],
-    rows: NDArray[np.int64],
-    columns: NDArray[np.int64],
-    posteriors: NDArray[np.float32],
-    penalty: float,
-    cap: float,
-    out: NDArray[np.float32],
-) -> None:
-    for index in range(rows.size):
-        least = np.float32(cap)
-        for word in range(distances.shape[0]):
-            wrong = np.float32(penalty) * (np.float32(1) - posteriors[index, word])
-            least = min(least, distances[word, rows[index], columns[index]] + wrong)
-        out[rows[index], columns[index]] = least
 
 
 def confirmed(points: EdgePoints, gradient: Gradient, reach: float) -> NDArray[np.bool_]:
