@@ -24,9 +24,9 @@ from gait_segmentation.evaluation.ablation import (
     compare_priors,
     ingredient_table,
     leave_one_out,
+    plot_priors,
     prior_table,
 )
-from gait_segmentation.evaluation.plots import plot_priors
 from gait_segmentation.evaluation.report import table, tracking_table, write_json
 from gait_segmentation.evaluation.session import Session, load_sequences
 from gait_segmentation.files.output_files import keep_apart
