@@ -11,10 +11,9 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gait_segmentation.cli.tool import FAILED, INTERRUPTED, run_tool
+from gait_segmentation.cli.tool import FAILED, INTERRUPTED, READING, add_reading_options, run_tool
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.files.pixel_limit import MOST_PIXELS
 
 if TYPE_CHECKING:
     from gait_segmentation.cli.replaying.job import Job, Report
@@ -84,7 +83,6 @@ def parser() -> argparse.ArgumentParser:
     add('--overlay', type=Path, metavar='FILE', help='write a film (.mp4)')
     add('--csv', type=Path, metavar='FILE', help='write a table of people, boxes and gait')
     add('--opengait', type=Path, metavar='DIR', help='write normalised silhouettes')
-    add('--topic', default='', help='topic of the images, if a bag has several')
     add(
         '--box',
         type=float,
@@ -93,23 +91,7 @@ def parser() -> argparse.ArgumentParser:
         help='tight box of a person in the first frame, in pixels of the input; without it, '
         'people are found by their motion',
     )
-    add('--start', type=int, default=0, metavar='N', help='first frame, counted from 0')
-    add('--count', type=int, metavar='M', help='number of frames (all)')
-    add('--width', type=int, default=0, metavar='PX', help='scale down to this width')
-    add(
-        '--max-pixels',
-        type=int,
-        default=MOST_PIXELS,
-        metavar='N',
-        help='refuse frames that claim more, before they are decoded (%(default)s)',
-    )
-    add(
-        '--rate',
-        type=float,
-        default=0.0,
-        metavar='HZ',
-        help='frames per second (films: their own; folders: 30)',
-    )
+    add_reading_options(made, 'films: their own; folders: 30')
     add(
         '--set',
         action='append',
@@ -152,7 +134,6 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
     if options.params is not None:
         settings = read_parameter_file(options.params, settings)
     several = len(options.input) > 1
-    reading = ('topic', 'width', 'start', 'count', 'rate', 'max_pixels')
     jobs = []
     for path, name in zip(options.input, names_of(options.input), strict=True):
         places = {
@@ -167,7 +148,7 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
                 input=path,
                 config=overridden(settings.config, options.set),
                 outputs={kind: place for kind, place in places.items() if place is not None},
-                reading={each: getattr(options, each) for each in reading},
+                reading={each: getattr(options, each) for each in READING},
                 bank=options.bank or settings.bank,
                 box=Box(*options.box) if options.box is not None else settings.box,
                 threads=options.threads,
