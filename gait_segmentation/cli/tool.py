@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
+from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.output_files import named, problem_of
-from gait_segmentation.files.pixel_limit import MOST_PIXELS
 from gait_segmentation.kernel_cache import mend_kernel_cache
 
 __all__ = [

@@ -6,11 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,17 +50,11 @@ def _storage_files(path: Path) -> list[Path]:
     return [files[name] for name in sorted(files, key=lambda name: (len(name), name))]
 
 
-@dataclass(frozen=True)
-class Topic:
+class Topic(NamedTuple):
     """A topic of a bag; ``count`` is the number of its messages, None if unknown."""
 
     kind: str
     count: int | None
-
-    def __str__(self) -> str:
-        """Return the type and the number of messages in words."""
-        messages = '' if self.count is None else f', {self.count} messages'
-        return f'{self.kind}{messages}'
 
 
 class BagSource(ImageSource):
@@ -149,8 +142,8 @@ class BagSource(ImageSource):
     def _deserialized(self, data: bytes) -> Any:
         try:
             if self.path.suffix == '.bag':
-                return _ros1_types().deserialize_ros1(data, self._kind)
-            return _ros2_types().deserialize_cdr(damaged.unpacked_message(data), self._kind)
+                return _types('ROS1_NOETIC').deserialize_ros1(data, self._kind)
+            return _types('ROS2_JAZZY').deserialize_cdr(damaged.unpacked_message(data), self._kind)
         except Exception as error:
             # rosbags raises whatever the data made of it.
             raise InputError(f'the message cannot be read ({error!r})') from error
@@ -230,7 +223,7 @@ def _chosen(path: Path, topics: dict[str, Topic], wanted: str) -> str:
         names = [name for name in (wanted, f'/{wanted}') if name in topics]
         if names and names[0] in images:
             return names[0]
-        what = f'is {topics[names[0]]}' if names else 'is not there'
+        what = f'is {_about(topics[names[0]])}' if names else 'is not there'
         raise SequenceError(
             f'{path}: topic {wanted} {what}; topics with images: {_listed(images or topics)}'
         )
@@ -249,28 +242,16 @@ def _chosen(path: Path, topics: dict[str, Topic], wanted: str) -> str:
 
 
 def _listed(topics: dict[str, Topic]) -> str:
-    return ', '.join(f'{name} ({topics[name]})' for name in sorted(topics)) or 'none'
+    return ', '.join(f'{name} ({_about(topics[name])})' for name in sorted(topics)) or 'none'
 
 
-def _ros1_types() -> Any:
-    from rosbags.typesys import Stores
-
-    return _types(Stores.ROS1_NOETIC)
+def _about(topic: Topic) -> str:
+    return topic.kind + ('' if topic.count is None else f', {topic.count} messages')
 
 
-def _ros2_types() -> Any:
-    from rosbags.typesys import Stores
+@cache
+def _types(store: str) -> Any:
+    """Return types of messages: images mean the same in every distribution of ROS 1 and ROS 2."""
+    from rosbags.typesys import Stores, get_typestore
 
-    return _types(Stores.ROS2_JAZZY)
-
-
-def _types(store: Any) -> Any:
-    from rosbags.typesys import get_typestore
-
-    if store not in _TYPES:
-        _TYPES[store] = get_typestore(store)
-    return _TYPES[store]
-
-
-_TYPES: dict[Any, Any] = {}
-"""Made once: images mean the same in every distribution of ROS 1 and of ROS 2."""
+    return get_typestore(Stores[store])

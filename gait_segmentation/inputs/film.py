@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.encoded_images import claimed_size
+from gait_segmentation.files.encoded_images import check_pixels, claimed_size
 from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_image
-from gait_segmentation.files.pixel_limit import check_pixels
 from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource
 
 __all__ = ['FilmSource', 'FolderSource']

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.pixel_limit import MOST_PIXELS
-from gait_segmentation.files.regular_files import regular
+from gait_segmentation.files.encoded_images import MOST_PIXELS
+from gait_segmentation.files.reading import regular
 from gait_segmentation.sizes import shrink
 
 __all__ = ['DamagedError', 'Entry', 'Frame', 'ImageSource', 'check_file']

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.files.output_files import write_file
-from gait_segmentation.files.regular_files import regular
+from gait_segmentation.files.reading import regular
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.kernels import kernel
 

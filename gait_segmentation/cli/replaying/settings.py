@@ -11,7 +11,7 @@ from typing import Any
 
 from gait_segmentation.config import parameters_of, replaced, stages_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
-from gait_segmentation.files.yaml_files import read_yaml
+from gait_segmentation.files.reading import read_yaml
 from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import PipelineConfig
 from gait_segmentation.ros.config import OF_NODES
