@@ -15,9 +15,6 @@ __all__ = ['fill_holes', 'keep_supported']
 _LEAST_OVERLAP = 0.04
 """Summed support of a part, as a share of the best one's, from which it may stay."""
 
-_LEAST_COVER = 0.4
-"""Mean support of a part from which it may stay."""
-
 
 def keep_supported(labels: NDArray[np.bool_], support: NDArray[np.float32]) -> NDArray[np.bool_]:
     """
@@ -25,18 +22,14 @@ def keep_supported(labels: NDArray[np.bool_], support: NDArray[np.float32]) -> N
 
     :param labels: (h, w) bool, the cut.
     :param support: (h, w) float32 in 0..1, where the person is expected.
-    :returns: the component with the largest summed support and those with more than 4 % of that
-        sum whose mean support is above 0.4.
+    :returns: the components with more than 4 % of the largest summed support.
     """
     count, parts = cv2.connectedComponents(labels.view(np.uint8), connectivity=4)
     if count <= 2:
         return labels
-    area = np.bincount(parts.ravel(), minlength=count)
     overlap = np.bincount(parts.ravel(), support.ravel(), count)
     overlap[0] = 0
-    keep = (overlap > _LEAST_OVERLAP * overlap.max()) & (overlap > _LEAST_COVER * area)
-    keep[int(overlap.argmax())] = True
-    return np.asarray(keep[parts])
+    return np.asarray((overlap > _LEAST_OVERLAP * overlap.max())[parts])
 
 
 def fill_holes(labels: NDArray[np.bool_], largest: float) -> NDArray[np.bool_]:

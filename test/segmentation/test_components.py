@@ -90,6 +90,6 @@ def test_parts_are_kept_by_their_support(labels: np.ndarray, seed: int) -> None:
     assume(worth.count(max(worth)) == 1)
     expected = np.zeros_like(labels)
     for part, own in zip(parts, worth, strict=True):
-        if (own > 0.04 * max(worth) and own > 0.4 * part.sum()) or own == max(worth):
+        if own > 0.04 * max(worth) or own == max(worth):
             expected |= part
     assert np.array_equal(keep_supported(labels, support), expected)
