@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
+from gait_segmentation.config import StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.output_files import named, problem_of
@@ -23,9 +24,11 @@ __all__ = [
     'INTERRUPTED',
     'READING',
     'add_reading_options',
+    'add_spec_options',
     'check_file',
     'make_folder',
     'run_tool',
+    'spec_of',
 ]
 
 READING = ('topic', 'width', 'start', 'count', 'rate', 'max_pixels')
@@ -120,6 +123,28 @@ def add_reading_options(parser: argparse.ArgumentParser, rate: str) -> None:
         help='refuse frames that claim more, before they are decoded (%(default)s)',
     )
     add('--rate', type=float, default=0.0, metavar='HZ', help=f'frames per second ({rate})')
+
+
+def add_spec_options(parser: argparse.ArgumentParser, spec: type[StageConfig], title: str) -> None:
+    """Add an option for each parameter of a specification, to be read by :func:`spec_of`."""
+    group = parser.add_argument_group(title)
+    for about in parameters_of(spec):
+        unit = f' [{about.unit}]' if about.unit else ''
+        default = f'{about.default:g}' if about.type is float else about.default
+        group.add_argument(
+            f'--{about.name.replace("_", "-")}',
+            dest=about.name,
+            type=about.type,
+            default=argparse.SUPPRESS,
+            metavar={int: 'N', float: 'X', str: 'NAMES'}[about.type],
+            help=f'{about.description}{unit} Default: {default}.'.replace('%', '%%'),
+        )
+
+
+def spec_of(options: argparse.Namespace, spec: type[StageConfig]) -> dict[str, Any]:
+    """Return the parameters of a specification that were given."""
+    names = [about.name for about in parameters_of(spec)]
+    return {name: getattr(options, name) for name in names if hasattr(options, name)}
 
 
 def make_folder(option: str, folder: Path) -> None:
