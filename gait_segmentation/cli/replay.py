@@ -124,15 +124,12 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
     from gait_segmentation.cli.replaying.opengait import OpenGaitOutput
     from gait_segmentation.cli.replaying.settings import Settings, read_parameter_file
     from gait_segmentation.geometry import Box
-    from gait_segmentation.pipeline import PipelineConfig
 
     if options.jobs < 1 or options.threads < 1:
         raise ConfigError(
             f'--jobs and --threads must be at least 1, got {options.jobs} and {options.threads}'
         )
-    settings = Settings(PipelineConfig())
-    if options.params is not None:
-        settings = read_parameter_file(options.params, settings)
+    settings = Settings() if options.params is None else read_parameter_file(options.params)
     several = len(options.input) > 1
     jobs = []
     for path, name in zip(options.input, names_of(options.input), strict=True):
