@@ -32,7 +32,9 @@ __all__ = [
 ]
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_WRONG, _INTERRUPTED = 2, 130
+FAILED, INTERRUPTED = 2, 130
+"""Exit codes of commands."""
+
 _LOST_IN = ('_raw_object_cache', '__del__')
 """Beginnings of names of functions that the compiler (llvmlite) and the interpreter call back."""
 _AGAIN_S = 0.02
@@ -59,11 +61,11 @@ _OF_TOOLS = ('lz4', 'matplotlib', 'mcap', 'rosbags', 'tqdm', 'zstandard')
 def _run_tool(name: str) -> int:
     """Run a command that says so and returns 130 when it is interrupted."""
     if not _arguments_are_text(f'gait_{name}'):
-        return _WRONG
+        return FAILED
     before = {number: signal.getsignal(number) for number in _SIGNALS}
     text = f'gait_{name}: interrupted\n'
     try:
-        module = _imported(f'gait_segmentation.cli.{name}', text, _INTERRUPTED)
+        module = _imported(f'gait_segmentation.cli.{name}', text, INTERRUPTED)
         for number, handler in before.items():
             default = handler is signal.default_int_handler
             signal.signal(number, _interrupt if default else handler)
@@ -75,7 +77,7 @@ def _run_tool(name: str) -> int:
         if not isinstance(error.__cause__, KeyboardInterrupt):
             raise
         os.write(2, text.encode())
-        return _INTERRUPTED
+        return INTERRUPTED
     finally:
         # What is left is the interpreter's own clean-up, of which nobody wants a traceback.
         for number in _SIGNALS:
@@ -101,7 +103,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 def _run_node(name: str) -> int:
     """Run a node, for which to be interrupted is the usual end; it sets handlers of its own."""
     if not _arguments_are_text(f'gait_{name}'):
-        return _WRONG
+        return FAILED
     try:
         return int(_imported(f'gait_segmentation.nodes.{name}_node', '', 0).main())
     except ModuleNotFoundError as error:
@@ -125,7 +127,7 @@ def _without(name: str, error: ModuleNotFoundError) -> int:
     else:
         raise error
     print(f'{name}: error: {what}', file=sys.stderr)
-    return _WRONG
+    return FAILED
 
 
 def _arguments_are_text(name: str) -> bool:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ['main', 'parser']
 
-_DONE, _DAMAGED = 0, 1
+_DAMAGED = 1
 
 DESCRIPTION = """\
 Run recordings through the pipeline in lockstep: every frame, and the same bits
@@ -193,14 +193,14 @@ def _replay_all(options: argparse.Namespace) -> int:
         else:
             jobs.append(job)
     if not jobs:
-        return _DONE
+        return 0
     reports, seconds = replay_all(jobs, options.jobs, force=options.force)
     _print(reports, seconds, jobs[0].bag if len(jobs) == 1 else options.out)
     if any(report.interrupted for report in reports) or len(reports) < len(jobs):
         return INTERRUPTED
     if any(report.error for report in reports):
         return FAILED
-    return _DAMAGED if any(report.damaged for report in reports) else _DONE
+    return _DAMAGED if any(report.damaged for report in reports) else 0
 
 
 def _print(reports: list[Report], seconds: float, place: Path) -> None:

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
+from gait_segmentation.commands import FAILED, INTERRUPTED
 from gait_segmentation.config import StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.files.encoded_images import MOST_PIXELS
@@ -33,9 +34,6 @@ __all__ = [
 
 READING = ('topic', 'width', 'start', 'count', 'rate', 'max_pixels')
 """Options that are arguments of :func:`gait_segmentation.inputs.open_input`."""
-
-FAILED, INTERRUPTED = 2, 130
-"""Exit codes."""
 
 _OUTPUT = 'standard output'
 

@@ -17,14 +17,19 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError, SequenceError, not_installed
 from gait_segmentation.inputs import damaged
 from gait_segmentation.inputs.encodings import claimed_shape, read_bgr, read_compressed
-from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource, check_file
+from gait_segmentation.inputs.source import (
+    DEFAULT_FPS,
+    DamagedError,
+    Entry,
+    ImageSource,
+    check_file,
+)
 
 __all__ = ['BagSource', 'is_bag']
 
 _STORAGE = ('.mcap', '.db3')
 _IMAGE = 'sensor_msgs/msg/Image'
 _COMPRESSED = 'sensor_msgs/msg/CompressedImage'
-_DEFAULT_FPS = 30.0
 _RATE_FRAMES = 60
 """Stamps that the rate is found from."""
 
@@ -107,7 +112,7 @@ class BagSource(ImageSource):
             pass
         steps = np.diff(stamps)
         steps = steps[steps > 0]
-        return float(1e9 / np.median(steps)) if steps.size else _DEFAULT_FPS
+        return float(1e9 / np.median(steps)) if steps.size else DEFAULT_FPS
 
     def entries(self) -> Iterator[Entry]:
         """Yield all images of the topic."""
@@ -130,14 +135,14 @@ class BagSource(ImageSource):
         try:
             message = self._deserialized(data)
         except InputError as error:
-            return Entry(0, recorded_ns, '', (0, 0), partial(_fail, error))
+            return Entry(0, recorded_ns, '', partial(_fail, error))
         stamp = message.header.stamp
         header_ns = int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
         compressed = self._kind == _COMPRESSED
         read = read_compressed if compressed else read_bgr
         decode = partial(read, message, self._max_pixels)
         shape = (0, 0) if compressed else claimed_shape(message) or (0, 0)
-        return Entry(header_ns, recorded_ns, message.header.frame_id, shape, decode)
+        return Entry(header_ns, recorded_ns, message.header.frame_id, decode, shape)
 
     def _deserialized(self, data: bytes) -> Any:
         try:

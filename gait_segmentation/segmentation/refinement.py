@@ -21,9 +21,6 @@ from gait_segmentation.sizes import shrink
 
 __all__ = ['finest', 'refine', 'upsample']
 
-_BAND = 1.0
-"""Half width of the band, in pixels of the first cut."""
-
 _FINEST = 2.5
 """Most that the second cut is finer than the first: 320 px for a person at the standard size."""
 
@@ -59,7 +56,7 @@ def refine(
     contrast: float,
 ) -> NDArray[np.bool_]:
     """
-    Cut again at the size of the image.
+    Cut again at the size of the image, a pixel of the first cut about its outline.
 
     :param image: (H, W, 3) uint8, the window at full resolution, or as :func:`finest` gives it.
     :param labels: (h, w) bool, the first cut of the same window at working size.
@@ -72,7 +69,7 @@ def refine(
     if labels.shape == shape:
         return labels
     refined = upsample(labels, shape)
-    reach = max(1, round(_BAND / scale))
+    reach = max(1, round(1 / scale))
     found = Box.around(refined)
     if found is None:
         return refined
