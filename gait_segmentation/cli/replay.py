@@ -17,6 +17,7 @@ from gait_segmentation.errors import ConfigError
 
 if TYPE_CHECKING:
     from gait_segmentation.cli.replaying.job import Job, Report
+    from gait_segmentation.cli.replaying.output import Output
 
 __all__ = ['main', 'parser']
 
@@ -133,7 +134,7 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
     several = len(options.input) > 1
     jobs = []
     for path, name in zip(options.input, names_of(options.input), strict=True):
-        places = {
+        places: dict[type[Output], Path | None] = {
             BagOutput: options.out / name,
             MasksOutput: _place(options.masks, several, name),
             OverlayOutput: _place(options.overlay, several, f'{name}.mp4'),

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gait_segmentation.evaluation.metrics import start_box
-from gait_segmentation.evaluation.runner import Runnable, likelihoods_of, run
+from gait_segmentation.evaluation.runner import Clip, Runnable, likelihoods_of, run
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.geometry import Box
 
@@ -43,7 +43,7 @@ class Restart:
     box: Box
 
 
-def restarts_of(clip: Sequence) -> list[Restart]:
+def restarts_of(clip: Clip) -> list[Restart]:
     """
     Return the stretches of the restart score.
 

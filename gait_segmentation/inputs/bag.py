@@ -56,10 +56,10 @@ def _storage_files(path: Path) -> list[Path]:
 
 
 class Topic(NamedTuple):
-    """A topic of a bag; ``count`` is the number of its messages, None if unknown."""
+    """A topic of a bag, its type and the number of its messages, None if unknown."""
 
     kind: str
-    count: int | None
+    messages: int | None
 
 
 class BagSource(ImageSource):
@@ -100,7 +100,7 @@ class BagSource(ImageSource):
         topics = self._topics()
         self.topic = _chosen(self.path, topics, self.topic)
         self._kind = topics[self.topic].kind
-        return topics[self.topic].count
+        return topics[self.topic].messages
 
     def rate(self) -> float:
         """Return the rate by the median interval of the first stamps."""
@@ -172,7 +172,7 @@ class BagSource(ImageSource):
             with self._reader() as reader:
                 found: dict[str, Topic] = {}
                 for each in reader.connections:
-                    before = found[each.topic].count if each.topic in found else 0
+                    before = found[each.topic].messages if each.topic in found else 0
                     found[each.topic] = Topic(each.msgtype, (before or 0) + each.msgcount)
                 return found
         except Exception as error:
@@ -232,7 +232,7 @@ def _chosen(path: Path, topics: dict[str, Topic], wanted: str) -> str:
         raise SequenceError(
             f'{path}: topic {wanted} {what}; topics with images: {_listed(images or topics)}'
         )
-    filled = [name for name, topic in images.items() if topic.count != 0]
+    filled = [name for name, topic in images.items() if topic.messages != 0]
     if len(filled) == 1:
         return filled[0]
     if not filled:
@@ -251,7 +251,7 @@ def _listed(topics: dict[str, Topic]) -> str:
 
 
 def _about(topic: Topic) -> str:
-    return topic.kind + ('' if topic.count is None else f', {topic.count} messages')
+    return topic.kind + ('' if topic.messages is None else f', {topic.messages} messages')
 
 
 @cache
