@@ -39,7 +39,7 @@ def replay(
     stop: Stop,
     *,
     force: bool = False,
-    progress: Callable[[], None] = lambda: None,
+    progress: Callable[[], object] = lambda: None,
 ) -> Report:
     """
     Replay an input into those of its outputs that are not there yet.
