@@ -26,9 +26,10 @@ from gait_segmentation.segmentation.inputs import (
     without,
 )
 from gait_segmentation.segmentation.learnt_colours import LearntColours
-from gait_segmentation.segmentation.paper_prior import PaperPrior
+from gait_segmentation.segmentation.paper_prior import paper_terms
 from gait_segmentation.segmentation.refinement import finest, refine, upsample
 from gait_segmentation.segmentation.shape_prior import ShapeTerms, shape_terms
+from gait_segmentation.segmentation.vocabulary import Vocabulary, default_vocabulary
 from gait_segmentation.sizes import shrink
 
 __all__ = ['Segmenter']
@@ -56,7 +57,7 @@ class Segmenter:
         self._config = config or SegmentationConfig()
         self._colours = LearntColours()
         # Also for other priors: the configuration may be exchanged, and a bad file is told now.
-        self._oriented = PaperPrior(self._config)
+        self._vocabulary = _vocabulary(self._config)
         self._track_id = 0
         self._fit = 1.0
         self._last: Box | None = None
@@ -69,12 +70,8 @@ class Segmenter:
     @config.setter
     def config(self, config: SegmentationConfig) -> None:
         if config.vocabulary != self._config.vocabulary:
-            self._oriented = PaperPrior(config)
-        self._config = self._oriented.config = config
-
-    @property
-    def _paper(self) -> PaperPrior | None:
-        return self._oriented if self.config.prior == 'paper' else None
+            self._vocabulary = _vocabulary(config)
+        self._config = config
 
     def reset(self) -> None:
         """Forget the person."""
@@ -215,7 +212,7 @@ class Segmenter:
         graph = open_graph(decided(logit))
         contrast_links(graph, lab, self.config.contrast)
         if terms.psi is not None:
-            paper = self._paper is not None
+            paper = self.config.prior == 'paper'
             weight = self.config.paper_weight if paper else self.config.distance_weight
             distance_links(graph, terms.psi, weight if paper else self._trust * weight)
         return minimum_cut(graph, logit.reshape(-1)[graph.pixels])
@@ -227,8 +224,8 @@ class Segmenter:
         body: BodyFrame,
     ) -> ShapeTerms:
         """Return the shape prior's terms in the window."""
-        if self._paper is not None:
-            return self._paper.terms(prior, lab[:, :, 0], body)
+        if self.config.prior == 'paper':
+            return paper_terms(prior, lab[:, :, 0], body, self._vocabulary, self.config)
         return shape_terms(prior, body.height, self.config, self._trust)
 
     @property
@@ -259,3 +256,7 @@ class Segmenter:
         self._last = None
         mask = np.zeros(image.shape[:2], np.uint8)
         return SegmentationResult(match.stamp_ns, match.track_id, mask, reason)
+
+
+def _vocabulary(config: SegmentationConfig) -> Vocabulary:
+    return Vocabulary.load(config.vocabulary) if config.vocabulary else default_vocabulary()
