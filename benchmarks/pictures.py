@@ -31,10 +31,10 @@ from benchmarks.synthetic import SyntheticSequence
 from benchmarks.walkers import config_of, picture_of
 from gait_segmentation.cli.clip import CLIP_BOX, CLIP_START, demo_clip
 from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.config import replaced
 from gait_segmentation.drawing import Image, draw_label
 from gait_segmentation.evaluation.output import TILE_HEIGHT, TILE_SIZE, tile, write_image
 from gait_segmentation.evaluation.runner import Outcome, run
-from gait_segmentation.evaluation.settings import replaced
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.sheets import contact_sheet, region_about

@@ -42,12 +42,12 @@ from benchmarks.variants import (
     variants_of,
 )
 from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.config import overridden
 from gait_segmentation.evaluation.output import TILE_SIZE, tile, write_image
 from gait_segmentation.evaluation.report import aligned
 from gait_segmentation.evaluation.runner import Outcome, run
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.session import load_sequences
-from gait_segmentation.evaluation.settings import overridden
 from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.sheets import contact_sheet, region_about

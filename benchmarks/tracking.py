@@ -35,11 +35,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.synthetic.scenes import SCENES, scene
 from gait_segmentation.cli.tool import check_file, run_tool
-from gait_segmentation.evaluation.means import mean_tracking
-from gait_segmentation.evaluation.report import aligned, tracking_table, write_json
+from gait_segmentation.config import overridden, replaced
+from gait_segmentation.evaluation.report import (
+    aligned,
+    mean_tracking,
+    tracking_table,
+    write_json,
+)
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.session import Session, load_sequences
-from gait_segmentation.evaluation.settings import overridden, replaced
 from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 

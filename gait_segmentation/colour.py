@@ -96,116 +96,19 @@ def _plane(first: float, across: float, along: float, out: NDArray[np.float32]) 
 
 
 @njit(nogil=True, fastmath=True, inline='always')
-def _count(
-    bins: NDArray[np.uint16],
-    rows: NDArray[np.float32],
-    weight: NDArray[np.float32] | NDArray[np.bool_],
-    newest: NDArray[np.float32],
-    places: NDArray[np.int32],
-    listed: NDArray[np.int32],
-    length: int,
-) -> tuple[float, int]:
-    """Add up the weights; list the bins that were not in use; return total and list's length."""
-    total = 0.0
-    scale = np.float32(BANDS)
-    for row in range(bins.shape[0]):
-        weights, index_of, down = weight[row], bins[row], rows[row]
-        for col in range(weights.size):
-            w = np.float32(weights[col])
-            if w > 0:
-                index = index_of[col]
-                place = places[index]
-                if place < 0:
-                    place = length
-                    places[index] = place
-                    listed[place] = index
-                    length += 1
-                band = min(max(int(down[col] * scale), 0), BANDS - 1)
-                newest[place, band] += w
-                total += w
-    return total, length
-
-
-@njit(nogil=True, fastmath=True, inline='always')
-def _blend(
-    histogram: NDArray[np.float32],
-    newest: NDArray[np.float32],
-    total: float,
-    rate: float,
-    floor: float,
-    places: NDArray[np.int32],
-    listed: NDArray[np.int32],
-    length: int,
-    out: NDArray[np.float32],
-) -> int:
-    """Move the bins in use towards the newest; drop those all but empty from the list."""
-    keep = np.float32(1 - rate)
-    gain = np.float32(rate / total)
-    kept = 0
-    for k in range(length):
-        index = listed[k]
-        mass = np.float32(0)
-        for band in range(BANDS):
-            value = keep * histogram[k, band] + gain * newest[k, band]
-            histogram[kept, band] = value
-            newest[k, band] = 0
-            mass += value
-        if mass < _LEAST_MASS:
-            places[index] = -1
-            out[index, :] = np.float32(floor)
-        else:
-            places[index] = kept
-            listed[kept] = index
-            kept += 1
-    histogram[kept:length] = 0
-    return kept
-
-
-@njit(nogil=True, fastmath=True, inline='always')
-def _mix(
-    histogram: NDArray[np.float32],
-    band_share: float,
-    floor: float,
-    listed: NDArray[np.int32],
-    length: int,
-    out: NDArray[np.float32],
-) -> None:
-    """Mix each band with its neighbours (half weight) and with the whole body."""
-    mass = np.zeros(BANDS)
-    for k in range(length):
-        for band in range(BANDS):
-            mass[band] += histogram[k, band]
-    total = max(mass.sum(), 1e-12)
-    own = np.zeros(BANDS, np.float32)
-    for band in range(BANDS):
-        near = mass[band]
-        if band > 0:
-            near += 0.5 * mass[band - 1]
-        if band < BANDS - 1:
-            near += 0.5 * mass[band + 1]
-        own[band] = band_share / near if near > 1e-9 else 0.0
-    every = np.float32((1 - band_share) / total)
-    low = np.float32(floor)
-    half = np.float32(0.5)
-    for k in range(length):
-        h = histogram[k]
-        whole = h[0]
-        for band in range(1, BANDS):
-            whole += h[band]
-        for band in range(BANDS):
-            near = h[band]
-            if band > 0:
-                near += half * h[band - 1]
-            if band < BANDS - 1:
-                near += half * h[band + 1]
-            out[listed[k], band] = own[band] * near + every * whole + low
+def _near(values: NDArray[np.floating], band: int) -> float:
+    """Return the value of a band and half of those of its neighbours."""
+    near = values[band]
+    if band > 0:
+        near += np.float32(0.5) * values[band - 1]
+    if band < BANDS - 1:
+        near += np.float32(0.5) * values[band + 1]
+    return near
 
 
 @kernel(
-    'u2[:,::1], f4[:,::1], b1[:,::1], f8, f8, f8, f4[:,::1], f4[:,::1], i4[::1], i4[::1], '
-    'i8, f4[:,::1]',
-    'u2[:,::1], f4[:,::1], f4[:,::1], f8, f8, f8, f4[:,::1], f4[:,::1], i4[::1], i4[::1], '
-    'i8, f4[:,::1]',
+    'u2[:,::1], f4[:,::1], b1[:,::1], f8, f8, f8, f4[:,::1], b1[::1], f4[:,::1]',
+    'u2[:,::1], f4[:,::1], f4[:,::1], f8, f8, f8, f4[:,::1], b1[::1], f4[:,::1]',
     fastmath=True,
 )
 def _learn(
@@ -216,27 +119,63 @@ def _learn(
     band_share: float,
     floor: float,
     histogram: NDArray[np.float32],
-    newest: NDArray[np.float32],
-    places: NDArray[np.int32],
-    listed: NDArray[np.int32],
-    before: int,
+    used: NDArray[np.bool_],
     table: NDArray[np.float32],
-) -> int:
-    """Take in the pixels of a window and fill in the table; return how many bins are in use."""
-    total, length = _count(bins, rows, weight, newest, places, listed, before)
+) -> None:
+    """
+    Take in the pixels of a window and fill in the table.
+
+    :param used: (BINS^3,) bool, the bins of the histogram that are not empty: a few hundred.
+    """
+    newest = np.zeros_like(histogram)
+    now = np.zeros_like(used)
+    total = 0.0
+    for row in range(bins.shape[0]):
+        for col in range(bins.shape[1]):
+            w = np.float32(weight[row, col])
+            if w > 0:
+                index = bins[row, col]
+                band = min(max(int(rows[row, col] * np.float32(BANDS)), 0), BANDS - 1)
+                newest[index, band] += w
+                now[index] = True
+                total += w
     if total <= 0:
-        return before
-    share = rate if before else 1.0
-    kept = _blend(histogram, newest, total, share, floor, places, listed, length, table)
-    _mix(histogram, band_share, floor, listed, kept, table)
-    return kept
+        return
+    share = rate if used.any() else 1.0
+    keep, gain = np.float32(1 - share), np.float32(share / total)
+    mass = np.zeros(BANDS)
+    for index in range(used.size):
+        if not (used[index] or now[index]):
+            continue
+        whole = np.float32(0)
+        for band in range(BANDS):
+            value = keep * histogram[index, band] + gain * newest[index, band]
+            histogram[index, band] = value
+            whole += value
+        used[index] = whole >= _LEAST_MASS
+        if not used[index]:
+            histogram[index] = 0
+            table[index] = floor
+        for band in range(BANDS):
+            mass[band] += histogram[index, band]
+    every = np.float32((1 - band_share) / max(mass.sum(), 1e-12))
+    own = np.zeros(BANDS, np.float32)
+    for band in range(BANDS):
+        near = _near(mass, band)
+        own[band] = band_share / near if near > 1e-9 else 0.0
+    for index in range(used.size):
+        if used[index]:
+            whole = histogram[index].sum()
+            for band in range(BANDS):
+                near = _near(histogram[index], band)
+                table[index, band] = own[band] * near + every * whole + np.float32(floor)
 
 
 @dataclass(frozen=True)
 class ColourRecord:
     """What a model knew at some time: the bins in use, their histograms and their table."""
 
-    bins: NDArray[np.int32]
+    bins: NDArray[np.int64]
     histogram: NDArray[np.float32]
     table: NDArray[np.float32]
 
@@ -252,13 +191,8 @@ class ColourModel:
         """Make an empty model; every colour then has the probability ``floor``."""
         self.band_share = band_share
         self.floor = floor
-        # Of the bins in use only, a few hundred, which thus lie together in memory.
         self._histogram = np.zeros((BINS**3, BANDS), np.float32)
-        self._newest = np.zeros_like(self._histogram)
-        self._listed = np.zeros(BINS**3, np.int32)
-        self._length = 0
-        # Where in these each bin is, -1 if it is not in use.
-        self._places = np.full(BINS**3, -1, np.int32)
+        self._used = np.zeros(BINS**3, np.bool_)
         self.table = np.full_like(self._histogram, floor)
 
     def learn(
@@ -276,7 +210,7 @@ class ColourModel:
         :param weight: (h, w) float32 or bool weights of the pixels, 0 = not of this class.
         :param rate: share of the newest pixels; the first call takes them whole.
         """
-        self._length = _learn(
+        _learn(
             bins,
             rows,
             weight,
@@ -284,35 +218,24 @@ class ColourModel:
             self.band_share,
             self.floor,
             self._histogram,
-            self._newest,
-            self._places,
-            self._listed,
-            self._length,
+            self._used,
             self.table,
         )
 
     def record(self) -> ColourRecord:
         """Return what is known now, to come back to by :meth:`restore`."""
-        used = self._length
-        bins = self._listed[:used].copy()
-        return ColourRecord(bins, self._histogram[:used].copy(), self.table[bins])
+        bins = np.flatnonzero(self._used)
+        return ColourRecord(bins, self._histogram[bins], self.table[bins])
 
     def restore(self, record: ColourRecord) -> None:
         """Forget all that was learnt since a record was made."""
-        gone, used = self._listed[: self._length], len(record.bins)
-        self.table[gone] = self.floor
-        self._places[gone] = -1
-        self._histogram[: self._length] = 0
-        self._length = used
-        self._listed[:used] = record.bins
-        self._places[record.bins] = np.arange(used, dtype=np.int32)
-        self._histogram[:used] = record.histogram
-        self.table[record.bins] = record.table
+        gone = np.flatnonzero(self._used)
+        self._histogram[gone], self.table[gone], self._used[gone] = 0, self.floor, False
+        self._histogram[record.bins], self.table[record.bins] = record.histogram, record.table
+        self._used[record.bins] = True
 
     def whole(self) -> NDArray[np.float32]:
         """Return the histogram of the whole body, (BINS^3,) float32 with sum one."""
-        whole = np.zeros(BINS**3, np.float32)
-        used = self._length
-        whole[self._listed[:used]] = self._histogram[:used].sum(axis=1)
+        whole = self._histogram.sum(axis=1)
         total = float(whole.sum())
         return whole / np.float32(total) if total > 0 else whole

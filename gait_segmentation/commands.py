@@ -12,6 +12,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+from functools import partial
 from importlib import import_module
 from types import FrameType, ModuleType
 
@@ -32,7 +33,9 @@ __all__ = [
 
 _PACKAGE = 'gait_segmentation'
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_WRONG, _INTERRUPTED = 2, 130
+FAILED, INTERRUPTED = 2, 130
+"""Exit codes of commands."""
+
 _LOST_IN = ('_raw_object_cache', '__del__')
 """Beginnings of names of functions that the compiler (llvmlite) and the interpreter call back."""
 _AGAIN_S = 0.02
@@ -56,62 +59,12 @@ _OF_TOOLS = ('lz4', 'matplotlib', 'mcap', 'rosbags', 'tqdm', 'zstandard')
 """Modules that only the command line tools and readers of bags need."""
 
 
-def bank() -> int:
-    """Run gait_bank."""
-    return _run_tool('bank')
-
-
-def demo() -> int:
-    """Run gait_demo."""
-    return _run_tool('demo')
-
-
-def evaluate() -> int:
-    """Run gait_evaluate."""
-    return _run_tool('evaluate')
-
-
-def replay() -> int:
-    """Run gait_replay."""
-    return _run_tool('replay')
-
-
-def warm_up() -> int:
-    """Run gait_warm_up."""
-    return _run_tool('warm_up')
-
-
-def tracker() -> int:
-    """Run gait_tracker."""
-    return _run_node('tracker')
-
-
-def matcher() -> int:
-    """Run gait_matcher."""
-    return _run_node('matcher')
-
-
-def segmenter() -> int:
-    """Run gait_segmenter."""
-    return _run_node('segmenter')
-
-
-def pipeline() -> int:
-    """Run gait_pipeline."""
-    return _run_node('pipeline')
-
-
-def source() -> int:
-    """Run gait_source."""
-    return _run_node('source')
-
-
 def main() -> int:
     """Run the command that is the first argument."""
     name = sys.argv.pop(1) if len(sys.argv) > 1 else ''
     if name not in __all__:
         print(f'{_PACKAGE}: error: the commands are {", ".join(__all__)}', file=sys.stderr)
-        return _WRONG
+        return FAILED
     sys.argv[0] = f'gait_{name}'
     return int(globals()[name]())
 
@@ -119,11 +72,11 @@ def main() -> int:
 def _run_tool(name: str) -> int:
     """Run a command that says so and returns 130 when it is interrupted."""
     if not _arguments_are_text(f'gait_{name}'):
-        return _WRONG
+        return FAILED
     before = {number: signal.getsignal(number) for number in _SIGNALS}
     text = f'gait_{name}: interrupted\n'
     try:
-        module = _imported(f'gait_segmentation.cli.{name}', text, _INTERRUPTED)
+        module = _imported(f'gait_segmentation.cli.{name}', text, INTERRUPTED)
         for number, handler in before.items():
             default = handler is signal.default_int_handler
             signal.signal(number, _interrupt if default else handler)
@@ -135,7 +88,7 @@ def _run_tool(name: str) -> int:
         if not isinstance(error.__cause__, KeyboardInterrupt):
             raise
         os.write(2, text.encode())
-        return _INTERRUPTED
+        return INTERRUPTED
     finally:
         # What is left is the interpreter's own clean-up, of which nobody wants a traceback.
         for number in _SIGNALS:
@@ -161,7 +114,7 @@ def _interrupt(number: int, frame: FrameType | None) -> None:
 def _run_node(name: str) -> int:
     """Run a node, for which to be interrupted is the usual end; it sets handlers of its own."""
     if not _arguments_are_text(f'gait_{name}'):
-        return _WRONG
+        return FAILED
     try:
         # Not if there is anything to be said of the command line first.
         if sys.argv[1:2] in ([], ['--ros-args']):
@@ -188,7 +141,7 @@ def _without(name: str, error: ModuleNotFoundError) -> int:
     else:
         raise error
     print(f'{name}: error: {what}', file=sys.stderr)
-    return _WRONG
+    return FAILED
 
 
 def _arguments_are_text(name: str) -> bool:
@@ -216,3 +169,15 @@ def _imported(module: str, text: str, code: int) -> ModuleType:
         if signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, end)
     return import_module(module)
+
+
+bank = partial(_run_tool, 'bank')
+demo = partial(_run_tool, 'demo')
+evaluate = partial(_run_tool, 'evaluate')
+replay = partial(_run_tool, 'replay')
+warm_up = partial(_run_tool, 'warm_up')
+tracker = partial(_run_node, 'tracker')
+matcher = partial(_run_node, 'matcher')
+segmenter = partial(_run_node, 'segmenter')
+pipeline = partial(_run_node, 'pipeline')
+source = partial(_run_node, 'source')

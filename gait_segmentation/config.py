@@ -11,17 +11,31 @@ ROS parameters, the YAML file, command-line flags and the tables in the docs are
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 from gait_segmentation.errors import ConfigError
 
-__all__ = ['Parameter', 'StageConfig', 'parameter', 'parameters_of']
+__all__ = [
+    'Parameter',
+    'StageConfig',
+    'overridden',
+    'parameter',
+    'parameters_of',
+    'replaced',
+    'stages_of',
+]
+
+Config = TypeVar('Config')
 
 _KEY = 'gait_segmentation.parameter'
 _NONE = ('off', 'false')
 """Other words for ``none``."""
+
+_TRUTHS = {'true': True, 'false': False, '1': True, '0': False, 'yes': True, 'no': False}
 
 
 @dataclass(frozen=True)
@@ -89,6 +103,17 @@ class Parameter:
         if not right:
             raise ConfigError(f'{self.name} must be {self.allowed()}, got {value!r}')
 
+    def parsed(self, text: str) -> bool | int | float | str:
+        """
+        Return the value of the parameter's type that a text gives; its range is checked elsewhere.
+
+        :raises ConfigError: with the parameter's name, the text and what is allowed.
+        """
+        try:
+            return _TRUTHS[text.lower()] if self.type is bool else self.type(text)
+        except (KeyError, ValueError):
+            raise ConfigError(f'{self.name} must be {self.allowed()}, got {text!r}') from None
+
 
 def parameter(
     default: Any,
@@ -142,3 +167,37 @@ class StageConfig:
             value = about.meant(getattr(self, about.name))
             about.check(value)
             object.__setattr__(self, about.name, value)
+
+
+def stages_of(config: Any) -> dict[str, StageConfig]:
+    """Return the stages' configurations of a pipeline's by name."""
+    return {field.name: getattr(config, field.name) for field in dataclasses.fields(config)}
+
+
+def replaced(config: Config, stage: str, name: str, value: Any) -> Config:
+    """Return a pipeline's configuration with one parameter changed."""
+    changed = dataclasses.replace(stages_of(config)[stage], **{name: value})
+    return dataclasses.replace(config, **{stage: changed})  # type: ignore[type-var]
+
+
+def overridden(config: Config, settings: Iterable[str]) -> Config:
+    """
+    Return a pipeline's configuration with settings such as ``segmentation.contrast=3`` applied.
+
+    :raises ConfigError: if a setting is malformed, unknown or out of range; the message names
+        what there is.
+    """
+    for setting in settings:
+        path, equals, text = setting.partition('=')
+        stage, dot, name = path.strip().partition('.')
+        if not equals or not dot:
+            raise ConfigError(f'a setting must be STAGE.PARAMETER=VALUE, got {setting!r}')
+        stages = stages_of(config)
+        if stage not in stages:
+            raise ConfigError(f'the stage of {setting!r} must be one of {", ".join(stages)}')
+        known = {about.name: about for about in parameters_of(stages[stage])}
+        if name not in known:
+            alike = difflib.get_close_matches(name, known, n=3) or known
+            raise ConfigError(f'{stage} has no parameter {name!r}, but {", ".join(alike)}')
+        config = replaced(config, stage, name, known[name].parsed(text.strip()))
+    return config

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import json
 import math
 import os
@@ -17,8 +16,7 @@ import numpy as np
 from tqdm import tqdm
 
 from gait_segmentation.cli import vocabulary
-from gait_segmentation.cli.tool import run_tool
-from gait_segmentation.config import parameters_of
+from gait_segmentation.cli.tool import add_spec_options, run_tool, spec_of
 from gait_segmentation.errors import BankError
 from gait_segmentation.files.output_files import keep_apart, write_picture
 from gait_segmentation.gait_model import BUILDS, BankSpec, TemplateBank, build_bank, default_bank
@@ -57,19 +55,6 @@ examples (after colcon build with "ros2 run gait_segmentation" in front):
 
 _DRAWN = ('builds', 'azimuths', 'elevation')
 """What of a :class:`BankSpec` does not matter to silhouettes that are given."""
-
-
-def _spec_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group('the bank')
-    for about in parameters_of(BankSpec):
-        unit = f' [{about.unit}]' if about.unit else ''
-        group.add_argument(
-            f'--{about.name}',
-            type=about.type,
-            default=argparse.SUPPRESS,
-            metavar={int: 'N', float: 'X', str: 'NAMES'}[about.type],
-            help=f'{about.description}{unit} Default: {about.default}.'.replace('%', '%%'),
-        )
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -112,7 +97,7 @@ def _parser() -> argparse.ArgumentParser:
     source.add_argument(
         '--mirror', action='store_true', help='add the mirror image of every folder'
     )
-    _spec_options(build)
+    add_spec_options(build, BankSpec, 'the bank')
     show = commands.add_parser(
         'show',
         help='write a picture of a bank',
@@ -166,8 +151,7 @@ def _names(folders: list[str]) -> list[str]:
 
 
 def _build(options: argparse.Namespace) -> None:
-    names = [field.name for field in dataclasses.fields(BankSpec)]
-    given = {name: getattr(options, name) for name in names if hasattr(options, name)}
+    given = spec_of(options, BankSpec)
     spec = BankSpec(**given)
     output = Path(options.output)
     if not output.parent.is_dir():

@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.cli.recorder import Record
-from gait_segmentation.cli.replaying.mark import marked_png
+from gait_segmentation.cli.replaying.file_outputs import Film
+from gait_segmentation.cli.replaying.mark import mask_png
 from gait_segmentation.drawing import (
     draw_label,
     draw_outline,
@@ -45,7 +46,6 @@ __all__ = [
 _SHEET_FRAMES = 30
 _SHEET_COLUMNS = 10
 _TILE = (150, 225)
-_MP4V = int.from_bytes(b'mp4v', 'little')
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,7 @@ def write_masks(folder: Path, frames: Sequence[Shown]) -> None:
     for old in folder.glob('*.png'):
         old.unlink()
     for shown in frames:
-        data = marked_png(cv2.imencode('.png', shown.record.mask)[1].tobytes())
-        write_file(folder / f'{shown.number:04d}.png', data)
+        write_file(folder / f'{shown.number:04d}.png', mask_png(shown.record.mask))
 
 
 class FilmImages:
@@ -108,7 +107,7 @@ def write_film(path: Path, frames: Sequence[Shown], images: FilmImages, fps: flo
     if not frames:
         raise SequenceError('there are no frames to write a film of')
     height, width = images[frames[0].number].shape[:2]
-    writer = cv2.VideoWriter(str(path), _MP4V, fps, (width, height))
+    film = Film(path, (width, height), fps)
     for shown in frames:
         picture = images[shown.number].copy()
         labels = shown.record.labels
@@ -122,16 +121,8 @@ def write_film(path: Path, frames: Sequence[Shown], images: FilmImages, fps: flo
                     phase=person.phase,
                     azimuth=person.azimuth,
                 )
-        draw_label(picture, f'{shown.number}', (4, 4))
-        writer.write(picture)
-    writer.release()
-    capture = cv2.VideoCapture(str(path))
-    readable = 0
-    while capture.grab():
-        readable += 1
-    capture.release()
-    if readable != len(frames):
-        raise SequenceError(f'{path} must have {len(frames)} frames, {readable} can be read')
+        film.add(picture, shown.number)
+    film.close()
 
 
 def longest(frames: Sequence[Shown]) -> int:

@@ -18,17 +18,17 @@ import cv2
 from tqdm import tqdm
 
 from gait_segmentation.cli.tool import check_file, make_folder, run_tool
+from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.evaluation.ablation import (
     compare_priors,
     ingredient_table,
     leave_one_out,
+    plot_priors,
     prior_table,
 )
-from gait_segmentation.evaluation.plots import plot_priors
 from gait_segmentation.evaluation.report import table, tracking_table, write_json
 from gait_segmentation.evaluation.session import Session, load_sequences
-from gait_segmentation.evaluation.settings import overridden
 from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.ros.compiling import compiling
 

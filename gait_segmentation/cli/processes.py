@@ -13,7 +13,6 @@ import sys
 import threading
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
@@ -29,12 +28,6 @@ _LAST_LINES = 15
 
 class ProcessError(GaitSegmentationError):
     """A process that should run has ended, or ended with an error."""
-
-
-@dataclass
-class _Child:
-    process: subprocess.Popen[bytes]
-    log: Path
 
 
 class ProcessGroup:
@@ -58,7 +51,7 @@ class ProcessGroup:
         paths = [root, *filter(None, [self._environment.get('PYTHONPATH')])]
         self._environment['PYTHONPATH'] = os.pathsep.join(paths)
         self._logs = logs
-        self._children: dict[str, _Child] = {}
+        self._children: dict[str, subprocess.Popen[bytes]] = {}
 
     def __enter__(self) -> ProcessGroup:
         """Return the group."""
@@ -76,10 +69,9 @@ class ProcessGroup:
     def start(self, name: str, module: str, *arguments: str) -> None:
         """Start ``python -m module arguments``."""
         self._logs.mkdir(parents=True, exist_ok=True)
-        log = self._logs / f'{name}.log'
         # An interrupt between the two would leave a process that nobody stops.
-        with open(log, 'wb') as output, _interrupts_held():
-            process = subprocess.Popen(
+        with open(self._logs / f'{name}.log', 'wb') as output, _interrupts_held():
+            self._children[name] = subprocess.Popen(
                 [sys.executable, '-m', module, *arguments],
                 env=self._environment,
                 stdin=subprocess.DEVNULL,
@@ -88,7 +80,6 @@ class ProcessGroup:
                 start_new_session=True,
                 preexec_fn=_die_with_parent,
             )
-            self._children[name] = _Child(process, log)
 
     def check(self) -> None:
         """
@@ -96,8 +87,8 @@ class ProcessGroup:
 
         :raises ProcessError: with the name and the last lines of one that has not.
         """
-        for name, child in self._children.items():
-            code = child.process.poll()
+        for name, process in self._children.items():
+            code = process.poll()
             if code:
                 how = f'was killed by signal {-code}' if code < 0 else f'ended with code {code}'
                 raise ProcessError(f'{name} {how}\n{self.last_lines(name)}')
@@ -115,30 +106,30 @@ class ProcessGroup:
 
     def ended(self, name: str) -> bool:
         """Return whether a process has ended."""
-        return self._children[name].process.poll() is not None
+        return self._children[name].poll() is not None
 
     def pid(self, name: str) -> int:
         """Return the number of a process."""
-        return self._children[name].process.pid
+        return self._children[name].pid
 
     def last_lines(self, name: str, count: int = _LAST_LINES) -> str:
         """Return the end of a process's output, indented."""
-        log = self._children[name].log
+        log = self._logs / f'{name}.log'
         lines = log.read_text(encoding='utf-8', errors='replace').splitlines()[-count:]
         return '\n'.join(f'    {line}' for line in lines) or '    (no output)'
 
     def stop(self, *names: str) -> None:
         """Stop processes, all if none is named, and wait until they are gone."""
         children = [self._children[name] for name in names or self._children]
-        for child in children:
-            _signal(child.process, signal.SIGINT)
+        for process in children:
+            _signal(process, signal.SIGINT)
         deadline = time.monotonic() + _GRACE_S
-        for child in children:
+        for process in children:
             try:
-                child.process.wait(max(deadline - time.monotonic(), 0.0))
+                process.wait(max(deadline - time.monotonic(), 0.0))
             except subprocess.TimeoutExpired:
-                _signal(child.process, signal.SIGKILL)
-                child.process.wait()
+                _signal(process, signal.SIGKILL)
+                process.wait()
 
 
 def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:

@@ -32,30 +32,20 @@ __all__ = ['Record', 'Recorder', 'Seen']
 _DEPTH = 200
 
 _SLOT_TOPICS = {
-    'box': PolygonInstanceStamped,
-    'likelihood': Image,
-    'matched_box': PolygonInstanceStamped,
-    'shape_prior': Image,
-    'gait': JointState,
-    'mask': Image,
+    'box': (PolygonInstanceStamped, 2),
+    'likelihood': (Image, 3),
+    'matched_box': (PolygonInstanceStamped, 3),
+    'shape_prior': (Image, 3),
+    'gait': (JointState, 2),
+    'mask': (Image, 2),
 }
-_FRAME_TOPICS = {'mask': Image, 'labels': Image}
+_FRAME_TOPICS = {'mask': (Image, 1), 'labels': (Image, 1)}
+"""Types of topics, and their subscribers when all nodes and the recorder are connected."""
 
 _SLOT_UNREAD = ('likelihood', 'shape_prior', 'mask')
 
 _CDR_STAMP = struct.Struct('=4xiI')
 """Of a serialised message that begins with a header, in the byte order that DDS uses here."""
-
-_SLOT_CONNECTED = {
-    'box': 2,
-    'likelihood': 3,
-    'matched_box': 3,
-    'shape_prior': 3,
-    'gait': 2,
-    'mask': 2,
-}
-_FRAME_CONNECTED = {'image_size': 1, 'mask': 1, 'labels': 1}
-"""Subscribers of each topic when all nodes and the recorder are connected."""
 
 
 @dataclass
@@ -113,18 +103,21 @@ class Recorder:
         self._complete = 0
         self._messages = 0
         self._lost: dict[str, int] = {}
-        self._topics = dict(_FRAME_TOPICS)
-        self._connected = dict(_FRAME_CONNECTED)
         self._unread = {'mask'}
         self._slots: dict[str, tuple[int, str]] = {}
+        topics = dict(_FRAME_TOPICS)
         for slot in range(slots):
-            for name, kind in _SLOT_TOPICS.items():
+            for name, about in _SLOT_TOPICS.items():
                 topic = slot_topic(slot, name)
-                self._topics[topic] = kind
-                self._connected[topic] = _SLOT_CONNECTED[name]
+                topics[topic] = about
                 self._slots[topic] = (slot, name)
                 if name in _SLOT_UNREAD:
                     self._unread.add(topic)
+        self._topics = {topic: kind for topic, (kind, _) in topics.items()}
+        self._connected = {
+            'image_size': 1,
+            **{topic: count for topic, (_, count) in topics.items()},
+        }
         self._subscribers: dict[str, int] = {}
         self._active: set[str] = set()
         self._lock = threading.Lock()

@@ -11,16 +11,17 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gait_segmentation.cli.tool import FAILED, INTERRUPTED, run_tool
+from gait_segmentation.cli.tool import FAILED, INTERRUPTED, READING, add_reading_options, run_tool
+from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.files.pixel_limit import MOST_PIXELS
 
 if TYPE_CHECKING:
     from gait_segmentation.cli.replaying.job import Job, Report
+    from gait_segmentation.cli.replaying.output import Output
 
 __all__ = ['main', 'parser']
 
-_DONE, _DAMAGED = 0, 1
+_DAMAGED = 1
 
 DESCRIPTION = """\
 Run recordings through the pipeline in lockstep: every frame, and the same bits
@@ -83,7 +84,6 @@ def parser() -> argparse.ArgumentParser:
     add('--overlay', type=Path, metavar='FILE', help='write a film (.mp4)')
     add('--csv', type=Path, metavar='FILE', help='write a table of people, boxes and gait')
     add('--opengait', type=Path, metavar='DIR', help='write normalised silhouettes')
-    add('--topic', default='', help='topic of the images, if a bag has several')
     add(
         '--box',
         type=float,
@@ -92,23 +92,7 @@ def parser() -> argparse.ArgumentParser:
         help='tight box of a person in the first frame, in pixels of the input; without it, '
         'people are found by their motion',
     )
-    add('--start', type=int, default=0, metavar='N', help='first frame, counted from 0')
-    add('--count', type=int, metavar='M', help='number of frames (all)')
-    add('--width', type=int, default=0, metavar='PX', help='scale down to this width')
-    add(
-        '--max-pixels',
-        type=int,
-        default=MOST_PIXELS,
-        metavar='N',
-        help='refuse frames that claim more, before they are decoded (%(default)s)',
-    )
-    add(
-        '--rate',
-        type=float,
-        default=0.0,
-        metavar='HZ',
-        help='frames per second (films: their own; folders: 30)',
-    )
+    add_reading_options(made, 'films: their own; folders: 30')
     add(
         '--set',
         action='append',
@@ -135,47 +119,44 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
 
     :raises ConfigError: if an option cannot be used.
     """
+    from gait_segmentation.cli.replaying.bag_output import BagOutput
+    from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput, OverlayOutput
     from gait_segmentation.cli.replaying.job import Job
+    from gait_segmentation.cli.replaying.opengait import OpenGaitOutput
     from gait_segmentation.cli.replaying.settings import Settings, read_parameter_file
-    from gait_segmentation.evaluation.settings import overridden
     from gait_segmentation.geometry import Box
-    from gait_segmentation.pipeline import PipelineConfig
 
     if options.jobs < 1 or options.threads < 1:
         raise ConfigError(
             f'--jobs and --threads must be at least 1, got {options.jobs} and {options.threads}'
         )
-    settings = Settings(PipelineConfig())
-    if options.params is not None:
-        settings = read_parameter_file(options.params, settings)
-    config = overridden(settings.config, options.set)
-    box = Box(*options.box) if options.box is not None else settings.box
+    settings = Settings() if options.params is None else read_parameter_file(options.params)
     several = len(options.input) > 1
-
-    def place(given: Path | None, name: str, suffix: str) -> Path | None:
-        return given / f'{name}{suffix}' if given is not None and several else given
-
-    return [
-        Job(
-            input=path,
-            config=config,
-            bank=options.bank or settings.bank,
-            bag=options.out / name,
-            topic=options.topic,
-            width=options.width,
-            start=options.start,
-            count=options.count,
-            rate=options.rate,
-            max_pixels=options.max_pixels,
-            box=box,
-            masks=place(options.masks, name, ''),
-            overlay=place(options.overlay, name, '.mp4'),
-            opengait=options.opengait / name if options.opengait is not None else None,
-            csv=place(options.csv, name, '.csv'),
-            threads=options.threads,
+    jobs = []
+    for path, name in zip(options.input, names_of(options.input), strict=True):
+        places: dict[type[Output], Path | None] = {
+            BagOutput: options.out / name,
+            MasksOutput: _place(options.masks, several, name),
+            OverlayOutput: _place(options.overlay, several, f'{name}.mp4'),
+            OpenGaitOutput: _place(options.opengait, True, name),
+            CsvOutput: _place(options.csv, several, f'{name}.csv'),
+        }
+        jobs.append(
+            Job(
+                input=path,
+                config=overridden(settings.config, options.set),
+                outputs={kind: place for kind, place in places.items() if place is not None},
+                reading={each: getattr(options, each) for each in READING},
+                bank=options.bank or settings.bank,
+                box=Box(*options.box) if options.box is not None else settings.box,
+                threads=options.threads,
+            )
         )
-        for path, name in zip(options.input, names_of(options.input), strict=True)
-    ]
+    return jobs
+
+
+def _place(given: Path | None, in_folder: bool, name: str) -> Path | None:
+    return given / name if given is not None and in_folder else given
 
 
 def names_of(paths: list[Path]) -> list[str]:
@@ -208,19 +189,19 @@ def _replay_all(options: argparse.Namespace) -> int:
         job.check(read, force=options.force)
     jobs = []
     for job in wanted:
-        if job.finished and not options.force:
+        if not job.missing(force=options.force):
             print(f'{job.input}: done before, see {job.bag}; --force makes it anew')
         else:
             jobs.append(job)
     if not jobs:
-        return _DONE
+        return 0
     reports, seconds = replay_all(jobs, options.jobs, force=options.force)
     _print(reports, seconds, jobs[0].bag if len(jobs) == 1 else options.out)
     if any(report.interrupted for report in reports) or len(reports) < len(jobs):
         return INTERRUPTED
     if any(report.error for report in reports):
         return FAILED
-    return _DAMAGED if any(report.damaged for report in reports) else _DONE
+    return _DAMAGED if any(report.damaged for report in reports) else 0
 
 
 def _print(reports: list[Report], seconds: float, place: Path) -> None:

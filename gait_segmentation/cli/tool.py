@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import os
 import sys
@@ -12,14 +13,27 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
+from gait_segmentation.commands import FAILED, INTERRUPTED
+from gait_segmentation.config import StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
+from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.output_files import named, problem_of
 from gait_segmentation.kernel_cache import mend_kernel_cache
 
-__all__ = ['FAILED', 'INTERRUPTED', 'check_file', 'make_folder', 'run_tool']
+__all__ = [
+    'FAILED',
+    'INTERRUPTED',
+    'READING',
+    'add_reading_options',
+    'add_spec_options',
+    'check_file',
+    'make_folder',
+    'run_tool',
+    'spec_of',
+]
 
-FAILED, INTERRUPTED = 2, 130
-"""Exit codes."""
+READING = ('topic', 'width', 'start', 'count', 'rate', 'max_pixels')
+"""Options that are arguments of :func:`gait_segmentation.inputs.open_input`."""
 
 _OUTPUT = 'standard output'
 
@@ -86,6 +100,49 @@ class _Output:
 def _drop_output() -> None:
     """Let what is still to be flushed go nowhere."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def add_reading_options(parser: argparse.ArgumentParser, rate: str) -> None:
+    """
+    Add the options that say what of an input is read, and how.
+
+    :param rate: what the input's own rate is.
+    """
+    add = parser.add_argument
+    add('--topic', default='', help='topic of the images, if a bag has several')
+    add('--start', type=int, default=0, metavar='N', help='first frame, counted from 0')
+    add('--count', type=int, metavar='M', help='number of frames (all)')
+    add('--width', type=int, default=0, metavar='PX', help='scale down to this width')
+    add(
+        '--max-pixels',
+        type=int,
+        default=MOST_PIXELS,
+        metavar='N',
+        help='refuse frames that claim more, before they are decoded (%(default)s)',
+    )
+    add('--rate', type=float, default=0.0, metavar='HZ', help=f'frames per second ({rate})')
+
+
+def add_spec_options(parser: argparse.ArgumentParser, spec: type[StageConfig], title: str) -> None:
+    """Add an option for each parameter of a specification, to be read by :func:`spec_of`."""
+    group = parser.add_argument_group(title)
+    for about in parameters_of(spec):
+        unit = f' [{about.unit}]' if about.unit else ''
+        default = f'{about.default:g}' if about.type is float else about.default
+        group.add_argument(
+            f'--{about.name.replace("_", "-")}',
+            dest=about.name,
+            type=about.type,
+            default=argparse.SUPPRESS,
+            metavar={int: 'N', float: 'X', str: 'NAMES'}[about.type],
+            help=f'{about.description}{unit} Default: {default}.'.replace('%', '%%'),
+        )
+
+
+def spec_of(options: argparse.Namespace, spec: type[StageConfig]) -> dict[str, Any]:
+    """Return the parameters of a specification that were given."""
+    names = [about.name for about in parameters_of(spec)]
+    return {name: getattr(options, name) for name in names if hasattr(options, name)}
 
 
 def make_folder(option: str, folder: Path) -> None:

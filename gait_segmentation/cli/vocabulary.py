@@ -5,13 +5,12 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gait_segmentation.config import parameters_of
+from gait_segmentation.cli.tool import add_spec_options, spec_of
 from gait_segmentation.files.output_files import keep_apart, write_picture
 from gait_segmentation.gait_model.silhouettes import read_masks
 from gait_segmentation.segmentation.vocabulary import VocabularyError
@@ -65,16 +64,7 @@ def add_parser(commands: Any) -> argparse.ArgumentParser:
     )
     made.add_argument('--picture', metavar='FILE', help='write a picture of the words, too')
     made.add_argument('--quiet', action='store_true', help='no line about the result')
-    group = made.add_argument_group('the words')
-    for about in parameters_of(VocabularySpec):
-        group.add_argument(
-            f'--{about.name.replace("_", "-")}',
-            dest=about.name,
-            type=about.type,
-            default=about.default,
-            metavar={int: 'N', float: 'X'}[about.type],
-            help=f'{about.description} Default: {about.default:g}.',
-        )
+    add_spec_options(made, VocabularySpec, 'the words')
     return made
 
 
@@ -86,8 +76,7 @@ def run(options: argparse.Namespace) -> None:
     :raises GaitSegmentationError: if an option, folder or file cannot be used, or scikit-learn is
         missing.
     """
-    names = [field.name for field in dataclasses.fields(VocabularySpec)]
-    spec = VocabularySpec(**{name: getattr(options, name) for name in names})
+    spec = VocabularySpec(**spec_of(options, VocabularySpec))
     output = Path(options.output)
     picture = Path(options.picture) if options.picture is not None else None
     outputs = [('the vocabulary', output), ('--picture', picture)]

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.yaml_files import read_yaml
+from gait_segmentation.files.reading import read_yaml
 from gait_segmentation.geometry import Box, check_start_box
 
 __all__ = ['Description']

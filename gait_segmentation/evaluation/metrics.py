@@ -14,6 +14,8 @@ the whole image; J and F are then 1 for an empty mask and 0 otherwise, and the b
 from __future__ import annotations
 
 import math
+import statistics
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +36,7 @@ __all__ = [
     'error_percent',
     'evaluation_window',
     'jaccard',
+    'mean_known',
     'score_frame',
     'start_box',
     'true_box',
@@ -203,3 +206,9 @@ def score_frame(mask: NDArray[np.uint8], box: Box | None, truth: NDArray[np.uint
         centre_error=centre,
         lost=bool(iou < LOST_IOU),
     )
+
+
+def mean_known(values: Iterable[float | None]) -> float | None:
+    """Return the mean of the values that are neither None nor NaN, None without any."""
+    known = [value for value in values if value is not None and not math.isnan(value)]
+    return statistics.fmean(known) if known else None

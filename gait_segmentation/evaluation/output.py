@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from gait_segmentation.drawing import Image, draw_label, draw_outline
 from gait_segmentation.evaluation.metrics import true_box
 from gait_segmentation.evaluation.runner import Outcome
+from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.truth import PERSON
 from gait_segmentation.files.output_files import write_picture, writing
 from gait_segmentation.geometry import Box
@@ -74,36 +75,30 @@ class SequenceOutput:
     The sheet shows 28 frames spread evenly, or all if there are fewer.
     """
 
-    def __init__(self, folder: Path, numbers: list[int]) -> None:
+    def __init__(self, folder: Path, sequence: Sequence) -> None:
         """
         Begin.
 
         :param folder: where to write, made if it is missing.
-        :param numbers: the numbers of the frames to come.
         """
-        self._folder = folder
+        self._folder, self._sequence = folder, sequence
+        numbers = sequence.numbers
         places = np.linspace(0, len(numbers) - 1, min(TILES, len(numbers)))
-        self._shown = {numbers[round(place)] for place in places}
+        self.shown = {numbers[round(place)] for place in places}
         self._tiles: list[Image] = []
         self._box: Box | None = None
 
-    def shows(self, number: int) -> bool:
-        """Return whether a frame will be on the sheet."""
-        return number in self._shown
-
-    def add(
-        self, name: str, outcome: Outcome, image: Image | None, truth: NDArray[np.uint8] | None
-    ) -> None:
+    def add(self, outcome: Outcome) -> None:
         """
         Write the mask of a frame and draw it if it is to be shown.
 
-        :param name: name of the mask's file, without its ending.
-        :param image: the frame, needed only if :meth:`shows` says so.
-        :raises SequenceError: if a file cannot be written.
+        :raises SequenceError: if a file cannot be read or written.
         """
-        write_image(self._folder / 'masks' / f'{name}.png', outcome.mask)
-        if image is None or not self.shows(outcome.number):
+        number, sequence = outcome.number, self._sequence
+        write_image(self._folder / 'masks' / f'{sequence.frames[number].stem}.png', outcome.mask)
+        if number not in self.shown:
             return
+        image, truth = sequence.image(number), sequence.truth(number)
         box = None if truth is None else true_box(truth)
         self._box = box or outcome.box or self._box or Box(0, 0, image.shape[1], image.shape[0])
         region = region_about(self._box, TILE_HEIGHT * self._box.height, TILE_SIZE)

@@ -9,8 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gait_segmentation.evaluation.attendance import Attendance
-from gait_segmentation.evaluation.means import mean_known
-from gait_segmentation.evaluation.metrics import LOST_IOU
+from gait_segmentation.evaluation.metrics import LOST_IOU, mean_known
 from gait_segmentation.results import FeatureWeight
 
 __all__ = ['PersonScore']

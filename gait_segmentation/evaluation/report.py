@@ -7,7 +7,7 @@ from __future__ import annotations
 import json
 import math
 import statistics
-from collections.abc import Mapping, Sequence as ListLike
+from collections.abc import Iterable, Mapping, Sequence as ListLike
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,18 +15,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.evaluation.means import mean_known, mean_tracking
-from gait_segmentation.evaluation.metrics import FrameScore
-from gait_segmentation.evaluation.mot import MISSING
+from gait_segmentation.evaluation.metrics import FrameScore, mean_known
 from gait_segmentation.evaluation.restarts import StartScore
 from gait_segmentation.evaluation.runner import Outcome
-from gait_segmentation.evaluation.tracking_score import TrackingScore
+from gait_segmentation.evaluation.tracking_score import MISSING, TrackingScore
 from gait_segmentation.files.output_files import write_file, writing
 
 __all__ = [
     'Summary',
     'aligned',
     'mean_of',
+    'mean_tracking',
     'restart_report',
     'table',
     'tracking_table',
@@ -36,6 +35,18 @@ __all__ = [
 STAGES = ('tracking', 'matching', 'segmentation', 'total')
 
 _AVERAGED = ('J', 'F', 'error_rate', 'error_rate_image', 'box_iou', 'fps')
+
+_TRACKING_SUMMED = (
+    'lost_frames',
+    'id_switches',
+    'shared_ids',
+    'false_slots',
+    'false_frames',
+    'never_locked',
+    'never_recovered',
+)
+_TRACKING_AVERAGED = ('J', 'J_one_id', 'box_iou', 'centre_error', 'mota', 'idf1')
+_TRACKING_WORST = ('lock_seconds', 'recovery_seconds')
 
 
 @dataclass
@@ -100,6 +111,19 @@ def mean_of(sequences: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     for name in _AVERAGED:
         mean[name] = mean_known(row[name] for row in rows)
     mean['tracking'] = mean_tracking(row['tracking'] for row in rows)
+    return mean
+
+
+def mean_tracking(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """Put the scores of sequences together: means, sums of counts, the longest of times."""
+    rows = list(rows)
+    mean: dict[str, Any] = {name: sum(row[name] for row in rows) for name in _TRACKING_SUMMED}
+    for name in _TRACKING_AVERAGED:
+        if all(name in row for row in rows):
+            mean[name] = mean_known(row[name] for row in rows)
+    for name in _TRACKING_WORST:
+        times = [row[name] for row in rows if row[name] is not None]
+        mean[name] = max(times, default=None)
     return mean
 
 

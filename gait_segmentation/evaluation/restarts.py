@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from gait_segmentation.evaluation.runner import Clip, Runnable, likelihoods_of, 
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.geometry import Box
 
-__all__ = ['NumberedClip', 'Restart', 'StartScore', 'restarts_of', 'run_restarts']
+__all__ = ['Restart', 'StartScore', 'restarts_of', 'run_restarts']
 
 RESTART_EVERY = 10
 """Frames between the starts of the restart score."""
@@ -25,14 +24,6 @@ RESTART_FRAMES = 14
 
 RESTART_LEAST = 5
 """Frames that must follow a start for it to count."""
-
-
-class NumberedClip(Clip, Protocol):
-    """A sequence that knows its frames."""
-
-    @property
-    def numbers(self) -> list[int]:
-        """Return the frame numbers, ascending."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +43,7 @@ class Restart:
     box: Box
 
 
-def restarts_of(clip: NumberedClip) -> list[Restart]:
+def restarts_of(clip: Clip) -> list[Restart]:
     """
     Return the stretches of the restart score.
 

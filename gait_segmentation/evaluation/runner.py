@@ -53,6 +53,10 @@ class Runnable(Protocol):
 class Clip(Protocol):
     """What an evaluation needs of a sequence, on disk or synthetic."""
 
+    @property
+    def numbers(self) -> list[int]:
+        """Return the frame numbers, ascending."""
+
     def stamp_ns(self, number: int) -> int:
         """Return the stamp of a frame."""
 

@@ -7,38 +7,26 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence as ListLike
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
+from gait_segmentation.config import replaced
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.output import SequenceOutput
 from gait_segmentation.evaluation.report import Summary, mean_of, restart_report
 from gait_segmentation.evaluation.restarts import StartScore, restarts_of, run_restarts
 from gait_segmentation.evaluation.runner import (
-    Outcome,
     Runnable,
     check_truth,
     likelihoods_of,
     run_sequence,
 )
 from gait_segmentation.evaluation.sequence import Sequence
-from gait_segmentation.evaluation.settings import replaced
 from gait_segmentation.evaluation.tracking_score import TrackingScore, first_frames
 
-__all__ = ['Progress', 'Session', 'load_sequences', 'silent']
+__all__ = ['Progress', 'Session', 'load_sequences']
 
-Item = TypeVar('Item')
-
-
-class Progress(Protocol):
-    """Passes on what it is given and may show how far it is."""
-
-    def __call__(self, items: Iterable[Item], name: str, total: int) -> Iterator[Item]:
-        """Pass on ``total`` items, called ``name``."""
-
-
-def silent(items: Iterable[Item], name: str, total: int) -> Iterator[Item]:
-    """Pass on the items and show nothing."""
-    return iter(items)
+Progress = Callable[[Iterable[Any], str, int], Iterator[Any]]
+"""Passes on so many items of a name, and may show how far it is."""
 
 
 def load_sequences(folders: Iterable[Path], likelihood: str = '') -> list[Sequence]:
@@ -83,7 +71,7 @@ class Session:
     restarts: bool = False
     warm: bool = False
     likelihood: str = ''
-    progress: Progress = silent
+    progress: Progress = lambda items, name, total: iter(items)
     auto: bool = False
     fixed: frozenset[str] = frozenset()
 
@@ -124,7 +112,7 @@ class Session:
         slots = len(attendance.people) if sequence.label_files else 0
         config = self._suited(config, slots, auto=self.auto)
         summary = Summary(TrackingScore(attendance, first_frames(attendance, starts)))
-        output = None if out is None else SequenceOutput(out / sequence.name, sequence.numbers)
+        output = None if out is None else SequenceOutput(out / sequence.name, sequence)
         outcomes = run_sequence(
             self.make_pipeline(config),
             sequence,
@@ -135,7 +123,7 @@ class Session:
         for outcome in self.progress(outcomes, title, len(sequence.numbers)):
             summary.add(outcome, sequence.labels(outcome.number))
             if output is not None:
-                _write(output, sequence, outcome)
+                output.add(outcome)
         if output is not None:
             output.close()
         return summary.numbers()
@@ -151,13 +139,3 @@ class Session:
             if f'{stage}.{name}' not in self.fixed:
                 config = replaced(config, stage, name, value)
         return config
-
-
-def _write(output: SequenceOutput, sequence: Sequence, outcome: Outcome) -> None:
-    shown = output.shows(outcome.number)
-    output.add(
-        sequence.frames[outcome.number].stem,
-        outcome,
-        sequence.image(outcome.number) if shown else None,
-        sequence.truth(outcome.number) if shown else None,
-    )

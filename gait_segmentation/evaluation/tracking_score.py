@@ -31,21 +31,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.evaluation.attendance import SAME_IOU, Attendance
-from gait_segmentation.evaluation.means import mean_known
 from gait_segmentation.evaluation.metrics import (
     LOST_IOU,
     centre_distance,
     jaccard,
+    mean_known,
     window_about,
 )
-from gait_segmentation.evaluation.mot import MotFrame, mot_scores
 from gait_segmentation.evaluation.person_score import PersonScore
 from gait_segmentation.evaluation.truth import truth_of
 from gait_segmentation.geometry import Box
 from gait_segmentation.people import MOST_PEOPLE
 from gait_segmentation.results import FeatureWeight
 
-__all__ = ['FoundTrack', 'TrackingScore', 'first_frames']
+__all__ = ['MISSING', 'FoundTrack', 'TrackingScore', 'first_frames', 'mot_scores']
+
+MISSING = 'MOTA and IDF1 need the Python package motmetrics, which is not installed'
+
+MotFrame = tuple[Sequence[int], Sequence[int], NDArray[np.float64]]
+"""People and track ids of a frame, and the (people, tracks) IoU of their boxes."""
 
 _UNCLEAR_SHARE = 0.5
 """Share of ambiguous pixels in a mask from which on nobody knows whether it is right."""
@@ -232,9 +236,28 @@ class TrackingScore:
         }
         ids = [i for i in ids if i not in elsewhere]
         overlap = np.array([[iou[person, i] for i in ids] for person in counted], np.float64)
-        self._mot.append(
-            MotFrame(tuple(counted), tuple(ids), overlap.reshape(len(counted), len(ids)))
-        )
+        self._mot.append((counted, ids, overlap.reshape(len(counted), len(ids))))
+
+
+def mot_scores(frames: Sequence[MotFrame]) -> dict[str, float | None]:
+    """
+    Return ``mota`` (Bernardin and Stiefelhagen 2008) and ``idf1`` (Ristani et al. 2016).
+
+    :returns: None for what is undefined because nobody is there; empty without motmetrics.
+    """
+    try:
+        import motmetrics
+    except ImportError:
+        return {}
+    accumulator = motmetrics.MOTAccumulator(auto_id=True)
+    for people, ids, iou in frames:
+        accumulator.update(people, ids, np.where(iou >= SAME_IOU, 1 - iou, np.nan))
+    if not any(people for people, _, _ in frames):
+        return {'mota': None, 'idf1': None}
+    scores = motmetrics.metrics.create().compute(
+        accumulator, metrics=['mota', 'idf1'], return_dataframe=False
+    )
+    return {name: float(scores[name]) for name in ('mota', 'idf1')}
 
 
 def _one_to_one(pairs: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:

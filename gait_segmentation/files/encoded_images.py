@@ -17,9 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.files.pixel_limit import MOST_PIXELS, check_pixels
 
-__all__ = ['FORMATS', 'claimed_size', 'decode_image']
+__all__ = ['FORMATS', 'MOST_PIXELS', 'check_pixels', 'claimed_size', 'decode_image']
+
+MOST_PIXELS = 1 << 26
+"""Of an image, unless more are allowed: few cameras have more, and memory is made for them."""
 
 FORMATS = 'PNG, JPEG, BMP, PNM, TIFF or WebP'
 """What can be decoded; OpenCV knows more, which no camera sends and nobody's masks are in."""
@@ -50,6 +52,20 @@ _WHOLE_NUMBERS = {1: 'B', 3: 'H', 4: 'I', 6: 'b', 8: 'h', 9: 'i', 16: 'Q', 17: '
 """Types of a TIFF's values, as ``struct`` calls them."""
 
 Size = tuple[int, int]
+
+
+def check_pixels(size: tuple[int, int], most: int = MOST_PIXELS) -> None:
+    """
+    Refuse image sizes from messages and files that no camera has.
+
+    :param size: width and height.
+    :param most: pixels there may be.
+    :raises InputError: if there are more.
+    """
+    if size[0] * size[1] > most:
+        raise InputError(
+            f'image must have at most {most} pixels (max_pixels), got {size[0]} x {size[1]}'
+        )
 
 
 def decode_image(

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.encoded_images import decode_image
-from gait_segmentation.files.pixel_limit import MOST_PIXELS
-from gait_segmentation.files.regular_files import regular
+from gait_segmentation.files.encoded_images import MOST_PIXELS, decode_image
+from gait_segmentation.files.reading import regular
 
 __all__ = ['IMAGE_SUFFIXES', 'by_number', 'images_in', 'read_grey', 'read_image', 'read_unchanged']
 

@@ -6,11 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,14 +17,19 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError, SequenceError, not_installed
 from gait_segmentation.inputs import damaged
 from gait_segmentation.inputs.encodings import claimed_shape, read_bgr, read_compressed
-from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource, check_file
+from gait_segmentation.inputs.source import (
+    DEFAULT_FPS,
+    DamagedError,
+    Entry,
+    ImageSource,
+    check_file,
+)
 
 __all__ = ['BagSource', 'is_bag']
 
 _STORAGE = ('.mcap', '.db3')
 _IMAGE = 'sensor_msgs/msg/Image'
 _COMPRESSED = 'sensor_msgs/msg/CompressedImage'
-_DEFAULT_FPS = 30.0
 _RATE_FRAMES = 60
 """Stamps that the rate is found from."""
 
@@ -51,17 +55,11 @@ def _storage_files(path: Path) -> list[Path]:
     return [files[name] for name in sorted(files, key=lambda name: (len(name), name))]
 
 
-@dataclass(frozen=True)
-class Topic:
-    """A topic of a bag; ``count`` is the number of its messages, None if unknown."""
+class Topic(NamedTuple):
+    """A topic of a bag, its type and the number of its messages, None if unknown."""
 
     kind: str
-    count: int | None
-
-    def __str__(self) -> str:
-        """Return the type and the number of messages in words."""
-        messages = '' if self.count is None else f', {self.count} messages'
-        return f'{self.kind}{messages}'
+    messages: int | None
 
 
 class BagSource(ImageSource):
@@ -102,7 +100,7 @@ class BagSource(ImageSource):
         topics = self._topics()
         self.topic = _chosen(self.path, topics, self.topic)
         self._kind = topics[self.topic].kind
-        return topics[self.topic].count
+        return topics[self.topic].messages
 
     def rate(self) -> float:
         """Return the rate by the median interval of the first stamps."""
@@ -114,7 +112,7 @@ class BagSource(ImageSource):
             pass
         steps = np.diff(stamps)
         steps = steps[steps > 0]
-        return float(1e9 / np.median(steps)) if steps.size else _DEFAULT_FPS
+        return float(1e9 / np.median(steps)) if steps.size else DEFAULT_FPS
 
     def entries(self) -> Iterator[Entry]:
         """Yield all images of the topic."""
@@ -137,20 +135,20 @@ class BagSource(ImageSource):
         try:
             message = self._deserialized(data)
         except InputError as error:
-            return Entry(0, recorded_ns, '', (0, 0), partial(_fail, error))
+            return Entry(0, recorded_ns, '', partial(_fail, error))
         stamp = message.header.stamp
         header_ns = int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
         compressed = self._kind == _COMPRESSED
         read = read_compressed if compressed else read_bgr
         decode = partial(read, message, self._max_pixels)
         shape = (0, 0) if compressed else claimed_shape(message) or (0, 0)
-        return Entry(header_ns, recorded_ns, message.header.frame_id, shape, decode)
+        return Entry(header_ns, recorded_ns, message.header.frame_id, decode, shape)
 
     def _deserialized(self, data: bytes) -> Any:
         try:
             if self.path.suffix == '.bag':
-                return _ros1_types().deserialize_ros1(data, self._kind)
-            return _ros2_types().deserialize_cdr(damaged.unpacked_message(data), self._kind)
+                return _types('ROS1_NOETIC').deserialize_ros1(data, self._kind)
+            return _types('ROS2_JAZZY').deserialize_cdr(damaged.unpacked_message(data), self._kind)
         except Exception as error:
             # rosbags raises whatever the data made of it.
             raise InputError(f'the message cannot be read ({error!r})') from error
@@ -174,7 +172,7 @@ class BagSource(ImageSource):
             with self._reader() as reader:
                 found: dict[str, Topic] = {}
                 for each in reader.connections:
-                    before = found[each.topic].count if each.topic in found else 0
+                    before = found[each.topic].messages if each.topic in found else 0
                     found[each.topic] = Topic(each.msgtype, (before or 0) + each.msgcount)
                 return found
         except Exception as error:
@@ -230,11 +228,11 @@ def _chosen(path: Path, topics: dict[str, Topic], wanted: str) -> str:
         names = [name for name in (wanted, f'/{wanted}') if name in topics]
         if names and names[0] in images:
             return names[0]
-        what = f'is {topics[names[0]]}' if names else 'is not there'
+        what = f'is {_about(topics[names[0]])}' if names else 'is not there'
         raise SequenceError(
             f'{path}: topic {wanted} {what}; topics with images: {_listed(images or topics)}'
         )
-    filled = [name for name, topic in images.items() if topic.count != 0]
+    filled = [name for name, topic in images.items() if topic.messages != 0]
     if len(filled) == 1:
         return filled[0]
     if not filled:
@@ -249,28 +247,16 @@ def _chosen(path: Path, topics: dict[str, Topic], wanted: str) -> str:
 
 
 def _listed(topics: dict[str, Topic]) -> str:
-    return ', '.join(f'{name} ({topics[name]})' for name in sorted(topics)) or 'none'
+    return ', '.join(f'{name} ({_about(topics[name])})' for name in sorted(topics)) or 'none'
 
 
-def _ros1_types() -> Any:
-    from rosbags.typesys import Stores
-
-    return _types(Stores.ROS1_NOETIC)
+def _about(topic: Topic) -> str:
+    return topic.kind + ('' if topic.messages is None else f', {topic.messages} messages')
 
 
-def _ros2_types() -> Any:
-    from rosbags.typesys import Stores
+@cache
+def _types(store: str) -> Any:
+    """Return types of messages: images mean the same in every distribution of ROS 1 and ROS 2."""
+    from rosbags.typesys import Stores, get_typestore
 
-    return _types(Stores.ROS2_JAZZY)
-
-
-def _types(store: Any) -> Any:
-    from rosbags.typesys import get_typestore
-
-    if store not in _TYPES:
-        _TYPES[store] = get_typestore(store)
-    return _TYPES[store]
-
-
-_TYPES: dict[Any, Any] = {}
-"""Made once: images mean the same in every distribution of ROS 1 and of ROS 2."""
+    return get_typestore(Stores[store])

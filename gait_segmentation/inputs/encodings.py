@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.files.encoded_images import decode_image
-from gait_segmentation.files.pixel_limit import MOST_PIXELS, check_pixels
+from gait_segmentation.files.encoded_images import MOST_PIXELS, check_pixels, decode_image
 
 __all__ = [
     'ENCODINGS',

@@ -13,16 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.encoded_images import claimed_size
+from gait_segmentation.files.encoded_images import check_pixels, claimed_size
 from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_image
-from gait_segmentation.files.pixel_limit import check_pixels
-from gait_segmentation.inputs.source import DamagedError, Entry, ImageSource
+from gait_segmentation.inputs.source import DEFAULT_FPS, DamagedError, Entry, ImageSource
 
 __all__ = ['FilmSource', 'FolderSource']
 
-_DEFAULT_FPS = 30.0
 _FRAME_ID = 'camera'
-_UNKNOWN = (0, 0)
 _ALL = 0.97
 """Share of a film's frames, or of its length, that must be there; some formats only estimate."""
 
@@ -92,7 +89,7 @@ class FilmSource(ImageSource):
         """Return what was asked for, or what the film says."""
         if self._rate:
             return self._rate
-        return self._fps if 0 < self._fps <= 1000 else _DEFAULT_FPS
+        return self._fps if 0 < self._fps <= 1000 else DEFAULT_FPS
 
     def entries(self) -> Iterator[Entry]:
         """Yield all frames."""
@@ -108,7 +105,7 @@ class FilmSource(ImageSource):
                 stamp_ns = _stamp_ns(number, fps)
                 if own:
                     stamp_ns = times.stamp_ns(number, capture.get(cv2.CAP_PROP_POS_MSEC))
-                yield Entry(stamp_ns, stamp_ns, _FRAME_ID, _UNKNOWN, partial(_retrieve, capture))
+                yield Entry(stamp_ns, stamp_ns, _FRAME_ID, partial(_retrieve, capture))
                 number += 1
         finally:
             capture.release()
@@ -134,14 +131,14 @@ class FolderSource(ImageSource):
 
     def rate(self) -> float:
         """Return what was asked for, or the default: a folder says nothing."""
-        return self._rate or _DEFAULT_FPS
+        return self._rate or DEFAULT_FPS
 
     def entries(self) -> Iterator[Entry]:
         """Yield all frames."""
         for number, path in enumerate(self._files):
             stamp_ns = _stamp_ns(number, self.rate())
             decode = partial(_read, path, self._max_pixels)
-            yield Entry(stamp_ns, stamp_ns, _FRAME_ID, _UNKNOWN, decode)
+            yield Entry(stamp_ns, stamp_ns, _FRAME_ID, decode)
 
 
 def _read(path: Path, max_pixels: int) -> NDArray[np.uint8]:

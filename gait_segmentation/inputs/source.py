@@ -14,13 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.pixel_limit import MOST_PIXELS
-from gait_segmentation.files.regular_files import regular
+from gait_segmentation.files.encoded_images import MOST_PIXELS
+from gait_segmentation.files.reading import regular
 from gait_segmentation.sizes import shrink
 
-__all__ = ['DamagedError', 'Entry', 'Frame', 'ImageSource', 'check_file']
+__all__ = ['DEFAULT_FPS', 'DamagedError', 'Entry', 'Frame', 'ImageSource', 'check_file']
 
 Shape = tuple[int, int]
+
+DEFAULT_FPS = 30.0
+"""Of what does not say how fast it is."""
 
 
 class DamagedError(SequenceError):
@@ -40,8 +43,8 @@ class Entry:
     header_ns: int
     recorded_ns: int
     frame_id: str
-    shape: Shape
     decode: Callable[[], NDArray[np.uint8]]
+    shape: Shape = (0, 0)
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from sensor_msgs.msg import Image, RegionOfInterest
 from std_msgs.msg import Header
 
 from gait_segmentation.config import StageConfig
-from gait_segmentation.files.pixel_limit import check_pixels
+from gait_segmentation.files.encoded_images import check_pixels
 from gait_segmentation.gait_model import open_bank
 from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.inputs.encodings import claimed_shape, read_mono8

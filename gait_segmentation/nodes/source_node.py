@@ -24,9 +24,9 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
+from gait_segmentation.cli.tool import READING, add_reading_options
 from gait_segmentation.errors import GaitSegmentationError, SequenceError
 from gait_segmentation.files.output_files import keep_apart, named, problem_of
-from gait_segmentation.files.pixel_limit import MOST_PIXELS
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, open_input
 from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.image import image_message
@@ -73,24 +73,7 @@ def parser() -> argparse.ArgumentParser:
         type=Path,
         help='film, folder of images (in the order of the numbers in their names), or bag',
     )
-    add('--topic', default='', help='topic of the images, if a bag has several')
-    add(
-        '--rate',
-        type=float,
-        default=0.0,
-        metavar='HZ',
-        help='frames per second (films: their own; bags: the intervals of the stamps)',
-    )
-    add('--width', type=int, default=0, metavar='PX', help='scale down to this width')
-    add(
-        '--max-pixels',
-        type=int,
-        default=MOST_PIXELS,
-        metavar='N',
-        help='refuse frames that claim more, before they are decoded (%(default)s)',
-    )
-    add('--start', type=int, default=0, metavar='N', help='first frame, counted from 0')
-    add('--count', type=int, metavar='M', help='number of frames (all)')
+    add_reading_options(made, 'films: their own; bags: the intervals of the stamps')
     add('--loop', action='store_true', help='begin again at the end, until interrupted')
     add(
         '--keep-stamps',
@@ -167,14 +150,8 @@ def publish_input(options: argparse.Namespace, node: Node) -> int:
     :raises DamagedError: where the input breaks off, after all frames before.
     """
     keep_apart([('--stamps', options.stamps)], [options.input])
-    source = open_input(
-        options.input,
-        topic=options.topic,
-        width=options.width,
-        start=options.start,
-        count=options.count,
-        max_pixels=options.max_pixels,
-    )
+    reading = {name: getattr(options, name) for name in READING if name != 'rate'}
+    source = open_input(options.input, **reading)
     if options.rate < 0:
         raise SequenceError(f'--rate must be positive, got {options.rate:g}')
     pace = Pace(1 / (options.rate or source.fps), by_stamp=not options.rate)

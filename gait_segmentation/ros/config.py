@@ -7,7 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gait_segmentation.config import StageConfig, parameter
-from gait_segmentation.files.pixel_limit import MOST_PIXELS
+from gait_segmentation.files.encoded_images import MOST_PIXELS
 
 __all__ = [
     'OF_NODES',

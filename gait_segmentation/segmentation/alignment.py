@@ -24,14 +24,12 @@ __all__ = ['align']
 _RUNS = 8
 """Most runs of a row that are looked at."""
 
-_STEPS = np.array([0.02, 0.02, 0.04, 0.04, 0.04])
-"""First steps of shift right and down (body heights), width, height and slant."""
-
 _SPANS = np.array([1.0, 1.0, 2.0, 2.0, 2.0])
-"""What of each moves the rim of a body about as far as one body height of shift."""
+"""What of shift right and down (body heights), width, height and slant moves the rim of a body
+about as far as one body height of shift."""
 
-_FARTHEST = np.array([0.15, 0.15, 0.3, 0.2, 0.3])
-"""Largest change of each."""
+_STEP, _FARTHEST = 0.02, 0.15
+"""First step and largest change of each, in these spans."""
 
 _HALVINGS, _ROUNDS = 2, 8
 """How often the steps are halved, and how often all axes are tried at most."""
@@ -64,15 +62,10 @@ def align(
     counts = np.empty(height, np.int32)
     _prepare(template, likelihood, sums, runs, counts)
     unit = body.height
-    units = np.array([unit, unit, 1.0, 1.0, 1.0])
-    steps = _STEPS * units
-    spans = _SPANS * units
-    farthest = _FARTHEST * units
+    spans = _SPANS * np.array([unit, unit, 1.0, 1.0, 1.0])
     center = (float(body.center_x), float(body.center_y))
     cost = 255 * stiffness * unit**2 / _EVERY
-    right, down, wider, taller, slant = _search(
-        sums, runs, counts, center, steps, spans, farthest, cost
-    ).tolist()
+    right, down, wider, taller, slant = _search(sums, runs, counts, center, spans, cost).tolist()
     wide, tall = 1 + wider, 1 + taller
     turn = np.array([[wide, slant * tall], [0, tall]])
     middle = np.array(center)
@@ -149,22 +142,20 @@ def _gain(
     return float(total)
 
 
-@kernel('i4[:,::1], i4[:,:,::1], i4[::1], UniTuple(f8, 2), f8[::1], f8[::1], f8[::1], f8')
+@kernel('i4[:,::1], i4[:,:,::1], i4[::1], UniTuple(f8, 2), f8[::1], f8')
 def _search(
     sums: NDArray[np.int32],
     runs: NDArray[np.int32],
     counts: NDArray[np.int32],
     center: tuple[float, float],
-    steps: NDArray[np.float64],
     spans: NDArray[np.float64],
-    farthest: NDArray[np.float64],
     cost: float,
 ) -> NDArray[np.float64]:
     """Climb along one axis after the other, in steps that get smaller."""
     best = np.zeros(5)
     tried = np.zeros(5)
     most = _gain(sums, runs, counts, center, best)
-    step = steps.copy()
+    step = _STEP * spans
     halved = 0
     for _ in range(_ROUNDS):
         better = False
@@ -173,7 +164,7 @@ def _search(
                 while True:
                     tried[:] = best
                     tried[axis] += sign * step[axis]
-                    if abs(tried[axis]) > farthest[axis]:
+                    if abs(tried[axis]) > _FARTHEST * spans[axis]:
                         break
                     away = 0.0
                     for k in range(5):

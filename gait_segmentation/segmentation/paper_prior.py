@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.kernels import kernel
 from gait_segmentation.segmentation.config import SegmentationConfig
+from gait_segmentation.segmentation.inputs import in_window
 from gait_segmentation.segmentation.oriented_edges import (
     EdgePoints,
     Gradient,
@@ -29,9 +30,9 @@ from gait_segmentation.segmentation.oriented_edges import (
     silhouette_edges,
 )
 from gait_segmentation.segmentation.shape_prior import ShapeTerms
-from gait_segmentation.segmentation.vocabulary import Vocabulary, default_vocabulary
+from gait_segmentation.segmentation.vocabulary import Vocabulary
 
-__all__ = ['PaperPrior', 'confirmed', 'oriented_distance', 'word_distances']
+__all__ = ['confirmed', 'oriented_distance', 'paper_terms', 'word_distances']
 
 _WRONG_WORD = 0.03
 """What an edge of a wrong word is further away, in body heights (times paper_orientation)."""
@@ -44,89 +45,58 @@ _LINKS = 4 + 4 / math.sqrt(2)
 """Sum of 1 / distance over the eight neighbours."""
 
 
-class PaperPrior:
-    """Makes the terms of the energy from a template, the image and the vocabulary."""
+def paper_terms(
+    prior: NDArray[np.uint8],
+    grey: NDArray[np.uint8],
+    body: BodyFrame,
+    vocabulary: Vocabulary,
+    config: SegmentationConfig,
+) -> ShapeTerms:
+    """
+    Return the terms of a warped template.
 
-    def __init__(self, config: SegmentationConfig) -> None:
-        """
-        Load the vocabulary.
-
-        :raises VocabularyError: if the configuration names one that cannot be used.
-        """
-        self.config = config
-        self.vocabulary = (
-            Vocabulary.load(config.vocabulary) if config.vocabulary else default_vocabulary()
-        )
-
-    def terms(
-        self, prior: NDArray[np.uint8], grey: NDArray[np.uint8], body: BodyFrame
-    ) -> ShapeTerms:
-        """
-        Return the terms of a warped template.
-
-        :param prior: (h, w) uint8, the template in the window, 255 inside.
-        :param grey: (h, w) uint8, the image in the window.
-        :param body: the body in the window's pixels.
-        :returns: ``psi`` in 0..1, and a ``logit`` that is 0 or makes a pixel background whatever
-            else speaks for it; neither if the template is empty.
-        """
-        config, height = self.config, body.height
-        inside = prior > 127
-        around = Box.around(inside)
-        if around is None:
-            return ShapeTerms(None, None)
-        # Further away the cost is saturated.
-        reach = self._search(height) + config.paper_reach * height + 2
-        part = around.padded(reach, reach).slices(prior.shape[1], prior.shape[0])
-        points = silhouette_edges(prior[part], height)
-        if points.rows.size == 0:
-            return ShapeTerms(None, None)
-        shifted = BodyFrame(
-            body.center_x - part[1].start, body.center_y - part[0].start, height, body.angle
-        )
-        psi = np.ones(prior.shape, np.float32)
-        psi[part] = self._cost(grey[part], inside[part], points, shifted)
-        away = cv2.distanceTransform((~inside).view(np.uint8), cv2.DIST_L2, 5)
-        far = away > config.paper_background * height
-        return ShapeTerms(np.where(far, np.float32(self._never()), np.float32(0)), psi)
-
-    def _never(self) -> float:
-        """Return a log-odds that no evidence and no cut link can outweigh."""
-        config = self.config
-        return -(_LARGEST_EVIDENCE + _LINKS * (config.contrast + config.paper_weight))
-
-    def _search(self, height: float) -> float:
-        """Return what the local search takes off the distance, in pixels."""
-        return max(1.0, self.config.paper_search * height)
-
-    def _cost(
-        self,
-        grey: NDArray[np.uint8],
-        inside: NDArray[np.bool_],
-        points: EdgePoints,
-        body: BodyFrame,
-    ) -> NDArray[np.float32]:
-        """Return psi in 0..1."""
-        config, height = self.config, body.height
-        search = self._search(height)
-        reach, depth = config.paper_reach * height, config.paper_depth * height
-        gradient = image_gradient(grey)
-        psi = oriented_distance(
-            self.vocabulary,
-            points,
-            gradient,
-            body,
-            config.paper_orientation * _WRONG_WORD * height,
-            search + max(reach, depth),
-        )
-        # In the continuum this is the least value in a disk about each pixel, the grey erosion.
-        psi -= np.float32(search)
-        # The middle of a limb is as much inside as that of the trunk.
-        psi *= np.where(inside, np.float32(1 / depth), np.float32(1 / reach))
-        np.clip(psi, 0, 1, out=psi)
-        supported = confirmed(points, gradient, max(1.0, _CONFIRM_REACH * height))
-        psi[~_of_nearest(points, supported, grey.shape)] *= np.float32(config.paper_unconfirmed)
-        return psi
+    :param prior: (h, w) uint8, the template in the window, 255 inside.
+    :param grey: (h, w) uint8, the image in the window.
+    :param body: the body in the window's pixels.
+    :returns: ``psi`` in 0..1, and a ``logit`` that is 0 or makes a pixel background whatever
+        else speaks for it; neither if the template is empty.
+    """
+    height = body.height
+    inside = prior > 127
+    around = Box.around(inside)
+    if around is None:
+        return ShapeTerms(None, None)
+    search = max(1.0, config.paper_search * height)
+    reach, depth = config.paper_reach * height, config.paper_depth * height
+    # Further away the cost is saturated.
+    margin = search + reach + 2
+    part = around.padded(margin, margin).slices(prior.shape[1], prior.shape[0])
+    points = silhouette_edges(prior[part], height)
+    if points.rows.size == 0:
+        return ShapeTerms(None, None)
+    gradient = image_gradient(grey[part])
+    near = oriented_distance(
+        vocabulary,
+        points,
+        gradient,
+        in_window(body, part),
+        config.paper_orientation * _WRONG_WORD * height,
+        search + max(reach, depth),
+    )
+    # In the continuum this is the least value in a disk about each pixel, the grey erosion.
+    near -= np.float32(search)
+    # The middle of a limb is as much inside as that of the trunk.
+    near *= np.where(inside[part], np.float32(1 / depth), np.float32(1 / reach))
+    np.clip(near, 0, 1, out=near)
+    supported = confirmed(points, gradient, max(1.0, _CONFIRM_REACH * height))
+    near[~_of_nearest(points, supported, near.shape)] *= np.float32(config.paper_unconfirmed)
+    psi = np.ones(prior.shape, np.float32)
+    psi[part] = near
+    away = cv2.distanceTransform((~inside).view(np.uint8), cv2.DIST_L2, 5)
+    # No evidence and no cut link can outweigh it.
+    never = -(_LARGEST_EVIDENCE + _LINKS * (config.contrast + config.paper_weight))
+    far = away > config.paper_background * height
+    return ShapeTerms(np.where(far, np.float32(never), np.float32(0)), psi)
 
 
 def oriented_distance(
@@ -160,7 +130,9 @@ def oriented_distance(
     result = distances.min(axis=0)
     rows, columns = np.nonzero(gradient.visible & (result < np.float32(cap)))
     z = vocabulary.features(columns + 0.5, rows + 0.5, gradient.orientation[rows, columns], body)
-    _least(distances, rows, columns, vocabulary.posteriors(z), penalty, cap, result)
+    wrong = np.float32(penalty) * (1 - vocabulary.posteriors(z))
+    least = (distances[:, rows, columns] + wrong.T).min(axis=0)
+    result[rows, columns] = np.minimum(least, np.float32(cap))
     return np.asarray(result)
 
 
@@ -214,24 +186,6 @@ def _stamp(
                 # No min(): the vectorizer leaves its handling of NaN alone.
                 value = across[x] + down
                 line[x] = value if value < line[x] else line[x]
-
-
-@kernel('f4[:,:,::1], i8[:], i8[:], f4[:,::1], f8, f8, f4[:,::1]')
-def _least(
-    distances: NDArray[np.float32],
-    rows: NDArray[np.int64],
-    columns: NDArray[np.int64],
-    posteriors: NDArray[np.float32],
-    penalty: float,
-    cap: float,
-    out: NDArray[np.float32],
-) -> None:
-    for index in range(rows.size):
-        least = np.float32(cap)
-        for word in range(distances.shape[0]):
-            wrong = np.float32(penalty) * (np.float32(1) - posteriors[index, word])
-            least = min(least, distances[word, rows[index], columns[index]] + wrong)
-        out[rows[index], columns[index]] = least
 
 
 def confirmed(points: EdgePoints, gradient: Gradient, reach: float) -> NDArray[np.bool_]:

@@ -15,15 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.kernels import kernel
 from gait_segmentation.segmentation.energy import contrast_links
 from gait_segmentation.segmentation.graph_cut import minimum_cut, open_graph
 from gait_segmentation.sizes import shrink
 
 __all__ = ['finest', 'refine', 'upsample']
-
-_BAND = 1.0
-"""Half width of the band, in pixels of the first cut."""
 
 _FINEST = 2.5
 """Most that the second cut is finer than the first: 320 px for a person at the standard size."""
@@ -60,7 +56,7 @@ def refine(
     contrast: float,
 ) -> NDArray[np.bool_]:
     """
-    Cut again at the size of the image.
+    Cut again at the size of the image, a pixel of the first cut about its outline.
 
     :param image: (H, W, 3) uint8, the window at full resolution, or as :func:`finest` gives it.
     :param labels: (h, w) bool, the first cut of the same window at working size.
@@ -73,7 +69,7 @@ def refine(
     if labels.shape == shape:
         return labels
     refined = upsample(labels, shape)
-    reach = max(1, round(_BAND / scale))
+    reach = max(1, round(1 / scale))
     found = Box.around(refined)
     if found is None:
         return refined
@@ -86,40 +82,9 @@ def refine(
     if len(graph.pixels) == 0:
         return refined
     cut = np.ascontiguousarray(image[part])
-    data = np.empty(len(graph.pixels), np.float32)
     # A working pixel's evidence is shared by 1/scale^2 pixels, a link's by 1/scale of them.
-    origin = (part[0].start, part[1].start)
-    _sample(logit, graph.pixels, origin, given.shape[1], shape, data)
-    data *= np.float32(scale)
+    fine = cv2.resize(logit, shape[::-1], interpolation=cv2.INTER_LINEAR)[part]
+    data = np.float32(scale) * fine.reshape(-1)[graph.pixels]
     contrast_links(graph, cut, contrast)
     refined[part] = minimum_cut(graph, data)
     return refined
-
-
-@kernel('f4[:,::1], i4[::1], UniTuple(i8, 2), i8, UniTuple(i8, 2), f4[::1]')
-def _sample(
-    values: NDArray[np.float32],
-    pixels: NDArray[np.int32],
-    origin: tuple[int, int],
-    columns: int,
-    shape: tuple[int, int],
-    out: NDArray[np.float32],
-) -> None:
-    """
-    Interpolate between coarse pixels.
-
-    :param pixels: places in a part of so many columns, whose first pixel is ``origin``, of an
-        image of a finer ``shape``.
-    """
-    height, width = values.shape
-    tall, wide = height / shape[0], width / shape[1]
-    for k in range(len(pixels)):
-        row, col = divmod(pixels[k], columns)
-        y, x = (row + origin[0] + 0.5) * tall, (col + origin[1] + 0.5) * wide
-        y, x = min(max(y - 0.5, 0.0), height - 1.0), min(max(x - 0.5, 0.0), width - 1.0)
-        top, left = int(y), int(x)
-        below, right = min(top + 1, height - 1), min(left + 1, width - 1)
-        y, x = y - top, x - left
-        upper = (1 - x) * values[top, left] + x * values[top, right]
-        lower = (1 - x) * values[below, left] + x * values[below, right]
-        out[k] = (1 - y) * upper + y * lower

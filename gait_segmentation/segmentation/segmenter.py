@@ -4,12 +4,14 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box, check_body
-from gait_segmentation.images import Window, check_image
+from gait_segmentation.images import check_image
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.alignment import align
 from gait_segmentation.segmentation.components import fill_holes, keep_supported
@@ -24,28 +26,19 @@ from gait_segmentation.segmentation.inputs import (
     without,
 )
 from gait_segmentation.segmentation.learnt_colours import LearntColours
-from gait_segmentation.segmentation.paper_prior import PaperPrior
+from gait_segmentation.segmentation.paper_prior import paper_terms
 from gait_segmentation.segmentation.refinement import finest, refine, upsample
 from gait_segmentation.segmentation.shape_prior import ShapeTerms, shape_terms
-from gait_segmentation.segmentation.thin_parts import loosen_thin_parts
+from gait_segmentation.segmentation.vocabulary import Vocabulary, default_vocabulary
 from gait_segmentation.sizes import shrink
 
 __all__ = ['Segmenter']
 
-_FULL_CONTRAST_PX = 128.0
-"""Height of a body, at working size, from which the contrast term has its full weight."""
-
 _LARGEST = 8.0
 """Height of a body, in the image's longer sides, from which nothing of its outline can be told."""
 
-_LEAST_AREA = 0.25
-"""A mask smaller than this share of the template does not count."""
-
 _FIT_RATE = 1 / 7
 """Share of a frame in the running mean of the fit, which begins at 1: half a step."""
-
-_SETTLED = 5
-"""Masks of a person from which colours are no longer those of the first mask alone."""
 
 _NOBODY = 'the cut found no person'
 
@@ -64,9 +57,8 @@ class Segmenter:
         self._config = config or SegmentationConfig()
         self._colours = LearntColours()
         # Also for other priors: the configuration may be exchanged, and a bad file is told now.
-        self._oriented = PaperPrior(self._config)
+        self._vocabulary = _vocabulary(self._config)
         self._track_id = 0
-        self._masks = 0
         self._fit = 1.0
         self._last: Box | None = None
 
@@ -78,18 +70,13 @@ class Segmenter:
     @config.setter
     def config(self, config: SegmentationConfig) -> None:
         if config.vocabulary != self._config.vocabulary:
-            self._oriented = PaperPrior(config)
-        self._config = self._oriented.config = config
-
-    @property
-    def _paper(self) -> PaperPrior | None:
-        return self._oriented if self.config.prior == 'paper' else None
+            self._vocabulary = _vocabulary(config)
+        self._config = config
 
     def reset(self) -> None:
         """Forget the person."""
-        self._colours.reset()
+        self._colours = LearntColours()
         self._track_id = 0
-        self._masks = 0
         self._fit = 1.0
         self._last = None
 
@@ -146,10 +133,12 @@ class Segmenter:
         labels, logit = self._cut(lab, evidence, prior, place, outside=outside)
         if not labels.any():
             return self._empty(image, match, _NOBODY)
-        self._note(labels, prior, window)
+        found = Box.around(labels)
+        assert found is not None
+        self._last = found.shifted(window[1].start, window[0].start)
         self._judge(match.similarity, labels, evidence)
         if self.config.use_refinement:
-            labels = refine(source, labels, logit, self._contrast(body))
+            labels = refine(source, labels, logit, self.config.contrast)
         mask = np.zeros((height, width), np.uint8)
         fine = upsample(labels, size)
         np.multiply(fine.view(np.uint8), np.uint8(255), out=mask[crop])
@@ -189,12 +178,11 @@ class Segmenter:
         if learns:
             labels, logit = self._cut_by_colours(lab, evidence, logit, terms, body)
         else:
-            labels = self._solve(lab, logit, terms, body)
+            labels = self._solve(lab, logit, terms)
         support = evidence.astype(np.float32) / np.float32(255)
         if terms.psi is not None:
             support = (support + prior / np.float32(255)) / 2
-        known = None if terms.psi is None else prior > 127
-        labels = keep_supported(labels, support, known, body.height, evidence)
+        labels = keep_supported(labels, support)
         labels = fill_holes(labels, self.config.hole_area * body.height**2)
         return labels, logit
 
@@ -209,30 +197,22 @@ class Segmenter:
         """Cut twice, the second time with the colours of the first cut."""
         if not self._colours.ready:
             self._colours.learn(lab, place, evidence)
-        first = self._solve(lab, logit + self._colours.odds(lab, place), terms, place)
-        tried = self._colours.copy()
+        first = self._solve(lab, logit + self._colours.odds(lab, place), terms)
+        tried = deepcopy(self._colours)
         tried.learn(lab, place, evidence, first)
         logit = logit + tried.odds(lab, place)
-        labels = self._solve(lab, logit, terms, place)
+        labels = self._solve(lab, logit, terms)
         self._colours.learn(lab, place, evidence, labels)
         return labels, logit
 
     def _solve(
-        self,
-        lab: NDArray[np.uint8],
-        logit: NDArray[np.float32],
-        terms: ShapeTerms,
-        body: BodyFrame,
+        self, lab: NDArray[np.uint8], logit: NDArray[np.float32], terms: ShapeTerms
     ) -> NDArray[np.bool_]:
         """Return the cut of least energy."""
         graph = open_graph(decided(logit))
-        contrast_links(graph, lab, self._contrast(body))
-        # Before, the colours may be wrong.
-        settled = self._masks >= _SETTLED
-        if terms.logit is not None and self._paper is None and settled:
-            loosen_thin_parts(graph, logit, body.height)
+        contrast_links(graph, lab, self.config.contrast)
         if terms.psi is not None:
-            paper = self._paper is not None
+            paper = self.config.prior == 'paper'
             weight = self.config.paper_weight if paper else self.config.distance_weight
             distance_links(graph, terms.psi, weight if paper else self._trust * weight)
         return minimum_cut(graph, logit.reshape(-1)[graph.pixels])
@@ -244,9 +224,9 @@ class Segmenter:
         body: BodyFrame,
     ) -> ShapeTerms:
         """Return the shape prior's terms in the window."""
-        if self._paper is not None:
-            return self._paper.terms(prior, lab[:, :, 0], body)
-        return shape_terms(prior, body, self.config, self._trust)
+        if self.config.prior == 'paper':
+            return paper_terms(prior, lab[:, :, 0], body, self._vocabulary, self.config)
+        return shape_terms(prior, body.height, self.config, self._trust)
 
     @property
     def _trust(self) -> float:
@@ -270,21 +250,13 @@ class Segmenter:
             fit = min(similarity * either / inside, 1.0)
             self._fit += _FIT_RATE * (fit - self._fit)
 
-    def _contrast(self, body: BodyFrame) -> float:
-        """Return the weight of the contrast term: of what is small, the outline is the more."""
-        return self.config.contrast * min(body.height / _FULL_CONTRAST_PX, 1.0)
-
-    def _note(self, labels: NDArray[np.bool_], prior: NDArray[np.uint8], window: Window) -> None:
-        """Remember where the person was found, and count the masks that show enough of them."""
-        found = Box.around(labels)
-        assert found is not None
-        self._last = found.shifted(window[1].start, window[0].start)
-        template = np.count_nonzero(prior > 127)
-        self._masks += int(np.count_nonzero(labels) > _LEAST_AREA * template)
-
     def _empty(
         self, image: NDArray[np.uint8], match: MatchResult, reason: str
     ) -> SegmentationResult:
         self._last = None
         mask = np.zeros(image.shape[:2], np.uint8)
         return SegmentationResult(match.stamp_ns, match.track_id, mask, reason)
+
+
+def _vocabulary(config: SegmentationConfig) -> Vocabulary:
+    return Vocabulary.load(config.vocabulary) if config.vocabulary else default_vocabulary()

@@ -14,6 +14,7 @@ import functools
 import json
 import math
 import os
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.files.output_files import write_file
-from gait_segmentation.files.regular_files import regular
+from gait_segmentation.files.reading import regular
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.kernels import kernel
 
@@ -34,6 +35,7 @@ FORMAT_VERSION = 1
 _DEFAULT_FILE = Path(__file__).with_name('vocabulary.json')
 _DIGITS = 7
 _KEYS = ('format', 'version', 'fill', 'aspect', 'orientation_scale', 'words', 'provenance')
+_ROW = re.compile(r'\[\s+([-\d.e+,\s]+?)\s+\]')
 _WORD_KEYS = ('weight', 'mean', 'covariance')
 
 
@@ -287,18 +289,4 @@ def _need(entries: Any, keys: tuple[str, ...], what: str) -> None:
 def _readable(entries: dict[str, Any]) -> str:
     """Return JSON with one vector or matrix row a line."""
     text = json.dumps(entries, indent=2)
-    lines: list[str] = []
-    row: list[str] = []
-    for line in text.splitlines():
-        bare = line.strip().rstrip(',')
-        number = bare[:1] in '-0123456789' and bare != ''
-        if number:
-            row.append(bare)
-            continue
-        if row:
-            closing = line.strip()
-            lines[-1] += ', '.join(row) + closing
-            row = []
-            continue
-        lines.append(line)
-    return '\n'.join(lines) + '\n'
+    return _ROW.sub(lambda row: f'[{" ".join(row[1].split())}]', text) + '\n'

@@ -25,7 +25,7 @@ import os, pathlib, signal, sys
 from gait_segmentation.cli.processes import ProcessGroup
 group = ProcessGroup(os.environ, pathlib.Path(sys.argv[1]))
 group.start('child', 'sleeper')
-print(group._children['child'].process.pid, flush=True)
+print(group._children['child'].pid, flush=True)
 os.kill(os.getpid(), signal.SIGKILL)
 """
 
@@ -67,7 +67,7 @@ def test_the_end_of_the_context_stops_all(group: ProcessGroup, monkeypatch) -> N
         for name in ('one', 'two'):
             wait_for_output(group, name)
         group.check_running('one', 'two')
-    codes = [child.process.returncode for child in group._children.values()]
+    codes = [child.returncode for child in group._children.values()]
     # By the interrupt, so that nobody had to be killed.
     assert not {None, -signal.SIGKILL} & set(codes)
 
@@ -86,7 +86,7 @@ def test_a_process_that_ignores_interrupts_is_killed(group: ProcessGroup, monkey
     with group:
         group.start('stubborn', 'stubborn')
         wait_for_output(group, 'stubborn')
-    assert group._children['stubborn'].process.returncode == -signal.SIGKILL
+    assert group._children['stubborn'].returncode == -signal.SIGKILL
 
 
 def test_a_process_that_fails_is_named_with_its_last_lines(group: ProcessGroup) -> None:
@@ -101,7 +101,7 @@ def test_a_process_that_is_killed_is_named_with_the_signal(group: ProcessGroup) 
     with group:
         group.start('sleeper', 'sleeper')
         wait_for_output(group, 'sleeper')
-        group._children['sleeper'].process.kill()
+        group._children['sleeper'].kill()
         wait_for(lambda: group.ended('sleeper'), 'the end')
         with pytest.raises(ProcessError, match='sleeper was killed by signal 9'):
             group.check()

@@ -1,11 +1,14 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+import cv2
 import pytest
 
+from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.ablation import (
     compare_priors,
     ingredient_table,
     leave_one_out,
+    plot_priors,
     prior_table,
 )
 from gait_segmentation.evaluation.session import Session, load_sequences
@@ -43,3 +46,20 @@ def test_each_switch_is_turned_off_once(session):
     assert float(words[2]) < -0.4
     assert words[-2] == 'walk'
     assert ('restart' in lines[0]) == session.restarts
+
+
+REPORTS = {
+    prior: {'sequences': {'walk': {'error_rate': error}}, 'mean': {'error_rate': error}}
+    for prior, error in (('none', 4.0), ('default', 2.0))
+}
+
+
+def test_a_picture_is_drawn(tmp_path):
+    plot_priors(tmp_path / 'new' / 'priors.png', REPORTS)
+    assert cv2.imread(str(tmp_path / 'new' / 'priors.png')).shape[0] > 200
+
+
+def test_a_file_in_the_way_is_an_error(tmp_path):
+    (tmp_path / 'out').write_text('')
+    with pytest.raises(SequenceError, match='cannot be written'):
+        plot_priors(tmp_path / 'out' / 'priors.png', REPORTS)

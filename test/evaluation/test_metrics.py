@@ -14,6 +14,7 @@ from gait_segmentation.evaluation.metrics import (
     error_percent,
     evaluation_window,
     jaccard,
+    mean_known,
     score_frame,
     start_box,
     true_box,
@@ -179,3 +180,8 @@ def test_scores_are_plain_numbers_also_for_boxes_of_numpy_numbers():
     assert {type(value) for value in (score.j, score.f, score.error_rate, score.box_iou)} == {
         float
     }
+
+
+def test_what_is_missing_does_not_count() -> None:
+    assert mean_known([1.0, None, 2.0, math.nan]) == pytest.approx(1.5)
+    assert mean_known([None, math.nan]) is None

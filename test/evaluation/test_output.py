@@ -1,5 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+from types import SimpleNamespace
+
 import cv2
 import numpy as np
 import pytest
@@ -16,12 +18,11 @@ from .fakes import FakePipeline, write_sequence
 
 def test_masks_and_a_sheet_are_written(tmp_path):
     sequence = Sequence.load(write_sequence(tmp_path / 'walk', frames=5))
-    output = SequenceOutput(tmp_path / 'out', sequence.numbers)
+    output = SequenceOutput(tmp_path / 'out', sequence)
     outcomes = list(run_sequence(FakePipeline(), sequence, clock=lambda: 0.0))
     for outcome in outcomes:
-        assert output.shows(outcome.number)
-        number = outcome.number
-        output.add(f'{number:04d}', outcome, sequence.image(number), sequence.truth(number))
+        assert outcome.number in output.shown
+        output.add(outcome)
     output.close()
     names = sorted(path.name for path in (tmp_path / 'out' / 'masks').iterdir())
     assert names == [f'{number:04d}.png' for number in range(5)]
@@ -31,8 +32,7 @@ def test_masks_and_a_sheet_are_written(tmp_path):
 
 
 def test_a_long_sequence_shows_frames_spread_evenly(tmp_path):
-    output = SequenceOutput(tmp_path, list(range(100, 200)))
-    shown = [number for number in range(100, 200) if output.shows(number)]
+    shown = sorted(SequenceOutput(tmp_path, SimpleNamespace(numbers=range(100, 200))).shown)
     assert len(shown) == 28
     assert (shown[0], shown[-1]) == (100, 199)
     assert max(np.diff(shown)) <= 4

@@ -13,6 +13,7 @@ from gait_segmentation.evaluation.report import (
     Summary,
     aligned,
     mean_of,
+    mean_tracking,
     restart_report,
     table,
     tracking_table,
@@ -114,3 +115,24 @@ def test_the_report_is_written_as_json(report, tmp_path):
     assert json.loads((tmp_path / 'scores.json').read_text()) == report
     with pytest.raises(SequenceError, match='cannot be written'):
         write_json(tmp_path / 'missing' / 'scores.json', report)
+
+
+def _row(**other: object) -> dict[str, object]:
+    counts = ('lost_frames', 'id_switches', 'shared_ids', 'false_slots', 'false_frames')
+    row: dict[str, object] = dict.fromkeys((*counts, 'never_locked', 'never_recovered'), 1)
+    row |= {'J': 0.5, 'J_one_id': 0.4, 'box_iou': None, 'centre_error': 0.1}
+    return row | {'lock_seconds': 0.2, 'recovery_seconds': None} | other
+
+
+def test_counts_are_summed_and_the_longest_of_times_is_taken() -> None:
+    mean = mean_tracking([_row(), _row(J=1.0, lock_seconds=0.7, box_iou=0.6)])
+    assert mean['J'] == pytest.approx(0.75)
+    assert mean['box_iou'] == pytest.approx(0.6)
+    assert mean['false_slots'] == 2
+    assert mean['lock_seconds'] == 0.7
+    assert mean['recovery_seconds'] is None
+
+
+def test_what_a_sequence_has_not_measured_has_no_mean() -> None:
+    assert 'mota' not in mean_tracking([_row(mota=0.9), _row()])
+    assert mean_tracking([_row(mota=0.9), _row(mota=0.7)])['mota'] == pytest.approx(0.8)

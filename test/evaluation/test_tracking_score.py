@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 import json
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from gait_segmentation.evaluation.tracking_score import (
     FoundTrack,
     TrackingScore,
     first_frames,
+    mot_scores,
 )
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import FeatureWeight
@@ -187,3 +189,28 @@ def test_features_are_those_of_the_track_that_is_the_person():
     assert scores.numbers()['people']['1']['features'] == {
         'hue': {'weight': 1.0, 'variance_ratio': 2.0}
     }
+
+
+def test_a_switch_a_miss_and_a_false_box():
+    pytest.importorskip('motmetrics')
+    frames = [
+        ((1,), (7,), np.array([[0.9]])),
+        ((1,), (8,), np.array([[0.9]])),
+        ((1,), (8,), np.array([[0.2]])),
+        ((1,), (), np.zeros((1, 0))),
+    ]
+    scores = mot_scores(frames)
+    # A switch, two misses and a false box in four.
+    assert scores['mota'] == pytest.approx(0.0)
+    # One identity holds in one frame of four, and three boxes were given.
+    assert scores['idf1'] == pytest.approx(2 * 1 / (4 + 3))
+
+
+def test_without_people_they_are_undefined():
+    pytest.importorskip('motmetrics')
+    assert mot_scores([((), (), np.zeros((0, 0)))]) == {'mota': None, 'idf1': None}
+
+
+def test_without_the_package_there_are_none(monkeypatch):
+    monkeypatch.setitem(sys.modules, 'motmetrics', None)
+    assert mot_scores([((1,), (7,), np.array([[0.9]]))]) == {}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.files.encoded_images import claimed_size, decode_image
+from gait_segmentation.files.encoded_images import check_pixels, claimed_size, decode_image
 
 SIZE = (64, 48)
 SUFFIXES = ('.bmp', '.jpg', '.pbm', '.pgm', '.png', '.ppm', '.tiff', '.webp')
@@ -154,3 +154,12 @@ def test_a_jpeg_cannot_take_long_with_few_bytes() -> None:
 )
 def test_a_header_without_a_size_is_none(data: bytes) -> None:
     assert claimed_size(data) is None
+
+
+def test_as_many_pixels_as_are_allowed_may_come_and_no_more() -> None:
+    check_pixels((8192, 8192))
+    check_pixels((4, 5), 20)
+    with pytest.raises(InputError, match=r'at most 67108864 pixels .*, got 8193 x 8192'):
+        check_pixels((8193, 8192))
+    with pytest.raises(InputError, match=r'at most 19 pixels .*, got 4 x 5'):
+        check_pixels((4, 5), 19)

@@ -54,7 +54,7 @@ def test_a_colour_counts_most_at_the_height_at_which_it_was_seen():
     odds = colours.odds(np.full_like(lab, PERSON), BODY)
 
     assert (odds[15:30] > 1).all()
-    assert (odds[60:68] < -1).all()
+    assert (odds[60:68] < -0.7).all()
 
 
 def test_an_undecided_likelihood_teaches_nothing():
@@ -94,24 +94,3 @@ def test_old_colours_are_forgotten():
         colours.learn(lab, BODY, 255 - likelihood)
 
     assert ((colours.odds(lab, BODY) < 0) == person).all()
-
-
-def test_a_copy_learns_alone():
-    lab, person = scene()
-    colours = LearntColours()
-
-    colours.copy().learn(lab, BODY, np.where(person, 255, 0).astype(np.uint8))
-
-    assert not colours.ready
-    assert not colours.odds(lab, BODY).any()
-
-
-def test_reset_forgets():
-    lab, person = scene()
-    colours = LearntColours()
-    colours.learn(lab, BODY, np.where(person, 255, 0).astype(np.uint8))
-
-    colours.reset()
-
-    assert not colours.ready
-    assert not colours.odds(lab, BODY).any()

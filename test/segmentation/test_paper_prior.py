@@ -21,9 +21,9 @@ from gait_segmentation.segmentation.oriented_edges import (
     silhouette_edges,
 )
 from gait_segmentation.segmentation.paper_prior import (
-    PaperPrior,
     confirmed,
     oriented_distance,
+    paper_terms,
     word_distances,
 )
 from gait_segmentation.segmentation.vocabulary import VocabularyError, default_vocabulary
@@ -52,7 +52,8 @@ def clutter() -> np.ndarray:
 
 
 def terms(prior: np.ndarray, grey: np.ndarray, **changes: Any) -> Any:
-    return PaperPrior(SegmentationConfig(prior='paper', **changes)).terms(prior, grey, BODY)
+    config = SegmentationConfig(prior='paper', **changes)
+    return paper_terms(prior, grey, BODY, default_vocabulary(), config)
 
 
 def plain_distance(points: EdgePoints) -> np.ndarray:
@@ -159,7 +160,9 @@ def test_inside_psi_rises_as_fast_as_limbs_are_thin() -> None:
 
 def test_what_is_far_stays_background_against_all_evidence() -> None:
     config = SegmentationConfig(prior='paper', contrast=30.0, paper_weight=20.0)
-    found = PaperPrior(config).terms(template(), np.full(SHAPE, 90, np.uint8), BODY)
+    found = paper_terms(
+        template(), np.full(SHAPE, 90, np.uint8), BODY, default_vocabulary(), config
+    )
     strongest = np.log(511) + (4 + 4 / np.sqrt(2)) * (30 + 20)
     assert found.logit.min() < -strongest
 

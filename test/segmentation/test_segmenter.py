@@ -159,39 +159,6 @@ def test_tiny_and_huge_people_give_a_mask_or_a_reason(height: int) -> None:
     assert result.mask.any() == (result.reason == '')
 
 
-@pytest.mark.parametrize(('height', 'kept'), [(48, True), (120, False)])
-def test_thin_parts_of_small_people_are_not_smoothed_away(height: int, kept: bool) -> None:
-    image = np.full((*SHAPE, 3), 77, np.uint8)
-    likelihood = np.zeros(SHAPE, np.uint8)
-    likelihood[70:90, 50:66] = 250
-    likelihood[79:82, 66:82] = 225
-    segmenter = Segmenter(SegmentationConfig(prior='none'))
-    mask = segmenter.update(image, likelihood, match(body=BodyFrame(60, 80, height))).mask
-    assert mask[80, 58]
-    assert bool(mask[80, 78]) == kept
-
-
-def trunk_and_arm(evidence: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a likelihood with a thin arm, and a template that has it, too."""
-    template = np.zeros(SHAPE, np.uint8)
-    cv2.ellipse(template, (60, 80), (18, 56), 0, 0, 360, 255, -1)
-    likelihood = np.where(template > 0, 250, 5).astype(np.uint8)
-    likelihood[78:81, 78:100], template[78:81, 70:100] = evidence, 255
-    return likelihood, template
-
-
-def test_thin_parts_are_spared_once_the_shape_is_known() -> None:
-    image = np.full((*SHAPE, 3), 77, np.uint8)
-    likelihood, template = trunk_and_arm(200)
-    # At first the colours may be wrong.
-    segmenter = Segmenter(SegmentationConfig(use_alignment=False))
-    found = [
-        bool(segmenter.update(image, likelihood, match(template, stamp)).mask[79, 90])
-        for stamp in range(1, 9)
-    ]
-    assert found == [False] * 5 + [True] * 3
-
-
 @pytest.mark.parametrize(
     ('similarity', 'elsewhere', 'trusted'), [(0.8, 5, True), (0.45, 5, False), (0.45, 80, True)]
 )
@@ -245,18 +212,6 @@ def test_a_template_is_not_moved_where_others_hide_somebody() -> None:
     half[:, 60:] = 255
     assert (cut(nothing, True) != cut(nothing, False)).any()
     np.testing.assert_array_equal(cut(half, True), cut(half, False))
-
-
-def test_small_masks_teach_nothing() -> None:
-    few = np.zeros(SHAPE, np.uint8)
-    few[70:84, 50:70] = 250
-    vague = np.where(person() > 0, 135, 120).astype(np.uint8)
-    flat = np.full((*SHAPE, 3), 77, np.uint8)
-    taught, fresh = Segmenter(), Segmenter()
-    for stamp in range(1, 9):
-        assert taught.update(picture(), few, match(stamp=stamp)).mask.any()
-    one, two = (each.update(flat, vague, match(stamp=9)).mask for each in (taught, fresh))
-    np.testing.assert_array_equal(one, two)
 
 
 def test_where_somebody_was_seen_is_forgotten_while_nobody_is() -> None:

@@ -73,51 +73,43 @@ class Messages:
     def __init__(self) -> None:
         """Load the types of Jazzy."""
         self.store = get_typestore(Stores.ROS2_JAZZY)
-        types = self.store.types
-        self._time = types['builtin_interfaces/msg/Time']
-        self._header = types['std_msgs/msg/Header']
-        self._image = types[_IMAGE]
-        self._box = types[_BOX]
-        self._instance = types['geometry_msgs/msg/PolygonInstance']
-        self._polygon = types['geometry_msgs/msg/Polygon']
-        self._point = types['geometry_msgs/msg/Point32']
-        self._gait = types[_GAIT]
-        self._size = types[_SIZE]
 
     def header(self, frame: Frame) -> Any:
         """Return the header of the source image, bit for bit."""
-        seconds, nanoseconds = divmod(frame.header_ns, 1_000_000_000)
-        return self._header(self._time(seconds, nanoseconds), frame.frame_id)
+        time = self._made('builtin_interfaces/msg/Time', *divmod(frame.header_ns, 1_000_000_000))
+        return self._made('std_msgs/msg/Header', time, frame.frame_id)
 
     def image(self, image: NDArray[np.uint8], header: Any) -> bytes:
         """Serialise a (H, W) uint8 image as mono8."""
         height, width = image.shape
         data = np.ascontiguousarray(image).reshape(-1)
-        message = self._image(header, height, width, 'mono8', 0, width, data)
-        return bytes(self.store.serialize_cdr(message, _IMAGE))
+        return self._serialised(_IMAGE, header, height, width, 'mono8', 0, width, data)
 
     def box(self, corners: Corners, track_id: int, header: Any) -> bytes:
         """Serialise a box."""
-        points = [self._point(float(x), float(y), 0.0) for x, y in corners]
-        message = self._box(header, self._instance(self._polygon(points), track_id))
-        return bytes(self.store.serialize_cdr(message, _BOX))
+        points = [
+            self._made('geometry_msgs/msg/Point32', float(x), float(y), 0.0) for x, y in corners
+        ]
+        polygon = self._made('geometry_msgs/msg/Polygon', points)
+        instance = self._made('geometry_msgs/msg/PolygonInstance', polygon, track_id)
+        return self._serialised(_BOX, header, instance)
 
     def gait(self, match: Any, header: Any) -> bytes:
         """Serialise what a match says of the gait."""
         joints = gait_joints(match)
-        message = self._gait(
-            header,
-            list(joints.names),
-            np.array(joints.positions, np.float64),
-            np.array(joints.velocities, np.float64),
-            np.array(joints.efforts, np.float64),
-        )
-        return bytes(self.store.serialize_cdr(message, _GAIT))
+        numbers = (joints.positions, joints.velocities, joints.efforts)
+        arrays = (np.array(each, np.float64) for each in numbers)
+        return self._serialised(_GAIT, header, list(joints.names), *arrays)
 
     def size(self, shape: tuple[int, int]) -> bytes:
         """Serialise the size of the source."""
-        message = self._size(0, 0, shape[0], shape[1], False)
-        return bytes(self.store.serialize_cdr(message, _SIZE))
+        return self._serialised(_SIZE, 0, 0, shape[0], shape[1], False)
+
+    def _made(self, kind: str, *fields: Any) -> Any:
+        return self.store.types[kind](*fields)
+
+    def _serialised(self, kind: str, *fields: Any) -> bytes:
+        return bytes(self.store.serialize_cdr(self._made(kind, *fields), kind))
 
 
 class BagOutput(Output):
@@ -128,6 +120,7 @@ class BagOutput(Output):
     played or looked at together.
     """
 
+    option = '--out'
     files = re.compile(r'metadata\.yaml|[^/]+\.mcap')
 
     def __init__(self, path: Path, bank: TemplateBank, slots: int, digest: str = '') -> None:

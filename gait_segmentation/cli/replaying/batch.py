@@ -85,14 +85,10 @@ def _in_turn(
             with tqdm(
                 total=total, unit='frame', desc=job.bag.name, disable=None, leave=False
             ) as bar:
-                reports.append(replay(job, bank, stop, force=force, progress=lambda: _step(bar)))
+                reports.append(replay(job, bank, stop, force=force, progress=bar.update))
             if stop.is_set():
                 break
     return reports
-
-
-def _step(bar: Any) -> None:
-    bar.update()
 
 
 def _side_by_side(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gait_segmentation.cli.replaying.mark import (
     film_is_marked,
     mark_film,
-    marked_png,
+    mask_png,
     png_is_marked,
 )
 from gait_segmentation.cli.replaying.output import Output, Replayed
@@ -23,7 +23,7 @@ from gait_segmentation.drawing import draw_label, draw_person
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.pipeline import PersonResult
 
-__all__ = ['COLUMNS', 'CsvOutput', 'MasksOutput', 'OverlayOutput']
+__all__ = ['COLUMNS', 'CsvOutput', 'Film', 'MasksOutput', 'OverlayOutput']
 
 _MP4V = int.from_bytes(b'mp4v', 'little')
 
@@ -53,6 +53,7 @@ _STEPS_PER_STRIDE = 2
 class MasksOutput(Output):
     """A folder with ``NNNN.png`` for every frame, named by its number in the input."""
 
+    option = '--masks'
     files = re.compile(r'\d+\.png')
 
     def begin(self) -> None:
@@ -67,10 +68,9 @@ class MasksOutput(Output):
     def add(self, replayed: Replayed) -> None:
         """Write the mask of a frame."""
         if replayed.result.mask.size:
-            data = marked_png(cv2.imencode('.png', replayed.result.mask)[1].tobytes())
             path = self.work / f'{replayed.frame.number:04d}.png'
             try:
-                path.write_bytes(data)
+                path.write_bytes(mask_png(replayed.result.mask))
             except OSError:
                 path.unlink(missing_ok=True)
                 raise
@@ -79,8 +79,59 @@ class MasksOutput(Output):
         """Do nothing: every mask is complete."""
 
 
+class Film:
+    """A film file that pictures are added to."""
+
+    def __init__(
+        self, path: Path, size: tuple[int, int], fps: float, name: Path | None = None
+    ) -> None:
+        """
+        Begin the film.
+
+        :param size: its width and height.
+        :param name: what errors call it; the path if None.
+        :raises SequenceError: if there is no encoder for the name.
+        """
+        self._path, self._size, self._frames = path, size, 0
+        self._name = name or path
+        # No other backend: for a name it does not know OpenCV's next one throws, aloud.
+        self._film = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, _MP4V, fps, size)
+        if not self._film.isOpened():
+            raise SequenceError(
+                f'{self._name} cannot be written as a film; use a name such as walk.mp4'
+            )
+
+    def add(self, picture: NDArray[np.uint8], number: int) -> None:
+        """Write a (H, W, 3) uint8 picture with its number drawn on it."""
+        draw_label(picture, f'{number}', (4, 4))
+        if picture.shape[1::-1] != self._size:
+            picture = np.asarray(cv2.resize(picture, self._size, interpolation=cv2.INTER_AREA))
+        self._film.write(picture)
+        self._frames += 1
+
+    def close(self) -> None:
+        """
+        Write the index, and count the frames, since OpenCV does not tell of a full disk.
+
+        :raises SequenceError: if some are missing.
+        """
+        self._film.release()
+        capture = cv2.VideoCapture(str(self._path))
+        readable = 0
+        while capture.grab():
+            readable += 1
+        capture.release()
+        if readable != self._frames:
+            raise SequenceError(
+                f'{self._name} must have {self._frames} frames, {readable} can be read: is the '
+                'disk full?'
+            )
+
+
 class OverlayOutput(Output):
     """A film with outlines, boxes, directions and phases."""
+
+    option = '--overlay'
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
         """
@@ -90,18 +141,11 @@ class OverlayOutput(Output):
         :raises SequenceError: if there is no encoder for the name.
         """
         self._size, self._fps = size, fps
-        self._frames = 0
         super().__init__(path)
 
     def begin(self) -> None:
         """Open the film."""
-        # No other backend: for a name it does not know OpenCV's next one throws, aloud.
-        film = cv2.VideoWriter(str(self.work), cv2.CAP_FFMPEG, _MP4V, self._fps, self._size)
-        if not film.isOpened():
-            raise SequenceError(
-                f'{self.path} cannot be written as a film; use a name such as walk.mp4'
-            )
-        self._film = film
+        self._film = Film(self.work, self._size, self._fps, self.path)
 
     @classmethod
     def is_own(cls, path: Path) -> bool:
@@ -117,26 +161,12 @@ class OverlayOutput(Output):
         for person in result.people:
             if person.track.box is not None:
                 _draw(picture, person)
-        draw_label(picture, f'{frame.number}', (4, 4))
-        if picture.shape[1::-1] != self._size:
-            picture = np.asarray(cv2.resize(picture, self._size, interpolation=cv2.INTER_AREA))
-        self._film.write(picture)
-        self._frames += 1
+        self._film.add(picture, frame.number)
 
     def finish(self) -> None:
-        """Write the index, and count the frames, since OpenCV does not tell of a full disk."""
-        self._film.release()
+        """Write the index and the mark."""
+        self._film.close()
         mark_film(self.work)
-        capture = cv2.VideoCapture(str(self.work))
-        readable = 0
-        while capture.grab():
-            readable += 1
-        capture.release()
-        if readable != self._frames:
-            raise SequenceError(
-                f'{self.path} must have {self._frames} frames, {readable} can be read: is the '
-                'disk full?'
-            )
 
 
 def _draw(picture: NDArray[np.uint8], person: PersonResult) -> None:
@@ -154,6 +184,8 @@ def _draw(picture: NDArray[np.uint8], person: PersonResult) -> None:
 
 class CsvOutput(Output):
     """A table of boxes, phases, cadences, directions and confidences."""
+
+    option = '--csv'
 
     def begin(self) -> None:
         """Begin the table."""

@@ -1,21 +1,19 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What a replay is to do with an input, and how that went."""
+"""What gait_replay is to do with one input, and how it went."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from gait_segmentation.cli.replaying.bag_output import BagOutput
-from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput, OverlayOutput
 from gait_segmentation.cli.replaying.mark import digest_of
-from gait_segmentation.cli.replaying.opengait import OpenGaitOutput
 from gait_segmentation.cli.replaying.output import Output, partial_path
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.files.output_files import keep_apart
-from gait_segmentation.files.pixel_limit import MOST_PIXELS
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource, open_input
 from gait_segmentation.pipeline import PipelineConfig
@@ -24,58 +22,33 @@ __all__ = ['Job', 'Report']
 
 _MOST_NOTES = 10
 
-_OPTIONS: dict[type[Output], str] = {
-    BagOutput: '--out',
-    MasksOutput: '--masks',
-    OverlayOutput: '--overlay',
-    OpenGaitOutput: '--opengait',
-    CsvOutput: '--csv',
-}
-
 
 @dataclass(frozen=True)
 class Job:
     """
-    An input, how to run it, and where its outputs go (None: not wanted).
+    An input, how to read and run it, and where its outputs go.
 
-    ``box`` is in pixels of the input.
+    ``outputs`` has the bag and what else is wanted; ``reading`` are arguments of
+    :func:`open_input`; ``box`` is in pixels of the input.
     """
 
     input: Path
     config: PipelineConfig
-    bag: Path
+    outputs: Mapping[type[Output], Path]
+    reading: Mapping[str, Any] = field(default_factory=dict)
     bank: str = ''
-    topic: str = ''
-    width: int = 0
-    start: int = 0
-    count: int | None = None
-    rate: float = 0.0
-    max_pixels: int = MOST_PIXELS
     box: Box | None = None
-    masks: Path | None = None
-    overlay: Path | None = None
-    opengait: Path | None = None
-    csv: Path | None = None
     threads: int = 1
 
     @property
-    def finished(self) -> bool:
-        """Return whether all outputs are there."""
-        return not self.missing()
+    def bag(self) -> Path:
+        """Return the folder of the bag."""
+        return self.outputs[BagOutput]
 
     def missing(self, *, force: bool = False) -> dict[type[Output], Path]:
-        """Return the outputs that are wanted and not there, or with ``force`` all wanted."""
-        wanted: dict[type[Output], Path | None] = {
-            BagOutput: self.bag,
-            MasksOutput: self.masks,
-            OverlayOutput: self.overlay,
-            OpenGaitOutput: self.opengait,
-            CsvOutput: self.csv,
-        }
+        """Return the outputs that are not there, or with ``force`` all."""
         return {
-            kind: path
-            for kind, path in wanted.items()
-            if path is not None and (force or not kind.is_there(path))
+            kind: path for kind, path in self.outputs.items() if force or not kind.is_there(path)
         }
 
     def check(self, inputs: Iterable[Path], *, force: bool) -> None:
@@ -87,14 +60,13 @@ class Job:
         :raises ConfigError: if one would change an input.
         :raises SequenceError: if a place is taken by something else.
         """
-        wanted = self.missing(force=True)
         places = [
-            (_OPTIONS[kind], place)
-            for kind, path in wanted.items()
+            (kind.option, place)
+            for kind, path in self.outputs.items()
             for place in (path, partial_path(path))
         ]
         keep_apart(places, inputs)
-        for kind, path in wanted.items():
+        for kind, path in self.outputs.items():
             kind.check(path)
         if force or not BagOutput.is_there(self.bag):
             return
@@ -106,15 +78,7 @@ class Job:
 
     def source(self) -> ImageSource:
         """Open the input."""
-        return open_input(
-            self.input,
-            topic=self.topic,
-            width=self.width,
-            start=self.start,
-            count=self.count,
-            rate=self.rate,
-            max_pixels=self.max_pixels,
-        )
+        return open_input(self.input, **self.reading)
 
 
 @dataclass

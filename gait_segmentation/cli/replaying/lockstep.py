@@ -5,11 +5,12 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import TypeVar
 
 import numpy as np
 
-from gait_segmentation.cli.replaying.ahead import ahead
 from gait_segmentation.cli.replaying.output import Replayed
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
@@ -18,7 +19,36 @@ from gait_segmentation.pipeline import FrameResult, PersonResult, Pipeline
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.ros.intake import Intake
 
-__all__ = ['results_of']
+__all__ = ['ahead', 'results_of']
+
+Item = TypeVar('Item')
+
+
+def ahead(items: Iterator[Item], depth: int = 4) -> Generator[Item, None, None]:
+    """
+    Yield the items of an iterator that runs in a thread, so that other work goes on meanwhile.
+
+    The order stays the same, and an error of the iterator is raised where it occurred.
+
+    :param depth: items that may wait.
+    """
+    end = object()
+    waiting: deque[Future[Item | object]] = deque()
+    with ThreadPoolExecutor(1, thread_name_prefix='ahead') as thread:
+        try:
+            while True:
+                while len(waiting) <= depth:
+                    waiting.append(thread.submit(next, items, end))
+                item = waiting.popleft().result()
+                if item is end:
+                    return
+                yield item  # type: ignore[misc]
+        finally:
+            for each in waiting:
+                each.cancel()
+            # A generator that is given up has things to close.
+            if isinstance(items, Generator):
+                thread.submit(items.close)
 
 
 def results_of(
@@ -36,12 +66,30 @@ def results_of(
     :param warn: told what is worth a warning.
     :raises DamagedError: where the input breaks off, after all results of the frames before.
     """
-    answers = _Answers(pipeline.config.people.max_people)
+    slots = pipeline.config.people.max_people
+    # Frames not answered yet, and whether there will be a result.
+    waiting: deque[tuple[Frame, bool]] = deque()
+    likelihood_shape = (0, 0)
     flushed: list[Replayed] = []
 
+    def blank() -> Replayed:
+        frame, _ = waiting.popleft()
+        return Replayed(frame, _blank(frame, slots, likelihood_shape))
+
+    def answers(results: Iterable[FrameResult], *, last: bool = False) -> Iterator[Replayed]:
+        """Yield results with their frames in order, and blank ones of frames without."""
+        nonlocal likelihood_shape
+        for result in results:
+            while waiting[0][0].stamp_ns != result.stamp_ns or not waiting[0][1]:
+                yield blank()
+            likelihood = result.people[0].track.likelihood
+            likelihood_shape = (likelihood.shape[0], likelihood.shape[1])
+            yield Replayed(waiting.popleft()[0], result)
+        while waiting and (last or not waiting[0][1]):
+            yield blank()
+
     def start_over() -> None:
-        flushed.extend(answers.to(pipeline.flush()))
-        flushed.extend(answers.rest())
+        flushed.extend(answers(pipeline.flush(), last=True))
         pipeline.reset()
 
     intake = Intake(
@@ -59,66 +107,25 @@ def results_of(
             damage, frame = error, None
         if frame is None:
             break
+        results: list[FrameResult] = []
+        usable = False
         if frame.image is None:
             warn(f'frame {frame.number} cannot be read: {frame.problem}')
-            yield from answers.without(frame)
-            continue
-        intake.take(frame.image, frame.stamp_ns)
-        yield from flushed
-        flushed.clear()
-        try:
-            results = pipeline.update(frame.image, frame.stamp_ns)
-        except InputError as error:
-            warn(f'frame {frame.number} cannot be used: {error}')
-            yield from answers.without(frame)
-            continue
-        answers.expect(frame)
-        yield from answers.to(results)
+        else:
+            intake.take(frame.image, frame.stamp_ns)
+            yield from flushed
+            flushed.clear()
+            try:
+                results = pipeline.update(frame.image, frame.stamp_ns)
+                usable = True
+            except InputError as error:
+                warn(f'frame {frame.number} cannot be used: {error}')
+        waiting.append((frame, usable))
+        yield from answers(results)
     start_over()
     yield from flushed
     if damage is not None:
         raise damage
-
-
-class _Answers:
-    """Hands out what became of each frame, in order, also of those without a result."""
-
-    def __init__(self, slots: int) -> None:
-        self._slots = slots
-        self._likelihood_shape = (0, 0)
-        # Frames not answered yet, and whether there will be a result.
-        self._waiting: deque[tuple[Frame, bool]] = deque()
-
-    def expect(self, frame: Frame) -> None:
-        """Wait for the result of a frame."""
-        self._waiting.append((frame, True))
-
-    def without(self, frame: Frame) -> Iterator[Replayed]:
-        """Take in a frame that will have no result; yield what need not wait any more."""
-        self._waiting.append((frame, False))
-        return self.to([])
-
-    def to(self, results: Iterable[FrameResult]) -> Iterator[Replayed]:
-        """Yield results with their frames, and blank ones of frames without between them."""
-        for result in results:
-            while True:
-                frame, usable = self._waiting.popleft()
-                if usable and frame.stamp_ns == result.stamp_ns:
-                    break
-                yield self._blank(frame)
-            likelihood = result.people[0].track.likelihood
-            self._likelihood_shape = (likelihood.shape[0], likelihood.shape[1])
-            yield Replayed(frame, result)
-        while self._waiting and not self._waiting[0][1]:
-            yield self._blank(self._waiting.popleft()[0])
-
-    def rest(self) -> Iterator[Replayed]:
-        """Yield blank results of all frames that still wait: none will come."""
-        while self._waiting:
-            yield self._blank(self._waiting.popleft()[0])
-
-    def _blank(self, frame: Frame) -> Replayed:
-        return Replayed(frame, _blank(frame, self._slots, self._likelihood_shape))
 
 
 def _blank(frame: Frame, slots: int, likelihood_shape: tuple[int, int]) -> FrameResult:

@@ -14,7 +14,11 @@ import struct
 import zlib
 from pathlib import Path
 
-__all__ = ['digest_of', 'film_is_marked', 'mark_film', 'marked_png', 'png_is_marked']
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ['digest_of', 'film_is_marked', 'mark_film', 'mask_png', 'png_is_marked']
 
 _MARK = b'Software\0gait_segmentation'
 
@@ -34,8 +38,9 @@ _BOX = struct.pack('>I', 8 + len(_MARK)) + b'free' + _MARK
 _ENDS_BYTES = 1 << 16
 
 
-def marked_png(data: bytes) -> bytes:
-    """Return a PNG with the mark."""
+def mask_png(mask: NDArray[np.uint8]) -> bytes:
+    """Return a (H, W) uint8 mask as a PNG with the mark."""
+    data = cv2.imencode('.png', mask)[1].tobytes()
     return data[:_PNG_HEAD] + _CHUNK + data[_PNG_HEAD:]
 
 

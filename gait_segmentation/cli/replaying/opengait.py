@@ -66,6 +66,7 @@ class OpenGaitOutput(Output):
     from the camera, 180 = to the left, 270 = towards the camera.
     """
 
+    option = '--opengait'
     files = re.compile(r'person-\d+/\d{3}/\d{3}\.pkl')
 
     def begin(self) -> None:

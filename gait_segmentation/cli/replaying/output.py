@@ -78,6 +78,9 @@ class Output(ABC):
     replay was broken off, to :func:`partial_path`; it can be read in both cases.
     """
 
+    option: ClassVar[str]
+    """The option of the command that asks for it."""
+
     files: ClassVar[re.Pattern[str] | None] = None
     """Of an output that is a folder: the files that it may hold, relative to it."""
 

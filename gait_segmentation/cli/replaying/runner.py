@@ -10,13 +10,11 @@ from typing import Protocol
 
 import cv2
 
-from gait_segmentation.cli.replaying.ahead import ahead
 from gait_segmentation.cli.replaying.bag_output import BagOutput
-from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput, OverlayOutput
+from gait_segmentation.cli.replaying.file_outputs import OverlayOutput
 from gait_segmentation.cli.replaying.job import Job, Report
-from gait_segmentation.cli.replaying.lockstep import results_of
+from gait_segmentation.cli.replaying.lockstep import ahead, results_of
 from gait_segmentation.cli.replaying.mark import digest_of
-from gait_segmentation.cli.replaying.opengait import OpenGaitOutput
 from gait_segmentation.cli.replaying.output import Output, Replayed, partial_path, remove
 from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputError
 from gait_segmentation.files.output_files import named, problem_of
@@ -41,7 +39,7 @@ def replay(
     stop: Stop,
     *,
     force: bool = False,
-    progress: Callable[[], None] = lambda: None,
+    progress: Callable[[], object] = lambda: None,
 ) -> Report:
     """
     Replay an input into those of its outputs that are not there yet.
@@ -127,16 +125,11 @@ def _scaled_box(job: Job, source: ImageSource) -> Box | None:
 
 def _outputs(job: Job, source: ImageSource, bank: TemplateBank, force: bool) -> Iterator[Output]:
     """Begin the outputs that are wanted and not there yet."""
-    missing = job.missing(force=force)
-    if BagOutput in missing:
-        yield BagOutput(
-            missing[BagOutput], bank, job.config.people.max_people, digest_of(job.input)
-        )
-    if MasksOutput in missing:
-        yield MasksOutput(missing[MasksOutput])
-    if OverlayOutput in missing:
-        yield OverlayOutput(missing[OverlayOutput], source.size, source.fps)
-    if OpenGaitOutput in missing:
-        yield OpenGaitOutput(missing[OpenGaitOutput])
-    if CsvOutput in missing:
-        yield CsvOutput(missing[CsvOutput])
+    for kind, path in job.missing(force=force).items():
+        if kind is BagOutput:
+            slots = job.config.people.max_people
+            yield BagOutput(path, bank, slots, digest_of(job.input))
+        elif kind is OverlayOutput:
+            yield OverlayOutput(path, source.size, source.fps)
+        else:
+            yield kind(path)

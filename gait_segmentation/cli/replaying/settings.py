@@ -4,15 +4,13 @@
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from gait_segmentation.config import parameters_of
+from gait_segmentation.config import parameters_of, replaced, stages_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
-from gait_segmentation.evaluation.settings import replaced, stages_of
-from gait_segmentation.files.yaml_files import read_yaml
+from gait_segmentation.files.reading import read_yaml
 from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import PipelineConfig
 from gait_segmentation.ros.config import OF_NODES
@@ -20,7 +18,7 @@ from gait_segmentation.ros.names import misnamed, qualified
 
 __all__ = ['Settings', 'read_parameter_file']
 
-_NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter', 'gait_pipeline')
+_SECTIONS = ('gait_tracker', 'gait_matcher', 'gait_segmenter', 'gait_pipeline', '**', '*')
 _UNNAMED = 'people'
 """The stage whose parameters have no prefix in ROS."""
 
@@ -29,24 +27,25 @@ _UNNAMED = 'people'
 class Settings:
     """What a parameter file says that concerns a replay."""
 
-    config: PipelineConfig
+    config: PipelineConfig = field(default_factory=PipelineConfig)
     bank: str = ''
     box: Box | None = None
 
 
-def read_parameter_file(path: Path, settings: Settings) -> Settings:
+def read_parameter_file(path: Path) -> Settings:
     """
-    Return settings changed by a ROS parameter file, as the nodes read it.
+    Return what a ROS parameter file says, as the nodes read it; the rest is as by default.
 
     Sections of other nodes, and parameters that only nodes have, are left out.
 
     :raises ConfigError: if it cannot be read, or a stage has no such parameter or value.
     """
+    settings = Settings()
     content = read_yaml(path, ConfigError) or {}
     if not isinstance(content, dict):
         raise ConfigError(f'{path} must hold sections of nodes, got {type(content).__name__}')
     for name, section in content.items():
-        if not _concerns(str(name)) or not isinstance(section, dict):
+        if str(name).rsplit('/', 1)[-1] not in _SECTIONS or not isinstance(section, dict):
             continue
         given = _flat(section.get('ros__parameters') or {})
         for parameter, meant in misnamed(given, _names(settings.config)).items():
@@ -73,10 +72,6 @@ def _names(config: PipelineConfig) -> list[str]:
     return ['initial_box', *own]
 
 
-def _concerns(name: str) -> bool:
-    return name.rsplit('/', 1)[-1] in (*_NODES, '**', '*')
-
-
 def _flat(values: Any, prefix: str = '') -> dict[str, Any]:
     """Return nested sections as names with dots."""
     if not isinstance(values, dict):
@@ -89,19 +84,19 @@ def _flat(values: Any, prefix: str = '') -> dict[str, Any]:
 
 def _changed(settings: Settings, name: str, value: Any) -> Settings:
     if name == 'bank':
-        return dataclasses.replace(settings, bank=str(value))
+        return replace(settings, bank=str(value))
     if name == 'initial_box':
         numbers = [float(each) for each in value] if isinstance(value, list) else []
         if len(numbers) != 4:
             raise ConfigError(f'initial_box must be 4 numbers, got {value!r}')
-        return dataclasses.replace(settings, box=Box(*numbers) if any(numbers) else None)
-    stage, dot, parameter = name.rpartition('.')
-    stages = stages_of(settings.config)
-    chosen = stages.get(stage or _UNNAMED)
-    known = {about.name: about for about in parameters_of(chosen)} if chosen else {}
-    if parameter not in known:
-        if dot and stage in stages:
-            raise ConfigError(f'{stage} has no parameter {parameter!r}; it has {", ".join(known)}')
+        return replace(settings, box=Box(*numbers) if any(numbers) else None)
+    given, _, parameter = name.rpartition('.')
+    stage = given or _UNNAMED
+    if stage not in stages_of(settings.config):
         return settings
-    config = replaced(settings.config, stage or _UNNAMED, parameter, value)
-    return dataclasses.replace(settings, config=config)
+    known = [about.name for about in parameters_of(stages_of(settings.config)[stage])]
+    if parameter in known:
+        return replace(settings, config=replaced(settings.config, stage, parameter, value))
+    if given:
+        raise ConfigError(f'{stage} has no parameter {parameter!r}; it has {", ".join(known)}')
+    return settings

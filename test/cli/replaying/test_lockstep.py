@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterable, Iterator
+from contextlib import closing
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -12,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gait_segmentation.cli.replaying.lockstep import results_of
+from gait_segmentation.cli.replaying.lockstep import ahead, results_of
 from gait_segmentation.cli.replaying.output import Replayed
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
@@ -90,3 +92,32 @@ def test_all_frames_before_a_damage_are_answered() -> None:
     assert [next(answers).frame.number for _ in range(3)] == [0, 1, 2]
     with pytest.raises(DamagedError, match='it breaks off'):
         next(answers)
+
+
+def test_the_items_come_in_order_and_then_the_error() -> None:
+    def items() -> Iterator[int]:
+        yield from range(20)
+        raise ValueError('here')
+
+    found = []
+    with pytest.raises(ValueError, match='here'):
+        found.extend(ahead(items(), depth=3))
+    assert found == list(range(20))
+    assert list(ahead(iter([]))) == []
+
+
+def test_what_is_given_up_is_closed() -> None:
+    closed = []
+
+    def items() -> Iterator[int]:
+        try:
+            number = 0
+            while True:
+                yield number
+                number += 1
+        finally:
+            closed.append(threading.current_thread().name)
+
+    with closing(ahead(items(), depth=2)) as numbers:
+        assert [next(numbers), next(numbers)] == [0, 1]
+    assert closed == ['ahead_0']

@@ -1,21 +1,49 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""YAML files that people write: whatever is wrong with one is an error in one line."""
+"""
+Files that are opened to be read: no pipes or devices, and YAML that people write.
+
+A pipe or a device may block whoever opens it, or never end.
+"""
 
 from __future__ import annotations
 
+import errno
+import os
+import stat
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from gait_segmentation.errors import GaitSegmentationError
-from gait_segmentation.files.regular_files import regular
 
-__all__ = ['read_yaml']
+__all__ = ['read_yaml', 'regular']
+
+_OTHERS = {
+    stat.S_IFIFO: 'a pipe',
+    stat.S_IFCHR: 'a device',
+    stat.S_IFBLK: 'a device',
+    stat.S_IFDIR: 'a folder',
+    stat.S_IFSOCK: 'a socket',
+}
 
 _DEEPEST = 20
 """Levels; none of the files read here needs more than four."""
+
+
+def regular(path: str | os.PathLike[str]) -> Path:
+    """
+    Return the path of a file that may be opened to be read to its end.
+
+    :raises OSError: if it is missing, or no file but a pipe, a device, a folder or a socket;
+        ``strerror`` says so.
+    """
+    mode = os.stat(path).st_mode
+    if not stat.S_ISREG(mode):
+        what = _OTHERS.get(stat.S_IFMT(mode), 'something else')
+        raise OSError(errno.EINVAL, f'it is {what} and no file', os.fspath(path))
+    return Path(path)
 
 
 class _Loader(yaml.SafeLoader):
