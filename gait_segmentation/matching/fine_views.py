@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.gait_model.finer import fine_grid, finer_bank
+from gait_segmentation.gait_model.builder import fine_grid, finer_bank
 
 __all__ = ['FineViews']
 
