@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from gait_segmentation.gait_model.builder import fine_grid, finer_bank
 
 from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank
+from gait_segmentation.gait_model.builder import fine_grid, finer_bank
 from gait_segmentation.matching.fine_views import FineViews
 
 SPEC = BankSpec(height=96, width=64, azimuths=4, phases=4, builds='average,coat')
