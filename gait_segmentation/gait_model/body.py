@@ -53,8 +53,6 @@ class Build:
         alike, 1 the right arm is held still, as when it carries something, -1 the left one.
     :param speed: walking speed on the scale of the norm data: -2 very slow, 0 free, 2 very fast.
     :param lean: lean of the trunk beyond the usual, radians, positive forward.
-    :param twist: factor on the turning of the hips, and of the shoulders against them.
-    :param head: how much farther forward than usual the head is carried.
     :param shoe: factor on the size of the feet and shoes.
     """
 
@@ -71,8 +69,6 @@ class Build:
     arm_balance: float = 0.0
     speed: float = -0.3
     lean: float = 0.0
-    twist: float = 1.0
-    head: float = 0.0
     shoe: float = 1.0
 
 
@@ -174,9 +170,9 @@ def _neck(body: Body, pose: Skeleton, build: Build, trunk: list[int]) -> int:
     """Add the neck, and shoulders that slope from it to the arms; return the neck's top."""
     axis, head = pose.pelvis_frame.along, _upright(pose.pelvis_frame)
     neck = []
-    for (height, *sizes, shift), forward in zip(_SHAPE['neck'], (0.0, build.head), strict=True):
+    for height, *sizes, shift in _SHAPE['neck']:
         breadth, depth = ((build.girth + 1) / 2 * size for size in sizes)
-        center = pose.pelvis + height * axis + (shift + forward) * head.front
+        center = pose.pelvis + height * axis + shift * head.front
         neck.append(body.ellipsoid(center, head, breadth, depth))
     body.hull('torso', trunk[-1], neck[0])
     slopes = []
@@ -195,7 +191,7 @@ def _neck(body: Body, pose: Skeleton, build: Build, trunk: list[int]) -> int:
 def _head(body: Body, pose: Skeleton, build: Build, neck: int) -> None:
     """Add a head, which hangs on the top of the neck, upright whatever the trunk's lean."""
     head = _upright(pose.pelvis_frame)
-    top = pose.pelvis + _SHAPE['neck'][-1][0] * pose.pelvis_frame.along + build.head * head.front
+    top = pose.pelvis + _SHAPE['neck'][-1][0] * pose.pelvis_frame.along
 
     def lump(size: list[float], hair: float = 0.0) -> int:
         up, front, breadth, depth, length = size
@@ -356,7 +352,6 @@ def body_at(phases: ArrayLike, build: Build) -> Body:
         arm_swing=build.arm_swing,
         arm_balance=build.arm_balance,
         lean=build.lean,
-        twist=build.twist,
         shoe=build.shoe,
     )
     return make_body(pose, build)

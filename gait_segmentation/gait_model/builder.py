@@ -162,11 +162,6 @@ def build_bank(
     )
 
 
-# Plain clothes with even and with uneven arms, something on the back, and cloth over the legs: the
-# shapes that differ most.
-DEFAULT_SPEC = BankSpec(builds='average,uneven,rucksack,dress')
-
-
 def cache_folder() -> Path:
     """Return ``$XDG_CACHE_HOME/gait_segmentation``, by default below ``~/.cache``."""
     base = os.environ.get('XDG_CACHE_HOME', '')
@@ -217,8 +212,8 @@ def open_bank(path: str) -> TemplateBank:
 
 
 def default_bank() -> TemplateBank:
-    """Return the standard bank, that of :data:`DEFAULT_SPEC`."""
-    return cached_bank(DEFAULT_SPEC)
+    """Return the standard bank: an average walker from all sides."""
+    return cached_bank(BankSpec())
 
 
 def fine_grid(bank: TemplateBank) -> tuple[int, int]:

@@ -181,7 +181,6 @@ def walk(
     arm_swing: float = 1.0,
     arm_balance: float = 0.0,
     lean: float = 0.0,
-    twist: float = 1.0,
     shoe: float = 1.0,
 ) -> Skeleton:
     """
@@ -194,7 +193,7 @@ def walk(
     right = np.atleast_1d(np.asarray(phase, dtype=np.float64))
     phases = {'right': right, 'left': right + 0.5}
     # Right hip forward is a turn to the left, and obliquity is right hip up.
-    rotation = twist * joint_angle('pelvis_rotation', right)
+    rotation = joint_angle('pelvis_rotation', right)
     obliquity = joint_angle('pelvis_obliquity', right)
     left = _vector(-np.sin(rotation), np.cos(rotation), -np.sin(obliquity))
     tilt = joint_angle('thorax_tilt', right) + lean

@@ -72,20 +72,6 @@ def test_girth_and_cloth_thicken():
     assert depth(Build()) < depth(Build(sleeve_cloth=0.02))
 
 
-def test_the_head_is_carried_forward_and_the_trunk_is_not():
-    usual, forward = body_of(Build()), body_of(Build(head=0.03))
-    head = PARTS.index('head')
-    for part in range(len(PARTS)):
-        moved = [
-            forward.centers[:, member] - usual.centers[:, member]
-            for piece, owner in zip(usual.pieces, usual.parts, strict=True)
-            if owner == part
-            for member in piece
-        ]
-        farthest = max((float(np.abs(move).max()) for move in moved), default=0.0)
-        assert farthest == pytest.approx(0.03 if part == head else 0.0, abs=0.003)
-
-
 def test_larger_shoes_are_thicker():
     feet = PARTS.index('feet')
 

@@ -152,11 +152,11 @@ def test_errors_of_the_specification_are_not_hidden(folder):
         builder.cached_bank(BankSpec(builds='nobody'))
 
 
-def test_the_standard_bank_has_1920_templates(monkeypatch):
+def test_the_standard_bank_has_480_templates(monkeypatch):
     monkeypatch.setattr(builder, 'cached_bank', lambda spec: spec)
     spec = builder.default_bank()
     views, builds = set(spec.azimuth_values), {named_build(name) for name in spec.build_names}
-    assert (len(views), spec.phases, len(builds)) == (16, 30, 4)
+    assert (len(views), spec.phases, len(builds)) == (16, 30, 1)
 
 
 def test_a_bank_file_is_opened(tmp_path: Path) -> None:
