@@ -61,7 +61,11 @@ setup(
     ],
     python_requires='>=3.10',
     packages=find_packages(include=[NAME, f'{NAME}.*']),
-    package_data={NAME: ['py.typed'], f'{NAME}.segmentation': ['*.json']},
+    package_data={
+        NAME: ['py.typed'],
+        f'{NAME}.gait_model': ['*.json'],
+        f'{NAME}.segmentation': ['*.json'],
+    },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
         (f'share/{NAME}', ['package.xml']),

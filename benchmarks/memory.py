@@ -18,17 +18,16 @@ import sys
 import tracemalloc
 from pathlib import Path
 
-import numpy as np
-
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
 
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.gait_model import BankSpec, build_bank, default_bank
 from gait_segmentation.gait_model.render import render_silhouette
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
-from gait_segmentation.matching.builds import BuildKernels
 from gait_segmentation.matching.placements import PlacementGrid
+from gait_segmentation.matching.similarities import coded_bank
 
 MIB = 2**20
 STEP_NS = 33_333_333
@@ -45,13 +44,12 @@ def sizes() -> dict[str, float]:
     bank = default_bank()
     config = MatchingConfig()
     windows = PlacementGrid(bank.grid, bank.fill, config).windows
-    names = sorted(set(bank.builds))
-    of_sequence = np.array([names.index(build) for build in bank.builds])
-    BuildKernels(bank.templates[:, :2], of_sequence, windows)  # compile
+    coded_bank(bank, 2, windows)  # compile
     tracemalloc.start()
-    kernels = BuildKernels(bank.templates, of_sequence, windows)
+    coded = coded_bank(bank, config.levels, windows)
     events, peak = (value / MIB for value in tracemalloc.get_traced_memory())
-    del kernels
+    del coded
+    coded_bank.cache_clear()
     tracemalloc.reset_peak()
     before = tracemalloc.get_traced_memory()[0]
     matcher = SequenceMatcher(bank, config)

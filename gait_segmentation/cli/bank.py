@@ -20,13 +20,13 @@ from gait_segmentation.cli.tool import add_spec_options, run_tool, spec_of
 from gait_segmentation.errors import BankError
 from gait_segmentation.files.output_files import keep_apart, write_picture
 from gait_segmentation.gait_model import BUILDS, BankSpec, TemplateBank, build_bank, default_bank
-from gait_segmentation.gait_model.finer import DIRECTIONS, finer_bank
-from gait_segmentation.gait_model.from_silhouettes import (
+from gait_segmentation.gait_model.builder import DIRECTIONS, finer_bank
+from gait_segmentation.gait_model.sheet import contact_sheet
+from gait_segmentation.gait_model.silhouettes import (
     SilhouetteSequence,
     bank_from_silhouettes,
+    read_silhouettes,
 )
-from gait_segmentation.gait_model.sheet import contact_sheet
-from gait_segmentation.gait_model.silhouettes import read_silhouettes
 
 __all__ = ['main']
 

@@ -18,7 +18,7 @@ import zipfile
 from pathlib import Path
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.gait_model.cache import cache_folder
+from gait_segmentation.gait_model.builder import cache_folder
 from gait_segmentation.geometry import Box
 
 __all__ = ['CLIP_BOX', 'CLIP_START', 'demo_clip']

@@ -20,11 +20,15 @@ Single pictures of a walker
 from __future__ import annotations
 
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.gait_model.build import BUILDS, FIGURES, Build
-from gait_segmentation.gait_model.builder import BankSpec, build_bank
-from gait_segmentation.gait_model.cache import cached_bank, default_bank, open_bank
+from gait_segmentation.gait_model.body import BUILDS, FIGURES, PARTS, Build
+from gait_segmentation.gait_model.builder import (
+    BankSpec,
+    build_bank,
+    cached_bank,
+    default_bank,
+    open_bank,
+)
 from gait_segmentation.gait_model.render import render_parts, render_silhouette
-from gait_segmentation.gait_model.solid import PARTS
 
 __all__ = [
     'BUILDS',

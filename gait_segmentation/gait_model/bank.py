@@ -1,21 +1,38 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The standard gait model: silhouettes ordered by view, build and phase."""
+"""
+The standard gait model: silhouettes ordered by view, build and phase, and its files.
+
+Files are compressed ``.npz`` archives of plain arrays, read without pickle.  Entries: ``format``
+(the text :data:`FORMAT`), ``version`` (:data:`FORMAT_VERSION`), ``templates``, ``azimuth``,
+``builds``, ``fill`` and ``provenance`` (a JSON object of texts).
+"""
 
 from __future__ import annotations
 
+import io
+import json
 import os
+import tokenize
+import zipfile
+import zlib
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import BankError
-from gait_segmentation.gait_model.extents import extents
-from gait_segmentation.gait_model.storage import read_bank, write_bank
+from gait_segmentation.files.output_files import write_file
+from gait_segmentation.files.regular_files import regular
 
-__all__ = ['TemplateBank']
+__all__ = ['FORMAT', 'FORMAT_VERSION', 'TemplateBank', 'extents']
+
+FORMAT = 'gait_segmentation template bank'
+FORMAT_VERSION = 1
+_ENTRIES = ('templates', 'azimuth', 'builds', 'fill', 'provenance')
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +92,9 @@ class TemplateBank:
 
         :raises BankError: if the file is missing, damaged, no bank or a bank of another version.
         """
-        entries = read_bank(path)
+        arrays = _read_arrays(Path(path))
         try:
-            return cls(**entries)
+            return cls(**_entries(arrays))
         except BankError as error:
             raise BankError(f'{os.fspath(path)}: {error}') from error
 
@@ -87,16 +104,22 @@ class TemplateBank:
 
         :raises BankError: if the file cannot be written.
         """
-        write_bank(
-            path,
-            {
-                'templates': self.templates,
-                'azimuth': self.azimuth,
-                'builds': self.builds,
-                'fill': self.fill,
-                'provenance': self.provenance,
-            },
+        packed = io.BytesIO()
+        np.savez_compressed(
+            packed,
+            format=np.array(FORMAT),
+            version=np.array(FORMAT_VERSION, dtype=np.int64),
+            templates=self.templates,
+            azimuth=self.azimuth,
+            builds=np.array(self.builds, dtype=np.str_),
+            fill=np.array(self.fill, dtype=np.float64),
+            provenance=np.array(json.dumps(self.provenance, sort_keys=True)),
         )
+        try:
+            write_file(Path(path), packed.getvalue())
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise BankError(f'cannot write the bank {os.fspath(path)}: {reason}') from error
 
     @cached_property
     def extents(self) -> tuple[NDArray[np.int32], ...]:
@@ -117,3 +140,106 @@ class TemplateBank:
     def grid(self) -> tuple[int, int]:
         """Return (H, W) of the template grid."""
         return int(self.templates.shape[2]), int(self.templates.shape[3])
+
+
+def extents(
+    images: NDArray[np.uint8], thresholds: tuple[int, ...]
+) -> tuple[NDArray[np.int32], ...]:
+    """
+    Return the tight boxes of what is brighter than each threshold.
+
+    :param images: (..., h, w) uint8.
+    :returns: (..., 4) int32 for each: left, top, width and height, all 0 where nothing is.
+    """
+    brightest = images.max(axis=-2), images.max(axis=-1)
+    found = []
+    for threshold in thresholds:
+        box = np.zeros((*images.shape[:-2], 4), np.int32)
+        for axis, lines in enumerate(each > threshold for each in brightest):
+            last = lines.shape[-1] - lines[..., ::-1].argmax(axis=-1)
+            first = lines.argmax(axis=-1)
+            box[..., axis] = first
+            box[..., axis + 2] = np.where(lines.any(axis=-1), last - first, 0)
+        found.append(box)
+    return tuple(found)
+
+
+def _read_arrays(path: Path) -> dict[str, Any]:
+    """Return all entries of a file."""
+    try:
+        # Opened here, because numpy leaves the file open if the archive is damaged.
+        with regular(path).open('rb') as file:
+            if not zipfile.is_zipfile(file):
+                raise BankError(f'{path} is not a bank: expected an .npz archive')
+            file.seek(0)
+            archive = np.load(file, allow_pickle=False)
+            if not isinstance(archive, np.lib.npyio.NpzFile):
+                raise BankError(f'{path} is not a bank: expected an .npz archive')
+            return {name: archive[name] for name in archive.files}
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise BankError(f'cannot read the bank {path}: {reason}') from error
+    except (
+        ValueError,
+        EOFError,
+        KeyError,
+        RuntimeError,  # also what zipfile raises for encrypted and unknown archives
+        tokenize.TokenError,  # NumPy's, for a damaged header
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
+        raise BankError(f'{path} is not a bank or is damaged: {error}') from error
+
+
+def _scalar(arrays: dict[str, Any], name: str, kind: str) -> Any:
+    value = arrays[name]
+    if value.shape != () or value.dtype.kind != kind:
+        raise BankError(
+            f'entry {name!r} must be a single {"text" if kind == "U" else "number"}, '
+            f'got {value.dtype} of shape {value.shape}'
+        )
+    return value.item()
+
+
+def _entries(arrays: dict[str, Any]) -> dict[str, Any]:
+    """
+    Check everything the file format promises.
+
+    :returns: the fields of a :class:`TemplateBank`.
+    :raises BankError: if it is something else.
+    """
+    if 'format' not in arrays or 'version' not in arrays:
+        found = ', '.join(sorted(arrays)) or 'none'
+        raise BankError(f'not a bank: entries format and version expected, got {found}')
+    name = _scalar(arrays, 'format', 'U')
+    if name != FORMAT:
+        raise BankError(f'not a bank: format must be {FORMAT!r}, got {name!r}')
+    version = _scalar(arrays, 'version', 'i')
+    if version != FORMAT_VERSION:
+        raise BankError(
+            f'a bank of version {version}, this program reads version {FORMAT_VERSION}: build it '
+            'again with `gait_bank build`'
+        )
+    missing = [entry for entry in _ENTRIES if entry not in arrays]
+    if missing:
+        raise BankError(f'entries missing: {", ".join(missing)}')
+    builds = arrays['builds']
+    if builds.ndim != 1 or builds.dtype.kind != 'U':
+        raise BankError(
+            f'builds must be a list of texts, got {builds.dtype} of shape {builds.shape}'
+        )
+    try:
+        provenance = json.loads(_scalar(arrays, 'provenance', 'U'))
+    except (ValueError, RecursionError) as error:
+        raise BankError(f'provenance must be JSON: {error}') from error
+    if not isinstance(provenance, dict) or not all(
+        isinstance(value, str) for value in provenance.values()
+    ):
+        raise BankError('provenance must be a JSON object of texts')
+    return {
+        'templates': arrays['templates'],
+        'azimuth': arrays['azimuth'],
+        'builds': tuple(str(build) for build in builds),
+        'fill': float(_scalar(arrays, 'fill', 'f')),
+        'provenance': provenance,
+    }

@@ -1,14 +1,22 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Making a bank from the gait model."""
+"""
+Making banks from the gait model, and keeping them in the user's cache folder.
+
+The standard bank is drawn once; so are finer views of its walkers, by which phases are compared.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
 import hashlib
 import json
 import math
+import os
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import cv2
@@ -16,25 +24,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.config import StageConfig, parameter
-from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.gait_model.build import named_build
+from gait_segmentation.errors import BankError
+from gait_segmentation.gait_model.bank import FORMAT_VERSION, TemplateBank
+from gait_segmentation.gait_model.body import named_build
 from gait_segmentation.gait_model.render import render_cycle
 
-__all__ = ['MODEL_VERSION', 'BankSpec', 'build_bank', 'model_digest', 'model_name', 'quantize']
+__all__ = [
+    'DIRECTIONS',
+    'BankSpec',
+    'build_bank',
+    'cache_folder',
+    'cached_bank',
+    'default_bank',
+    'fine_grid',
+    'finer_bank',
+    'open_bank',
+    'quantize',
+]
 
-MODEL_VERSION = 3
-_MODEL_SOURCES = (
-    'kinematics.py',
-    'skeleton.py',
-    'solid.py',
-    'clothing.py',
-    'body.py',
-    'build.py',
-    'projection.py',
-    'raster.py',
-    'render.py',
-    'builder.py',
-)
+_MODEL_SOURCES = ('walker.json', 'skeleton.py', 'body.py', 'render.py', 'builder.py')
+
+DIRECTIONS = 64
+"""From the front, views must lie this close for the phases to be told apart."""
+_FINE_ROWS = 48
+"""Outlines move by less than a row between phases, but all along their length."""
+_LEAST_SIDE = 16
+"""Rows and columns of the smallest grid."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +60,10 @@ class BankSpec(StageConfig):
     :raises ConfigError: if a value is outside what its field allows.
     """
 
-    height: int = parameter(96, 'Rows of a template.', unit='px', minimum=16, maximum=512)
-    width: int = parameter(64, 'Columns of a template.', unit='px', minimum=16, maximum=512)
+    height: int = parameter(96, 'Rows of a template.', unit='px', minimum=_LEAST_SIDE, maximum=512)
+    width: int = parameter(
+        64, 'Columns of a template.', unit='px', minimum=_LEAST_SIDE, maximum=512
+    )
     azimuths: int = parameter(
         16,
         'Directions of walking, evenly round the full turn from 0; 2 = both side views.',
@@ -79,16 +96,11 @@ class BankSpec(StageConfig):
 
 
 def model_digest() -> str:
-    """Return a hash of the gait model itself: its version and its source."""
-    digest = hashlib.sha256(str(MODEL_VERSION).encode())
+    """Return a hash of the gait model itself, by which banks say what drew them."""
+    digest = hashlib.sha256()
     for name in _MODEL_SOURCES:
         digest.update((Path(__file__).parent / name).read_bytes())
     return digest.hexdigest()[:16]
-
-
-def model_name() -> str:
-    """Return what a bank's provenance says of the model that drew it."""
-    return f'version {MODEL_VERSION}, {model_digest()}'
 
 
 def quantize(templates: NDArray[np.uint8], levels: int) -> NDArray[np.uint8]:
@@ -144,7 +156,88 @@ def build_bank(
         spec.fill,
         {
             'source': 'gait model',
-            'model': model_name(),
+            'model': model_digest(),
             'spec': json.dumps(asdict(spec), sort_keys=True),
         },
+    )
+
+
+def cache_folder() -> Path:
+    """Return ``$XDG_CACHE_HOME/gait_segmentation``, by default below ``~/.cache``."""
+    base = os.environ.get('XDG_CACHE_HOME', '')
+    # The XDG specification: a relative path is to be ignored.
+    root = Path(base) if os.path.isabs(base) else Path(os.path.expanduser('~/.cache'))
+    return root / 'gait_segmentation'
+
+
+def _key(spec: BankSpec) -> str:
+    what = json.dumps([FORMAT_VERSION, model_digest(), asdict(spec)], sort_keys=True)
+    return hashlib.sha256(what.encode()).hexdigest()[:20]
+
+
+def cached_bank(spec: BankSpec, progress: Callable[[], None] | None = None) -> TemplateBank:
+    """
+    Return the bank of a specification from the cache, drawing it if it is not there.
+
+    A cache that cannot be read or written, or holds a damaged file, only costs the drawing.  The
+    last banks read are kept and shared: nobody may write to them.
+
+    :param progress: called after each sequence that is drawn.
+    :raises BankError: if a build is unknown.
+    """
+    path = cache_folder() / f'bank-{_key(spec)}.npz'
+    with contextlib.suppress(BankError, OSError):
+        found = path.stat()
+        return _loaded(path, found.st_mtime_ns, found.st_size)
+    bank = build_bank(spec, progress)
+    with contextlib.suppress(BankError, OSError):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        bank.save(path)
+    return bank
+
+
+@lru_cache(maxsize=2)
+def _loaded(path: Path, changed_ns: int, size: int) -> TemplateBank:
+    """Return the bank of a file as it is since a time."""
+    return TemplateBank.load(path)
+
+
+def open_bank(path: str) -> TemplateBank:
+    """
+    Return the bank of a file, the standard one for an empty path.
+
+    :raises BankError: if it cannot be read.
+    """
+    return TemplateBank.load(path) if path else default_bank()
+
+
+def default_bank() -> TemplateBank:
+    """Return the standard bank: an average walker from all sides."""
+    return cached_bank(BankSpec())
+
+
+def fine_grid(bank: TemplateBank) -> tuple[int, int]:
+    """Return the rows and columns of finer views of a bank: 48 rows of the same proportions."""
+    height, width = bank.grid
+    return _FINE_ROWS, max(round(_FINE_ROWS * width / height), _LEAST_SIDE)
+
+
+def finer_bank(
+    bank: TemplateBank, progress: Callable[[], None] | None = None
+) -> TemplateBank | None:
+    """
+    Return a bank of the same builds, phases and share of the rows in 64 directions.
+
+    It is kept in the cache as others are.
+
+    :param progress: called after each sequence that is drawn.
+    :returns: None if the bank is not of this version of the gait model.
+    """
+    if bank.provenance.get('model') != model_digest():
+        return None
+    spec = BankSpec(**json.loads(bank.provenance['spec']))
+    height, width = fine_grid(bank)
+    return cached_bank(
+        dataclasses.replace(spec, height=height, width=width, azimuths=DIRECTIONS, levels=256),
+        progress,
     )

@@ -7,6 +7,10 @@ Registration: one scale and one position for a whole cycle.  The top and the bot
 each averaged over the cycle, span its height; the median columns, averaged over the cycle, are
 its axis.  Within the cycle the head therefore rises and falls as it does in life (about 2 % of
 the height) while the ground stays where it is.
+
+Drawing: the outline of a hull of projected ellipsoids is, in every direction, the support of the
+member that reaches farthest.  Pixels are set where their centre lies inside, so shapes are neither
+grown nor shrunk.
 """
 
 from __future__ import annotations
@@ -19,18 +23,150 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gait_segmentation.errors import BankError
-from gait_segmentation.gait_model.body import make_body
-from gait_segmentation.gait_model.build import Build, named_build
-from gait_segmentation.gait_model.projection import extent, project
-from gait_segmentation.gait_model.raster import draw
-from gait_segmentation.gait_model.skeleton import walk
-from gait_segmentation.gait_model.solid import PARTS, Body
+from gait_segmentation.gait_model.body import PARTS, Body, Build, body_at, named_build
+from gait_segmentation.kernels import kernel
 
 __all__ = ['Registration', 'register', 'render_cycle', 'render_parts', 'render_silhouette']
 
 _SUPERSAMPLE = 4
 _CYCLE = 30  # phases over which a view is registered
 _PROBE = 160  # rows of the drawings from which the median column is taken
+_CORNERS = 96  # of an outline
+
+Array = NDArray[np.float64]
+View = tuple[float, float]
+"""Azimuth, the walking direction (0 to the right in the image, pi/2 away from the camera, pi to
+the left, -pi/2 towards the camera), and elevation, how far the camera looks down; radians."""
+
+
+def view_matrix(azimuth: float, elevation: float = 0.0) -> Array:
+    """Return the (3, 3) matrix from the body's axes to (right, down, away) of the camera."""
+    cos_a, sin_a = math.cos(azimuth), math.sin(azimuth)
+    cos_e, sin_e = math.cos(elevation), math.sin(elevation)
+    level = np.array([[cos_a, -sin_a, 0.0], [sin_a, cos_a, 0.0], [0.0, 0.0, 1.0]])
+    tilt = np.array([[1.0, 0.0, 0.0], [0.0, -sin_e, -cos_e], [0.0, cos_e, -sin_e]])
+    return tilt @ level
+
+
+def project(body: Body, view: View) -> tuple[Array, Array, Array]:
+    """
+    Project all ellipsoids of a body in weak perspective.
+
+    :returns: centres (P, E, 2) and semi-axes (P, E, 2, 3) with x to the right and y down, and
+        the distances from the camera (P, E) up to a constant, all in statures.
+    """
+    matrix = view_matrix(*view)
+    centers = body.centers @ matrix.T
+    return centers[..., :2], matrix[:2] @ body.axes, centers[..., 2]
+
+
+def extent(centers: Array, axes: Array) -> tuple[Array, Array, Array, Array]:
+    """Return left, top, right and bottom of projected ellipsoids at every phase, each (P,)."""
+    half = np.sqrt((axes**2).sum(axis=-1))
+    low, high = (centers - half).min(axis=1), (centers + half).max(axis=1)
+    return low[:, 0], low[:, 1], high[:, 0], high[:, 1]
+
+
+@kernel()
+def hull_outline(centers, axes, members, cosine, sine, outline):  # type: ignore[no-untyped-def]
+    """
+    Write the outline of the hull of some projected ellipsoids.
+
+    :param centers: (E, 2) float64, x and y in pixels.
+    :param axes: (E, 2, 3) float64, projected semi-axes as columns.
+    :param members: (M,) int64, the ellipsoids of the hull.
+    :param cosine: (K,) float64 cosines of K directions in ascending order, and ``sine`` likewise.
+    :param outline: (K, 2) float64, written: the convex outline.
+    """
+    for k in range(len(cosine)):
+        best = -1e300
+        for member in members:
+            reach_x, reach_y, square = 0.0, 0.0, 0.0
+            for a in range(3):
+                along = axes[member, 0, a] * cosine[k] + axes[member, 1, a] * sine[k]
+                reach_x += axes[member, 0, a] * along
+                reach_y += axes[member, 1, a] * along
+                square += along * along
+            reach = math.sqrt(square)
+            support = centers[member, 0] * cosine[k] + centers[member, 1] * sine[k] + reach
+            if support > best:
+                best = support
+                scale = 1.0 / max(reach, 1e-12)
+                outline[k, 0] = centers[member, 0] + reach_x * scale
+                outline[k, 1] = centers[member, 1] + reach_y * scale
+
+
+@kernel()
+def _fill(outline, label, canvas, left, right):  # type: ignore[no-untyped-def]
+    """Set the pixels of a convex outline to a label; ``left`` and ``right`` are scratch rows."""
+    height, width = canvas.shape
+    low, high = outline[:, 1].min(), outline[:, 1].max()
+    first = max(math.ceil(low - 0.5), 0)
+    last = min(math.ceil(high - 0.5), height)
+    for row in range(first, last):
+        left[row], right[row] = 1e300, -1e300
+    for k in range(len(outline)):
+        x0, y0 = outline[k - 1, 0], outline[k - 1, 1]
+        x1, y1 = outline[k, 0], outline[k, 1]
+        if y0 > y1:
+            x0, y0, x1, y1 = x1, y1, x0, y0
+        if y1 - y0 < 1e-12:
+            continue
+        slope = (x1 - x0) / (y1 - y0)
+        begin = max(math.ceil(y0 - 0.5), first)
+        end = min(math.ceil(y1 - 0.5), last)
+        for row in range(begin, end):
+            x = x0 + (row + 0.5 - y0) * slope
+            left[row], right[row] = min(left[row], x), max(right[row], x)
+    for row in range(first, last):
+        begin = max(math.ceil(max(left[row], -1.0) - 0.5), 0)
+        end = min(math.ceil(min(right[row], width + 1.0) - 0.5), width)
+        for column in range(begin, end):
+            canvas[row, column] = label
+
+
+@kernel()
+def _draw(centers, axes, members, starts, labels, directions, canvas):  # type: ignore[no-untyped-def]
+    angles = 2.0 * math.pi / directions * np.arange(directions)
+    cosine, sine = np.cos(angles), np.sin(angles)
+    outline = np.empty((directions, 2))
+    left, right = np.empty(canvas.shape[0]), np.empty(canvas.shape[0])
+    for piece in range(len(labels)):
+        span = members[starts[piece] : starts[piece + 1]]
+        hull_outline(centers, axes, span, cosine, sine, outline)
+        _fill(outline, labels[piece], canvas, left, right)
+
+
+def draw(
+    shape: tuple[int, int],
+    centers: Array,
+    axes: Array,
+    pieces: list[tuple[int, ...]],
+    labels: list[int],
+) -> NDArray[np.uint8]:
+    """
+    Paint pieces in the order given, later ones over earlier ones.
+
+    :param shape: (h, w); pixel (row, column) has its centre at (column + 0.5, row + 0.5).
+    :param centers: (E, 2) projected centres, x and y in pixels.
+    :param axes: (E, 2, 3) projected semi-axes as columns, in pixels.
+    :param pieces: the ellipsoids of every piece.
+    :param labels: the value to paint for each.
+    :returns: (h, w) uint8, 0 where nothing is.
+    """
+    canvas = np.zeros(shape, np.uint8)
+    members = np.array([member for piece in pieces for member in piece], dtype=np.int64)
+    starts = np.cumsum([0, *(len(piece) for piece in pieces)]).astype(np.int64)
+    _draw(
+        np.ascontiguousarray(centers),
+        np.ascontiguousarray(axes),
+        members,
+        starts,
+        np.array(labels, np.uint8),
+        _CORNERS,
+        canvas,
+    )
+    return canvas
 
 
 @dataclass(frozen=True)
@@ -47,31 +183,11 @@ class Registration:
     height: float
 
 
-def body_at(phases: ArrayLike, build: Build) -> Body:
-    """Return the body of a build at (P,) phases."""
-    pose = walk(
-        phases,
-        speed=build.speed,
-        arm_swing=build.arm_swing,
-        arm_balance=build.arm_balance,
-        lean=build.lean,
-        twist=build.twist,
-        shoe=build.shoe,
-    )
-    return make_body(pose, build)
-
-
 @functools.lru_cache(maxsize=512)
-def register(build: Build, azimuth: float, elevation: float = 0.0) -> Registration:
-    """
-    Find the frame of a walker seen from one direction.
-
-    :param build: figure, clothes and way of walking.
-    :param azimuth: walking direction, radians.
-    :param elevation: how far the camera looks down, radians.
-    """
+def register(build: Build, view: View) -> Registration:
+    """Find the frame of a walker seen from one direction."""
     body = body_at(np.arange(_CYCLE) / _CYCLE, build)
-    centers, axes, _ = project(body, azimuth, elevation)
+    centers, axes, _ = project(body, view)
     left, top, right, bottom = extent(centers, axes)
     height = float(bottom.mean() - top.mean())
     step = height / _PROBE
@@ -80,44 +196,67 @@ def register(build: Build, azimuth: float, elevation: float = 0.0) -> Registrati
         math.ceil((bottom.max() - y0) / step) + 1,
         math.ceil((right.max() - x0) / step) + 1,
     )
-    ones = np.ones(len(body.pieces), dtype=np.uint8)
+    ones = [1] * len(body.pieces)
     medians = []
-    for phase in range(_CYCLE):
-        canvas = np.zeros(shape, dtype=np.uint8)
-        draw(canvas, (centers[phase] - (x0, y0)) / step, axes[phase] / step, body.pieces, ones)
+    for where, size in zip((centers - (x0, y0)) / step, axes / step, strict=True):
+        canvas = draw(shape, where, size, body.pieces, ones)
         mass = np.cumsum(canvas.sum(axis=0, dtype=np.float64))
         medians.append(float(np.interp(mass[-1] / 2, mass, np.arange(1, len(mass) + 1))))
-    return Registration(
-        x0 + step * float(np.mean(medians)), float(top.mean() + bottom.mean()) / 2, height
-    )
+    axis = x0 + step * float(np.mean(medians))
+    return Registration(axis, float(top.mean() + bottom.mean()) / 2, height)
 
 
-def _labels(
-    body: Body,
-    phase: int,
-    place: Registration,
-    view: tuple[float, float],
-    grid: tuple[int, int],
-    scale: float,
-    shift: tuple[float, float],
-    by_part: bool,
-) -> NDArray[np.uint8]:
-    """Draw one phase on the supersampled grid; labels are 1, or 1 + the part nearest to us."""
-    centers, axes, away = project(body, *view)
-    factor = scale * _SUPERSAMPLE
-    origin = np.array([place.center_x, place.center_y])
-    middle = np.array([grid[1] / 2 + shift[0], grid[0] / 2 + shift[1]]) * _SUPERSAMPLE
-    where = (centers[phase] - origin) * factor + middle
-    canvas = np.zeros((grid[0] * _SUPERSAMPLE, grid[1] * _SUPERSAMPLE), dtype=np.uint8)
-    pieces, labels = body.pieces, np.ones(len(body.pieces), dtype=np.uint8)
-    if by_part:
+class _Drawing:
+    """A walker seen from one direction at some phases, and the grid it is drawn on."""
+
+    def __init__(
+        self,
+        phases: ArrayLike,
+        view: View,
+        build: str | Build,
+        grid: tuple[int, int],
+        height_px: float,
+        shift: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        """
+        Place the body, with its axis in the middle of the grid.
+
+        :param grid: rows and columns.
+        :param height_px: height of the body in pixels.
+        :param shift: (right, down) displacement in pixels.
+        """
+        figure = named_build(build)
+        place = register(figure, view)
+        self._body = body_at(phases, figure)
+        centers, axes, self._away = project(self._body, view)
+        factor = height_px / place.height * _SUPERSAMPLE
+        middle = np.array([grid[1] / 2 + shift[0], grid[0] / 2 + shift[1]]) * _SUPERSAMPLE
+        self._centers = (centers - (place.center_x, place.center_y)) * factor + middle
+        self._axes = axes * factor
+        self._shape = grid[0] * _SUPERSAMPLE, grid[1] * _SUPERSAMPLE
+
+    def silhouette(self, phase: int) -> NDArray[np.uint8]:
+        """Return (rows, columns) uint8 alpha at one of the phases."""
+        pieces = self._body.pieces
+        canvas = draw(
+            self._shape, self._centers[phase], self._axes[phase], pieces, [1] * len(pieces)
+        )
+        return _coverage(canvas > 0)
+
+    def parts(self, phase: int) -> dict[str, NDArray[np.uint8]]:
+        """Return the same for each part of the body, what is nearer hiding what is behind."""
+        pieces, parts = self._body.pieces, self._body.parts
+        depth = [float(self._away[phase, list(piece)].mean()) for piece in pieces]
         # Painter's order: the farthest piece first.
-        depth = [float(away[phase, list(piece)].mean()) for piece in pieces]
-        order = np.argsort(depth, kind='stable')[::-1]
-        labels = np.array([1 + body.parts[k] for k in order], dtype=np.uint8)
-        pieces = tuple(pieces[k] for k in order)
-    draw(canvas, where, axes[phase] * factor, pieces, labels)
-    return canvas
+        order = np.argsort(depth, kind='stable')[::-1].tolist()
+        canvas = draw(
+            self._shape,
+            self._centers[phase],
+            self._axes[phase],
+            [pieces[k] for k in order],
+            [1 + parts[k] for k in order],
+        )
+        return {name: _coverage(canvas == 1 + index) for index, name in enumerate(PARTS)}
 
 
 def _coverage(inside: NDArray[np.bool_]) -> NDArray[np.uint8]:
@@ -142,31 +281,20 @@ def render_cycle(
     Draw the silhouettes of several phases of one view on a template grid.
 
     :param phases: (P,) phases in cycles, 0 = heel contact of the right leg.
-    :param azimuth: walking direction in radians: 0 to the right in the image, pi/2 away from the
-        camera, pi to the left, -pi/2 towards the camera.
-    :param build: a name of :data:`~gait_segmentation.gait_model.build.BUILDS`, or a build.
-    :param elevation: how far the camera looks down, radians.
+    :param azimuth: see :data:`View`, as ``elevation``.
+    :param build: a name of :data:`~gait_segmentation.gait_model.body.BUILDS`, or a build.
     :param grid: rows and columns.
     :param fill: share of the rows the body takes.
     :returns: (P, rows, columns) uint8, 255 inside, soft edge.
     :raises BankError: for an unknown build.
     """
-    figure = named_build(build)
-    place = register(figure, float(azimuth), float(elevation))
-    body = body_at(phases, figure)
-    scale = fill * grid[0] / place.height
-    count = len(body.centers)
-    result = np.empty((count, *grid), dtype=np.uint8)
-    for phase in range(count):
-        result[phase] = _coverage(
-            _labels(
-                body, phase, place, (azimuth, elevation), grid, scale, (0.0, 0.0), False
-            ).astype(bool)
-        )
-    return result
+    phases = np.atleast_1d(np.asarray(phases, np.float64))
+    view = float(azimuth), float(elevation)
+    drawing = _Drawing(phases, view, build, grid, fill * grid[0])
+    return np.stack([drawing.silhouette(index) for index in range(len(phases))])
 
 
-def _canvas(
+def _single(
     phase: float,
     azimuth: float,
     height_px: float,
@@ -174,26 +302,13 @@ def _canvas(
     elevation: float,
     fill: float,
     shift: tuple[float, float],
-    by_part: bool,
-) -> NDArray[np.uint8]:
+) -> _Drawing:
     if not (math.isfinite(height_px) and height_px > 0):
         raise BankError(f'height_px must be a positive number of pixels, got {height_px!r}')
     if not 0 < fill <= 1:
         raise BankError(f'fill must be in (0, 1], got {fill!r}')
-    figure = named_build(build)
-    place = register(figure, float(azimuth), float(elevation))
-    rows = 2 * math.ceil(height_px / fill / 2)
-    columns = 2 * math.ceil(height_px * 0.4)
-    return _labels(
-        body_at([phase], figure),
-        0,
-        place,
-        (azimuth, elevation),
-        (rows, columns),
-        height_px / place.height,
-        shift,
-        by_part,
-    )
+    grid = 2 * math.ceil(height_px / fill / 2), 2 * math.ceil(height_px * 0.4)
+    return _Drawing([phase], (float(azimuth), float(elevation)), build, grid, height_px, shift)
 
 
 def render_silhouette(
@@ -210,10 +325,9 @@ def render_silhouette(
     Draw one walker of a given size as an anti-aliased alpha channel.
 
     :param phase: phase in cycles, 0 = heel contact of the right leg.
-    :param azimuth: walking direction in radians, as in :func:`render_cycle`.
+    :param azimuth: see :data:`View`, as ``elevation``.
     :param height_px: height of the body in pixels, averaged over the cycle.
-    :param build: a name of :data:`~gait_segmentation.gait_model.build.BUILDS`, or a build.
-    :param elevation: how far the camera looks down, radians.
+    :param build: a name of :data:`~gait_segmentation.gait_model.body.BUILDS`, or a build.
     :param fill: share of the image's rows the body takes.
     :param shift: (right, down) displacement in pixels, for positions between pixels.
     :returns: (rows, columns) uint8, both even: about ``height_px / fill`` rows and
@@ -221,8 +335,7 @@ def render_silhouette(
         ``shift`` and elevation) is ``height_px / 2`` below the middle row at every phase.
     :raises BankError: for an unknown build or a size that is not positive.
     """
-    labels = _canvas(phase, azimuth, height_px, build, elevation, fill, shift, False)
-    return _coverage(labels.astype(bool))
+    return _single(phase, azimuth, height_px, build, elevation, fill, shift).silhouette(0)
 
 
 def render_parts(
@@ -241,9 +354,8 @@ def render_parts(
     Parameters, size and registration are those of :func:`render_silhouette`.
 
     :returns: part -> (rows, columns) uint8 alpha, for all of
-        :data:`~gait_segmentation.gait_model.solid.PARTS`; the alphas of a pixel add up to that of
+        :data:`~gait_segmentation.gait_model.body.PARTS`; the alphas of a pixel add up to that of
         the silhouette, but for rounding.
     :raises BankError: for an unknown build or a size that is not positive.
     """
-    labels = _canvas(phase, azimuth, height_px, build, elevation, fill, shift, True)
-    return {name: _coverage(labels == 1 + index) for index, name in enumerate(PARTS)}
+    return _single(phase, azimuth, height_px, build, elevation, fill, shift).parts(0)

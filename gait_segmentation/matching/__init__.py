@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Sequence matching: Tanimoto kernels, placements and the path search."""
 
-from gait_segmentation.matching.batch import ClipFrame, match_clip
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.matcher import SequenceMatcher
 from gait_segmentation.matching.people import PeopleMatcher
 
-__all__ = ['ClipFrame', 'MatchingConfig', 'PeopleMatcher', 'SequenceMatcher', 'match_clip']
+__all__ = ['MatchingConfig', 'PeopleMatcher', 'SequenceMatcher']

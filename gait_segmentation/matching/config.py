@@ -142,33 +142,12 @@ class MatchingConfig(StageConfig):
     build_cost: float = parameter(
         0.1, 'Cost, in similarity, of changing the build.', minimum=0.0, maximum=1.0
     )
-    build_trial: float = parameter(
-        0.5,
-        'Time over which the builds are compared, and before which the best one so far is '
-        'searched.',
-        unit='s',
-        minimum=0.05,
-        maximum=10.0,
-    )
-    build_lead: float = parameter(
-        0.02,
-        'By how much another build must later fit better, in similarity on average over that '
-        'time, before it is searched instead.',
-        minimum=0.0,
-        maximum=1.0,
-    )
     switch_margin: float = parameter(
         0.5,
         'How far, in similarity summed over the memory, another path must lead before it '
         'replaces the one followed; keeps the choice between half-cycle twins stable.',
         minimum=0.0,
         maximum=5.0,
-    )
-    minimum_visible: float = parameter(
-        0.25,
-        'Share of a template that must lie on known pixels for it to count.',
-        minimum=0.05,
-        maximum=1.0,
     )
 
     @property

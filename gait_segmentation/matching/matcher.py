@@ -5,33 +5,54 @@
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.geometry import Box, check_matched_box
-from gait_segmentation.matching.box_motion import BoxMotion
-from gait_segmentation.matching.build_choice import BuildChoice
-from gait_segmentation.matching.coded_bank import coded_bank
+from gait_segmentation.geometry import Box, Placement, check_matched_box
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.inputs import check_frame
-from gait_segmentation.matching.path import Path, PathSearch
-from gait_segmentation.matching.phase_finder import PhaseFinder
-from gait_segmentation.matching.placements import PlacementGrid
-from gait_segmentation.matching.readout import Readout, WaitingFrame
-from gait_segmentation.matching.search_range import Place, SearchRange
-from gait_segmentation.matching.similarities import SimilarityMaps, filled_up
-from gait_segmentation.matching.subgrid import SubgridPeak
-from gait_segmentation.matching.transitions import UNIT
-from gait_segmentation.matching.views import views_of
+from gait_segmentation.matching.path import UNIT, PathSearch, State
+from gait_segmentation.matching.phase import NearLeg, PhaseFinder, phase_near
+from gait_segmentation.matching.placements import (
+    BoxMotion,
+    Place,
+    PlacementGrid,
+    Sampled,
+    SearchRange,
+)
+from gait_segmentation.matching.sampling import warp_template
+from gait_segmentation.matching.similarities import SimilarityMaps, coded_bank, filled_up
+from gait_segmentation.matching.views import Views
 from gait_segmentation.results import MatchResult
 
 __all__ = ['SequenceMatcher']
 
 _FINDING = 0.5
 """Seconds from the beginning of a path during which all shifts are searched."""
+
+
+@dataclass(frozen=True)
+class _Waiting:
+    """
+    A frame whose result has not been emitted.
+
+    ``seconds`` counts from the beginning of the path.  ``scale`` and ``shape`` are those of the
+    likelihood, ``sampled`` is it about the box.
+    """
+
+    stamp_ns: int
+    seconds: float
+    track_id: int
+    box: Box
+    angle: float
+    scale: float
+    shape: tuple[int, int]
+    sampled: Sampled
 
 
 class SequenceMatcher:
@@ -51,21 +72,16 @@ class SequenceMatcher:
         self.config = config = config or MatchingConfig()
         self._bank = bank
         self._placements = grid = PlacementGrid(bank.grid, bank.fill, config)
-        coded = coded_bank(bank, config.levels, grid.windows)
-        kernels = coded.kernels
+        self._coded = coded = coded_bank(bank, config.levels, grid.windows)
         cost = np.round(UNIT * config.scale_cost * np.abs(np.log(grid.scales))).astype(np.int16)
-        self._similarities = SimilarityMaps(
-            kernels, coded.sums, grid.windows, cost, config.minimum_visible
-        )
+        self._similarities = SimilarityMaps(coded, grid.windows, cost)
         self._searched = grid.everywhere.about(grid.center, self._reach(0.0))
         self._place = grid.center
-        self._path = PathSearch(bank, kernels.row.reshape(-1), self._searched.shape, config)
-        self._views = views_of(bank)
-        self._builds = BuildChoice(bank, coded.templates, self._views, grid.windows, config)
-        self._peak = SubgridPeak(self._views, bank.phases)
+        self._path = PathSearch(bank, coded.row.reshape(-1), config)
+        self._views = Views(bank)
         self._motion = BoxMotion()
-        self._phase = PhaseFinder(coded.views, coded.evidence, bank.phases, config)
-        self._readout = Readout(bank, coded.templates, grid, self._views)
+        self._phase = PhaseFinder(bank, config)
+        self._near_leg = NearLeg()
         self.reset()
 
     def reset(self) -> None:
@@ -78,10 +94,9 @@ class SequenceMatcher:
         self._origin_ns = 0
         self._path.reset()
         self._motion.reset()
-        self._builds.reset()
-        self._waiting: deque[WaitingFrame] = deque()
+        self._waiting: deque[_Waiting] = deque()
         self._phase.reset()
-        self._readout.reset()
+        self._near_leg.reset()
 
     def update(
         self,
@@ -141,8 +156,8 @@ class SequenceMatcher:
         """Return the results that the lag still holds back, and let the path begin anew."""
         results = []
         if self._waiting:
-            path, beliefs = self._path.follow(), self._phase.beliefs(len(self._waiting))
-            results = [self._emit(path, index, belief) for index, belief in enumerate(beliefs)]
+            states, beliefs = self._path.follow(), self._phase.beliefs(len(self._waiting))
+            results = [self._emit(states, index, belief) for index, belief in enumerate(beliefs)]
         self._begin()
         return results
 
@@ -163,23 +178,20 @@ class SequenceMatcher:
         searched = grid.everywhere if begins else self._about(jump, reach)
         blur = self.config.blur
         sampled = grid.sample(likelihood, known, box.scaled(scale), blur, angle, searched.heights)
-        active = self._builds.active
-        similarity = self._similarities.update(sampled, active, searched)
+        similarity = self._similarities.update(sampled, searched)
         if begins:
             every = similarity[:, : searched.size]
             best = searched.place(int(every.argmax()) % searched.size)
             searched, whole = searched.about(best, reach), searched
             similarity = filled_up(whole.part(every, searched))
         self._searched = searched
-        of_sequence = active[self._builds.of_sequence]
-        self._path.step(similarity, seconds, jump, searched, of_sequence)
+        self._path.step(similarity, seconds, jump, searched)
         leader = self._path.leader()
         self._place = leader[2:]
-        self._offsets = self._peak.offsets(self._path.scores(0), leader)
-        self._builds.update(sampled, leader, seconds)
+        self._offsets = self._offsets_of(0, leader)
         self._find_phase(likelihood, known, box.scaled(scale), angle, seconds)
         self._waiting.append(
-            WaitingFrame(
+            _Waiting(
                 self._stamp_ns,
                 seconds,
                 self._track_id,
@@ -232,14 +244,65 @@ class SequenceMatcher:
             likelihood, known, placement.body(box, angle), (build, azimuth), state[1], seconds
         )
 
-    def _emit(self, path: Path, index: int, belief: NDArray[np.float64]) -> MatchResult:
-        """Make the result of a waiting frame; ``belief`` is (P,), probabilities of phases."""
-        back = len(self._waiting) - 1 - index
-        sequence, phase, scale, row, column = path.states[-1 - back].tolist()
+    def _offsets_of(self, back: int, state: State) -> list[float]:
+        """Return how far beside a state of a frame the best place lies, see :class:`Scores`."""
+        beside = self._views.beside(state[0])
+        return self._path.scores(back).offsets(state, beside, self._bank.phases)
+
+    def _emit(
+        self, states: NDArray[np.int64], index: int, belief: NDArray[np.float64]
+    ) -> MatchResult:
+        """
+        Make the result of a waiting frame.
+
+        :param states: (N, 5), the path, which ends in the newest frame.
+        :param belief: (P,), probabilities of phases.
+        """
+        frame, back = self._waiting[index], len(self._waiting) - 1 - index
+        sequence, phase, scale, row, column = states[-1 - back].tolist()
         state = sequence, phase, scale, row, column
-        # The path ends where it led when the newest frame was taken in.
-        offsets = self._offsets
-        if back > 0:
-            offsets = self._peak.offsets(self._path.scores(back), state)
-        waiting = self._waiting[index]
-        return self._readout.result(waiting, state, offsets, belief, self._phase.rate)
+        offsets = self._offsets if back == 0 else self._offsets_of(back, state)
+        images, bank, rate = frame.sampled.images, self._bank, self._phase.rate
+        found = cv2.countNonZero(images.reshape(-1, images.shape[2])) > 0
+        placement = Placement(0.0, 0.0, 1.0)
+        if found:
+            placement = self._placements.placement(
+                scale + offsets[2], row + offsets[3], column + offsets[4], frame.angle
+            )
+        azimuth = self._views.azimuth(sequence, offsets[0])
+        expected = self._near_leg.expected(frame.seconds, rate)
+        if expected is None:
+            expected = (phase + offsets[1]) / bank.phases
+        share, sure = phase_near(belief, expected)
+        body = placement.body(frame.box, frame.angle)
+        return MatchResult(
+            stamp_ns=frame.stamp_ns,
+            track_id=frame.track_id,
+            body=body,
+            placement=placement,
+            sequence=sequence,
+            phase_index=phase,
+            phase=self._near_leg.update(share, azimuth, frame.seconds),
+            phase_rate=rate,
+            azimuth=azimuth,
+            similarity=self._similarity(frame.sampled, state),
+            confidence=sure if found else 0.0,
+            shape_prior=warp_template(
+                bank.templates[sequence, phase],
+                body.scaled(frame.scale),
+                bank.fill,
+                frame.shape,
+            ),
+        )
+
+    def _similarity(self, sampled: Sampled, state: State) -> float:
+        """Return the similarity of one template at one placement over the known pixels."""
+        sequence, phase, scale, row, column = state
+        part = (scale, *self._placements.windows.part(row, column))
+        template = self._coded.templates[sequence, phase]
+        if sampled.known is not None:
+            template = np.minimum(template, sampled.known[part])
+        values = sampled.images[part]
+        common = int(np.minimum(template, values).sum(dtype=np.int64))
+        union = int(values.sum(dtype=np.int64)) + int(template.sum(dtype=np.int64)) - common
+        return common / union if union else 0.0

@@ -11,39 +11,117 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.matching.builds import builds_of
 from gait_segmentation.matching.config import MatchingConfig
-from gait_segmentation.matching.scores import Scores
-from gait_segmentation.matching.search_range import Place, SearchRange
-from gait_segmentation.matching.transitions import UNIT, phase_costs, view_changes
-from gait_segmentation.matching.trellis import Trellis
-from gait_segmentation.matching.viterbi import advance
+from gait_segmentation.matching.placements import Place, SearchRange
+from gait_segmentation.matching.tanimoto import pitch_of
+from gait_segmentation.matching.views import Views, turned
+from gait_segmentation.matching.viterbi import FLOOR, advance, shifted, step_back
 
-__all__ = ['Path', 'PathSearch']
+__all__ = ['UNIT', 'PathSearch', 'Scores', 'State']
+
+UNIT = 2048
+"""Whole numbers that a similarity of 1 is in path scores."""
 
 _RATE_SPAN = 0.5
 """Seconds of path from which on its own rate is believed."""
+_MOST_FRAMES = 64
+"""Frames of a path, however many a second there are."""
+
+State = tuple[int, int, int, int, int]
+"""Sequence, phase, scale, row and column."""
 
 
 @dataclass(frozen=True)
-class Path:
+class Scores:
     """
-    The best path through the frames of the window, oldest frame first.
+    The scores of a frame.
 
-    A *sequence* of the bank is one build seen from one direction; kernels call it a view.
-
-    ``states`` is (N, 5) int64: sequence, phase, scale, row, column.  ``seconds`` (N,) float64
-    counts from the first frame of the path search.  ``rate`` is in strides per second.
+    ``rows`` is (V, P * N) int16, of each sequence phase by phase the scores of the N lanes of
+    ``searched`` with filling.  Placements that were not searched are at the floor.
     """
 
-    states: NDArray[np.int64]
-    seconds: NDArray[np.float64]
-    rate: float
+    rows: NDArray[np.int16]
+    searched: SearchRange
+
+    @classmethod
+    def empty(cls, sequences: int, phases: int, searched: SearchRange) -> Scores:
+        """Make undefined scores."""
+        return cls(np.empty((sequences, phases * pitch_of(searched.size)), np.int16), searched)
+
+    def of(self, sequence: int, phase: int) -> NDArray[np.int16]:
+        """Return the scores of a template, one for each lane, int16."""
+        start = phase * pitch_of(self.searched.size)
+        return self.rows[sequence, start : start + self.searched.size]
+
+    def at(self, sequence: int, phase: int, place: Place) -> int:
+        """Return the score of a template at a placement."""
+        lane = self.searched.lane(*place)
+        return FLOOR if lane is None else int(self.of(sequence, phase)[lane])
+
+    def moved(self, searched: SearchRange, jump: Place, phases: int) -> Scores:
+        """
+        Return the scores where they are in another range of placements.
+
+        :param jump: by how many placements the box has moved against the body.
+        """
+        last = self.searched
+        shift = np.add(searched.first, jump) - last.first
+        if searched.shape == last.shape and not shift.any():
+            return self
+        after = Scores.empty(len(self.rows), phases, searched)
+        lanes = pitch_of(last.size), pitch_of(searched.size)
+        shifted(self.rows, after.rows, phases, last.shape, searched.shape, lanes, shift)
+        return after
+
+    def offsets(self, state: State, beside: tuple[int, int], phases: int) -> list[float]:
+        """
+        Return how far beside a state the best place lies, in steps of -0.5 to 0.5.
+
+        Along each axis by itself, it is the vertex of the parabola through three scores.
+
+        :param beside: the sequences beside the state's, clockwise and anticlockwise.
+        :returns: for view, phase, scale, row and column.
+        """
+        found = []
+        for axis, value in enumerate(state):
+            sides: tuple[int, int] = (value - 1, value + 1)
+            if axis == 0:
+                sides = beside
+            elif axis == 1:
+                sides = sides[0] % phases, sides[1] % phases
+            near = (self._with(state, axis, each) for each in (sides[0], value, sides[1]))
+            found.append(_vertex(*near))
+        return found
+
+    def _with(self, state: State, axis: int, value: int) -> int:
+        sequence, phase, *place = (*state[:axis], value, *state[axis + 1 :])
+        return self.at(sequence, phase, (place[0], place[1], place[2]))
+
+
+def _vertex(low: int, middle: int, high: int) -> float:
+    """Return where a parabola through three scores has its vertex."""
+    bend = 2 * middle - low - high
+    # What is at the floor has not been searched.
+    if min(low, high) <= FLOOR or bend <= 0:
+        return 0.0
+    return min(max(0.5 * (high - low) / bend, -0.5), 0.5)
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """A frame of the search: its scores, its time, and costs and jump of the step to it."""
+
+    scores: Scores
+    seconds: float
+    costs: NDArray[np.int16]
+    jump: Place
 
 
 class PathSearch:
     """
     Viterbi search over sequence, phase and placement, exact on whole numbers.
+
+    A *sequence* of the bank is one build seen from one direction; kernels call it a view.
 
     Scores fade with the time constant ``memory`` and are kept relative to the best one, so that
     they stay bounded however long the search runs.  After Wang, Yagi and Makihara, ACCV 2009,
@@ -51,25 +129,17 @@ class PathSearch:
     views and placement moves are this package's.
     """
 
-    def __init__(
-        self,
-        bank: TemplateBank,
-        row: NDArray[np.int32],
-        shape: Place,
-        config: MatchingConfig,
-    ) -> None:
+    def __init__(self, bank: TemplateBank, row: NDArray[np.int32], config: MatchingConfig) -> None:
         """
         Prepare the search.
 
         :param row: (K,) int32, where among the similarities those of a template are.
-        :param shape: the most body heights, vertical and horizontal shifts searched in a frame.
         """
         self._config = config
         self._row = row
         self._near, self._near_cost = view_changes(bank, config)
         self._move_cost = round(UNIT * config.move_cost)
-        together = int(np.bincount(builds_of(bank)).max())
-        self._trellis = Trellis(bank.sequences, bank.phases, together, shape, config.lag + 2)
+        self._most_frames = max(config.lag + 2, _MOST_FRAMES)
         self.leading: NDArray[np.int16] = np.zeros((bank.sequences, bank.phases), np.int16)
         """(V, P) int16, the best score of each template in the newest frame."""
 
@@ -77,21 +147,23 @@ class PathSearch:
 
     def reset(self) -> None:
         """Forget all frames."""
-        self._trellis.clear()
+        self._frames: list[_Frame] = []
         self._best = 0
-        self._rate = self._config.middle_rate
+        self.rate = self._config.middle_rate
+        """Strides per second with which the path is expected to go on."""
+
         self._followed: tuple[int, int] | None = None
-        self._leader: tuple[int, int, int, int, int] | None = None
+        self._leader: State | None = None
         self._traced = np.empty((0, 5), np.int64)
 
     @property
     def frames(self) -> int:
         """Return the number of frames in the window."""
-        return len(self._trellis)
+        return len(self._frames)
 
     def scores(self, back: int) -> Scores:
-        """Return the scores of a frame until the next step; 0 = the newest, 1 the one before."""
-        return self._trellis.scores(back)
+        """Return the scores of a frame; 0 = the newest, 1 the one before."""
+        return self._frames[-1 - back].scores
 
     def step(
         self,
@@ -99,7 +171,6 @@ class PathSearch:
         seconds: float,
         jump: Place,
         searched: SearchRange,
-        active: NDArray[np.bool_] | None = None,
     ) -> None:
         """
         Take in a frame.
@@ -109,24 +180,18 @@ class PathSearch:
         :param jump: by how many body heights, vertical and horizontal shifts the box moved
             against the body since the last frame.
         :param searched: the placements searched.
-        :param active: (V,) bool, sequences that are searched; all if None.
         """
-        config, trellis = self._config, self._trellis
-        phases = self.leading.shape[1]
-        if active is None:
-            active = np.ones(len(self.leading), np.bool_)
-        started = len(trellis) > 0
-        passed = seconds - trellis.seconds[-1] if started else 0.0
-        self._make_room(seconds)
-        before = trellis.where()
-        moved = trellis.moved(searched, jump) if started else None
-        costs = phase_costs(phases, passed, self._rate, config.fastest_rate, config.rate_cost)
-        after = trellis.add(active, seconds, costs, jump, searched)
+        config, (views, phases) = self._config, self.leading.shape
+        after = Scores.empty(views, phases, searched)
+        before, passed = Scores.empty(0, phases, searched), 0.0
+        if self._frames:
+            before = self.scores(0).moved(searched, jump, phases)
+            passed = seconds - self._frames[-1].seconds
+        costs = phase_costs(phases, passed, self.rate, config.fastest_rate, config.rate_cost)
         fading = min(int(32768 * math.exp(-passed / config.memory)), 32767)
         advance(
-            trellis.rows,
-            before if moved is None else moved,
-            after,
+            before.rows,
+            after.rows,
             np.int16(self._best),
             np.int16(fading),
             costs,
@@ -138,22 +203,22 @@ class PathSearch:
             self._row,
             self.leading,
         )
-        if moved is not None:
-            trellis.give_back(moved)
+        self._make_room(seconds)
+        self._frames.append(_Frame(after, seconds, costs, jump))
         self._best = int(self.leading.max())
         self._leader = None
 
     def _make_room(self, seconds: float) -> None:
         """Let go of the oldest frames, so that one of a time can be taken in."""
-        config, trellis = self._config, self._trellis
-        while len(trellis) and (
-            len(trellis) == trellis.capacity
-            or (len(trellis) > config.lag + 1 and seconds - trellis.seconds[1] > config.window)
+        config, frames = self._config, self._frames
+        while frames and (
+            len(frames) == self._most_frames
+            or (len(frames) > config.lag + 1 and seconds - frames[1].seconds > config.window)
         ):
-            trellis.drop_oldest()
+            del frames[0]
             self._traced = self._traced[1:]
 
-    def leader(self) -> tuple[int, int, int, int, int]:
+    def leader(self) -> State:
         """
         Return sequence, phase, scale, row and column of the state to trace back from.
 
@@ -167,29 +232,56 @@ class PathSearch:
             self._leader = sequence, phase, *scores.searched.place(lane)
         return self._leader
 
-    def follow(self) -> Path:
-        """Trace the path back from the leader."""
+    def follow(self) -> NDArray[np.int64]:
+        """
+        Trace the path back from the leader.
+
+        :returns: (N, 5), sequence, phase, scale, row and column of the frames, the oldest first.
+        """
         leader = self.leader()
-        states = self._trellis.trace(
-            leader, self._near, self._near_cost, self._move_cost, self._traced
-        )
-        self._traced = states
-        seconds = np.array(self._trellis.seconds)
-        rate = self._measure(states[:, 1], seconds)
+        self._traced = states = self._trace(leader)
+        seconds = np.array([frame.seconds for frame in self._frames])
         if seconds[-1] - seconds[0] >= _RATE_SPAN:
-            self._rate = min(max(rate, self._config.slowest_rate), self._config.fastest_rate)
+            rate = self._measure(states[:, 1], seconds)
+            self.rate = min(max(rate, self._config.slowest_rate), self._config.fastest_rate)
         self._followed = leader[:2]
-        return Path(states, seconds, rate)
+        return states
+
+    def _trace(self, leader: State) -> NDArray[np.int64]:
+        """Return the best path to a state of the newest frame, (N, 5), oldest frame first."""
+        states = np.empty((len(self._frames), 5), np.int64)
+        states[-1] = leader
+        for index in range(len(states) - 1, 0, -1):
+            if index < len(self._traced) and (states[index] == self._traced[index]).all():
+                # Where it meets the path traced before, they are the same.
+                states[:index] = self._traced[:index]
+                break
+            frame, scores = self._frames[index], self._frames[index - 1].scores
+            step_back(
+                scores.rows,
+                frame.costs,
+                np.array(frame.jump, np.int64),
+                scores.searched.first,
+                scores.searched.shape,
+                pitch_of(scores.searched.size),
+                self.leading.shape[1],
+                self._near,
+                self._near_cost,
+                self._move_cost,
+                states[index],
+                states[index - 1],
+            )
+        return states
 
     def _leading_template(self) -> tuple[int, int]:
         """Return sequence and phase of the leader."""
         phases = self.leading.shape[1]
         best = divmod(int(self.leading.argmax()), phases)
-        if self._followed is None or len(self._trellis) < 2:
+        if self._followed is None or len(self._frames) < 2:
             return best
         view, phase = self._followed
-        then, now = self._trellis.seconds[-2:]
-        expected = phase + phases * self._rate * (now - then)
+        passed = self._frames[-1].seconds - self._frames[-2].seconds
+        expected = phase + phases * self.rate * passed
         away = np.abs((np.arange(phases) - expected + phases / 2) % phases - phases / 2)
         family = [view, *self._near[view][self._near[view] >= 0].tolist()]
         alike = np.full(self.leading.shape, np.iinfo(np.int16).min, np.int16)
@@ -200,9 +292,57 @@ class PathSearch:
 
     def _measure(self, phase: NDArray[np.int64], seconds: NDArray[np.float64]) -> float:
         """Return the slope of the phase over time in strides per second."""
-        if len(phase) < 2:
-            return 0.0
         count = self.leading.shape[1]
         strides = np.concatenate([[0], np.cumsum(np.diff(phase) % count)]) / count
         time = seconds - seconds.mean()
         return float(time @ strides / (time @ time))
+
+
+def phase_costs(
+    phases: int, seconds: float, rate: float, maximum_rate: float, cost: float
+) -> NDArray[np.int16]:
+    """
+    Return what it costs to advance by 0, 1, 2, ... phases between two frames.
+
+    Standing still is allowed and going back is not.
+
+    :param phases: phases of a stride.
+    :param seconds: time between the frames.
+    :param rate: expected strides per second.
+    :param maximum_rate: most strides per second that are possible.
+    :param cost: similarity that a whole stride off the expectation costs.
+    :returns: (D,) int16 in path units, D at most ``phases``.
+    """
+    most = min(max(math.ceil(phases * maximum_rate * seconds - 1e-9), 1), phases - 1)
+    expected = min(rate * seconds, most / phases)
+    off = (abs(steps / phases - expected) for steps in range(most + 1))
+    return np.array([min(round(UNIT * cost * each), UNIT) for each in off], np.int16)
+
+
+def view_changes(
+    bank: TemplateBank, config: MatchingConfig
+) -> tuple[NDArray[np.int32], NDArray[np.int16]]:
+    """
+    Return from which sequences each sequence can be reached in one frame.
+
+    These are the neighbouring views of the same build, and the same view of other builds.
+
+    :returns: (V, M) int32 sequences, -1 where there are fewer, and (V, M) int16 costs.
+    """
+    views = Views(bank)
+    found = []
+    for sequence, (azimuth, build) in enumerate(zip(bank.azimuth, bank.builds, strict=True)):
+        reached = dict.fromkeys(views.beside(sequence), config.view_cost)
+        for other, (direction, name) in enumerate(zip(bank.azimuth, bank.builds, strict=True)):
+            if name != build and abs(turned(float(direction) - float(azimuth))) < 1e-3:
+                reached[other] = config.build_cost
+        reached.pop(sequence, None)
+        found.append(sorted(reached.items()))
+    most = max(len(reached) for reached in found)
+    sequences = np.full((len(found), most), -1, np.int32)
+    costs = np.zeros((len(found), most), np.int16)
+    for index, reached in enumerate(found):
+        for place, (other, cost) in enumerate(reached):
+            sequences[index, place] = other
+            costs[index, place] = min(round(UNIT * cost), UNIT)
+    return sequences, costs

@@ -18,7 +18,7 @@ from gait_segmentation.geometry import check_matched_box
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.inputs import check_frame
 from gait_segmentation.matching.matcher import SequenceMatcher
-from gait_segmentation.matching.shape_prior import warp_template
+from gait_segmentation.matching.sampling import warp_template
 from gait_segmentation.results import TRACKED, MatchResult, TrackResult
 
 __all__ = ['PeopleMatcher']

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -22,13 +23,98 @@ from gait_segmentation.geometry import (
 )
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.sampling import antialiasing_side, inside, region, smoothed
-from gait_segmentation.matching.search_range import Place, SearchRange
 from gait_segmentation.matching.tanimoto import WindowGrid
 
-__all__ = ['PlacementGrid', 'Sampled']
+__all__ = ['BoxMotion', 'Place', 'PlacementGrid', 'Sampled', 'SearchRange']
 
 _ALL = 255
 _EVERY_HEIGHT = slice(None)
+
+_GAIN = 0.3
+"""Share of the newest speed in its running mean."""
+_LONGEST_S = 0.5
+"""Pause after which the speed is taken anew."""
+_FASTEST = 2.0
+"""Largest speed, along each axis, in box heights per second."""
+
+Place = tuple[int, int, int]
+"""Body height, row and column of a placement."""
+
+
+class SearchRange(NamedTuple):
+    """
+    A box of placements: body heights, rows and columns from ``first`` on, ``shape`` of each.
+
+    Placements in it have *lanes*, columns running fastest.
+    """
+
+    first: Place
+    shape: Place
+
+    @property
+    def heights(self) -> slice:
+        """Return the body heights."""
+        return slice(self.first[0], self.first[0] + self.shape[0])
+
+    @property
+    def rows(self) -> slice:
+        """Return the rows."""
+        return slice(self.first[1], self.first[1] + self.shape[1])
+
+    @property
+    def columns(self) -> slice:
+        """Return the columns."""
+        return slice(self.first[2], self.first[2] + self.shape[2])
+
+    @property
+    def size(self) -> int:
+        """Return the number of placements."""
+        scales, rows, columns = self.shape
+        return scales * rows * columns
+
+    def lane(self, scale: int, row: int, column: int) -> int | None:
+        """Return the lane of a placement, None if it is not in the range."""
+        scales, rows, columns = self.shape
+        scale, row, column = scale - self.first[0], row - self.first[1], column - self.first[2]
+        if not (0 <= scale < scales and 0 <= row < rows and 0 <= column < columns):
+            return None
+        return (scale * rows + row) * columns + column
+
+    def place(self, lane: int) -> Place:
+        """Return the placement of a lane."""
+        scale, rest = divmod(lane, self.shape[1] * self.shape[2])
+        row, column = divmod(rest, self.shape[2])
+        return self.first[0] + scale, self.first[1] + row, self.first[2] + column
+
+    def about(self, place: Place, reach: Place) -> SearchRange:
+        """
+        Return the part of this range about a placement, of the same size wherever that is.
+
+        :param reach: how many placements to either side it has, as far as there are as many.
+        """
+        shape = tuple(min(2 * r + 1, n) for r, n in zip(reach, self.shape, strict=True))
+        first = tuple(
+            min(max(at - r, start), start + whole - part)
+            for at, r, start, whole, part in zip(
+                place, reach, self.first, self.shape, shape, strict=True
+            )
+        )
+        return SearchRange((first[0], first[1], first[2]), (shape[0], shape[1], shape[2]))
+
+    def part(self, values: NDArray[np.int16], inner: SearchRange) -> NDArray[np.int16]:
+        """
+        Return the values of a range that is a part of this one.
+
+        :param values: (R, n) int16 of all placements of this range.
+        :param inner: the other range.
+        :returns: (R, m) int16.
+        """
+        scale, row, column = (a - b for a, b in zip(inner.first, self.first, strict=True))
+        scales, rows, columns = inner.shape
+        part = values.reshape(len(values), *self.shape)[
+            :, scale : scale + scales, row : row + rows, column : column + columns
+        ]
+        return part.reshape(len(values), -1)
 
 
 @dataclass(frozen=True)
@@ -174,3 +260,58 @@ class PlacementGrid:
 def _all_set(masks: NDArray[np.uint8]) -> bool:
     """Tell whether no pixel of (S, h, w) masks is 0."""
     return cv2.countNonZero(masks.reshape(-1, masks.shape[2])) == masks.size
+
+
+class BoxMotion:
+    """
+    Tells jumps of a box from the motion of the body.
+
+    Placements are relative to the box, and the path lets them move by one step from frame to
+    frame.  A box that moves steadily takes its placements along; one that jumps against its own
+    steady motion leaves the body behind, and the path's placements must be moved the other way.
+    """
+
+    def __init__(self) -> None:
+        """Start without a box."""
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the box."""
+        self._last: Box | None = None
+        self._seconds = 0.0
+        self._speed: tuple[float, float] | None = None
+
+    def update(
+        self, box: Box, seconds: float, shift: float, log_step: float
+    ) -> tuple[int, int, int]:
+        """
+        Return the jump of a box in whole placements: body heights, down and right.
+
+        :param box: the box of this frame, in source pixels.
+        :param seconds: its time, later than the last one.
+        :param shift: distance of neighbouring placements in box heights.
+        :param log_step: logarithm of the ratio of neighbouring body heights.
+        """
+        last, passed = self._last, seconds - self._seconds
+        self._last, self._seconds = box, seconds
+        if last is None:
+            return 0, 0, 0
+        off_x = (box.center_x - last.center_x) / box.height
+        off_y = (box.center_y - last.center_y) / box.height
+        speed = self._speed
+        fresh = tuple(max(-_FASTEST, min(_FASTEST, off / passed)) for off in (off_x, off_y))
+        if speed is None or passed > _LONGEST_S:
+            self._speed = fresh[0], fresh[1]
+            return 0, 0, 0
+        self._speed = (
+            speed[0] + _GAIN * (fresh[0] - speed[0]),
+            speed[1] + _GAIN * (fresh[1] - speed[1]),
+        )
+        jump = (
+            round(math.log(box.height / last.height) / log_step),
+            round((off_y - speed[1] * passed) / shift),
+            round((off_x - speed[0] * passed) / shift),
+        )
+        # One step is what the path itself may do.
+        scale, down, right = (0 if abs(steps) < 2 else steps for steps in jump)
+        return scale, down, right

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reading a likelihood on another pixel grid: which part of it, and how smooth it must be."""
+"""Likelihoods on the pixel grid of templates, and templates on that of the likelihood."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import Box
+from gait_segmentation.geometry import BodyFrame, Box, pixel_affine, reach, template_to_image
 from gait_segmentation.images import Window
 
-__all__ = ['antialiasing_side', 'inside', 'region', 'smoothed']
+__all__ = ['antialiasing_side', 'inside', 'region', 'smoothed', 'warp_template']
 
 _ALL = 255
 
@@ -79,3 +79,37 @@ def region(
     left, top, right, bottom = sides
     box = Box(left, top, right - left, bottom - top).padded(margin + 1, margin + 1)
     return box.slices(shape[1], shape[0])
+
+
+def warp_template(
+    template: NDArray[np.uint8], body: BodyFrame, fill: float, shape: tuple[int, int]
+) -> NDArray[np.uint8]:
+    """
+    Warp a template to where a body stands.
+
+    Interpolates linearly; where the template shrinks it is averaged over the pixels' areas.
+
+    :param template: (H, W) uint8.
+    :param body: where the body stands, in the image's pixels.
+    :param fill: share of the template's rows the body takes.
+    :param shape: (h, w) of the image.
+    :returns: (h, w) uint8, 255 inside, soft edge.
+    """
+    result = np.zeros(shape, np.uint8)
+    height, width = template.shape
+    transform = template_to_image(body, height, width, fill)
+    left, top, right, bottom = reach(transform, width, height)
+    rows, columns = Box(left, top, right - left, bottom - top).slices(shape[1], shape[0])
+    size = (columns.stop - columns.start, rows.stop - rows.start)
+    if min(size) == 0:
+        return result
+    finer = max(1, math.ceil(fill * height / body.height - 0.25))
+    transform[:, 2] -= columns.start, rows.start
+    matrix = pixel_affine(finer * transform)
+    warped = cv2.warpAffine(
+        template, matrix, (size[0] * finer, size[1] * finer), flags=cv2.INTER_LINEAR
+    )
+    if finer > 1:
+        warped = cv2.resize(warped, size, interpolation=cv2.INTER_AREA)
+    result[rows, columns] = warped
+    return result

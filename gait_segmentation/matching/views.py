@@ -1,19 +1,22 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The directions from which the sequences of a bank are seen, and what lies between them."""
+"""The builds of a bank, and the directions from which they are seen."""
 
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.matching.transitions import turned
 
-__all__ = ['Views', 'views_of']
+__all__ = ['Views', 'turned']
 
 _WIDEST = math.pi / 4
 """Views further apart have nothing between them."""
+
+
+def turned(angle: float) -> float:
+    """Return an angle in [-pi, pi)."""
+    return (angle + math.pi) % (2 * math.pi) - math.pi
 
 
 class Views:
@@ -39,9 +42,3 @@ class Views:
         other = self._beside[sequence][1 if offset > 0 else 0]
         gap = abs(turned(self._azimuth[other] - own))
         return turned(own if gap > _WIDEST else own + offset * gap)
-
-
-@lru_cache(maxsize=4)
-def views_of(bank: TemplateBank) -> Views:
-    """Return the views of a bank; those of the last banks are kept."""
-    return Views(bank)

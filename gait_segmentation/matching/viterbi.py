@@ -1,7 +1,10 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-One step of the search over all states, in whole numbers of 16 bits throughout.
+Steps of the search over all states, forward and back, in whole numbers of 16 bits throughout.
+
+The scores of a frame are (V, P * N) int16, of each sequence phase by phase those of N placements
+with filling.
 
 All loops over placements run over different, contiguous arrays and do nothing but 16-bit
 arithmetic, so that the vector unit treats 16 or 32 placements at a time.
@@ -12,10 +15,14 @@ from __future__ import annotations
 import numpy as np
 
 from gait_segmentation.kernels import kernel
-from gait_segmentation.matching.scores import FLOOR
 
-__all__ = ['advance', 'shifted']
+__all__ = ['FLOOR', 'advance', 'shifted', 'step_back']
 
+FLOOR = -12000
+"""
+Worst score relative to the best: nearly six times a similarity of 1.  Twice of it and what any
+transition costs below it, also a wall, still fit 16 bits.
+"""
 _WALL = -FLOOR
 """Cost of coming from beyond the border: whatever pays it falls to the floor."""
 _NOWHERE = 2 * FLOOR
@@ -23,13 +30,12 @@ _NOWHERE = 2 * FLOOR
 
 
 @kernel(
-    'i2[:,::1], i4[::1], i4[::1], i2, i2, i2[::1], i4[:,::1], i2[:,::1], i2, '
+    'i2[:,::1], i2[:,::1], i2, i2, i2[::1], i4[:,::1], i2[:,::1], i2, '
     'UniTuple(i8, 3), i2[:,::1], i4[::1], i2[:,::1]'
 )
 def advance(  # type: ignore[no-untyped-def]
-    rows,
-    before,
-    after,
+    old,
+    new,
     best,
     fading,
     phase_cost,
@@ -47,13 +53,9 @@ def advance(  # type: ignore[no-untyped-def]
     score = fading * max over predecessors (score before - cost of the transition) + similarity,
     with the maximum taken axis by axis, which is exact because the costs add up.
 
-    :param rows: (R, n) int16, scores of sequences, the first P * N used: phase by phase those of N
-        placements with filling.
-    :param before: (V,) int32, the rows of the frame before, -1 for sequences that were not
-        searched, which are at the floor; all of them: there was no frame before.
-    :param after: (V,) int32, the rows to put the result into, -1 for sequences that are not
-        searched; other ones than those of ``before``.
-    :param best: int16, the largest of them.
+    :param old: scores of the frame before, without rows if there was none.
+    :param new: scores of this frame, written.
+    :param best: int16, the largest of the old scores.
     :param fading: int16, factor on old scores, in 1/32768.
     :param phase_cost: (D,) int16, cost of advancing by 0, 1, ... phases.
     :param near: (V, M) int32 and ``near_cost`` (V, M) int16, see :func:`view_changes`.
@@ -63,15 +65,12 @@ def advance(  # type: ignore[no-untyped-def]
     :param row: (V * P,) int32, where in it a template is.
     :param leading: (V, P) int16, largest score of each template, result.
     """
-    views, phases, lanes = len(after), leading.shape[1], similarity.shape[1]
+    views, phases, lanes = len(new), leading.shape[1], similarity.shape[1]
     level = shape[1] * shape[2]
     used = shape[0] * level
-    started = False
-    for view in range(views):
-        started |= before[view] >= 0
+    started = len(old) > 0
     walls = _walls(shape, lanes, move_cost)
     reached = np.empty((views, lanes), np.int16)
-    reached[:] = FLOOR
     # Neighbouring placements of the first and last are read from a margin.
     size = lanes + 2 * level
     start, across, along = (
@@ -84,19 +83,15 @@ def advance(  # type: ignore[no-untyped-def]
     for phase in range(phases):
         if started:
             for view in range(views):
-                if before[view] >= 0:
-                    _earlier_phases(rows[before[view]], phases, phase, phase_cost, reached[view])
+                _earlier_phases(old[view], phases, phase, phase_cost, reached[view])
         for view in range(views):
-            if after[view] < 0:
-                leading[view, phase] = FLOOR
-                continue
-            result = rows[after[view], phase * lanes : (phase + 1) * lanes]
+            result = new[view, phase * lanes : (phase + 1) * lanes]
             gain = similarity[row[view * phases + phase]]
             if started:
                 _copy(reached[view], start[inner])
                 for m in range(near.shape[1]):
                     other = near[view, m]
-                    if other >= 0 and before[other] >= 0:
+                    if other >= 0:
                         _other_view(reached[other], near_cost[view, m], start[inner])
                 _either_side(start, level, 1, walls[0], walls[1], across)
                 _either_side(across, level, shape[2], walls[2], walls[3], along)
@@ -187,16 +182,12 @@ def _largest(scores):  # type: ignore[no-untyped-def]
     return largest
 
 
-@kernel(
-    'i2[:,::1], i4[::1], i4[::1], i8, UniTuple(i8, 3), UniTuple(i8, 3), UniTuple(i8, 2), i8[::1]'
-)
-def shifted(rows, before, after, phases, old, new, lanes, shift):  # type: ignore[no-untyped-def]
+@kernel('i2[:,::1], i2[:,::1], i8, UniTuple(i8, 3), UniTuple(i8, 3), UniTuple(i8, 2), i8[::1]')
+def shifted(before, after, phases, old, new, lanes, shift):  # type: ignore[no-untyped-def]
     """
     Move all scores by whole placements.
 
-    :param rows: (R, n) int16, scores of sequences.
-    :param before: (V,) int32, the rows to move, -1 for sequences that are at the floor.
-    :param after: (V,) int32, the rows to put the result into; what comes from beyond the range
+    :param before: scores, and ``after`` likewise, written; what comes from beyond the range
         searched before is at the floor.
     :param phases: P.
     :param old: (S, rows, columns) of the placements searched before, and ``new`` of those to be.
@@ -207,12 +198,10 @@ def shifted(rows, before, after, phases, old, new, lanes, shift):  # type: ignor
     for axis in range(3):
         low[axis] = max(-shift[axis], 0)
         high[axis] = min(old[axis] - shift[axis], new[axis])
-    for view in range(len(before)):
-        if before[view] < 0:
-            continue
+    for row in range(len(before)):
         for phase in range(phases):
-            source = rows[before[view], phase * lanes[0] : (phase + 1) * lanes[0]]
-            target = rows[after[view], phase * lanes[1] : (phase + 1) * lanes[1]]
+            source = before[row, phase * lanes[0] : (phase + 1) * lanes[0]]
+            target = after[row, phase * lanes[1] : (phase + 1) * lanes[1]]
             target[:] = FLOOR
             for scale in range(low[0], high[0]):
                 for line in range(low[1], high[1]):
@@ -220,3 +209,78 @@ def shifted(rows, before, after, phases, old, new, lanes, shift):  # type: ignor
                     come = ((scale + shift[0]) * old[1] + line + shift[1]) * old[2] + shift[2]
                     for column in range(low[2], high[2]):
                         target[here + column] = source[come + column]
+
+
+@kernel(
+    'i2[:,::1], i2[::1], i8[::1], UniTuple(i8, 3), UniTuple(i8, 3), i8, i8, i4[:,::1], '
+    'i2[:,::1], i8, i8[::1], i8[::1]'
+)
+def step_back(  # type: ignore[no-untyped-def]
+    scores,
+    phase_cost,
+    shift,
+    first,
+    shape,
+    lanes,
+    phases,
+    near,
+    near_cost,
+    move_cost,
+    state,
+    result,
+):
+    """
+    Find the best predecessor of a state.
+
+    :param scores: those of the frame before.
+    :param phase_cost: (D,) int16, cost of advancing by 0, 1, ... phases.
+    :param shift: (3,) int64, how far the box jumped, in placements.
+    :param first: body height, row and column of the first placement searched before, and
+        ``shape`` how many of each.
+    :param lanes: their number with filling.
+    :param near: (V, M) int32 and ``near_cost`` (V, M) int16, see :func:`view_changes`.
+    :param state: (5,) int64, sequence, phase, scale, row, column; ``result`` likewise, written.
+    """
+    scales, rows, columns = shape
+    view, phase = state[0], state[1]
+    here = (
+        state[2] + shift[0] - first[0],
+        state[3] + shift[1] - first[1],
+        state[4] + shift[2] - first[2],
+    )
+    largest = np.int64(-(1 << 40))
+    for option in range(near.shape[1] + 1):
+        from_view = view if option == 0 else np.int64(near[view, option - 1])
+        if from_view < 0:
+            continue
+        turn = np.int64(0) if option == 0 else np.int64(near_cost[view, option - 1])
+        for step in range(len(phase_cost)):
+            from_phase = (phase - step) % phases
+            known = turn + phase_cost[step]
+            for move in range(27):
+                # Order of the 27 moves: no move first, so that ties stay in place.
+                code = (move + 13) % 27
+                ds, dy, dx = code // 9 - 1, code // 3 % 3 - 1, code % 3 - 1
+                scale, row, column = here[0] + ds, here[1] + dy, here[2] + dx
+                if not (0 <= scale < scales and 0 <= row < rows and 0 <= column < columns):
+                    continue
+                lane = (scale * rows + row) * columns + column
+                moved = move_cost * (abs(ds) + abs(dy) + abs(dx))
+                score = np.int64(scores[from_view, from_phase * lanes + lane])
+                value = score - known - moved
+                if value > largest:
+                    largest = value
+                    result[0], result[1] = from_view, from_phase
+                    result[2], result[3], result[4] = scale, row, column
+    if largest == -(1 << 40):
+        # The box jumped out of the search range: the nearest placement takes over.
+        least = 0
+        for step in range(len(phase_cost)):
+            if phase_cost[step] < phase_cost[least]:
+                least = step
+        result[0], result[1] = view, (phase - least) % phases
+        result[2] = min(max(here[0], 0), scales - 1)
+        result[3] = min(max(here[1], 0), rows - 1)
+        result[4] = min(max(here[2], 0), columns - 1)
+    for k in range(3):
+        result[2 + k] += first[k]

@@ -12,8 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.gait_model.extents import extents
+from gait_segmentation.gait_model.bank import TemplateBank, extents
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting.hypothesis import Hypothesis
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from gait_segmentation.cli import bank as command
-from gait_segmentation.gait_model import TemplateBank, cache, render_silhouette
-from gait_segmentation.gait_model.finer import DIRECTIONS, finer_bank
+from gait_segmentation.gait_model import TemplateBank, builder, render_silhouette
+from gait_segmentation.gait_model.builder import DIRECTIONS, finer_bank
 
 GRID = ['--height', '48', '--width', '32', '--phases', '4']
 SMALL = [*GRID, '--azimuths', '2']
@@ -45,7 +45,7 @@ def test_build_draws_what_matchers_need_of_the_bank(tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'cache'))
     path = tmp_path / 'bank.npz'
     assert command.main(['build', str(path), *SMALL, '--quiet']) == 0
-    monkeypatch.setattr(cache, 'build_bank', None)
+    monkeypatch.setattr(builder, 'build_bank', None)
     assert finer_bank(TemplateBank.load(path)).sequences == DIRECTIONS
 
 

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import os
+import re
 
 import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.errors import BankError
+from gait_segmentation.gait_model.builder import BankSpec, build_bank
 from gait_segmentation.gait_model.render import render_silhouette
 from gait_segmentation.gait_model.silhouettes import (
     Cycle,
+    SilhouetteSequence,
     autocorrelation,
+    bank_from_silhouettes,
     find_contacts,
     find_step,
     read_masks,
@@ -158,3 +162,62 @@ def test_masks_of_any_size_are_read_without_those_of_nobody(tmp_path, masks):
         cv2.imwrite(str(tmp_path / f'{n}.png'), mask)
     found = read_masks(tmp_path)
     assert [mask.shape for mask in found] == [masks[0].shape, masks[2][:-2].shape]
+
+
+SPEC = BankSpec(height=48, width=32, phases=10)
+
+
+@pytest.fixture(scope='module')
+def strides():
+    return walker(72, 30, start=0.6, height=80.0)
+
+
+def tanimoto(first, second):
+    first, second = first.astype(int), second.astype(int)
+    return np.minimum(first, second).sum() / np.maximum(first, second).sum()
+
+
+def test_the_bank_of_drawn_silhouettes_is_the_drawn_bank(strides):
+    # The first contact comes at phase 1.0, which is the right leg's.
+    bank = bank_from_silhouettes([SilhouetteSequence(strides, np.pi, 'walker')], SPEC)
+    drawn = build_bank(BankSpec(height=48, width=32, phases=10, azimuths=2))
+    assert bank.templates.shape == (1, 10, 48, 32)
+    assert bank.builds == ('walker',)
+    assert tanimoto(bank.templates[0], drawn.templates[1]) > 0.88
+    assert re.search('step (14.9|15.0)', bank.provenance['sequences'])
+    assert len(np.unique(bank.templates)) <= 8
+
+
+def test_mirror(strides):
+    bank = bank_from_silhouettes([SilhouetteSequence(strides, np.pi, 'walker')], SPEC, mirror=True)
+    assert bank.azimuth == pytest.approx([np.pi, 0.0])
+    half = np.roll(bank.templates[0], 5, axis=0)[:, :, ::-1]
+    assert tanimoto(bank.templates[1], half) > 0.95
+
+
+def test_the_leg_of_the_first_contact_shifts_by_half_a_stride(strides):
+    right = bank_from_silhouettes([SilhouetteSequence(strides, np.pi, 'w')], SPEC)
+    left = bank_from_silhouettes([SilhouetteSequence(strides, np.pi, 'w', 'left')], SPEC)
+    assert tanimoto(left.templates[0], np.roll(right.templates[0], 5, axis=0)) > 0.95
+
+
+def test_azimuths_are_wrapped(strides):
+    bank = bank_from_silhouettes([SilhouetteSequence(strides, 5 * np.pi, 'walker')], SPEC)
+    assert bank.azimuth[0] == pytest.approx(np.pi)
+
+
+def test_bad_input(strides):
+    with pytest.raises(BankError, match='at least one sequence'):
+        bank_from_silhouettes([], SPEC)
+    with pytest.raises(BankError, match=r'walker: .*fewer than three heel contacts'):
+        bank_from_silhouettes([SilhouetteSequence(strides[:27], 0.0, 'walker')], SPEC)
+    with pytest.raises(BankError, match=r'must be \(frames, height, width\) uint8'):
+        SilhouetteSequence(strides[0], 0.0, 'walker')
+    with pytest.raises(BankError, match="first_contact must be 'right' or 'left', got 'both'"):
+        SilhouetteSequence(strides, 0.0, 'walker', 'both')
+    with pytest.raises(BankError, match='azimuth must be a finite number'):
+        SilhouetteSequence(strides, np.nan, 'walker')
+    holed = strides.copy()
+    holed[5] = 0
+    with pytest.raises(BankError, match="silhouette 5 of 'walker' is empty"):
+        SilhouetteSequence(holed, 0.0, 'walker')

@@ -305,11 +305,11 @@ def test_memory_does_not_grow(bank):
 
     go(0, 50)
     tracemalloc.start()
-    go(50, 70)
+    go(50, 80)
     # Also empties the interpreter's lists of freed objects, which hold on to what they can use.
     gc.collect()
     before = tracemalloc.get_traced_memory()[0]
-    go(70, 130)
+    go(80, 130)
     gc.collect()
     after = tracemalloc.get_traced_memory()[0]
     tracemalloc.stop()

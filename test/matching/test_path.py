@@ -1,17 +1,23 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 import itertools
+import math
 
 import numpy as np
 import pytest
 
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.matching import MatchingConfig
-from gait_segmentation.matching.path import PathSearch
-from gait_segmentation.matching.scores import FLOOR
-from gait_segmentation.matching.search_range import SearchRange
+from gait_segmentation.matching.path import (
+    UNIT,
+    PathSearch,
+    Scores,
+    phase_costs,
+    view_changes,
+)
+from gait_segmentation.matching.placements import SearchRange
 from gait_segmentation.matching.tanimoto import pitch_of
-from gait_segmentation.matching.transitions import UNIT
+from gait_segmentation.matching.viterbi import FLOOR
 
 PHASES = 12
 ONE = SearchRange((0, 0, 0), (1, 1, 1))
@@ -23,7 +29,7 @@ def search(**parameters):
     )
     row = np.arange(PHASES, dtype=np.int32)
     config = MatchingConfig(**parameters)
-    return PathSearch(bank, row, ONE.shape, config)
+    return PathSearch(bank, row, config)
 
 
 def seen(similarities):
@@ -45,9 +51,9 @@ def test_measures_the_cadence_and_never_goes_back():
         noisy = np.clip(bump(0.4 * k) / 2 + rng.normal(0, 0.1, PHASES), 0, 1)
         path.step(seen(noisy), k / 30, (0, 0, 0), ONE)
         found = path.follow()
-    assert found.rate == pytest.approx(1.0, abs=0.06)
-    assert (np.diff(found.states[:, 1]) % PHASES <= 1).all()
-    assert found.seconds[-1] - found.seconds[0] == pytest.approx(59 / 30, abs=0.2)
+    assert path.rate == pytest.approx(1.0, abs=0.06)
+    assert (np.diff(found[:, 1]) % PHASES <= 1).all()
+    assert len(found) / 30 == pytest.approx(2.0, abs=0.2)
 
 
 def test_stays_with_one_of_two_twins():
@@ -56,7 +62,7 @@ def test_stays_with_one_of_two_twins():
     phases = []
     for k in range(300):
         path.step(seen(bump(0.4 * k, rng.normal(0, 0.02)) / 2), k / 30, (0, 0, 0), ONE)
-        phases.append(int(path.follow().states[-1, 1]))
+        phases.append(int(path.follow()[-1, 1]))
     steps = np.diff(phases) % PHASES
     assert (steps <= 2).all()
 
@@ -66,7 +72,7 @@ def test_leaves_a_twin_that_is_clearly_worse():
     for k in range(200):
         better = 0.0 if k < 60 else -0.3
         path.step(seen(bump(0.4 * k, better) / 2), k / 30, (0, 0, 0), ONE)
-        state = path.follow().states[-1, 1]
+        state = path.follow()[-1, 1]
     assert abs((state - 0.4 * 199 + 6) % 12 - 6) <= 1
 
 
@@ -75,47 +81,21 @@ def test_following_the_path_again_finds_the_same():
     for k in range(4):
         path.step(seen(bump(4 * k) / 2), 0.35 * k, (0, 0, 0), ONE)
         before, found = path.leader(), path.follow()
-        np.testing.assert_array_equal(path.follow().states, found.states)
+        np.testing.assert_array_equal(path.follow(), found)
         assert path.leader() == before
 
 
-def test_what_is_not_searched_is_at_the_floor_in_whichever_slot():
-    bank = TemplateBank(
-        np.zeros((2, PHASES, 4, 4), np.uint8), np.zeros(2, np.float32), ('a', 'b'), 0.9
-    )
-    row = np.arange(2 * PHASES, dtype=np.int32)
-    path = PathSearch(bank, row, (2, 1, 2), MatchingConfig(window=0.2))
+def test_what_is_not_searched_is_at_the_floor():
+    path = search(window=0.2)
     rng = np.random.default_rng(3)
     for k in range(200):
-        similarity = rng.integers(0, UNIT, (2 * PHASES, pitch_of(4))).astype(np.int16)
-        active = np.array([True, False]) if k // 20 % 2 else np.array([k % 40 < 30, True])
+        similarity = rng.integers(0, UNIT, (PHASES, pitch_of(4))).astype(np.int16)
         searched = SearchRange((k // 7 % 2, 0, k // 11 % 3), (2, 1, 2 - k // 50 % 2))
-        path.step(similarity, k / 30, (0, 0, 0), searched, active)
+        path.step(similarity, k / 30, (0, 0, 0), searched)
         found = path.scores(0)
-        np.testing.assert_array_equal(found.where >= 0, active)
-        for view, scale, column in itertools.product((0, 1), range(4), range(6)):
+        for scale, column in itertools.product(range(4), range(6)):
             here = scale in range(4)[searched.heights] and column in range(6)[searched.columns]
-            score = found.at(view, k % PHASES, (scale, 0, column))
-            assert (score > FLOOR) == (here and active[view])
-
-
-def test_keeps_of_each_frame_what_was_searched_in_it():
-    bank = TemplateBank(
-        np.zeros((2, PHASES, 4, 4), np.uint8), np.zeros(2, np.float32), ('a', 'b'), 0.9
-    )
-    row = np.arange(2 * PHASES, dtype=np.int32)
-    path = PathSearch(bank, row, ONE.shape, MatchingConfig(lag=5, window=0.2))
-    size = len(path._trellis.rows)
-    assert size < 2 * path._trellis.capacity
-    noise = np.zeros((2 * PHASES, pitch_of(1)), np.int16)
-    for round in range(3):
-        path.reset()
-        for k in range(40):
-            jump = (0, 0, k % 2)
-            active = np.array([k == 0 or round != 1, k == 0 or round == 1])
-            path.step(noise, k / 30, jump, ONE, active)
-            assert path._trellis.used == path.frames + (path.frames == k + 1)
-    assert len(path._trellis.rows) == size
+            assert (found.at(0, k % PHASES, (scale, 0, column)) > FLOOR) == here
 
 
 def test_is_bounded_over_many_frames():
@@ -127,19 +107,19 @@ def test_is_bounded_over_many_frames():
     assert path.frames <= 12
     assert path.scores(0).of(0, 0).min() >= FLOOR
     assert abs(int(path.leading.max())) < 2 * 2048
-    assert path.follow().states.shape == (path.frames, 5)
+    assert path.follow().shape == (path.frames, 5)
 
 
 def test_only_a_path_of_half_a_second_is_believed_to_have_a_rate_and_only_a_possible_one():
     path = search(minimum_cadence=60.0)
-    nominal = path._rate
+    nominal = path.rate
     for k in range(40):
         path.step(seen(bump(0) / 2), k / 30, (0, 0, 0), ONE)
         path.follow()
         # Who stands would have none.
-        assert path._rate == pytest.approx(nominal if k < 15 else 0.5)
+        assert path.rate == pytest.approx(nominal if k < 15 else 0.5)
     path.reset()
-    assert path._rate == nominal
+    assert path.rate == nominal
 
 
 def test_a_path_that_slides_is_the_one_traced_through_all_its_frames():
@@ -147,9 +127,9 @@ def test_a_path_that_slides_is_the_one_traced_through_all_its_frames():
     for k in range(90):
         phase = 0.4 * max(k % 45 - 20, 0)
         path.step(seen(bump(phase) / 2), k / 30, (0, 0, 0), ONE)
-        found = path.follow().states
+        found = path.follow()
         path._traced = np.empty((0, 5), np.int64)
-        np.testing.assert_array_equal(path.follow().states, found)
+        np.testing.assert_array_equal(path.follow(), found)
 
 
 @pytest.mark.parametrize('memory', [0.2, 2.0])
@@ -169,14 +149,14 @@ def test_a_box_that_jumps_leaves_the_body_where_it_is():
         np.zeros((1, PHASES, 4, 4), np.uint8), np.zeros(1, np.float32), ('a',), 0.9
     )
     wide = SearchRange((0, 0, 0), (1, 1, 7))
-    path = PathSearch(bank, np.arange(PHASES, dtype=np.int32), wide.shape, MatchingConfig())
+    path = PathSearch(bank, np.arange(PHASES, dtype=np.int32), MatchingConfig())
     values = np.zeros((PHASES, pitch_of(7)), np.int16)
     values[2, 5] = UNIT
     path.step(values, 0.0, (0, 0, 0), wide)
     path.follow()
     path.step(np.zeros_like(values), 0.04, (0, 0, 3), wide)
     assert path.leader()[2:] == (0, 0, 2)
-    assert path.follow().states[:, 4].tolist() == [5, 2]
+    assert path.follow()[:, 4].tolist() == [5, 2]
 
 
 def turning(seconds, followed, other, view=1):
@@ -185,7 +165,7 @@ def turning(seconds, followed, other, view=1):
         np.zeros((2, PHASES, 4, 4), np.uint8), np.float32([0.0, 0.3]), ('a', 'a'), 0.9
     )
     row = np.arange(2 * PHASES, dtype=np.int32)
-    path = PathSearch(bank, row, ONE.shape, MatchingConfig())
+    path = PathSearch(bank, row, MatchingConfig())
     values = np.zeros((2 * PHASES, pitch_of(1)), np.int16)
     values[followed, 0] = UNIT
     path.step(values, 0.0, (0, 0, 0), ONE)
@@ -205,3 +185,93 @@ def test_a_path_is_expected_where_its_rate_leads():
     ahead = round(PHASES * rate * 0.35)
     assert ahead >= 3
     assert turning(0.35, 2, 2 + ahead, view=0) == (0, 2 + ahead)
+
+
+def test_steps_reach_from_standing_to_the_fastest_walk():
+    costs = phase_costs(30, 1 / 30, 0.95, 4 / 3, 0.3)
+    assert len(costs) == 3
+    assert costs.argmin() == 1
+    assert costs[0] == round(UNIT * 0.3 * 0.95 / 30)
+    assert len(phase_costs(30, 0.5, 0.95, 4 / 3, 0.3)) == 21
+    assert len(phase_costs(30, 9.0, 0.95, 4 / 3, 0.3)) == 30
+    assert len(phase_costs(30, 1e-3, 0.95, 4 / 3, 0.3)) == 2
+
+
+def test_turns_to_neighbours_and_changes_build_in_place():
+    azimuth = np.array([0, math.pi / 2, math.pi, -math.pi / 2, 0], np.float32)
+    bank = TemplateBank(np.zeros((5, 2, 4, 4), np.uint8), azimuth, ('a', 'a', 'a', 'a', 'b'), 0.9)
+    near, cost = view_changes(bank, MatchingConfig(view_cost=0.1, build_cost=0.2))
+    found = [
+        {int(v): int(c) for v, c in zip(*row, strict=True) if v >= 0}
+        for row in zip(near, cost, strict=True)
+    ]
+    turn, change = round(0.1 * UNIT), round(0.2 * UNIT)
+    assert found[0] == {1: turn, 3: turn, 4: change}
+    assert found[2] == {1: turn, 3: turn}
+    assert found[4] == {0: change}
+
+
+VIEWS, ROUND, SHAPE = 8, 6, (3, 5, 4)
+LANES = pitch_of(60)
+ALL = SearchRange((0, 0, 0), SHAPE)
+
+
+def offsets(scores, state):
+    """Return how far beside a state the best place lies; views go round."""
+    return scores.offsets(state, ((state[0] - 1) % VIEWS, (state[0] + 1) % VIEWS), ROUND)
+
+
+def scores(best):
+    """Return a paraboloid about a place; view and phase go round."""
+    result = np.zeros((VIEWS, ROUND, LANES), np.int16)
+    for place in itertools.product(range(VIEWS), range(ROUND), *(range(n) for n in SHAPE)):
+        off = np.array(place) - best
+        off[0] = (off[0] + VIEWS / 2) % VIEWS - VIEWS / 2
+        off[1] = (off[1] + ROUND / 2) % ROUND - ROUND / 2
+        result[place[0], place[1], ALL.lane(*place[2:])] = round(
+            5000 - 200 * float((off**2).sum())
+        )
+    return result
+
+
+def kept(values, searched=ALL):
+    return Scores(values.reshape(VIEWS, -1), searched)
+
+
+def test_finds_the_vertex_along_each_axis():
+    best = np.array([0.25, -0.375, 1.25, 2.5, 1.75])
+    found = offsets(kept(scores(best)), (0, 0, 1, 2, 2))
+    assert found == pytest.approx([0.25, -0.375, 0.25, 0.5, -0.25], abs=0.01)
+
+
+def test_the_border_and_flat_scores_have_no_vertex():
+    values = scores(np.array([0.25, 0.25, 0.25, 0.25, 0.25]))
+    assert offsets(kept(values), (0, 0, 0, 0, 0))[2:] == [0.0, 0.0, 0.0]
+    assert offsets(kept(np.zeros_like(values)), (0, 0, 1, 1, 1)) == [0.0] * 5
+
+
+def test_there_is_no_vertex_beside_what_was_not_searched():
+    values = scores(np.array([0.0, 0.0, 1.25, 2.5, 1.75]))
+    some = SearchRange((0, 0, 0), (2, *SHAPE[1:]))
+    found = offsets(kept(values, some), (0, 0, 1, 2, 2))
+    assert found == pytest.approx([0.0, 0.0, 0.0, 0.5, -0.25], abs=0.01)
+
+
+def test_scores_are_those_of_the_lanes():
+    searched = SearchRange((1, 0, 2), (1, 2, 2))
+    pitch = pitch_of(4)
+    values = np.arange(2 * 3 * pitch, dtype=np.int16).reshape(2, 3 * pitch)
+    found = Scores(values, searched)
+    assert found.of(1, 1).tolist() == values[1, pitch : pitch + 4].tolist()
+    assert found.at(1, 1, (1, 1, 2)) == values[1, pitch + 2]
+    assert found.at(0, 2, (1, 0, 3)) == values[0, 2 * pitch + 1]
+    for place in ((0, 0, 2), (2, 0, 2), (1, -1, 2), (1, 2, 2), (1, 0, 1), (1, 0, 4)):
+        assert found.at(0, 1, place) == FLOOR
+
+
+def test_scores_move_with_the_body_and_come_from_the_floor_beyond_the_range():
+    searched = SearchRange((0, 0, 0), (1, 1, 3))
+    made = Scores.empty(1, 1, searched)
+    assert made.moved(searched, (0, 0, 0), 1) is made
+    made.rows[:, :3] = 5, 6, 7
+    assert made.moved(searched, (0, 0, 1), 1).of(0, 0).tolist() == [6, 7, FLOOR]

@@ -1,12 +1,14 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+import itertools
+
 import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box, check_body, check_matched_box
 from gait_segmentation.matching import MatchingConfig
-from gait_segmentation.matching.placements import PlacementGrid
-from gait_segmentation.matching.shape_prior import warp_template
+from gait_segmentation.matching.placements import BoxMotion, PlacementGrid, SearchRange
+from gait_segmentation.matching.sampling import warp_template
 
 CONFIG = MatchingConfig(shifts_x=2, shifts_y=1, scales=1, scale_step=0.06, blur=1)
 
@@ -139,3 +141,72 @@ def test_no_parameters_make_a_body_that_makes_no_sense(sign: int) -> None:
     last = (scales - 0.5, rows - 0.5, columns - 0.5) if sign > 0 else (scales - 0.5, -0.5, -0.5)
     for angle in (0.0, 0.7, 3.0):
         check_body(grid.placement(*last, angle).body(box, angle), size)
+
+
+EVERY = SearchRange((0, 0, 0), (5, 7, 9))
+SOME = SearchRange((1, 2, 0), (2, 3, 4))
+
+
+def test_lanes_and_places_belong_together():
+    places = [SOME.place(lane) for lane in range(SOME.size)]
+    assert places == list(itertools.product((1, 2), (2, 3, 4), range(4)))
+    assert [SOME.lane(*place) for place in places] == list(range(24))
+    for place in ((0, 2, 0), (3, 2, 0), (1, 1, 0), (1, 5, 0), (1, 2, -1), (1, 2, 4)):
+        assert SOME.lane(*place) is None
+
+
+@pytest.mark.parametrize(
+    ('place', 'reach', 'first', 'shape'),
+    [
+        ((2, 3, 4), (1, 2, 3), (1, 1, 1), (3, 5, 7)),
+        ((0, 6, 8), (1, 2, 3), (0, 2, 2), (3, 5, 7)),
+        ((-3, 9, 4), (1, 9, 4), (0, 0, 0), (3, 7, 9)),
+    ],
+)
+def test_what_is_about_a_place_has_the_same_size_at_the_border(place, reach, first, shape):
+    assert EVERY.about(place, reach) == (first, shape)
+
+
+def test_a_part_holds_the_values_of_its_places():
+    values = np.arange(2 * EVERY.size, dtype=np.int16).reshape(2, -1)
+    part = EVERY.part(values, SOME)
+    for lane in range(SOME.size):
+        assert (part[:, lane] == values[:, EVERY.lane(*SOME.place(lane))]).all()
+
+
+def jumps(boxes):
+    motion = BoxMotion()
+    return [motion.update(box, 0.1 * k, 0.02, 0.06) for k, box in enumerate(boxes)]
+
+
+def test_steady_motion_is_no_jump():
+    assert set(jumps([Box(9.0 * k, 0, 40, 100) for k in range(9)])) == {(0, 0, 0)}
+
+
+def test_tells_jumps_in_placements():
+    still = [Box(0, 0, 40, 100)] * 3
+    assert jumps([*still, Box(8, -6, 40, 100)])[-1] == (0, -3, 4)
+    assert jumps([*still, Box.from_center(20, 50, 40, 120)])[-1] == (3, 0, 0)
+
+
+def test_another_speed_is_learnt_within_some_frames():
+    # From 0.1 to 0.194 body heights a frame: 4.7 placements, of which 0.7 are left each time.
+    x = [10.0 * k for k in range(6)] + [50 + 19.4 * k for k in range(1, 8)]
+    found = [right for _, _, right in jumps([Box(each, 0, 40, 100) for each in x])]
+    assert found == [0] * 6 + [5, 3, 2, 2, 0, 0, 0]
+    y = [Box(0, -each, 40, 100) for each in x]
+    assert jumps(y) == [(0, -jump, 0) for jump in found]
+
+
+def test_after_a_pause_the_speed_is_measured_anew():
+    motion = BoxMotion()
+    for k in range(4):
+        motion.update(Box(5.0 * k, 0, 40, 100), 0.1 * k, 0.02, 0.06)
+    assert motion.update(Box(90, 0, 40, 100), 0.9, 0.02, 0.06) == (0, 0, 0)
+    assert motion.update(Box(102.5, 0, 40, 100), 1.0, 0.02, 0.06) == (0, 0, 0)
+
+
+def test_a_leap_is_not_taken_for_a_speed():
+    leap = [*[Box(0, 0, 40, 100)] * 3, *[Box(100, 0, 40, 100)] * 3]
+    # At most 2 body heights a second, of which 0.3 and then the rest are believed.
+    assert [right for _, _, right in jumps(leap)] == [0, 0, 0, 50, -3, -2]

@@ -1,20 +1,19 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
 import numpy as np
 import pytest
 
 from benchmarks.kernels import ReferenceKernel, tanimoto
-from gait_segmentation.matching.builds import BuildKernels
-from gait_segmentation.matching.placements import Sampled
-from gait_segmentation.matching.search_range import SearchRange
-from gait_segmentation.matching.similarities import SimilarityMaps, filled_up
+from gait_segmentation.gait_model import TemplateBank
+from gait_segmentation.matching.path import UNIT
+from gait_segmentation.matching.placements import Sampled, SearchRange
+from gait_segmentation.matching.similarities import SimilarityMaps, coded_bank, filled_up
 from gait_segmentation.matching.tanimoto import WindowGrid, pitch_of
-from gait_segmentation.matching.transitions import UNIT
-from gait_segmentation.matching.visibility import LineSums
 
 GRID = WindowGrid(7, 5, 3, 4, 2)
 COST = np.array([30, 0], np.int16)
-LEAST = 0.25
 ALL = SearchRange((0, 0, 0), (2, GRID.rows, GRID.columns))
 
 
@@ -27,10 +26,14 @@ def likelihoods():
     return np.random.default_rng(1).integers(0, 256, shape, dtype=np.uint8)
 
 
-def maps(bank, least=LEAST):
-    kernels = BuildKernels(bank, np.array([1, 0, 1]), GRID)
-    sums = LineSums(bank, kernels.row, kernels.rows)
-    return kernels, SimilarityMaps(kernels, sums, GRID, COST, least)
+def of_builds(templates):
+    """Return a bank of three views of two builds."""
+    return TemplateBank(templates, np.arange(3, dtype=np.float32), ('b', 'a', 'b'), 0.9)
+
+
+def maps(bank):
+    coded = coded_bank(of_builds(bank), 256, GRID)
+    return coded, SimilarityMaps(coded, GRID, COST)
 
 
 def mask(rows=slice(None), columns=slice(None), value=255):
@@ -62,51 +65,24 @@ MASKS = {
 
 
 def expected(bank, images, known):
-    """Return similarities and shares in sight by the definition, (V, P, S, windows)."""
+    """Return similarities by the definition, (V, P, S, windows)."""
     flat = bank.reshape(-1, 7, 5)
     reference = ReferenceKernel(flat, GRID)
-    whole = flat.sum(axis=(1, 2), dtype=np.int64)[:, None, None, None]
     seen = reference.common_area(mask() if known is None else known).astype(np.int64)
     share = tanimoto(reference.common_area(images), GRID.areas(images)[None], seen)
     shape = *bank.shape[:2], 2, GRID.rows * GRID.columns
-    return share.reshape(shape), (seen / whole).reshape(shape)
+    return share.reshape(shape)
 
 
 @pytest.mark.parametrize('name', MASKS)
 def test_similarities_are_those_of_the_definition(name):
     bank, known = templates(), MASKS[name]
-    kernels, similarities = maps(bank)
+    coded, similarities = maps(bank)
     images = likelihoods() if known is None else np.minimum(likelihoods(), known)
-    found = similarities.update(Sampled(images, known), np.array([True, True]), ALL)
-    found = found[kernels.row][..., : ALL.size].reshape(3, 2, 2, -1)
-    share, seen = expected(bank, images, known)
-    share = np.where(seen < LEAST, 0.0, share)
+    found = similarities.update(Sampled(images, known), ALL)
+    found = found[coded.row][..., : ALL.size].reshape(3, 2, 2, -1)
+    share = expected(bank, images, known)
     assert np.abs(found + COST[:, None] - UNIT * share).max() <= 0.51
-
-
-@pytest.mark.parametrize('name', ['no mask', 'top cut', 'corner'])
-def test_only_builds_that_are_searched_are_compared(name):
-    bank, known = templates(), MASKS[name]
-    kernels, similarities = maps(bank)
-    sampled = Sampled(likelihoods(), known)
-    every = similarities.update(sampled, np.array([True, True]), ALL).copy()
-    kernels, similarities = maps(bank)
-    found = similarities.update(sampled, np.array([False, True]), ALL)
-    part = kernels.part(1)
-    np.testing.assert_array_equal(found[part, : ALL.size], every[part, : ALL.size])
-    assert not found[kernels.part(0)].any()
-
-
-def test_templates_out_of_sight_are_like_nothing():
-    bank = templates()
-    kernels, similarities = maps(bank, least=1.0)
-    images = np.full((2, *GRID.image_shape), 255, np.uint8)
-    known = mask(slice(0, GRID.image_shape[0] - 1))
-    found = similarities.update(Sampled(images, known), np.array([True, True]), ALL)
-    found = found[kernels.row][..., : ALL.size].reshape(3, 2, 2, -1)
-    low = found[:, :, 1].reshape(3, 2, GRID.rows, GRID.columns)
-    assert (low[:, :, -1] == 0).all()
-    assert (low[:, :, 0] > 0).all()
 
 
 @pytest.mark.parametrize('name', ['no mask', 'top cut', 'left cut', 'differs by scale', 'corner'])
@@ -116,13 +92,12 @@ def test_templates_out_of_sight_are_like_nothing():
 def test_only_placements_that_are_searched_are_compared(name, first, shape):
     bank, known = templates(), MASKS[name]
     _, similarities = maps(bank)
-    sampled, both, part = (
+    sampled, part = (
         Sampled(likelihoods(), known),
-        np.array([True, True]),
         SearchRange(first, shape),
     )
-    every = similarities.update(sampled, both, ALL)[:, : ALL.size].copy()
-    found = similarities.update(sampled, both, part)
+    every = similarities.update(sampled, ALL)[:, : ALL.size].copy()
+    found = similarities.update(sampled, part)
     assert found.shape[1] == pitch_of(part.size)
     np.testing.assert_array_equal(found[:, : part.size], ALL.part(every, part))
     np.testing.assert_array_equal(
@@ -133,15 +108,13 @@ def test_only_placements_that_are_searched_are_compared(name, first, shape):
 
 def test_rows_are_as_long_as_what_is_searched_whatever_was_before():
     bank, grid = templates(), WindowGrid(7, 5, 11, 13)
-    kernels = BuildKernels(bank, np.array([1, 0, 1]), grid)
-    sums = LineSums(bank, kernels.row, kernels.rows)
-    similarities = SimilarityMaps(kernels, sums, grid, COST, LEAST)
+    similarities = SimilarityMaps(coded_bank(of_builds(bank), 256, grid), grid, COST)
     images = np.random.default_rng(1).integers(0, 256, (2, *grid.image_shape), dtype=np.uint8)
-    sampled, both = Sampled(images, None), np.array([True, True])
+    sampled = Sampled(images, None)
     every = SearchRange((0, 0, 0), (2, 11, 13))
     part = SearchRange((0, 3, 4), (2, 5, 6))
-    whole = similarities.update(sampled, both, every)[:, : every.size].copy()
-    found = similarities.update(sampled, both, part)
+    whole = similarities.update(sampled, every)[:, : every.size].copy()
+    found = similarities.update(sampled, part)
     assert found.shape[1] == pitch_of(part.size) < pitch_of(every.size)
     np.testing.assert_array_equal(found[:, : part.size], every.part(whole, part))
 
@@ -149,11 +122,33 @@ def test_rows_are_as_long_as_what_is_searched_whatever_was_before():
 def test_nothing_is_like_nothing():
     bank = templates()
     bank[0, 1] = 0
-    kernels, similarities = maps(bank)
+    coded, similarities = maps(bank)
     black = Sampled(np.zeros((2, *GRID.image_shape), np.uint8), None)
-    found = similarities.update(black, np.array([True, True]), ALL)
-    assert (found[kernels.row[0, 1], : ALL.size] + _costs() == 0).all()
+    found = similarities.update(black, ALL)
+    assert (found[coded.row[0, 1], : ALL.size] + _costs() == 0).all()
 
 
 def _costs():
     return np.repeat(COST, GRID.rows * GRID.columns)
+
+
+@pytest.mark.parametrize('axis', [0, 1])
+def test_sums_are_those_of_the_first_lines(axis):
+    bank = templates()
+    bank[2, 1] = bank[0, 0]
+    coded = coded_bank(of_builds(bank), 256, GRID)
+    assert coded.kernel.rows == 5
+    assert coded.row[2, 1] == coded.row[0, 0]
+    assert coded.area[coded.row[0, 1]] == bank[0, 1].sum()
+    first = bank[1, 0].take(range(3), axis=axis)
+    assert coded.sums[axis][coded.row[1, 0], 3] == first.sum()
+
+
+def test_a_bank_is_coded_once_and_its_templates_are_kept_if_they_have_so_few_levels():
+    bank = of_builds(templates() // 128 * 255)
+    coded = coded_bank(bank, 2, GRID)
+    assert coded_bank(bank, 2, GRID) is coded
+    assert coded.templates is bank.templates
+    fine = of_builds(templates())
+    assert len(np.unique(coded_bank(fine, 2, GRID).templates)) == 2
+    assert (coded_bank(fine, 256, GRID).templates == fine.templates).all()

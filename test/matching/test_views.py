@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.gait_model import TemplateBank
-from gait_segmentation.matching.views import Views, views_of
+from gait_segmentation.matching.views import Views
 
 AZIMUTHS = np.array([0, 40, 80, 180, 0, 170], np.float32)
 
@@ -31,8 +31,3 @@ def test_directions_between_views():
     assert ring.azimuth(1, 0.5) == pytest.approx(math.radians(60))
     # There is nothing between views that are far apart.
     assert ring.azimuth(2, 0.5) == pytest.approx(math.radians(80))
-
-
-def test_views_of_a_bank_are_kept():
-    bank = TemplateBank(np.zeros((1, 2, 4, 4), np.uint8), np.zeros(1, np.float32), ('a',), 0.9)
-    assert views_of(bank) is views_of(bank)

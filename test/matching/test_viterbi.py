@@ -5,9 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from gait_segmentation.matching.scores import FLOOR
-from gait_segmentation.matching.transitions import UNIT
-from gait_segmentation.matching.viterbi import advance, shifted
+from gait_segmentation.matching.path import UNIT
+from gait_segmentation.matching.viterbi import FLOOR, advance, shifted, step_back
 
 SHAPE = (2, 2, 3)
 USED, LANES = 12, 15
@@ -26,27 +25,13 @@ def lane(place):
     return (place[0] * SHAPE[1] + place[1]) * SHAPE[2] + place[2]
 
 
-def run(
-    before,
-    best,
-    gain,
-    costs,
-    near,
-    near_cost,
-    row,
-    active=(True,) * 3,
-    was_active=None,
-):
+def run(before, best, gain, costs, near, near_cost, row):
     """Take in a frame; ``before`` is (V, P, N), or (0, P, N) if there was none."""
-    rows = np.full((6, 3 * LANES + 4), FLOOR, np.int16)
-    rows[: len(before), : 3 * LANES] = before.reshape(len(before), 3 * LANES)
-    leading = np.zeros((3, 3), np.int16)
-    was_active = np.array(active if was_active is None else was_active) & (len(before) > 0)
-    place = np.arange(3, dtype=np.int32)
-    sources = np.where(was_active, place, -1), np.where(active, place + 3, -1)
+    new, leading = np.empty((3, 3 * LANES), np.int16), np.zeros((3, 3), np.int16)
+    old = np.ascontiguousarray(before).reshape(len(before), 3 * LANES)
     reach = np.int16(32768 * 0.9), costs, near, near_cost
-    advance(rows, *sources, np.int16(best), *reach, np.int16(20), SHAPE, gain, row, leading)
-    return rows[3:, : 3 * LANES].reshape(3, 3, LANES), leading
+    advance(old, new, np.int16(best), *reach, np.int16(20), SHAPE, gain, row, leading)
+    return new.reshape(3, 3, LANES), leading
 
 
 def reached(scores, view, phase, place, costs, near, near_cost):
@@ -116,32 +101,107 @@ def test_scores_at_the_floor_and_walls_do_not_wrap_around():
     assert after[2, 2, used].max() == FLOOR * int(32768 * 0.9) >> 15
 
 
-def test_views_that_are_not_searched_are_left_alone_and_lead_nowhere():
-    rng = np.random.default_rng(1)
-    gain, row = similarities(rng, 9), np.arange(9, dtype=np.int32)
-    near, near_cost = NEAR['two'], np.zeros((3, 2), np.int16)
-    scores = rng.integers(0, 100, (3, 3, LANES)).astype(np.int16)
-    rest = near, near_cost, row
-    active, was_active = (True, True, False), (False, True, True)
-    after, leading = run(scores, 99, gain, np.zeros(1, np.int16), *rest, active, was_active)
-    assert (after[2] == FLOOR).all()
-    assert (leading[2] == FLOOR).all()
-    scores[0] = FLOOR
-    lead, _ = run(scores, 99, gain, np.zeros(1, np.int16), *rest, active)
-    np.testing.assert_array_equal(after[1], lead[1])
-
-
 @pytest.mark.parametrize('shape', [SHAPE, (1, 3, 2)])
 def test_a_jump_moves_scores_and_opens_the_border(shape):
     lanes = LANES, 8 if shape != SHAPE else LANES
-    before, after = np.array([-1, 2]), np.array([-1, 3])
     for shift in itertools.product((-1, 0, 1), (-2, -1, 0, 1), (-3, -1, 0, 2)):
-        rows = np.zeros((4, 2 * LANES), np.int16)
-        rows[2] = np.arange(1, 2 * LANES + 1)
-        shifted(rows, before, after, 2, SHAPE, shape, lanes, np.array(shift))
+        before = np.arange(1, 2 * LANES + 1, dtype=np.int16)[None]
+        after = np.zeros((1, 2 * LANES), np.int16)
+        shifted(before, after, 2, SHAPE, shape, lanes, np.array(shift))
         for phase, place in itertools.product(range(2), itertools.product(*map(range, shape))):
             come = tuple(np.add(place, shift).tolist())
             here = phase * lanes[1] + (place[0] * shape[1] + place[1]) * shape[2] + place[2]
-            expected = rows[2, phase * LANES + lane(come)] if come in places() else FLOOR
-            assert rows[3, here] == expected, shift
-        assert not rows[:2].any()
+            expected = before[0, phase * LANES + lane(come)] if come in places() else FLOOR
+            assert after[0, here] == expected, shift
+
+
+SHAPE, LANES, MOVE = (2, 2, 3), 15, 20
+BESIDE, TURN = np.array([[1], [0]], np.int32), np.array([[70], [90]], np.int16)
+
+
+def lane_of(state):
+    return (state[2] * SHAPE[1] + state[3]) * SHAPE[2] + state[4]
+
+
+def clip(seed, frames=5, slots=7):
+    rng = np.random.default_rng(seed)
+    ring = rng.integers(-500, 500, (slots, 2, 3, LANES)).astype(np.int16)
+    costs = rng.integers(0, 60, (slots, 3)).astype(np.int16)
+    shifts = np.zeros((slots, 3), np.int64)
+    return ring, rng.permutation(slots)[:frames], costs, np.full(slots, 2), shifts
+
+
+def traced(data, last, first=(0, 0, 0), move=MOVE):
+    """Trace a path back frame by frame."""
+    scores, slots, costs, counts, shifts = data
+    path = np.full((len(slots), 5), -1, np.int64)
+    path[-1] = last
+    for frame in range(len(slots) - 1, 0, -1):
+        here, before = slots[frame], scores[slots[frame - 1]].reshape(2, 3 * LANES)
+        step = costs[here, : counts[here]], shifts[here], tuple(map(int, first)), SHAPE, LANES, 3
+        step_back(before, *step, BESIDE, TURN, move, path[frame], path[frame - 1])
+    return path
+
+
+def score(data, path, frame):
+    """Return what the transition from a frame to the next one is worth."""
+    ring, slots, costs, _, shifts = data
+    before, after = path[frame], path[frame + 1]
+    step = (after[1] - before[1]) % 3
+    turn = 0 if before[0] == after[0] else TURN[after[0], 0]
+    moved = np.abs(before[2:] - after[2:] - shifts[slots[frame + 1]])
+    if step > 1 or moved.max() > 1:
+        return -(10**6)
+    worth = ring[slots[frame], before[0], before[1], lane_of(before)]
+    return int(worth) - costs[slots[frame + 1], step] - turn - MOVE * moved.sum()
+
+
+@pytest.mark.parametrize('seed', range(5))
+def test_every_step_back_is_the_best_of_all(seed):
+    data = clip(seed)
+    data[4][data[1][3]] = 0, 1, -1
+    data[0][data[1][2], seed % 2] = FLOOR
+    path = traced(data, (1, 2, 0, 0, 2))
+    for frame in range(4):
+        states = itertools.product(range(2), range(3), range(2), range(2), range(3))
+        other, best = path.copy(), -(10**6)
+        for state in states:
+            other[frame] = state
+            best = max(best, score(data, other, frame))
+        assert score(data, path, frame) == best
+
+
+@pytest.mark.parametrize(
+    ('jump', 'nearest'),
+    [
+        ((0, 9, 0), [1, 1, 2]),
+        ((0, -9, 0), [1, 0, 2]),
+        ((9, 0, 0), [1, 0, 2]),
+        ((-9, 0, -1), [0, 0, 1]),
+        ((0, 0, 9), [1, 0, 2]),
+        ((0, 0, -9), [1, 0, 0]),
+    ],
+)
+@pytest.mark.parametrize('step', [0, 1])
+def test_the_nearest_placement_takes_over_where_the_box_jumped_away(jump, nearest, step):
+    data = clip(1, frames=2)
+    data[4][data[1][1]] = jump
+    data[2][data[1][1]] = 30
+    data[2][data[1][1], step] = 20
+    path = traced(data, (0, 1, 1, 0, 2))
+    assert path[0].tolist() == [0, 1 - step, *nearest]
+
+
+def test_who_might_as_well_have_stayed_has_stayed():
+    data = clip(0)
+    data[0][:], data[2][:] = 100, 0
+    path = traced(data, (1, 2, 1, 0, 1), move=0)
+    np.testing.assert_array_equal(path, np.tile([1, 2, 1, 0, 1], (5, 1)))
+
+
+def test_states_are_counted_from_the_first_placement_there_is():
+    data, first = clip(2), np.array([1, 3, 2])
+    path = traced(data, (1, 2, 0, 0, 2))
+    moved = traced(data, (1, 2, 1, 3, 4), first=first)
+    np.testing.assert_array_equal(moved[:, :2], path[:, :2])
+    np.testing.assert_array_equal(moved[:, 2:], path[:, 2:] + first)

@@ -5,18 +5,22 @@
 from __future__ import annotations
 
 import math
-from copy import copy
 from functools import lru_cache
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.matching.tanimoto.loops import LANES, RUN, gather, run_program
-from gait_segmentation.matching.tanimoto.program import in_order, make_program
+from gait_segmentation.kernels import kernel
+from gait_segmentation.matching.tanimoto.program import PAIR, in_order, make_program
 from gait_segmentation.matching.tanimoto.windows import WindowGrid, check_templates
 
 __all__ = ['EventKernel', 'pitch_of', 'polyphase']
 
+_LANES = 192
+"""Windows that are treated at a time."""
+_RUN, _WORD = 16, 8
+"""Bytes that are copied at once, and bytes of a number by which they are."""
 _CACHE_LINE = 64
 
 
@@ -54,15 +58,8 @@ class EventKernel:
         self.rows = len(different)
         program, place = in_order(make_program(templates[first]))
         self.row: NDArray[np.int32] = place[row.reshape(-1)]
-        self._matrix = _aligned((len(program.pixels) + 1) * LANES)
         self._origins = _origins(program.pixels, grid)
         self._program = program
-
-    def copy(self) -> EventKernel:
-        """Return a kernel of the same templates that works in memory of its own."""
-        other = copy(self)
-        other._matrix = _aligned(len(self._matrix))
-        return other
 
     @property
     def events(self) -> int:
@@ -72,7 +69,7 @@ class EventKernel:
     @property
     def nbytes(self) -> int:
         """Return the memory the coded templates and the gathered windows take, in bytes."""
-        return self._program.nbytes + self._matrix.nbytes
+        return self._program.nbytes + self.new_matrix().nbytes
 
     def common_area(self, images: NDArray[np.uint8]) -> NDArray[np.int32]:
         """
@@ -93,6 +90,7 @@ class EventKernel:
         planes: NDArray[np.uint8],
         first: tuple[int, int],
         windows: tuple[int, int, int],
+        matrix: NDArray[np.uint8] | None = None,
         out: NDArray[np.int32] | None = None,
     ) -> NDArray[np.int32]:
         """
@@ -101,19 +99,20 @@ class EventKernel:
         :param planes: from :func:`polyphase`.
         :param first: row and column of the first window.
         :param windows: number of images, rows and columns.
-        :param out: from :meth:`new_rows`, of this kernel or one with more rows, to work in.
+        :param matrix: from :meth:`new_matrix`, and ``out`` from :meth:`new_rows`, of this kernel
+            or a larger one, to work in.
         :returns: (R, N) int32, a view of ``out``, C of template k in row ``row[k]``, image by
             image and row by row; what follows, up to :func:`pitch_of` them, is undefined.
         """
         program = self._program
-        if out is None:
-            out = self.new_rows(math.prod(windows))
+        matrix = self.new_matrix() if matrix is None else matrix
+        out = self.new_rows(math.prod(windows)) if out is None else out
         flat, stride = out.reshape(-1), out.shape[1]
         plane = planes.reshape(-1)[first[0] * _plane_shape(self._grid)[1] + first[1] :]
         for block, (places, offsets) in enumerate(_runs(self._grid, windows)):
-            gather(plane, self._origins, places, offsets, self._matrix)
-            run_program(
-                self._matrix,
+            _gather(_words(plane), self._origins, places, offsets, _words(matrix))
+            _run_program(
+                matrix,
                 program.source,
                 program.lo,
                 program.span,
@@ -122,9 +121,17 @@ class EventKernel:
                 program.base,
                 flat,
                 stride,
-                block * LANES,
+                block * _LANES,
             )
         return out[1 : self.rows + 1]
+
+    def new_matrix(self) -> NDArray[np.uint8]:
+        """Return an array for ``matrix`` of :meth:`common_rows`, with a run to spare."""
+        size = (len(self._program.pixels) + 1) * _LANES
+        memory = np.zeros(size + _CACHE_LINE, np.uint8)
+        # From a cache line on, so that no row of lanes needs one more.
+        first = -memory.ctypes.data % _CACHE_LINE
+        return memory[first : first + size]
 
     def new_rows(self, windows: int) -> NDArray[np.int32]:
         """Return an array for ``out`` of :meth:`common_rows`; its first row must stay zero."""
@@ -133,20 +140,13 @@ class EventKernel:
 
 def pitch_of(windows: int) -> int:
     """Return how long a row of a number of windows is when it is filled up."""
-    return -(-windows // LANES) * LANES
-
-
-def _aligned(size: int) -> NDArray[np.uint8]:
-    """Return zeros that start at a cache line, so that no row of lanes needs one more."""
-    memory = np.zeros(size + _CACHE_LINE, np.uint8)
-    first = -memory.ctypes.data % _CACHE_LINE
-    return memory[first : first + size]
+    return -(-windows // _LANES) * _LANES
 
 
 def _plane_shape(grid: WindowGrid) -> tuple[int, int]:
     """Return rows and columns of a plane, with room to read a run from its last pixel."""
     height, width = grid.image_shape
-    return -(-height // grid.step) + 1, -(-width // grid.step) + RUN
+    return -(-height // grid.step) + 1, -(-width // grid.step) + _RUN
 
 
 def _origins(pixels: NDArray[np.int64], grid: WindowGrid) -> NDArray[np.int64]:
@@ -169,15 +169,15 @@ def _runs(
     planes, (height, width) = grid.step**2, _plane_shape(grid)
     images, rows, columns = windows
     blocks = []
-    for start in range(0, images * rows * columns, LANES):
-        last = min(start + LANES, images * rows * columns)
+    for start in range(0, images * rows * columns, _LANES):
+        last = min(start + _LANES, images * rows * columns)
         places, offsets, window = [], [], start
         while window < last:
             line, column = divmod(window, columns)
             image, row = divmod(line, rows)
             places.append(window - start)
             offsets.append((image * planes * height + row) * width + column)
-            window += min(RUN, columns - column)
+            window += min(_RUN, columns - column)
         blocks.append((np.array(places, np.int64), np.array(offsets, np.int64)))
     return blocks
 
@@ -196,3 +196,69 @@ def polyphase(images: NDArray[np.uint8], grid: WindowGrid) -> NDArray[np.uint8]:
             part = images[:, y::step, x::step]
             planes[:, y * step + x, : part.shape[1], : part.shape[2]] = part
     return planes.reshape(len(images), -1)
+
+
+def _words(data: NDArray[np.uint8]) -> NDArray[np.uint64]:
+    """Return the words that begin at each byte, which share their memory."""
+    return np.ndarray((data.size - _WORD + 1,), np.uint64, data.data, strides=(1,))
+
+
+@kernel('u8[:], i8[::1], i8[::1], i8[::1], u8[:]')
+def _gather(plane, origins, places, offsets, matrix):  # type: ignore[no-untyped-def]
+    """
+    Put the windows of a block side by side for all pixels, run by run.
+
+    :param plane: words of a flat image, its pixels ordered so that windows are contiguous.
+    :param origins: (A,) int64, where in it the pixels of the first window are.
+    :param places: (R,) int64 lanes at which the runs begin.
+    :param offsets: (R,) int64, how far the runs' windows are from the first one.
+    :param matrix: words of the result, ``_LANES`` bytes a pixel and a run to spare.
+    """
+    for pixel in range(len(origins)):
+        origin, row = origins[pixel], pixel * _LANES
+        for run in range(len(places)):
+            target, source = row + places[run], origin + offsets[run]
+            matrix[target] = plane[source]
+            matrix[target + _WORD] = plane[source + _WORD]
+
+
+@njit(nogil=True, inline='always')
+def _change(value, lo, span):  # type: ignore[no-untyped-def]
+    """Return what an event adds; unsigned, so that as many as possible are done at once."""
+    return np.int16(min(np.uint8(max(value, lo) - lo), span))
+
+
+@kernel('u1[::1], u2[::1], u1[::1], u1[::1], i4[:,::1], i4[::1], i4[::1], i4[::1], i8, i8')
+def _run_program(  # type: ignore[no-untyped-def]
+    matrix, source, lo, span, bounds, target, base, out, stride, first
+):
+    """
+    Make the common areas of all templates for the gathered windows.
+
+    :param matrix: flat uint8, ``_LANES`` bytes for each pixel of the program.
+    :param source: as the next five in :class:`EventProgram`.
+    :param out: flat int32, rows of ``stride``; row 0 must be zero.
+    :param first: where the windows' results begin in a row.
+    """
+    total = np.empty(_LANES, np.int16)
+    for step in range(len(target)):
+        total[:] = 0
+        for pair in range(bounds[step, 0], bounds[step, 2]):
+            one, two = PAIR * pair, PAIR * pair + 1
+            lo_one, span_one, lo_two, span_two = lo[one], span[one], lo[two], span[two]
+            place = _LANES * np.int64(source[one])
+            values = matrix[place : place + _LANES]
+            place = _LANES * np.int64(source[two])
+            others = matrix[place : place + _LANES]
+            if pair < bounds[step, 1]:
+                for lane in range(_LANES):
+                    change = _change(values[lane], lo_one, span_one)
+                    total[lane] += change + _change(others[lane], lo_two, span_two)
+            else:
+                for lane in range(_LANES):
+                    change = _change(values[lane], lo_one, span_one)
+                    total[lane] -= change + _change(others[lane], lo_two, span_two)
+        old = out[base[step] * stride + first : base[step] * stride + first + _LANES]
+        new = out[target[step] * stride + first : target[step] * stride + first + _LANES]
+        for lane in range(_LANES):
+            new[lane] = old[lane] + total[lane]

@@ -4,22 +4,23 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.matching.tanimoto.arborescence import minimum_arborescence
+from gait_segmentation.kernels import kernel
 
-__all__ = ['PAIR', 'EventProgram', 'in_order', 'make_program']
+__all__ = ['PAIR', 'EventProgram', 'in_order', 'make_program', 'minimum_arborescence']
 
 PAIR = 2
 """Events that are added at once; an odd number of one sign is filled up with one that adds 0."""
 
 _MOST_OF_STEP = 32767 // 255 // PAIR
 """Pairs that a step has at most: what 16 bits can add up."""
+
+_RUN = 512
+"""Pixels that are compared before it is looked whether they are enough."""
 
 
 @dataclass(frozen=True)
@@ -55,36 +56,12 @@ class EventProgram:
         return self.pixels.nbytes + sum(array.nbytes for array in arrays)
 
 
-class _ByContent:
-    """Templates that are equal, as a key, to other templates with the same pixels."""
-
-    def __init__(self, templates: NDArray[np.uint8]) -> None:
-        self.templates = np.ascontiguousarray(templates)
-        digest = hashlib.sha256(self.templates.tobytes()).digest()
-        self._key = (templates.shape, digest)
-
-    def __hash__(self) -> int:
-        return hash(self._key)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _ByContent) and other._key == self._key
-
-
 def make_program(templates: NDArray[np.uint8]) -> EventProgram:
     """
     Code templates as changes against their parents.
 
-    The last programs are kept, as the matchers of all slots need the same ones; nobody may write
-    to them.
-
     :param templates: (K, height, width) uint8.
     """
-    return _make_program(_ByContent(templates))
-
-
-@lru_cache(maxsize=12)
-def _make_program(key: _ByContent) -> EventProgram:
-    templates = key.templates
     pixels = np.ascontiguousarray(templates.reshape(len(templates), -1))
     # Pixels that are in no template part none, and are more than half.
     order, parents = minimum_arborescence(np.ascontiguousarray(pixels[:, pixels.any(axis=0)]))
@@ -146,3 +123,57 @@ def in_order(program: EventProgram) -> tuple[EventProgram, NDArray[np.int32]]:
     place[np.argsort(first)] = np.arange(len(made))
     row = np.concatenate([[0], place + 1]).astype(np.int32)
     return replace(program, target=row[program.target], base=row[program.base]), place
+
+
+@kernel('u1[:,::1]')
+def minimum_arborescence(pixels):  # type: ignore[no-untyped-def]
+    """
+    Return a minimum spanning arborescence that starts at the empty template.
+
+    The length of an edge is the number of pixels in which its two templates differ.  Equal
+    templates, such as the half-cycle twins of a profile view, are neighbours at length 0.
+
+    :param pixels: (K, N) uint8.
+    :returns: order of the templates, parents first, and the parent of each template (by
+        template, -1 = the empty one), both (K,) int64.  R. C. Prim, 1957.
+    """
+    count, size = pixels.shape
+    distance = np.empty(count, np.int64)
+    parent = np.full(count, -1, np.int64)
+    order = np.empty(count, np.int64)
+    done = np.zeros(count, np.bool_)
+    for k in range(count):
+        differ = 0
+        for x in range(size):
+            differ += pixels[k, x] != 0
+        distance[k] = differ
+    for place in range(count):
+        nearest = -1
+        for k in range(count):
+            if not done[k] and (nearest < 0 or distance[k] < distance[nearest]):
+                nearest = k
+        done[nearest] = True
+        order[place] = nearest
+        for k in range(count):
+            if not done[k]:
+                differ = _differ(pixels[k], pixels[nearest], distance[k])
+                if differ < distance[k]:
+                    distance[k] = differ
+                    parent[k] = nearest
+    return order, parent
+
+
+@kernel()
+def _differ(one, other, limit):  # type: ignore[no-untyped-def]
+    """Return in how many pixels two templates differ, or any number from a limit on if so many."""
+    differ = np.int64(0)
+    for first in range(0, len(one), _RUN):
+        part, rest = one[first : first + _RUN], other[first : first + _RUN]
+        # In numbers as small as this, many are counted at a time.
+        found = np.int16(0)
+        for x in range(len(part)):
+            found = np.int16(found + np.int16(part[x] != rest[x]))
+        differ += found
+        if differ >= limit:
+            break
+    return differ

@@ -6,11 +6,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.kernels import kernel
 
 __all__ = ['WindowGrid', 'check_templates']
 
@@ -76,9 +76,16 @@ class WindowGrid:
         :raises InputError: if shape or type of the images is another.
         """
         self.check(images)
-        result = np.empty((len(images), self.rows, self.columns), np.int32)
-        _sum_up(images, self.height, self.width, self.step, result)
-        return result
+        sums = np.stack([cv2.integral(image) for image in images])
+        rows = self.step * np.arange(self.rows)[:, None]
+        columns = self.step * np.arange(self.columns)
+        below, right = rows + self.height, columns + self.width
+        return np.asarray(
+            sums[:, below, right]
+            - sums[:, below, columns]
+            - sums[:, rows, right]
+            + sums[:, rows, columns]
+        )
 
     def check(self, images: NDArray[np.uint8]) -> None:
         """
@@ -115,37 +122,3 @@ def check_templates(templates: NDArray[np.uint8], grid: WindowGrid) -> None:
         raise InputError(
             f'templates must have at most {_MOST_PIXELS} pixels, got {grid.height * grid.width}'
         )
-
-
-@kernel('u1[:,:,::1], i8, i8, i8, i4[:,:,::1]')
-def _sum_up(images, height, width, step, result):  # type: ignore[no-untyped-def]
-    """Put the sums over all windows into ``result``, (S, rows, columns) int32, by running sums."""
-    sums = np.empty(images.shape[2], np.int32)
-    for scale in range(len(images)):
-        image = images[scale]
-        sums[:] = 0
-        for y in range(height):
-            _add(image[y], sums)
-        for row in range(result.shape[1]):
-            for y in range(max(row - 1, 0) * step, row * step):
-                _add(image[y + height], sums)
-                _subtract(image[y], sums)
-            total = np.int32(0)
-            for x in range(width):
-                total += sums[x]
-            for column in range(result.shape[2]):
-                for x in range(max(column - 1, 0) * step, column * step):
-                    total += sums[x + width] - sums[x]
-                result[scale, row, column] = total
-
-
-@kernel()
-def _add(line, sums):  # type: ignore[no-untyped-def]
-    for x in range(len(sums)):
-        sums[x] += np.int32(line[x])
-
-
-@kernel()
-def _subtract(line, sums):  # type: ignore[no-untyped-def]
-    for x in range(len(sums)):
-        sums[x] -= np.int32(line[x])

@@ -6,8 +6,6 @@ from hypothesis import given, settings
 
 from benchmarks.kernels import ReferenceKernel
 from gait_segmentation.matching.tanimoto import EventKernel, WindowGrid, polyphase
-from gait_segmentation.matching.tanimoto.events import _runs
-from gait_segmentation.matching.tanimoto.loops import RUN
 from test.matching.tanimoto.cases import banks
 
 
@@ -80,19 +78,18 @@ def test_finer_sampling_of_a_motion_hardly_adds_events():
 @pytest.mark.parametrize(
     ('step', 'rows', 'columns'), [(1, 3, 4), (2, 1, 1), (2, 5, 19), (3, 2, 7)]
 )
-def test_what_is_read_is_within_the_planes(step, rows, columns):
+def test_only_some_windows_are_compared_in_memory_that_is_given(step, rows, columns):
+    rng = np.random.default_rng(0)
     grid = WindowGrid(7, 5, rows, columns, step)
-    kernel = EventKernel(np.random.default_rng(0).integers(1, 255, (2, 7, 5), np.uint8), grid)
-    size = polyphase(np.zeros((2, *grid.image_shape), np.uint8), grid).size
-    offsets = [offsets.max() for _, offsets in _runs(grid, (2, rows, columns))]
-    assert kernel._origins.max() + max(offsets) + RUN <= size
-
-
-def test_copies_work_in_memory_of_their_own():
-    rng = np.random.default_rng(5)
-    grid = WindowGrid(6, 5, 2, 3)
-    kernel = EventKernel(rng.integers(0, 256, (3, 6, 5), dtype=np.uint8), grid)
-    other = kernel.copy()
-    assert not np.shares_memory(kernel._matrix, other._matrix)
-    images = rng.integers(0, 256, (1, *grid.image_shape), dtype=np.uint8)
-    np.testing.assert_array_equal(other.common_area(images), kernel.common_area(images))
+    kernel = EventKernel(rng.integers(1, 255, (2, 7, 5), np.uint8), grid)
+    images = rng.integers(0, 256, (2, *grid.image_shape), np.uint8)
+    every = kernel.common_area(images)
+    first, shape = (rows // 2, columns // 3), (2, rows - rows // 2, columns - columns // 3)
+    matrix, out = kernel.new_matrix(), kernel.new_rows(np.prod(shape))
+    found = kernel.common_rows(polyphase(images, grid), first, shape, matrix, out)
+    assert np.shares_memory(found, out)
+    found = found[kernel.row, : np.prod(shape)].reshape(2, *shape)
+    np.testing.assert_array_equal(found, every[:, :, first[0] :, first[1] :])
+    assert np.shares_memory(
+        kernel.common_rows(polyphase(images, grid), first, shape, matrix, out), out
+    )

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gait_segmentation.matching.clock import PhaseClock
+from gait_segmentation.matching.phase_filter import PhaseFilter, _exchanged, _turned
 
 PHASES, FPS = 30, 25
 
@@ -34,7 +34,7 @@ def off(beliefs, phases):
 @pytest.mark.parametrize('rate', [0.7, 1.1])
 def test_evidence_too_weak_for_a_frame_adds_up_along_a_walk(rate):
     phases = 0.3 + rate * np.arange(100) / FPS
-    clock = PhaseClock(PHASES, 0.5, 1.33, 1)
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 1)
     beliefs = run(clock, phases, 15.0)
     rng = np.random.default_rng(0)
     alone = [seen(phase, 15.0, rng).argmax() / PHASES for phase in phases]
@@ -46,7 +46,7 @@ def test_evidence_too_weak_for_a_frame_adds_up_along_a_walk(rate):
 
 def test_somebody_who_stops_stands():
     phases = np.concatenate([np.arange(50) / FPS, np.full(40, 2.0)])
-    clock = PhaseClock(PHASES, 0.5, 1.33, 1)
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 1)
     beliefs = run(clock, phases, 60.0)
     assert clock.rate < 0.1
     assert off(beliefs, phases)[-20:].mean() < 0.03
@@ -54,7 +54,7 @@ def test_somebody_who_stops_stands():
 
 def test_later_frames_correct_earlier_ones():
     phases = 0.1 + 0.9 * np.arange(60) / FPS
-    clock = PhaseClock(PHASES, 0.5, 1.33, 60)
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 60)
     filtered = run(clock, phases, 15.0)
     smoothed = clock.beliefs(60)
     assert smoothed[-1] == pytest.approx(filtered[-1])
@@ -64,7 +64,7 @@ def test_later_frames_correct_earlier_ones():
 
 def test_smoothing_is_bayes_rule():
     # Three frames of evidence in one bin each: what comes before is bound to what comes after.
-    clock = PhaseClock(PHASES, 0.5, 1.33, 3)
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 3)
     for number, phase in enumerate((None, 6)):
         evidence = np.zeros(PHASES)
         if phase is not None:
@@ -78,7 +78,7 @@ def test_smoothing_is_bayes_rule():
 
 
 def test_half_strides_that_look_alike_stay_equally_likely():
-    clock = PhaseClock(PHASES, 0.5, 1.33, 1)
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 1)
     at = np.arange(PHASES) / PHASES
     for number in range(50):
         clock.update(100 * np.cos(4 * np.pi * (at - 0.04 * number)), number / FPS)
@@ -88,7 +88,7 @@ def test_half_strides_that_look_alike_stay_equally_likely():
 
 
 def test_forgets():
-    clock = PhaseClock(PHASES, 0.5, 1.33, 4)
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 4)
     run(clock, np.arange(20) / FPS, 50.0)
     clock.reset()
     assert clock.rate == 0.0
@@ -106,7 +106,7 @@ def across(phase, view, views, rng):
 def test_the_view_is_found_with_the_phase_and_the_others_are_not_looked_at_any_more():
     rng = np.random.default_rng(1)
     phases = 0.2 + 0.9 * np.arange(40) / FPS
-    clock = PhaseClock(PHASES, 0.5, 1.33, 1, np.ones(5))
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 1, np.ones(5))
     assert clock.likely(0.0).all()
     found = []
     for number, phase in enumerate(phases):
@@ -125,7 +125,7 @@ def test_views_move_on_with_somebody_who_turns():
     phases = 0.2 + 0.9 * np.arange(60) / FPS
     found = {}
     for told in (True, False):
-        clock = PhaseClock(PHASES, 0.5, 1.33, 60, np.ones(5))
+        clock = PhaseFilter(PHASES, 0.5, 1.33, 60, np.ones(5))
         for number, phase in enumerate(phases):
             view = 3 if number < 20 else 1
             moved = 2 if told and number == 20 else 0
@@ -140,7 +140,7 @@ def test_views_move_on_with_somebody_who_turns():
 @pytest.mark.parametrize('moved', [0, 1, 7])
 def test_forward_and_backward_agree_on_the_newest_frame(moved):
     rng = np.random.default_rng(3)
-    clock = PhaseClock(PHASES, 0.5, 1.33, 3, np.ones(3))
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 3, np.ones(3))
     for number in range(3):
         clock.update(across(0.1 * number, 1, 3, rng), number / FPS, moved)
     assert clock.beliefs(3)[-1] == pytest.approx(clock.beliefs(1)[0])
@@ -151,7 +151,7 @@ def test_the_past_is_that_of_the_whole_sequence():
     """Two frames: the belief in the first is by Bayes' rule from all that may follow."""
     rng = np.random.default_rng(4)
     first, second = across(0.1, 0, 2, rng) / 20, across(0.5, 1, 2, rng) / 20
-    clock = PhaseClock(PHASES, 0.5, 1.33, 2, np.ones(2))
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 2, np.ones(2))
     clock.update(first, 0.0)
     clock.update(second, 0.4)
     smoothed = clock.beliefs(2)[0]
@@ -160,13 +160,13 @@ def test_the_past_is_that_of_the_whole_sequence():
     for phase in range(PHASES):
         only = np.full((2, PHASES), -1e6)
         only[:, phase] = first[:, phase]
-        given = PhaseClock(PHASES, 0.5, 1.33, 2, np.ones(2))
+        given = PhaseFilter(PHASES, 0.5, 1.33, 2, np.ones(2))
         given._steps.clear()
         belief = np.zeros((2, *given._prior.shape))
         belief[:, :, phase] = 0.5 * given._prior[:, phase] * np.exp(first[:, phase, None] / 12.0)
         waver = 0.3
         belief = belief + waver * np.stack([belief[1] - belief[0], belief[0] - belief[1]])
-        carried = given._carried(belief, given._turn(0.4), clock._steps[1].exchange)
+        carried = _turned(_exchanged(belief, clock._steps[1].exchange, 1, 1), given._turn(0.4))
         kept = clock._steps[1].kept
         carried = kept * carried + (1 - kept) * carried.sum(axis=(1, 2), keepdims=True) * (
             given._prior
@@ -177,7 +177,7 @@ def test_the_past_is_that_of_the_whole_sequence():
 
 
 def test_one_frame_rules_no_phase_out():
-    clock = PhaseClock(PHASES, 0.5, 1.33, 1)
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 1)
     evidence = np.zeros(PHASES)
     evidence[6] = 1e4
     clock.update(evidence, 0.0)
@@ -187,7 +187,7 @@ def test_one_frame_rules_no_phase_out():
 
 
 def test_the_past_is_seen_from_the_views_of_then():
-    clock = PhaseClock(PHASES, 0.5, 1.33, 2, np.ones(3))
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 2, np.ones(3))
     first, second = np.full((2, 3, PHASES), -1e3)
     first[1, 0] = first[2, 15] = 0.0
     second[1] = 0.0
@@ -200,6 +200,6 @@ def test_the_past_is_seen_from_the_views_of_then():
 
 
 def test_all_may_walk_at_one_rate():
-    clock = PhaseClock(PHASES, np.nextafter(0.9, 0), 0.9, 5)
+    clock = PhaseFilter(PHASES, np.nextafter(0.9, 0), 0.9, 5)
     phases = 0.9 * np.arange(30) / FPS % 1
     assert off(run(clock, phases, 60.0), phases)[-5:].max() < 0.1

@@ -15,9 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.matching.belief import advance, carry, diffuse
-
-__all__ = ['PhaseClock']
+__all__ = ['PhaseFilter']
 
 _RATES = 14
 """Rates of the grid, the first of which is standing."""
@@ -54,7 +52,7 @@ class _Step:
 
     seconds: float
     passed: float
-    turn: NDArray[np.float64]
+    turn: NDArray[np.complex128]
     exchange: float
     moved: int
     kept: float
@@ -62,7 +60,7 @@ class _Step:
     belief: NDArray[np.float64]
 
 
-class PhaseClock:
+class PhaseFilter:
     """
     A grid filter over phase, rate, view and placement (hidden Markov model, forward and backward).
 
@@ -136,6 +134,7 @@ class PhaseClock:
         turn = self._turn(passed)
         exchange = min(0.3, 0.5 * _RATE_DIFFUSION**2 * passed / self._spacing**2)
         kept = float(np.exp(-_RENEWAL * passed))
+        evidence = evidence.reshape(*self._cells.shape, self._phases)
         likelihood = np.exp((evidence - evidence.max()) / _NOISE)
         # No phase of a view that was looked at is ruled out by one frame; where nobody looked,
         # nothing is left.
@@ -143,20 +142,15 @@ class PhaseClock:
         if self._steps:
             last = self._steps[-1].belief
             before = self._diffused(_moved(last, moved, self._cells.ndim), passed)
-            belief = np.empty(before.shape)
-            shape = -1, *self._prior.shape
-            advance(
-                before.reshape(shape),
-                turn,
-                exchange,
-                kept,
-                self._prior,
-                likelihood.reshape(-1, self._phases),
-                belief.reshape(shape),
-            )
+            belief = np.zeros(before.shape)
+            looked = likelihood.any(axis=-1)
+            carried = _turned(_exchanged(before[looked], exchange, 1, 1), turn)
+            anew = (1 - kept) * carried.sum(axis=(1, 2), keepdims=True)
+            carried = kept * carried + anew * self._prior
+            belief[looked] = carried * likelihood[looked][:, None]
         else:
             belief = self._cells[..., None, None] * self._prior * likelihood[..., None, :]
-            belief /= belief.sum()
+        belief /= belief.sum()
         self._steps.append(_Step(seconds, passed, turn, exchange, moved, kept, likelihood, belief))
 
     @property
@@ -191,40 +185,51 @@ class PhaseClock:
         seen = np.broadcast_to(step.likelihood[..., None, :], step.belief.shape)
         if later is not None:
             seen = later * seen
-        # The way back is the transpose: the exchange is its own, a turn back has the reversed row.
-        turn = np.roll(step.turn[:, ::-1], 1, axis=1)
-        back = self._carried(self._carried(seen, turn, 0.0), self._turn(0.0), step.exchange)
+        # The way back is the transpose: the exchange is its own, that of a turn its conjugate.
+        back = _exchanged(_turned(seen, step.turn.conj()), step.exchange, -2, 1)
         renewed = (self._prior * seen).sum(axis=(-2, -1), keepdims=True)
         back = step.kept * back + (1 - step.kept) * renewed
         back = _moved(self._diffused(back, step.passed), -step.moved, self._cells.ndim)
         return np.asarray(back / back.max())
 
-    def _turn(self, seconds: float) -> NDArray[np.float64]:
+    def _turn(self, seconds: float) -> NDArray[np.complex128]:
         """
-        Return how the phase of each rate moves on in a time, (R, P) float64.
+        Return how the phase of each rate moves on in a time, (R, P / 2 + 1), as a spectrum.
 
-        It is the probability of each advance; turns by fractions of a bin are exact in the
-        frequency domain.
+        Turns by fractions of a bin are exact in the frequency domain.
         """
         spread = np.exp(-0.5 * (self._waves * _PHASE_DIFFUSION) ** 2 * seconds)
-        turn = np.exp(-1j * np.outer(self._rates * seconds, self._waves)) * spread
-        return np.asarray(np.fft.irfft(turn, self._phases, axis=1))
-
-    def _carried(
-        self, belief: NDArray[np.float64], turn: NDArray[np.float64], exchange: float
-    ) -> NDArray[np.float64]:
-        """Let neighbouring rates exchange a share, and move the phases of each rate on."""
-        result = np.empty(belief.shape)
-        shape = -1, *self._prior.shape
-        carry(np.ascontiguousarray(belief).reshape(shape), turn, exchange, result.reshape(shape))
-        return result
+        return np.asarray(np.exp(-1j * np.outer(self._rates * seconds, self._waves)) * spread)
 
     def _diffused(self, belief: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
         """Let neighbouring views and placements exchange a share, in a copy."""
-        result = np.array(belief, order='C')
-        cells = (*self._cells.shape, 1, 1)[:3]
-        diffuse(result.reshape(*cells, -1), min(0.3, _CELL_DIFFUSION * seconds))
-        return result
+        share = min(0.3, _CELL_DIFFUSION * seconds)
+        for axis in range(self._cells.ndim):
+            belief = _exchanged(belief, share, axis)
+        return belief
+
+
+def _exchanged(
+    belief: NDArray[np.float64], share: float, axis: int, first: int = 0
+) -> NDArray[np.float64]:
+    """
+    Let neighbours along an axis exchange a share of their difference; its own adjoint.
+
+    :param first: from which one on.
+    """
+    result = np.array(belief)
+    along = np.moveaxis(result, axis, 0)[first:]
+    flow = share * np.diff(along, axis=0)
+    along[:-1] += flow
+    along[1:] -= flow
+    return result
+
+
+def _turned(belief: NDArray[np.float64], turn: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """Move the phases of each rate, (..., R, P), on by a spectrum."""
+    result = np.fft.irfft(np.fft.rfft(belief) * turn, belief.shape[-1])
+    # A sharp peak turned by a fraction of a bin rings below 0.
+    return np.asarray(np.maximum(result, 0.0))
 
 
 def _moved(belief: NDArray[np.float64], steps: int, axes: int) -> NDArray[np.float64]:
