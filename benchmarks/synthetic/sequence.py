@@ -20,11 +20,10 @@ from numpy.typing import NDArray
 
 from benchmarks.synthetic.camera import FOCAL_LENGTH, SyntheticCamera
 from benchmarks.synthetic.clothing import make_outfit
-from benchmarks.synthetic.config import SyntheticConfig
+from benchmarks.synthetic.config import Staging, SyntheticConfig, still
 from benchmarks.synthetic.courses import Straight
 from benchmarks.synthetic.props import draw_prop
-from benchmarks.synthetic.scenery import Occluder, make_occluder, make_panorama
-from benchmarks.synthetic.staging import Staging, still
+from benchmarks.synthetic.scenery import make_panorama
 from benchmarks.synthetic.walkers import Walker, draw_walker, draw_walkers_by_lot
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.output import write_image
@@ -40,9 +39,6 @@ NEAREST = 0.3
 
 WALL_DISTANCE = 1.35
 """Of the wall over that of the first walker."""
-
-OCCLUDER_SIZE = 1.1
-"""Size at which things at the occluder's distance are seen, over that of the first walker."""
 
 MIXED = (13, 242)
 """Pixels covered more than the first and less than the second (of 255) are ambiguous."""
@@ -100,7 +96,6 @@ class SyntheticSequence:
             ground = round(camera.ground_at(wall))
             unit = camera.height_at(wall)
             self._panorama = make_panorama(rng, shape, ground, unit, self.config.clutter)
-        self._occluder = self._make_occluder(rng) if self.config.occluder else None
         self._last: SyntheticFrame | None = None
 
     @property
@@ -193,12 +188,6 @@ class SyntheticSequence:
         )
         return [first, *others]
 
-    def _make_occluder(self, rng: np.random.Generator) -> Occluder:
-        camera, config = self._camera, self.config
-        x = camera.margin_x + config.width * rng.uniform(0.4, 0.6)
-        ground = camera.ground_at(camera.distance / OCCLUDER_SIZE)
-        return make_occluder(rng, camera.place_shape, x, ground, config.person_height)
-
     def seconds(self, number: int) -> float:
         """Return the time of a frame after half way of the clip."""
         return (number - (self.config.frames - 1) / 2) / self.config.fps
@@ -232,13 +221,6 @@ class SyntheticSequence:
                 behind *= 1 - cover
             if index >= 0:
                 seen[index] = cover
-        if self._occluder is not None:
-            cover = np.clip(self._camera.view(self._occluder.alpha, number, 1.0), 0, 1)
-            picture += cover[..., None] * (
-                self._camera.view(self._occluder.colour, number, 1.0) - picture
-            )
-            for behind in seen:
-                behind *= 1 - cover
         return self._finish(number, picture, seen)
 
     def _finish(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.synthetic.clothing import Outfit, make_outfit, paint
-from benchmarks.synthetic.courses import Motion, Straight, Whereabouts
+from benchmarks.synthetic.courses import Course, Straight, Whereabouts
 from gait_segmentation.gait_model import FIGURES, render_parts
 from gait_segmentation.geometry import BodyFrame, Box
 
@@ -27,7 +27,7 @@ class Walker:
     ``build`` names figure and kind of clothes.
     """
 
-    motion: Motion
+    motion: Straight | Course
     build: str
     outfit: Outfit
 
