@@ -30,6 +30,12 @@ Passes over its pixels that a JPEG may make, and 10 are usual: each takes time f
 hardly any bytes.
 """
 
+_MOST_PIXELS_PER_BYTE = 8 * 64
+"""
+Of a JPEG, which takes a bit at least for each block of 8 x 8 pixels: OpenCV fills up a picture of
+which most is missing, so a damaged size of some bytes would take the memory of a large image.
+"""
+
 _MOST_PARTS = 4096
 """Segments of a JPEG, or entries of a TIFF directory, that are looked through for the size."""
 
@@ -79,7 +85,10 @@ def decode_image(
                 f'{content.count(_SCAN)}: write it anew'
             )
         # OpenCV 4 makes up what is missing of a JPEG that is cut off.
-        whole = not content.startswith(b'\xff') or content.rfind(_END) > content.rfind(_SCAN)
+        whole = not content.startswith(b'\xff') or (
+            content.rfind(_END) > content.rfind(_SCAN)
+            and size[0] * size[1] <= _MOST_PIXELS_PER_BYTE * len(content)
+        )
         try:
             image = cv2.imdecode(data, flags) if whole else None
         except cv2.error:

@@ -133,6 +133,18 @@ def test_a_jpeg_cannot_take_long_with_few_bytes() -> None:
         decoded(data[:-2] + 100 * last + data[-2:])
 
 
+def test_a_jpeg_of_few_bytes_cannot_claim_many_pixels() -> None:
+    flat = np.full((1024, 1024), 127, np.uint8)
+    for progressive in (0, 1):
+        options = [cv2.IMWRITE_JPEG_PROGRESSIVE, progressive, cv2.IMWRITE_JPEG_OPTIMIZE, 1]
+        data = cv2.imencode('.jpg', flat, options)[1].tobytes()
+        assert flat.size > 200 * len(data)
+        assert decoded(data).shape == (1024, 1024, 3)
+    assert decoded(jpeg(320, 240)).shape == (240, 320, 3)
+    with pytest.raises(InputError, match='not a complete image'):
+        decoded(jpeg(7680, 4320))
+
+
 @pytest.mark.parametrize(
     'data',
     [
