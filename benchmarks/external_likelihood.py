@@ -26,13 +26,13 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
+import shutil
 import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -117,49 +117,31 @@ class Detector:
         return place, rng.uniform(*SIZE, 2), rng.uniform(0, 180)
 
 
-def synthetic(seed: int, folder: Path) -> Path:
+def synthetic(seed: int, path: Path) -> None:
     """Write a synthetic walker as a sequence folder."""
     rng = np.random.default_rng([seed, 2])
     config = SyntheticConfig(
         seed=seed,
-        frames=50,
         azimuth=float(rng.choice([0.0, math.pi, 0.6, -0.6, 1.3])),
         build=str(rng.choice(['average', 'dress', 'rucksack'])),
         person_height=float(rng.uniform(90, 150)),
         pan=float(rng.choice([0.0, 1.5])),
     )
-    SyntheticSequence(config).write(folder / f'seed{seed}')
-    return folder / f'seed{seed}'
+    SyntheticSequence(config).write(path)
 
 
-def linked(data: Path, folder: Path) -> Path:
-    """Return a copy of a sequence folder that is made of links."""
-    path = folder / data.resolve().name
-    path.mkdir()
-    for entry in data.resolve().iterdir():
-        (path / entry.name).symlink_to(entry)
-    return path
-
-
-def spoil(sequence: Sequence, detector: Detector) -> list[float]:
-    """Write the maps of a sequence and return their error rates in percent."""
-    errors = []
+def measure(sequence: Sequence, detector: Detector) -> dict[str, float]:
+    """Write the maps of a sequence, refine and score them; errors are in percent."""
+    before = []
     for number in sequence.numbers:
         truth = sequence.truth(number)
         heat = detector(np.zeros(sequence.size[::-1], np.uint8) if truth is None else truth)
         if truth is not None:
             found = np.where(heat > 127, 255, 0).astype(np.uint8)
-            errors.append(score_frame(found, None, truth).error_rate)
+            before.append(score_frame(found, None, truth).error_rate)
         write_image(sequence.folder / NAME / f'{sequence.frames[number].stem}.png', heat)
-    return errors
-
-
-def measure(sequence: Sequence, detector: Detector, clock: Callable[[], float]) -> dict[str, Any]:
-    """Spoil, refine and score one sequence."""
-    before = spoil(sequence, detector)
-    outcomes = list(
-        run_sequence(Pipeline(clock=clock), sequence, clock=clock, likelihood_name=NAME)
-    )
+    clock = time.perf_counter
+    outcomes = run_sequence(Pipeline(clock=clock), sequence, clock=clock, likelihood_name=NAME)
     scores = [outcome.score for outcome in outcomes if outcome.score is not None]
     after = statistics.fmean(score.error_rate for score in scores)
     error = statistics.fmean(before)
@@ -185,25 +167,25 @@ def main() -> int:
     options = parser.parse_args()
     cv2.setNumThreads(1)
     compile_kernels()
-    rows = [['sequence', 'error % before', 'after', 'ratio', 'J after']]
-    report: dict[str, Any] = {}
+    report: dict[str, dict[str, float]] = {}
     with tempfile.TemporaryDirectory() as temporary:
-        folder = Path(temporary)
-        makers = [lambda seed=seed: synthetic(seed, folder) for seed in range(options.seeds)]
-        makers += [lambda data=data: linked(data, folder) for data in options.data]
-        for seed, make in enumerate(makers):
-            [sequence] = load_sequences([make()])
+        for seed, data in enumerate([*[None] * options.seeds, *options.data]):
+            path = Path(temporary) / (f'seed{seed}' if data is None else data.resolve().name)
+            if data is None:
+                synthetic(seed, path)
+            else:
+                shutil.copytree(data.resolve(), path, copy_function=os.symlink)
+            [sequence] = load_sequences([path])
             detector = Detector(seed, options.blobs, blurred=options.blurred)
-            found = measure(sequence, detector, time.perf_counter)
-            report[sequence.name] = found
-            rows.append([sequence.name, *(str(value) for value in found.values())])
-    print(aligned(rows))
-    ratio = statistics.fmean(each['ratio'] for each in report.values())
-    worst = max(each['ratio'] for each in report.values())
-    fine = holds('error after over before', ratio, MOST, more=f'(worst {worst:.3f})')
+            report[sequence.name] = measure(sequence, detector)
+    rows = [[name, *map(str, found.values())] for name, found in report.items()]
+    print(aligned([['sequence', 'error % before', 'after', 'ratio', 'J after'], *rows]))
+    ratios = [each['ratio'] for each in report.values()]
+    ratio = statistics.fmean(ratios)
+    fine = holds('error after over before', ratio, MOST, more=f'(worst {max(ratios):.3f})')
     if options.json:
-        report['ratio'] = round(ratio, 4)
-        options.json.write_text(json.dumps(report, indent=1) + '\n')
+        whole = {**report, 'ratio': round(ratio, 4)}
+        options.json.write_text(json.dumps(whole, indent=1) + '\n')
     return 0 if fine else 1
 
 

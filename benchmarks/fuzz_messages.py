@@ -47,7 +47,7 @@ from benchmarks.bars import holds
 from benchmarks.nodes import ros
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
-from gait_segmentation.ros.image import image_message
+from gait_segmentation.ros.messages import image_message
 
 SHARES = {'raw': 0.8, 'compressed': 0.2}
 BURST = 4

@@ -30,21 +30,6 @@ from gait_segmentation.cli.processes import ProcessError, ProcessGroup
 from gait_segmentation.geometry import Box
 from gait_segmentation.ros.executor import MessageExecutor
 
-__all__ = [
-    'FLOW_OUT_S',
-    'MODULES',
-    'STYLES',
-    'Listener',
-    'play',
-    'processor_seconds',
-    'resident_mib',
-    'ros',
-    'session',
-    'start',
-    'wait',
-    'write_clip',
-]
-
 MODULES = {
     'gait_tracker': 'gait_segmentation.nodes.tracker_node',
     'gait_matcher': 'gait_segmentation.nodes.matcher_node',

@@ -25,7 +25,7 @@ from std_msgs.msg import Header
 
 from gait_segmentation.inputs.encodings import ENCODINGS
 from gait_segmentation.ros.fields import GAIT_NAMES
-from gait_segmentation.ros.image import image_message
+from gait_segmentation.ros.messages import image_message
 from gait_segmentation.ros.vision import detection_types
 
 __all__ = ['kinds_of_fields']

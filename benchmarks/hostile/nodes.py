@@ -21,8 +21,8 @@ from sensor_msgs.msg import CompressedImage, Image, JointState, RegionOfInterest
 from benchmarks.nodes import MODULES, STYLES, Listener, resident_mib, wait
 from gait_segmentation.cli.processes import ProcessGroup
 from gait_segmentation.geometry import Box
+from gait_segmentation.ros.endpoints import LATCHED
 from gait_segmentation.ros.messages import stamp_of
-from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.ros.vision import detection_types
 
 __all__ = ['Client', 'Graphs']

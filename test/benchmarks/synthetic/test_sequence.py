@@ -10,6 +10,7 @@ from benchmarks.synthetic.clothing import make_outfit
 from benchmarks.synthetic.config import Staging, SyntheticConfig
 from benchmarks.synthetic.courses import Course, Straight
 from benchmarks.synthetic.props import make_pillar
+from benchmarks.synthetic.sequence import draw_walkers
 from benchmarks.synthetic.walkers import Walker
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.metrics import true_box
@@ -156,3 +157,9 @@ def test_frames_that_do_not_exist():
     for number in (-1, 10):
         with pytest.raises(IndexError, match='from 0 to 9'):
             clip.frame(number)
+
+
+def test_people_by_lot_are_repeatable_and_cross():
+    first, again = (draw_walkers(np.random.default_rng(5), small(walkers=4)) for _ in range(2))
+    assert [a.at(1.0) for a in first] == [b.at(1.0) for b in again]
+    assert all(abs(math.sin(person.at(0.0).azimuth)) < 0.3 for person in first[1:])
