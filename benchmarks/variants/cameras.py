@@ -99,7 +99,7 @@ def _resized(scale: float, smooth: int, clip: MadeClip) -> list[MadeClip | None]
 
 def _jpeg(clip: MadeClip, number: int, image: Image) -> NDArray[np.generic]:
     data = cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1]
-    return cv2.imdecode(data, cv2.IMREAD_COLOR)
+    return np.asarray(cv2.imdecode(data, cv2.IMREAD_COLOR))
 
 
 def _noisy(clip: MadeClip, number: int, image: Image) -> NDArray[np.generic]:
