@@ -9,89 +9,70 @@ vocabularies, silhouettes) are changed by chance: cut off, flipped, spliced, wit
 replaced by a FIFO, a device, a link in a circle ...; some commands find a full disk, and some are
 told to write to what they read.  Each must end in time with an exit code that it documents and,
 if that is an error, a line that says so; without a traceback, with its inputs as they were, and
-without hidden files left.  Usage::
-
-    python benchmarks/fuzz_files.py [--cases N] [--seed S] [--minutes M] [--only CASE] [--keep DIR]
-
-A case is made from the seed and its number alone, so that ``--only`` repeats it.  Most run in one
-process that lives long, some as processes of their own.  Ends with 1 if anything was found.
+without hidden files left.
 """
 
 from __future__ import annotations
 
-import argparse
+import atexit
 import hashlib
-import multiprocessing
+import importlib
 import os
-import random
 import re
+import resource
 import shutil
+import signal
 import stat
 import subprocess
 import sys
 import tempfile
-import time
-from collections import Counter
-from contextlib import suppress
-from dataclasses import dataclass
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
-from typing import Any
 
-from tqdm import tqdm
+from hypothesis import strategies as st
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from file_fuzzing.mutations import MUTATIONS, mutate
-from file_fuzzing.valid_inputs import KINDS, command_of, make_inputs
-from file_fuzzing.worker import Outcome, serve
-
+from benchmarks.fuzzing import fuzz
+from benchmarks.spoilt_files import KINDS, MUTATIONS, PLACES, command_of, make_inputs, mutate
 from gait_segmentation.cli.tool import run_tool
 
-ROOT = Path(__file__).resolve().parents[1]
-START_S, CASE_S, END_S = 900.0, 30.0, 2.0
+MODULES = {
+    'gait_replay': 'gait_segmentation.cli.replay',
+    'gait_evaluate': 'gait_segmentation.cli.evaluate',
+    'gait_bank': 'gait_segmentation.cli.bank',
+    'gait_demo': 'gait_segmentation.cli.demo',
+    'gait_source': 'gait_segmentation.nodes.source_node',
+}
 CODES = {'gait_replay': {0, 1, 2}, 'gait_source': {0, 1, 2}}
 """Exit codes that are documented; 0 and 2 of the others."""
 
 TRACES = ('Traceback (most recent call last)', 'Exception ignored', 'None:', 'Fatal Python error')
-PROCESSES = 0.02
-"""Share of the cases that are processes of their own."""
+PROCESSES, FULL_DISKS, SAME = 0.02, 0.1, 0.05
+"""Shares of the cases that are processes of their own, with a full disk, and over the input."""
 
-FULL_DISKS, SAME = 0.1, 0.05
-"""Shares of the cases with a full disk, and with an output over the input."""
-
-
-@dataclass(frozen=True)
-class Case:
-    """A command line to be run in a folder; ``room`` is how large files may become."""
-
-    kind: str
-    mutation: str
-    command: list[str]
-    room: int | None
-    alone: bool
+MEMORY = 12 << 30
+"""Bytes of addresses, so that a mistake does not take the whole machine."""
 
 
-def make_case(number: int, seed: int, good: Path, folder: Path) -> Case:
-    """Make a case in an empty folder; the input is below ``given``."""
-    rng = random.Random(f'{seed} {number}')
-    kind, mutation = rng.choice(KINDS), rng.choice(MUTATIONS)
-    given = folder / 'given' / kind
-    given.parent.mkdir()
-    source = good / kind
-    if source.is_dir():
-        shutil.copytree(source, given)
-    else:
-        shutil.copy(source, given)
-    given = mutate(given, mutation, rng)
-    command = command_of(kind, rng, str(given.relative_to(folder)), good)
-    if rng.random() < SAME:
-        mutation = 'over the input'
-        command = [command[1] if word in _PLACES else word for word in command]
-    room = rng.choice([20_000, 1_000_000]) if rng.random() < FULL_DISKS else None
-    return Case(kind, mutation, command, room, rng.random() < PROCESSES)
+@cache
+def good_inputs() -> Path:
+    """Return the folder of valid inputs, made once a process."""
+    folder = Path(tempfile.mkdtemp(prefix='fuzz_files'))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    make_inputs(folder)
+    return folder
 
 
-_PLACES = ('masks', 'overlay.mp4', 'table.csv', 'gait', 'stamps.txt', 'eval', 'demo', 'a.json')
+def prepare() -> None:
+    """Load everything once: to start a command takes seconds."""
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    for module in MODULES.values():
+        importlib.import_module(module)
+    good_inputs()
 
 
 def state_of(folder: Path) -> dict[str, str]:
@@ -105,145 +86,89 @@ def state_of(folder: Path) -> dict[str, str]:
     return found
 
 
-def complaints(case: Case, outcome: Outcome, left: list[str], changed: bool) -> list[str]:
-    """Return what is wrong with how a command ended."""
-    name = case.command[0]
-    found = []
-    if outcome.code not in CODES.get(name, {0, 2}):
-        found.append(f'exit code {outcome.code}')
-    found += [f'says {trace!r}' for trace in TRACES if trace in outcome.said]
-    if outcome.code == 2 and f'{name}: error: ' not in outcome.said:
-        found.append('no line says what is wrong')
-    if changed:
-        found.append('an input was changed')
-    if left:
-        found.append(f'left behind: {", ".join(left)}')
-    return found
-
-
-class Worker:
-    """The process that runs the commands; started anew if one does not end."""
-
-    def __init__(self) -> None:
-        context = multiprocessing.get_context('spawn')
-        self._pipe, theirs = context.Pipe()
-        self._process = context.Process(target=serve, args=(theirs,), daemon=True)
-        self._process.start()
-        theirs.close()
-        self._limit_s = START_S
-        if not self._pipe.poll(START_S) or self._pipe.recv() != 'ready':
-            raise RuntimeError('the worker did not start')
-
-    def run(self, case: Case, folder: Path) -> Outcome:
-        """Run a command; the first may have kernels to compile."""
-        try:
-            self._pipe.send((folder, case.command, case.room))
-            if self._pipe.poll(self._limit_s):
-                self._limit_s = CASE_S
-                outcome: Outcome = self._pipe.recv()
-                return outcome
-            said = f'nothing within {self._limit_s:g} s'
-        except (EOFError, OSError):
-            self._process.join()
-            said = f'the process died: {self._process.exitcode}'
-        self.close()
-        self.__init__()  # type: ignore[misc]
-        return Outcome(None, said)
-
-    def close(self) -> None:
-        """End the process, if need be by force."""
-        with suppress(OSError):
-            self._pipe.send(None)
-            self._process.join(END_S)
-        self._process.kill()
-        self._process.join()
-
-
-def run_alone(case: Case, folder: Path) -> Outcome:
-    """Run a command as a process of its own."""
-    name = case.command[0].removeprefix('gait_')
-    program = f'import sys; from gait_segmentation import commands; sys.exit(commands.{name}())'
-    environment = {**os.environ, 'PYTHONPATH': str(ROOT)}
+@contextmanager
+def surroundings(folder: Path, room: int | None, said: int) -> Iterator[None]:
+    """Be in a folder, with files of at most ``room`` bytes, and with all output in a file."""
+    # Of the process, since libraries in C write there, too.
+    before = [os.dup(number) for number in (1, 2)]
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    os.chdir(folder)
+    sys.stdout.flush()
+    for number in (1, 2):
+        os.dup2(said, number)
+    if room is not None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, limit[1]))
     try:
-        done = subprocess.run(
-            [sys.executable, '-c', program, *case.command[1:]],
-            cwd=folder,
-            env=environment,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            timeout=START_S,
-        )
-    except subprocess.TimeoutExpired:
-        return Outcome(None, f'nothing within {START_S:g} s')
-    return Outcome(done.returncode, done.stdout.decode(errors='replace'))
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+        sys.stdout.flush()
+        sys.stderr.flush()
+        for number, old in zip((1, 2), before, strict=True):
+            os.dup2(old, number)
+            os.close(old)
+        for each in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(each, signal.SIG_DFL)
+        os.chdir('/')
 
 
-def try_case(case: Case, worker: Worker, folder: Path) -> tuple[Outcome, list[str]]:
-    """Run a case and return how it ended and what is wrong with that."""
-    before = state_of(folder / 'given')
-    outcome = run_alone(case, folder) if case.alone else worker.run(case, folder)
-    hidden = [
-        str(path.relative_to(folder))
-        for path in folder.rglob('.*')
-        if re.search(r'\.(part|lock)', path.name) and 'given' not in path.parts
-    ]
-    changed = state_of(folder / 'given') != before
-    return outcome, complaints(case, outcome, hidden, changed)
+def ended(command: list[str], folder: Path, room: int | None, alone: bool) -> tuple[int, str]:
+    """Run a command, in a process of its own or in this; return its exit code and all it said."""
+    name, *arguments = command
+    with tempfile.TemporaryFile() as said:
+        with surroundings(folder, room, said.fileno()):
+            try:
+                if alone:
+                    program = f'import sys; from {MODULES[name]} import main; sys.exit(main())'
+                    words = [sys.executable, '-c', program, *arguments]
+                    path = str(Path(__file__).resolve().parents[1])
+                    code = subprocess.call(words, env={**os.environ, 'PYTHONPATH': path})
+                else:
+                    code = sys.modules[MODULES[name]].main(arguments)
+            except SystemExit as end:
+                code = end.code if isinstance(end.code, int) else 1
+            except BaseException:
+                traceback.print_exc()
+                code = -1
+        said.seek(0)
+        return code, said.read().decode(errors='replace')
 
 
-def arguments() -> argparse.Namespace:
-    made = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
-    made.add_argument('--cases', type=int, default=1000, metavar='N', help='(%(default)s)')
-    made.add_argument('--seed', type=int, help='(by chance)')
-    made.add_argument('--minutes', type=float, default=60.0, metavar='M', help='(%(default)s)')
-    made.add_argument('--only', type=int, metavar='CASE', help='one case, with all it says')
-    made.add_argument('--keep', type=Path, metavar='DIR', help='keep the folders of what is found')
-    return made.parse_args()
+def play(data: st.DataObject) -> None:
+    """Try a case."""
+    rng, good = data.draw(st.randoms(use_true_random=False)), good_inputs()
+    kind, how = rng.choice(KINDS), rng.choice(MUTATIONS)
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch:
+        folder = Path(scratch)
+        given = folder / 'given' / kind
+        given.parent.mkdir()
+        (shutil.copytree if (good / kind).is_dir() else shutil.copy)(good / kind, given)
+        given = mutate(given, how, rng).relative_to(folder)
+        command = command_of(kind, rng, str(given), good)
+        if rng.random() < SAME:
+            how = 'over the input'
+            places = (*PLACES.values(), 'eval', 'demo', 'out')
+            command = [str(given) if word in places else word for word in command]
+        room = rng.choice([20_000, 1_000_000]) if rng.random() < FULL_DISKS else None
+        before, whole = state_of(folder / 'given'), state_of(good)
+        code, said = ended(command, folder, room, rng.random() < PROCESSES)
+        wrong = [f'says {trace!r}' for trace in TRACES if trace in said]
+        if code not in CODES.get(command[0], {0, 2}):
+            wrong.append(f'exit code {code}')
+        if code == 2 and f'{command[0]}: error: ' not in said:
+            wrong.append('no line says what is wrong')
+        if state_of(folder / 'given') != before or state_of(good) != whole:
+            wrong.append('an input was changed')
+        wrong += [
+            f'{path.relative_to(folder)} is left behind'
+            for path in folder.rglob('.*')
+            if re.search(r'\.(part|lock)', path.name) and 'given' not in path.parts
+        ]
+    assert not wrong, f'{kind}, {how}: {" ".join(command)}\n{"; ".join(wrong)}\n{said}'
 
 
 def main() -> int:
-    options = arguments()
-    seed = options.seed if options.seed is not None else random.SystemRandom().randrange(10**6)
-    print(f'seed {seed}')
-    numbers = range(options.cases) if options.only is None else [options.only]
-    end = time.monotonic() + 60 * options.minutes
-    kinds: Counter[str] = Counter()
-    mutations: Counter[str] = Counter()
-    codes: Counter[Any] = Counter()
-    found = 0
-    with tempfile.TemporaryDirectory(prefix='fuzz_files') as scratch:
-        good = Path(scratch) / 'good'
-        good.mkdir()
-        make_inputs(good)
-        whole = state_of(good)
-        worker = Worker()
-        for number in tqdm(numbers, unit='case', disable=None):
-            if time.monotonic() > end:
-                break
-            folder = Path(scratch) / f'{number}'
-            folder.mkdir()
-            case = make_case(number, seed, good, folder)
-            outcome, wrong = try_case(case, worker, folder)
-            if state_of(good) != whole:
-                raise RuntimeError(f'case {number} has changed an input beside its own')
-            kinds[case.kind] += 1
-            mutations[case.mutation] += 1
-            codes[outcome.code] += 1
-            if wrong or options.only is not None:
-                found += bool(wrong)
-                about = f'{case.kind}, {case.mutation}, room {case.room}, alone {case.alone}'
-                tqdm.write(f'case {number} ({about}): {"; ".join(wrong) or "nothing wrong"}')
-                tqdm.write(f'    {" ".join(case.command)}')
-                lines = outcome.said.splitlines()[-4 if options.only is None else 0 :]
-                tqdm.write(''.join(f'    | {line}\n' for line in lines))
-                if options.keep is not None:
-                    shutil.move(folder, options.keep / f'{number}')
-            shutil.rmtree(folder, ignore_errors=True)
-        worker.close()
-    for name, counts in (('input', kinds), ('change', mutations), ('exit code', codes)):
-        print(f'{name}: ' + ', '.join(f'{each} {count}' for each, count in counts.most_common()))
-    print(f'{sum(kinds.values())} cases with seed {seed}: {found} with something wrong')
-    return int(found > 0)
+    return fuzz(play, prepare, __doc__ or '', 1000)
 
 
 if __name__ == '__main__':

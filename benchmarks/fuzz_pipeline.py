@@ -4,128 +4,251 @@
 """
 Random sequences through the three stages: nothing that a camera may show ends them.
 
-Each sequence is drawn from a seed: sizes, pictures (flat, saturated, noise, gradients, repeated,
-walkers, cuts, black ones between), boxes, heat maps, likelihoods from outside, settings and
-stamps.  Only what is documented to be refused may be refused, nothing may warn, and what comes
-out is checked.  Usage::
-
-    python benchmarks/fuzz_pipeline.py [--sequences 2000] [--minutes M] [--seed S] [--processes N]
-
-Sequence number n has the seed S + n, and ``--seed S --sequences 1`` plays it alone.  With
-NUMBA_BOUNDSCHECK=1 and a NUMBA_CACHE_DIR of its own, kernels look at every index, too.
+Sizes, pictures (flat, saturated, noise, gradients, repeated, walkers, cuts, black ones between),
+boxes, heat maps, likelihoods from outside, settings and stamps are drawn by hypothesis, which
+makes a sequence that fails as simple as it can.  Only what is documented to be refused may be
+refused, nothing may warn, and what comes out is checked.  With NUMBA_BOUNDSCHECK=1 and a
+NUMBA_CACHE_DIR of its own, kernels look at every index, too.
 """
 
 from __future__ import annotations
 
-import argparse
-import faulthandler
 import math
-import multiprocessing
-import signal
 import sys
-import time
-import traceback
 import warnings
 from collections import deque
-from collections.abc import Callable, Iterable
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable
+from dataclasses import fields, replace
+from functools import cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
-from tqdm import tqdm
+from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from by_lot.checks import check_frame, check_person
-from by_lot.pictures import Film, Image, Rng, box_by_lot, map_by_lot, reduced, shape_by_lot
-from by_lot.settings import bank_by_lot, changed_by_lot, config_by_lot
-
+from benchmarks.fuzzing import fuzz
+from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
-from gait_segmentation.errors import InputError
-from gait_segmentation.geometry import Box, check_matched_box, check_start_box
+from gait_segmentation.config import Parameter, StageConfig, parameters_of
+from gait_segmentation.errors import ConfigError, InputError
+from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank, default_bank
+from gait_segmentation.geometry import BodyFrame, Box, check_matched_box, check_start_box
 from gait_segmentation.kernels import compile_kernels
-from gait_segmentation.matching import PeopleMatcher
-from gait_segmentation.pipeline import FrameResult, Pipeline
-from gait_segmentation.results import TrackResult
-from gait_segmentation.segmentation import PeopleSegmenter
+from gait_segmentation.matching import MatchingConfig, PeopleMatcher
+from gait_segmentation.people import PeopleConfig
+from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
+from gait_segmentation.results import EMPTY, MatchResult, SegmentationResult, TrackResult
+from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
+from gait_segmentation.starting import StartingConfig
+from gait_segmentation.tracking import TrackingConfig
+
+Image = NDArray[np.uint8]
+Shape = tuple[int, int]
+
+WALK = 50
+"""Frames in which somebody walks past, at 25 frames/s."""
+
+DEAR = {'working_height': 200, 'start_height': 120, 'shifts_x': 8, 'shifts_y': 8, 'scales': 3,
+        'lag': 8}  # fmt: skip
+"""Largest values of what costs much time and leads nowhere else."""
 
 LARGE = 4e5
 """Pixels from which sequences are short."""
 
-LONGEST_S = 600
-"""Time after which a sequence counts as one that never ends."""
+BANKS = (
+    BankSpec(azimuths=8, phases=12),
+    BankSpec(azimuths=2, phases=4, height=32, width=24),
+    None,
+)
+USUAL = st.tuples(st.integers(60, 240), st.integers(60, 320))
+THIN = st.tuples(st.integers(16, 64), st.integers(200, 2000))
+SHAPES = st.one_of(
+    *[USUAL] * 5,
+    st.tuples(st.integers(16, 48), st.integers(16, 48)),
+    THIN,
+    THIN.map(lambda sides: sides[::-1]),
+    st.tuples(st.integers(400, 1200), st.integers(400, 1200)),
+)
+PICTURES = ('walk', 'walk', 'walk', 'walk', 'walk', 'last', 'dark', 'bright', 'flat', 'noise',
+            'slope', 'texture')  # fmt: skip
+SECONDS = st.sampled_from([1 / 25] * 5 + [1 / 10, 1e-9, 1.0, 3.0, 1e4])
+SEEDS = st.integers(0, 2**32 - 1)
 
 
-class Played(NamedTuple):
-    """What became of the sequence of a seed; ``error`` is empty, or says what went wrong."""
+def values(about: Parameter) -> st.SearchStrategy[Any]:
+    """Draw values of a parameter."""
+    if about.choices is not None:
+        return st.sampled_from(about.choices)
+    if about.type is bool:
+        return st.booleans()
+    if about.type is str or about.minimum is None or about.maximum is None:
+        return st.just(about.default)
+    most = min(about.maximum, DEAR.get(about.name, math.inf))
+    if about.type is int:
+        return st.integers(math.ceil(about.minimum), math.floor(most))
+    return st.floats(about.minimum, most)
 
-    seed: int
-    seconds: float
-    error: str
+
+def changed(draw: Callable[..., Any], config: Any, *, live: bool = True) -> Any:
+    """
+    Return a configuration with some other values, the same if they contradict each other.
+
+    :param live: whether only what may change while a node runs does.
+    """
+    abouts = [each for each in parameters_of(config) if not (live and each.read_only)]
+    some = draw(st.lists(st.sampled_from(abouts), max_size=6, unique=True))
+    try:
+        return replace(config, **{about.name: draw(values(about)) for about in some})
+    except ConfigError:
+        return config
+
+
+def drawn_config(draw: Callable[..., Any]) -> PipelineConfig:
+    """Return a configuration of all stages."""
+    kinds: tuple[type[StageConfig], ...] = (TrackingConfig, MatchingConfig, SegmentationConfig)
+    stages = [changed(draw, kind(), live=False) for kind in kinds]
+    people = PeopleConfig(draw(st.integers(1, 4)), draw(st.integers(1, 2)))
+    return PipelineConfig(*stages, people, changed(draw, StartingConfig(), live=False))
+
+
+@cache
+def bank(spec: BankSpec | None) -> TemplateBank:
+    return default_bank() if spec is None else build_bank(spec)
+
+
+@cache
+def walk(number: int) -> tuple[list[Image], list[list[Box]]]:
+    """Return the frames and boxes of one to three people who walk past."""
+    config = SyntheticConfig(number, 160, 120, frames=WALK, person_height=60.0, walkers=1 + number)
+    frames = list(SyntheticSequence(config))
+    boxes = [[box for box in frame.boxes if box is not None] for frame in frames]
+    return [frame.image for frame in frames], boxes
+
+
+class Film:
+    """Pictures of one size."""
+
+    def __init__(self, draw: Callable[..., Any], shape: Shape, *, calm: bool = False) -> None:
+        """
+        Draw the people.
+
+        :param calm: whether they walk past where nothing else happens, so that they are found.
+        """
+        self.shape, self.boxes = shape, list[Box]()
+        self._draw, self._calm = draw, calm
+        self._walk = draw(st.integers(0, 2))
+        self._rng = np.random.default_rng(draw(SEEDS))
+        self._last = np.zeros((*shape, 3), np.uint8)
+
+    def picture(self, number: int) -> Image:
+        """Return a picture; ``boxes`` are then those of the people in it."""
+        kind = 'walk' if self._calm else self._draw(st.sampled_from(PICTURES))
+        self._last = np.ascontiguousarray(self._made(kind, number))
+        return self._last.copy()
+
+    def _made(self, kind: str, number: int) -> Image:
+        rng, (rows, columns) = self._rng, self.shape
+        if kind == 'last':
+            return self._last
+        if kind == 'flat':
+            return np.full(
+                (rows, columns, 3), self._draw(st.sampled_from((0, 1, 127, 255))), np.uint8
+            )
+        if kind == 'noise':
+            return rng.integers(0, 256, (rows, columns, 3), np.uint8)
+        if kind == 'slope':
+            slope = np.linspace(0, self._draw(st.sampled_from((1, 255, 1000))), columns) % 256
+            return np.broadcast_to(slope[:, None].astype(np.uint8), (rows, columns, 3))
+        if kind == 'texture':
+            cells = rng.integers(40, 220, (rows // 12 + 2, columns // 12 + 2, 3), np.uint8)
+            return cv2.resize(cells, (columns, rows), interpolation=cv2.INTER_CUBIC)
+        images, boxes = walk(self._walk)
+        image, found = images[number % WALK], boxes[number % WALK]
+        down, right = rows / image.shape[0], columns / image.shape[1]
+        self.boxes = [
+            Box(b.x * right, b.y * down, b.width * right, b.height * down) for b in found
+        ]
+        gain = {'dark': 0.3, 'bright': 2.0}.get(kind, 1.0)
+        return cv2.convertScaleAbs(cv2.resize(image, (columns, rows)), alpha=gain)
+
+    def box(self) -> Box:
+        """Return a box: of somebody, all, tiny, partly out, anywhere, or far too large."""
+        height, width = self.shape
+        edges = [st.floats(-0.5 * side, 1.1 * side) for side in (width, height)]
+        sides = [st.floats(1e-3, reach * side) for reach in (1, 5) for side in (width, height)]
+        anywhere = st.builds(Box, *edges, *sides[:2]) | st.builds(Box, *edges, *sides[2:])
+        known = st.sampled_from(self.boxes) if self.boxes else anywhere
+        return self._draw(known | anywhere | st.just(Box(0, 0, width, height)))
+
+    def map(self, shape: Shape | None = None) -> Image:
+        """Return a map of one value a pixel: nothing, all, noise, or blobs."""
+        share = self._draw(st.sampled_from((1.0, 0.6, 0.1)))
+        rows, columns = shape or (max(1, round(side * share)) for side in self.shape)
+        kind = self._draw(st.sampled_from(('none', 'all', 'noise', 'blobs')))
+        if kind in ('none', 'all'):
+            return np.full((rows, columns), 255 * (kind == 'all'), np.uint8)
+        noise = self._rng.integers(0, 256, (rows, columns), np.uint8)
+        if kind == 'noise':
+            return noise
+        soft = cv2.GaussianBlur(noise.astype(np.float32), (0, 0), 0.1 * min(self.shape))
+        return cv2.convertScaleAbs(soft - 127, alpha=20)
 
 
 class Player:
     """Plays a random sequence through a pipeline."""
 
-    def __init__(self, rng: Rng) -> None:
-        self.rng = rng
-        self.config = config_by_lot(rng)
-        self.pipe = Pipeline(self.config, bank_by_lot(rng))
+    def __init__(self, draw: Callable[..., Any]) -> None:
+        self.draw = draw
+        self.config = drawn_config(draw)
+        self.pipe = Pipeline(self.config, bank(draw(st.sampled_from(BANKS))))
         self._forget()
 
     def _forget(self) -> None:
-        self.waiting: deque[tuple[int, tuple[int, int]]] = deque()
+        self.waiting: deque[tuple[int, Shape]] = deque()
         self.boxes: list[Box] = []
         self.stamp_ns = 0
 
     def play(self) -> None:
         """Play it, and the results that a lag holds back."""
-        rng = self.rng
-        if rng.random() < 0.2:
-            # Somebody walks past, for long enough to be found.
-            period = float(rng.choice([1 / 10, 1 / 15, 1 / 25]))
-            shape = int(rng.integers(90, 201)), int(rng.integers(160, 321))
-            film, count = Film(rng, shape, rng.uniform(0.7, 1.1) * period), round(2 / period)
-        else:
-            shape = shape_by_lot(rng)
-            large = shape[0] * shape[1] > LARGE
-            period = float(rng.choice([1 / 10, 1 / 25, rng.uniform(0.001, 1)]))
-            film, count = Film(rng, shape), 4 if large else int(rng.integers(2, 14))
-        for number in range(count):
-            chance = rng.random() * (10 if film.pace else 1)
-            if chance < 0.02:
+        draw = self.draw
+        calm = draw(st.integers(0, 4)) == 4
+        film = Film(draw, draw(USUAL if calm else SHAPES), calm=calm)
+        large = film.shape[0] * film.shape[1] > LARGE
+        for number in range(WALK if calm else 4 if large else draw(st.integers(2, 13))):
+            event = draw(st.integers(0, 300 if calm else 30))
+            if event == 1:
                 self.pipe.reset()
                 self._forget()
-            elif chance < 0.04 and film.shape[0] * film.shape[1] < LARGE:
-                film = Film(rng, shape_by_lot(rng))
-            elif chance < 0.06:
+            elif event == 2 and not large:
+                film = Film(draw, draw(USUAL), calm=calm)
+            elif event == 3:
                 self._exchange()
-            self._frame(film, number, period)
+            self._frame(film, number, calm)
         self._take(self.pipe.flush())
         assert not self.waiting, f'{len(self.waiting)} frames have no result'
 
-    def _frame(self, film: Film, number: int, period: float) -> None:
-        rng, image = self.rng, film.picture(number)
-        calm = 10 if film.pace else 1
-        longer = float(rng.choice([1e-9, 30, 1e5])) if rng.random() * calm < 0.1 else 1.0
-        stamp_ns = self.stamp_ns + max(1, round(1e9 * period * longer))
-        if self.stamp_ns == 0 and rng.random() < 0.5:
+    def _frame(self, film: Film, number: int, calm: bool) -> None:
+        draw, image = self.draw, film.picture(number)
+        seconds = 1 / 25 if calm else draw(SECONDS)
+        stamp_ns = self.stamp_ns + max(1, round(1e9 * seconds))
+        event = draw(st.integers(0, 400 if calm else 40))
+        if event == 1:
+            stamp_ns = self.stamp_ns
+        elif event == 2 and self.stamp_ns > 1:
+            stamp_ns = draw(st.integers(1, self.stamp_ns))
+        elif event == 3 and self.stamp_ns == 0:
             # As of a clock that counts from 1970.
             stamp_ns += 1_700_000_000 * 10**9
-        chance = calm * rng.random()
-        if chance < 0.02:
-            stamp_ns = self.stamp_ns
-        elif chance < 0.04 and self.stamp_ns > 1:
-            stamp_ns = int(rng.integers(1, self.stamp_ns))
-        while calm * rng.random() < (0.5 if number == 0 else 0.06):
-            self.boxes.append(box_by_lot(rng, film.shape, film.boxes))
-            self.pipe.initialize(self.boxes[-1])
-        outside = map_by_lot(rng, reduced(rng, film.shape)) if rng.random() < 0.05 else None
-        sides = int(rng.integers(1, 99)), int(rng.integers(1, 99))
-        heat = map_by_lot(rng, sides) if rng.random() < 0.1 else None
+        elif event < 8 or (number == 0 and event % 2):
+            self.boxes += [film.box() for _ in range(draw(st.integers(1, 3)))]
+            for box in self.boxes:
+                self.pipe.initialize(box)
+        outside = film.map() if event == 9 else None
+        heat = film.map(draw(THIN)) if event in (10, 11) else None
         results = None
         while results is None:
             bad = [box for box in self.boxes if refused(check_start_box, box, film.shape)]
@@ -154,29 +277,22 @@ class Player:
             stamp_ns, shape = self.waiting.popleft()
             assert result.stamp_ns == stamp_ns, 'every frame once, in order'
             check_frame(result, shape, self.config.people.max_people)
-            if self.rng.random() < 0.1:
-                # What is returned may be written to.
-                result.mask[:] = result.labels[:] = 7
-                for person in result.people:
-                    person.track.likelihood[:] = person.match.shape_prior[:] = 200
+            # What is returned may be written to.
+            result.mask[:] = result.labels[:] = 7
+            for person in result.people:
+                person.track.likelihood[:] = person.match.shape_prior[:] = 200
 
     def _exchange(self) -> None:
         """Exchange a configuration, as the nodes do when a parameter is set."""
-        rng, stage = self.rng, int(self.rng.integers(4))
-        if stage == 0:
-            self.pipe.tracker.config = changed_by_lot(rng, self.pipe.tracker.config)
-        elif stage == 1:
-            self.pipe.tracker.starting = changed_by_lot(rng, self.pipe.tracker.starting)
-        elif stage == 2:
-            self.pipe.segmenter.config = changed_by_lot(rng, self.pipe.segmenter.config)
-        else:
-            self._take(self.pipe.flush())
-            self.pipe.matcher.config = changed_by_lot(rng, self.pipe.matcher.config)
+        pipe = self.pipe
+        owners = (pipe.tracker, 'config'), (pipe.tracker, 'starting'), (pipe.segmenter, 'config')
+        owner, name = self.draw(st.sampled_from((*owners, (pipe.matcher, 'config'))))
+        if owner is pipe.matcher:
+            self._take(pipe.flush())
+        setattr(owner, name, changed(self.draw, getattr(owner, name)))
 
 
-def refused(
-    check: Callable[[Box, tuple[int, int]], None], box: Box, shape: tuple[int, int]
-) -> bool:
+def refused(check: Callable[[Box, Shape], None], box: Box, shape: Shape) -> bool:
     """Tell whether a box is one that is documented to be refused."""
     try:
         check(box, shape[::-1])
@@ -185,111 +301,87 @@ def refused(
     return False
 
 
-def play_outside(rng: Rng) -> None:
+def play_outside(draw: Callable[..., Any]) -> None:
     """Play likelihoods and boxes of another tracker through matcher and segmenter."""
-    config, shape = config_by_lot(rng), shape_by_lot(rng)
+    config, shape = drawn_config(draw), draw(SHAPES)
     slots = config.people.max_people
-    matcher = PeopleMatcher(bank_by_lot(rng), config.matching, max_people=slots)
+    matcher = PeopleMatcher(bank(draw(st.sampled_from(BANKS))), config.matching, max_people=slots)
     segmenter = PeopleSegmenter(config.segmentation, max_people=slots)
-    film = Film(rng, shape)
+    film = Film(draw, shape)
     held: dict[int, tuple[Image, list[TrackResult]]] = {}
     stamp_ns = 0
-    for number in range(int(rng.integers(1, 8))):
+    for number in range(draw(st.integers(1, 7))):
         image = film.picture(number)
-        stamp_ns += int(rng.integers(1, 10**8))
+        stamp_ns += draw(st.integers(1, 10**8))
         tracks = []
         for slot in range(slots):
-            likelihood = map_by_lot(rng, reduced(rng, shape))
-            box = box_by_lot(rng, shape, film.boxes) if rng.random() < 0.8 else None
+            box = film.box() if draw(st.integers(0, 4)) else None
             if box is not None and refused(check_matched_box, box, shape):
                 box = None
-            angle = float(rng.choice([0.0, rng.uniform(-4, 4)]))
             track_id = slot + 1 if box is not None else 0
-            tracks.append(TrackResult(stamp_ns, track_id, box, likelihood, 0.5, angle))
+            angle = draw(st.floats(-4, 4))
+            tracks.append(TrackResult(stamp_ns, track_id, box, film.map(), 0.5, angle))
         held[stamp_ns] = image, tracks
         found = matcher.update(tracks, source_size=shape[::-1])
-        found += matcher.flush() if rng.random() < 0.1 else []
+        found += matcher.flush() if draw(st.integers(0, 9)) == 9 else []
         for matches in found:
             image, tracks = held.pop(matches[0].stamp_ns)
             likelihoods = [track.likelihood for track in tracks]
             masks = segmenter.update(image, likelihoods, matches, outside=True)
-            people = zip(tracks, matches, masks.people, strict=True)
-            for track, match, mask in people:
+            for track, match, mask in zip(tracks, matches, masks.people, strict=True):
                 check_person(track, match, mask, shape)
 
 
-def play(seed: int) -> Played:
-    """Play the sequence of a seed."""
+def check_person(
+    track: TrackResult, match: MatchResult, found: SegmentationResult, shape: Shape
+) -> None:
+    """Check what must hold of each person."""
+    assert track.stamp_ns == match.stamp_ns == found.stamp_ns, 'one frame'
+    assert track.track_id == match.track_id == found.track_id, 'one person'
+    assert (track.state == EMPTY) == (track.track_id == 0), 'state'
+    assert (track.likelihood.dtype, track.likelihood.ndim) == (np.uint8, 2), 'likelihood'
+    assert match.shape_prior.shape == track.likelihood.shape, 'shape prior'
+    assert match.shape_prior.dtype == np.uint8, 'shape prior'
+    assert (found.mask.shape, found.mask.dtype) == (shape, np.uint8), 'mask'
+    assert bool(found.mask.any()) == (found.reason == ''), f'reason {found.reason!r}'
+    numbers = [track.confidence, match.confidence, match.similarity, match.phase]
+    assert all(0 <= value <= 1 for value in numbers), f'0 to 1: {numbers}'
+    assert match.phase < 1, 'phase'
+    others = [track.angle, match.azimuth, match.phase_rate]
+    others += [value for each in track.features for value in (each.variance_ratio, each.weight)]
+    others += [getattr(match.body, each.name) for each in fields(BodyFrame)] if match.body else []
+    assert all(map(math.isfinite, others)), f'finite: {others}'
+
+
+def check_frame(result: FrameResult, image_shape: Shape, slots: int) -> None:
+    """Check what must hold of a frame's result."""
+    assert len(result.people) == slots, 'one result a slot'
+    labels, mask = result.labels, result.mask
+    assert labels.shape == mask.shape == image_shape, 'size'
+    assert labels.dtype == mask.dtype == np.uint8, 'type'
+    assert np.isin(np.unique(mask), (0, 255)).all(), '0 or 255'
+    assert labels.max() <= slots, 'labels'
+    assert ((labels > 0) == (mask > 0)).all(), 'labels'
+    for slot, person in enumerate(result.people):
+        check_person(person.track, person.match, person.segmentation, image_shape)
+        assert ((person.segmentation.mask > 0) == (labels == slot + 1)).all(), 'owners'
+    ids = [person.track.track_id for person in result.people if person.track.track_id]
+    assert len(set(ids)) == len(ids), 'track ids'
+
+
+def play(data: st.DataObject) -> None:
+    """Play a sequence."""
     cv2.setNumThreads(1)
-    # Ends the process if a sequence never ends.
-    faulthandler.dump_traceback_later(LONGEST_S, exit=True)
-    began, rng, error = time.monotonic(), np.random.default_rng(seed), ''
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter('error')
-            if rng.random() < 0.1:
-                play_outside(rng)
-            else:
-                Player(rng).play()
-    except Exception:
-        error = traceback.format_exc()
-    faulthandler.cancel_dump_traceback_later()
-    return Played(seed, time.monotonic() - began, error)
-
-
-def play_all(seeds: Iterable[int], total: int, until: float, processes: int) -> list[Played]:
-    """Play sequences on several processors until a time, and tell of failures at once."""
-    left, played = iter(seeds), []
-    under_way: dict[Future[Played], int] = {}
-    context = multiprocessing.get_context('spawn')
-    with (
-        ProcessPoolExecutor(processes, context, compile_kernels) as pool,
-        tqdm(total=total, disable=None, leave=False) as bar,
-    ):
-        while True:
-            while len(under_way) < 2 * processes and time.monotonic() < until:
-                seed = next(left, None)
-                if seed is None:
-                    break
-                under_way[pool.submit(play, seed)] = seed
-            if not under_way:
-                return played
-            for done in wait(under_way, return_when=FIRST_COMPLETED).done:
-                try:
-                    played.append(done.result())
-                except BrokenProcessPool:
-                    seeds_of = ', '.join(map(str, sorted(under_way.values())))
-                    raise SystemExit(
-                        f'a process died, or did not end in {LONGEST_S} s, in one of the seeds '
-                        f'{seeds_of}'
-                    ) from None
-                del under_way[done]
-                bar.update()
-                if played[-1].error:
-                    bar.write(f'seed {played[-1].seed}: {played[-1].error}', file=sys.stdout)
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        if data.draw(st.integers(0, 9)) == 9:
+            play_outside(data.draw)
+        else:
+            Player(data.draw).play()
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
-    parser.add_argument('--sequences', type=int, default=2000, metavar='N')
-    parser.add_argument('--minutes', type=float, default=math.inf, help='begin none after that')
-    parser.add_argument('--seed', type=int, default=0, help='of the first sequence')
-    parser.add_argument('--processes', type=int, default=2)
-    options = parser.parse_args()
-    # As Ctrl-C does, it ends the other processes, too.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
-    seeds = range(options.seed, options.seed + options.sequences)
-    until = time.monotonic() + 60 * options.minutes
-    played = play_all(seeds, len(seeds), until, options.processes)
-    failed = sorted(each.seed for each in played if each.error)
-    if played:
-        slowest = max(played, key=lambda each: each.seconds)
-        print(
-            f'{len(played)} sequences from seed {options.seed}, {len(failed)} failed'
-            f'{": " * bool(failed)}{", ".join(map(str, failed))}; the slowest took '
-            f'{slowest.seconds:.1f} s (seed {slowest.seed})'
-        )
-    return int(bool(failed))
+    return fuzz(play, compile_kernels, __doc__ or '', 2000)
 
 
 if __name__ == '__main__':

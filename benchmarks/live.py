@@ -18,16 +18,21 @@ import argparse
 import os
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from gait_segmentation.cli.demo import play, prepare_environment, read_stamps, start_nodes
+from benchmarks.bars import holds
+from benchmarks.nodes import ros
+from gait_segmentation.cli.demo import frames_shown, play, read_stamps, start_nodes
 from gait_segmentation.cli.processes import ProcessGroup
+from gait_segmentation.cli.recorder import Recorder
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.evaluation.metrics import jaccard
+from gait_segmentation.evaluation.runner import run
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
@@ -37,54 +42,28 @@ BAR = 0.02
 
 
 def live(sequence: Sequence, box: Box) -> dict[int, np.ndarray]:
-    """Return the masks that the nodes answer, by the position of the frame."""
-    import rclpy
-    from rclpy.signals import SignalHandlerOptions
-
-    from gait_segmentation.cli.recorder import Recorder
-
+    """Return the masks that the nodes answer, by the number of the frame."""
     film = open_input(sequence.folder / 'frames')
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        with (
-            tempfile.TemporaryDirectory() as logs,
-            ProcessGroup(os.environ, Path(logs)) as processes,
-        ):
-            start_nodes(processes, box)
-            recorder = Recorder()
-            try:
-                play(processes, recorder, film, sequence.fps, Path(logs) / 'stamps.txt')
-            finally:
-                recorder.close()
-            stamps = read_stamps(Path(logs) / 'stamps.txt')
-    finally:
-        rclpy.try_shutdown()
-    found = ((number, recorder.records.get(stamp)) for number, stamp in stamps.items())
-    return {
-        number: record.mask
-        for number, record in found
-        if record is not None and record.packed is not None
-    }
-
-
-def lockstep(sequence: Sequence, box: Box) -> dict[int, np.ndarray]:
-    """Return the masks of the pipeline, by the position of the frame."""
-    pipeline = Pipeline()
-    pipeline.initialize(box)
-    masks = {}
-    for place, number in enumerate(sequence.numbers):
-        for result in pipeline.update(sequence.image(number), sequence.stamp_ns(number)):
-            masks[place] = result.mask
-    return masks
+    with (
+        ros(),
+        tempfile.TemporaryDirectory() as logs,
+        ProcessGroup(os.environ, Path(logs)) as processes,
+    ):
+        start_nodes(processes, box)
+        recorder = Recorder()
+        stamps = Path(logs) / 'stamps.txt'
+        try:
+            play(processes, recorder, film, sequence.fps, stamps)
+        finally:
+            recorder.close()
+        shown = frames_shown(read_stamps(stamps), recorder)
+    return {sequence.numbers[each.number]: each.record.mask for each in shown}
 
 
 def score(sequence: Sequence, masks: dict[int, np.ndarray]) -> float:
     """Return the mean J over all frames with ground truth."""
-    values = []
-    for place, number in enumerate(sequence.numbers):
-        truth = sequence.truth(number)
-        if truth is not None:
-            values.append(jaccard(masks.get(place, np.zeros_like(truth)), truth))
+    truths = {n: truth for n in sequence.numbers if (truth := sequence.truth(n)) is not None}
+    values = [jaccard(masks.get(n, np.zeros_like(each)), each) for n, each in truths.items()]
     return float(np.mean(values))
 
 
@@ -95,7 +74,6 @@ def main() -> int:
     )
     parser.add_argument('folders', type=Path, nargs='+', metavar='FOLDER')
     options = parser.parse_args()
-    prepare_environment(os.environ)
     fine = True
     for folder in options.folders:
         sequence = Sequence.load(folder)
@@ -103,15 +81,12 @@ def main() -> int:
         if len(boxes) != 1:
             print(f'{sequence.name}: needs one person, from the first frame on', file=sys.stderr)
             return 2
-        (box,) = boxes
-        masks = live(sequence, box)
-        with_nodes, alone = score(sequence, masks), score(sequence, lockstep(sequence, box))
-        holds = alone - with_nodes <= BAR
-        fine &= holds
-        print(
-            f'{"ok  " if holds else "MISS"} {sequence.name}: live {with_nodes:.4f} '
-            f'({len(masks)} of {len(sequence.numbers)} frames answered), lockstep {alone:.4f}',
-            flush=True,
+        outcomes = run(Pipeline(), sequence, sequence.numbers, boxes[0], clock=time.perf_counter)
+        alone = score(sequence, {each.number: each.mask for each in outcomes})
+        masks = live(sequence, boxes[0])
+        more = f'(lockstep {alone:.4f}, {len(masks)} of {len(sequence.numbers)} frames answered)'
+        fine &= holds(
+            f'{sequence.name}, live', score(sequence, masks), alone - BAR, least=True, more=more
         )
     return 0 if fine else 1
 

@@ -32,7 +32,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.latency import MODULES, Listener, write_clip
+from benchmarks.nodes import MODULES, Listener, write_clip
 from gait_segmentation.cli.demo import prepare_environment
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
 from gait_segmentation.cli.tool import run_tool

@@ -4,10 +4,10 @@
 """
 What is left of the quality when sequences are made harder.
 
-Clips are made in memory of the sequences given: starts from every tenth frame, boxes drawn less
-carefully, the film backwards, every second frame only, turned, dark, grey, noisy, ... cameras,
-people before other backgrounds, a second person who crosses, poles and benches in front.  Prints
-how many clips a kind has, their mean and worst J, and which one is the worst.  Usage::
+Clips are made in memory of the sequences given: boxes drawn less carefully, the film backwards,
+every second frame only, turned, dark, grey, noisy, ... cameras, people before other backgrounds, a
+second person who crosses, poles and benches in front.  Prints how many clips a kind has, their
+mean and worst J, and which one is the worst.  Usage::
 
     python benchmarks/robustness.py FOLDER ... [--kinds two hidden ...] [--boxes 3] [--each]
         [--set STAGE.PARAMETER=VALUE] [--sheets DIR] [--json FILE] [--processes N]
@@ -25,7 +25,7 @@ import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from itertools import permutations
 from pathlib import Path
 
@@ -34,13 +34,7 @@ from tqdm import tqdm
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.variants import (
-    KINDS,
-    PAIRED,
-    MadeClip,
-    moved_boxes,
-    variants_of,
-)
+from benchmarks.variants import KINDS, PAIRED, MadeClip, moved_boxes, variants_of
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.config import overridden
 from gait_segmentation.evaluation.output import TILE_SIZE, tile, write_image
@@ -53,18 +47,6 @@ from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.sheets import contact_sheet, region_about
 
 TILES = 28
-
-
-@dataclass(frozen=True)
-class Job:
-    """What a kind makes of one sequence (and another one), run with some settings."""
-
-    kind: str
-    folders: tuple[str, ...]
-    only: str
-    boxes: int
-    settings: tuple[str, ...]
-    sheets: Path | None
 
 
 @dataclass(frozen=True)
@@ -86,25 +68,24 @@ def clip_of(folder: str) -> MadeClip:
     return MadeClip.of(Sequence.load(folder))
 
 
-def scores_of(job: Job) -> list[Score]:
+def scores_of(options: argparse.Namespace, kind: str, folders: tuple[str, ...]) -> list[Score]:
+    """Run what a kind makes of one sequence (and another one)."""
     cv2.setNumThreads(1)
-    clips = variants_of(job.kind, [clip_of(folder) for folder in job.folders])
-    return [score_of(job, clip) for clip in clips if job.only in clip.name]
+    clips = variants_of(kind, [clip_of(folder) for folder in folders])
+    return [score_of(options, kind, clip) for clip in clips if options.only in clip.name]
 
 
-def score_of(job: Job, clip: MadeClip) -> Score:
-    config = overridden(PipelineConfig(), job.settings)
-    starts = moved_boxes(clip, job.boxes) if job.boxes else [clip]
+def score_of(options: argparse.Namespace, kind: str, clip: MadeClip) -> Score:
+    config = overridden(PipelineConfig(), options.set)
     js = []
-    for start in starts:
-        outcomes = list(
-            run(Pipeline(config), start, start.numbers, start.box, clock=time.perf_counter)
-        )
+    for start in moved_boxes(clip, options.boxes) or [clip]:
+        pipeline = Pipeline(config)
+        outcomes = list(run(pipeline, start, start.numbers, start.box, clock=time.perf_counter))
         js.append(statistics.fmean(each.score.j for each in outcomes if each.score is not None))
-    if job.sheets is not None:
+    if options.sheets is not None:
         name = clip.name.replace('/', '_')
-        write_image(job.sheets / f'{job.kind}_{name}.png', sheet_of(clip, outcomes))
-    return Score(job.kind, clip.name, tuple(js))
+        write_image(options.sheets / f'{kind}_{name}.png', sheet_of(clip, outcomes))
+    return Score(kind, clip.name, tuple(js))
 
 
 def sheet_of(clip: MadeClip, outcomes: list[Outcome]) -> cv2.typing.MatLike:
@@ -123,17 +104,16 @@ def main() -> int:
         description=__doc__.split('\n\n')[0],
         epilog=f'kinds: {", ".join([*KINDS, *PAIRED])}',
     )
-    parser.add_argument('folders', nargs='+', metavar='FOLDER', help='sequences with truth')
-    parser.add_argument(
-        '--kinds', nargs='+', choices=[*KINDS, *PAIRED], metavar='KIND', help='only these'
-    )
-    parser.add_argument('--only', default='', metavar='TEXT', help='clips whose name has it')
-    parser.add_argument('--boxes', type=int, default=0, help='start boxes a clip, moved a little')
-    parser.add_argument('--each', action='store_true', help='print every clip, too')
-    parser.add_argument('--set', action='append', default=[], metavar='STAGE.PARAMETER=VALUE')
-    parser.add_argument('--sheets', type=Path, metavar='DIR', help='a contact sheet of each clip')
-    parser.add_argument('--json', type=Path, metavar='FILE', help='write the figures here')
-    parser.add_argument('--processes', type=int, default=2)
+    add = parser.add_argument
+    add('folders', nargs='+', metavar='FOLDER', help='sequences with truth')
+    add('--kinds', nargs='+', choices=[*KINDS, *PAIRED], metavar='KIND', help='only these')
+    add('--only', default='', metavar='TEXT', help='clips whose name has it')
+    add('--boxes', type=int, default=0, help='start boxes a clip, moved a little')
+    add('--each', action='store_true', help='print every clip, too')
+    add('--set', action='append', default=[], metavar='STAGE.PARAMETER=VALUE')
+    add('--sheets', type=Path, metavar='DIR', help='a contact sheet of each clip')
+    add('--json', type=Path, metavar='FILE', help='write the figures here')
+    add('--processes', type=int, default=2)
     options = parser.parse_args()
     # Before all that takes long.
     overridden(PipelineConfig(), options.set)
@@ -143,12 +123,12 @@ def main() -> int:
     kinds = options.kinds or [*KINDS, *PAIRED]
     singles = [(folder,) for folder in options.folders]
     jobs = [
-        Job(kind, folders, options.only, options.boxes, tuple(options.set), options.sheets)
+        (kind, folders)
         for kind in kinds
         for folders in (singles if kind in KINDS else permutations(options.folders, 2))
     ]
     with ProcessPoolExecutor(options.processes) as pool:
-        made = pool.map(scores_of, jobs)
+        made = pool.map(partial(scores_of, options), *zip(*jobs, strict=True))
         bar = tqdm(made, total=len(jobs), disable=None, leave=False)
         scores = [score for some in bar for score in some]
     if options.each:

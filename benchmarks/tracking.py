@@ -17,22 +17,22 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import dataclasses
 import inspect
 import itertools
 import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 from tqdm import tqdm
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from benchmarks.synthetic import SyntheticFrame
 from benchmarks.synthetic.scenes import SCENES, scene
 from gait_segmentation.cli.tool import check_file, run_tool
 from gait_segmentation.config import overridden, replaced
@@ -56,59 +56,49 @@ SKIPPED = 10
 """Frames at the beginning that are not timed: nobody is there before the first box."""
 
 
-@dataclasses.dataclass(frozen=True)
-class Bar:
-    """What a score must be: ``test`` says so, ``words`` tell it."""
+class Bar(NamedTuple):
+    """What a score must be at most, or at least; None counts as met, ``missing`` must be 0."""
 
     what: str
     score: str
-    words: str
-    test: Callable[[Numbers], bool]
+    value: float
+    least: bool = False
+    missing: str = ''
+
+    def met(self, scores: Numbers) -> bool:
+        """Tell whether scores meet it."""
+        found = scores[self.score]
+        if self.least:
+            return found is not None and found >= self.value
+        return not (self.missing and scores[self.missing]) and (found or 0) <= self.value
 
 
-def least(name: str, value: float) -> Callable[[Numbers], bool]:
-    return lambda scores: scores[name] is not None and scores[name] >= value
+LOCK = Bar('lock', 'lock_seconds', 1.0, missing='never_locked')
+NO_GHOST = Bar('false slots', 'false_slots', 0)
+KEPT = Bar('lost frames', 'lost_frames', 0)
+SAME_ID = Bar('id switches', 'id_switches', 0)
+BACK = Bar('back', 'recovery_seconds', 1.0, missing='never_recovered')
+NEW_ID = Bar('ids of two people', 'shared_ids', 0)
+J_MANY = Bar('J', 'J', 0.88, least=True)
+BOX = Bar('box IoU', 'box_iou', 0.85, least=True)
 
-
-def most(name: str, value: float, missing: str | None = None) -> Callable[[Numbers], bool]:
-    """Make a test that passes up to a value, if ``missing`` did not happen."""
-    return lambda scores: (
-        (missing is None or scores[missing] == 0)
-        and (scores[name] is None or scores[name] <= value)
-    )
-
-
-LOCK = Bar('lock', 'lock_seconds', '<= 1 s', most('lock_seconds', 1.0, 'never_locked'))
-NO_GHOST = Bar('false slots', 'false_slots', '0', most('false_slots', 0))
-KEPT = Bar('lost frames', 'lost_frames', '0', most('lost_frames', 0))
-SAME_ID = Bar('id switches', 'id_switches', '0', most('id_switches', 0))
-BACK = Bar('back', 'recovery_seconds', '<= 1 s', most('recovery_seconds', 1.0, 'never_recovered'))
-NEW_ID = Bar('ids of two people', 'shared_ids', '0', most('shared_ids', 0))
-J_MANY = Bar('J', 'J', '>= 0.88', least('J', 0.88))
-BOX = Bar('box IoU', 'box_iou', '>= 0.85', least('box_iou', 0.85))
-
-BARS: dict[tuple[str, str], tuple[Bar, ...]] = {
-    ('crossing', 'box'): (SAME_ID, J_MANY),
-    ('overtaking', 'box'): (SAME_ID, J_MANY),
-    ('pillar', 'box'): (BACK, SAME_ID),
-    ('exit-enter', 'box'): (NEW_ID,),
-    ('exit-enter', 'auto'): (NEW_ID, LOCK, NO_GHOST),
-    ('same-colour', 'box'): (KEPT,),
-    ('same-lightness', 'box'): (KEPT,),
-    ('standing', 'box'): (KEPT,),
-    ('turning', 'box'): (KEPT,),
-    ('exposure', 'box'): (KEPT,),
-    ('shaken', 'box'): (KEPT,),
-    ('grey', 'box'): (SAME_ID, BACK),
-    ('exit-return', 'box'): (BACK,),
-    **{
-        (name, 'auto'): (LOCK, NO_GHOST)
-        for name in ('pillar', 'cars', 'trees', 'shaken', 'standing', 'turning')
+BARS: dict[str, dict[str, tuple[Bar, ...]]] = {
+    'box': {
+        **dict.fromkeys(('crossing', 'overtaking'), (SAME_ID, J_MANY)),
+        **dict.fromkeys(('pillar', 'grey'), (BACK, SAME_ID)),
+        **dict.fromkeys(('same-colour', 'same-lightness', 'standing'), (KEPT,)),
+        **dict.fromkeys(('turning', 'exposure', 'shaken'), (KEPT,)),
+        'exit-enter': (NEW_ID,),
+        'exit-return': (BACK,),
     },
-    # There is no whole second between the jumps.
-    ('exposure', 'auto'): (NO_GHOST,),
+    'auto': {
+        **dict.fromkeys(('pillar', 'cars', 'trees'), (LOCK, NO_GHOST)),
+        **dict.fromkeys(('shaken', 'standing', 'turning'), (LOCK, NO_GHOST)),
+        'exit-enter': (NEW_ID, LOCK, NO_GHOST),
+        # There is no whole second between the jumps.
+        'exposure': (NO_GHOST,),
+    },
 }
-
 DATA_BARS = {'box': (KEPT,), 'auto': (LOCK, NO_GHOST)}
 MEAN_BARS = {'box': (BOX,), 'auto': ()}
 
@@ -135,8 +125,8 @@ def check(name: str, init: str, numbers: Numbers, bars: Iterable[Bar]) -> list[N
             'init': init,
             'what': bar.what,
             'measured': scores[bar.score],
-            'bar': bar.words,
-            'met': bool(bar.test(scores)),
+            'bar': f'{">=" if bar.least else "<="} {bar.value:g}',
+            'met': bar.met(scores),
         }
         for bar in bars
     ]
@@ -145,50 +135,27 @@ def check(name: str, init: str, numbers: Numbers, bars: Iterable[Bar]) -> list[N
 def bar_table(bars: list[Numbers]) -> str:
     rows = [['scene', 'init', 'what', 'measured', 'bar', '']]
     for bar in bars:
-        value = bar['measured']
-        shown = (
-            '-' if value is None else f'{value:.3f}' if isinstance(value, float) else str(value)
-        )
-        rows.append(
-            [
-                bar['scene'],
-                bar['init'],
-                bar['what'],
-                shown,
-                bar['bar'],
-                'met' if bar['met'] else 'MISSED',
-            ]
-        )
+        *words, value, limit, met = bar.values()
+        shown = '-' if value is None else f'{value:.3f}'.removesuffix('.000')
+        rows.append([*words, shown, limit, 'met' if met else 'MISSED'])
     return aligned(rows)
 
 
-def feature_table(sequences: Numbers) -> str:
-    """Return by what people are told from their surroundings, the first of each sequence."""
-    lines = []
-    for key, numbers in sequences.items():
-        person = next(iter(numbers['tracking']['people'].values()), {'features': {}})
-        used = [
-            f'{name} {each["weight"]:.2f} ({each["variance_ratio"]:.2f})'
-            for name, each in person['features'].items()
-            if each['weight'] >= 0.005
-        ]
-        lines.append([key, '  ' + ', '.join(used)])
-    width = max(len(line[0]) for line in lines)
-    return '\n'.join(key.ljust(width) + used for key, used in lines)
+def started(
+    config: PipelineConfig, people: int, frame: SyntheticFrame, **options: Any
+) -> Pipeline:
+    """Return a pipeline that tracks the first people of a frame."""
+    config = replaced(config, 'people', 'max_people', people)
+    pipeline = Pipeline(replaced(config, 'starting', 'auto_init', 'none'), **options)
+    for box in frame.boxes[:people]:
+        if box is not None:
+            pipeline.initialize(box)
+    return pipeline
 
 
-def cost(config: PipelineConfig, seed: int) -> list[Numbers]:
-    """Time the first 1 to 5 people of the scene of five, the counts taking turns."""
-    clip = scene('five', seed)
-    frames = [clip.frame(number) for number in clip.numbers]
-    runs = {}
-    for people in range(1, 6):
-        changed = replaced(config, 'people', 'max_people', people)
-        changed = replaced(changed, 'starting', 'auto_init', 'none')
-        runs[people] = Pipeline(changed, clock=time.process_time)
-        for box in frames[0].boxes[:people]:
-            if box is not None:
-                runs[people].initialize(box)
+def cost(config: PipelineConfig, frames: list[SyntheticFrame]) -> list[Numbers]:
+    """Time the first 1 to 5 people, the counts taking turns."""
+    runs = {n: started(config, n, frames[0], clock=time.process_time) for n in range(1, 6)}
     times: dict[int, list[dict[str, float]]] = {people: [] for people in runs}
     for frame, people in itertools.product(frames, runs):
         for result in runs[people].update(frame.image, frame.stamp_ns):
@@ -214,21 +181,15 @@ def cost_table(rows: list[Numbers]) -> str:
     )
 
 
-def speed(config: PipelineConfig, seed: int, threads: int) -> float:
+def speed(config: PipelineConfig, frames: list[SyntheticFrame], threads: int) -> float:
     """Return frames per second, on the clock, of the whole pipeline with five people."""
-    clip = scene('five', seed)
-    frames = [clip.frame(number) for number in clip.numbers]
-    changed = replaced(config, 'people', 'max_people', 5)
-    pipeline = Pipeline(replaced(changed, 'starting', 'auto_init', 'none'))
-    for box in frames[0].boxes:
-        if box is not None:
-            pipeline.initialize(box)
+    pipeline = started(config, 5, frames[0])
     before = cv2.getNumThreads()
     cv2.setNumThreads(threads)
-    started = time.perf_counter()
+    began = time.perf_counter()
     for frame in frames:
         pipeline.update(frame.image, frame.stamp_ns)
-    taken = time.perf_counter() - started
+    taken = time.perf_counter() - began
     cv2.setNumThreads(before)
     return len(frames) / taken
 
@@ -277,11 +238,9 @@ def main() -> None:
                 continue
             report[init] = evaluate([*chosen, *data], config, init == 'auto', fixed)
             print(f'init {init}\n{tracking_table(report[init])}\n')
-            print('features of the first person: mean weight (variance ratio)')
-            print(f'{feature_table(report[init]["sequences"])}\n')
             for key, numbers in report[init]['sequences'].items():
                 real = key not in scenes
-                bars = DATA_BARS[init] if real else BARS.get((scenes[key][0], init), ())
+                bars = DATA_BARS[init] if real else BARS[init].get(scenes[key][0], ())
                 report['bars'] += check(key, init, numbers, bars)
             if data:
                 found = [report[init]['sequences'][each.name] for each in data]
@@ -289,8 +248,9 @@ def main() -> None:
                 report['bars'] += check('mean of data', init, mean, MEAN_BARS[init])
     print(bar_table(report['bars']))
     if not options.no_cost:
-        report['ms_per_frame'] = rows = cost(config, 0)
-        report['frames_per_second'] = {str(n): speed(config, 0, n) for n in (1, 2)}
+        frames = list(scene('five'))
+        report['ms_per_frame'] = rows = cost(config, frames)
+        report['frames_per_second'] = {str(n): speed(config, frames, n) for n in (1, 2)}
         print(f'\n{cost_table(rows)}')
         for threads, rate in report['frames_per_second'].items():
             print(f'whole pipeline, OpenCV threads: {threads}: {rate:.1f} frames/s (>= 20)')

@@ -9,20 +9,15 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
-from geometry_msgs.msg import Point32, PolygonInstanceStamped
 from numpy.typing import NDArray
-from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from gait_segmentation.ros.image import image_message
-
-__all__ = ['BAD', 'GOOD', 'KINDS', 'Aim', 'Call', 'Kind', 'Shot', 'box', 'header', 'kind']
+__all__ = ['BAD', 'GOOD', 'KINDS', 'Aim', 'Call', 'Kind', 'Shot', 'header', 'kind']
 
 GOOD, BAD = 'good', 'bad'
 """The frame_id of frames that must be answered, and of all others."""
 
 STEP_NS = 33_333_337
-_APART_NS = 50_000
 
 
 @dataclass(frozen=True)
@@ -59,14 +54,13 @@ class Aim:
         """
         self.rng = rng
         self.number = 0
-        self._images = images
+        self._there_and_back = [*images, *images[-2:0:-1]]
         self._shots = 0
 
     @property
     def image(self) -> NDArray[np.uint8]:
         """Return the picture of the newest good frame, (h, w, 3) uint8."""
-        there_and_back = [*self._images, *self._images[-2:0:-1]]
-        return there_and_back[self.number % len(there_and_back)]
+        return self._there_and_back[self.number % len(self._there_and_back)]
 
     @property
     def stamp_ns(self) -> int:
@@ -78,10 +72,10 @@ class Aim:
         self.number += 1
         self._shots = 0
 
-    def fresh(self, frame_id: str = BAD) -> Header:
+    def fresh(self) -> Header:
         """Return the header of a frame after the newest good one, and before the next."""
-        self._shots = min(self._shots + 1, STEP_NS // _APART_NS - 1)
-        return header(self.stamp_ns + self._shots * _APART_NS, frame_id)
+        self._shots = min(self._shots + 1, 600)
+        return header(self.stamp_ns + self._shots * 50_000)
 
     def one_of(self, values: Iterable[Any]) -> Any:
         """Return one of some values."""
@@ -97,9 +91,16 @@ class Aim:
         """Return random bytes."""
         return self.rng.integers(0, 256, shape, dtype=np.uint8)
 
-    def picture(self) -> Image:
-        """Return a frame that nothing is wrong with, after the newest good one."""
-        return image_message(self.image, self.fresh())
+    def some_changed(self, data: bytes, begin: int, end: int) -> bytes:
+        """Return data of which up to eight bytes within the beginning are others."""
+        made = bytearray(data)
+        for at in self.rng.integers(begin, min(len(made), end), self.rng.integers(1, 9)):
+            made[at] = self.rng.integers(256)
+        return bytes(made)
+
+    def cut(self, data: bytes) -> bytes:
+        """Return data without its end."""
+        return data[: int(self.rng.integers(4, len(data)))]
 
 
 Kind: TypeAlias = Callable[[Aim], Iterable[Shot | Call]]
@@ -124,13 +125,3 @@ def header(stamp_ns: int, frame_id: str = BAD) -> Header:
     made = Header(frame_id=frame_id)
     made.stamp.sec, made.stamp.nanosec = divmod(stamp_ns, 1_000_000_000)
     return made
-
-
-def box(
-    about: Header, points: Iterable[tuple[float, float]], number: int = 1
-) -> PolygonInstanceStamped:
-    """Return a box message with any number of points."""
-    message = PolygonInstanceStamped(header=about)
-    message.polygon.id = number
-    message.polygon.polygon.points = [Point32(x=float(x), y=float(y)) for x, y in points]
-    return message

@@ -6,53 +6,40 @@ from __future__ import annotations
 
 import os
 import re
-import struct
 import threading
-import time
 from collections import Counter
-from collections.abc import Callable, Iterable
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonInstanceStamped
 from hostile.kinds import GOOD, Call, Shot
 from hostile.services import TYPES
-from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import CompressedImage, Image, JointState, RegionOfInterest
 
+from benchmarks.nodes import MODULES, STYLES, Listener, resident_mib, wait
 from gait_segmentation.cli.processes import ProcessGroup
 from gait_segmentation.geometry import Box
-from gait_segmentation.ros.executor import MessageExecutor
+from gait_segmentation.ros.endpoints import LATCHED
 from gait_segmentation.ros.messages import stamp_of
-from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.ros.vision import detection_types
 
-__all__ = ['GRAPHS', 'Client', 'Graphs']
+__all__ = ['Client', 'Graphs']
 
-GRAPHS = {
-    'split': ('gait_tracker', 'gait_matcher', 'gait_segmenter'),
-    'single': ('gait_pipeline',),
-}
-"""The namespaces, and the nodes in each."""
-
-_TRACKED = {'person_0/box': PolygonInstanceStamped, 'person_0/likelihood': Image}
-_ANSWERS = {
-    'split': _TRACKED,
-    'single': _TRACKED
-    | {
-        'person_0/matched_box': PolygonInstanceStamped,
-        'person_0/shape_prior': Image,
-        'person_0/gait': JointState,
-        'person_0/mask': Image,
-        'mask': Image,
-        'labels': Image,
-    },
-}
+_TRACKED = ('person_0/box', 'person_0/likelihood')
+_ANSWERS = [f'split/{topic}' for topic in _TRACKED] + [
+    f'single/{topic}'
+    for topic in (
+        *_TRACKED,
+        *('person_0/matched_box', 'person_0/shape_prior', 'person_0/gait', 'person_0/mask'),
+        *('mask', 'labels'),
+    )
+]
 """The topics on which every good frame is to be answered once: of the tracker, the pipeline."""
+
+_KINDS = {'box': PolygonInstanceStamped, 'matched_box': PolygonInstanceStamped, 'gait': JointState}
+"""Types of the topics of a person that are no images."""
 
 _TO_CAMERA = {
     'image': (Image, 2),
@@ -71,17 +58,13 @@ _TO_SPLIT = {
 """The topics that are written to: type, and readers in the graph of three nodes."""
 
 _DEEP = QoSProfile(depth=200)
-_HEADER = struct.Struct('=4xiII')
-"""Of a serialised message that begins with a header: stamp and length of the frame_id."""
-
 _COUNTED = ('received', 'processed', 'failed', 'skipped', 'incomplete')
 _LOGGED = re.compile(rb'^\[(?:DEBUG|INFO|WARN|ERROR|FATAL)\] \[', re.MULTILINE)
 _PATIENCE_S = 900.0
-_POLL_S = 0.002
 
 
 class Graphs:
-    """The processes of the nodes, started again when they end."""
+    """The processes of the nodes, started again when they end; a namespace for each style."""
 
     def __init__(self, logs: Path, transport: str, start: Box) -> None:
         """
@@ -94,14 +77,13 @@ class Graphs:
         self.peak: dict[str, float] = {}
         self._base: dict[str, float] = {}
         self._logs = logs
-        self._runs: dict[str, list[str]] = {}
+        self._runs: dict[str, list[str]] = {name: [] for name in MODULES}
         self._processes = ProcessGroup(os.environ, logs)
         values = f'[{start.x:.2f}, {start.y:.2f}, {start.width:.2f}, {start.height:.2f}]'
         self._starts = ('-p', f'initial_box:={values}')
         self._transport = ('-p', f'image_transport:={transport}')
-        for space, names in GRAPHS.items():
-            for name in names:
-                self._start(space, name)
+        for name in MODULES:
+            self._start(name)
 
     def close(self) -> None:
         """Stop all."""
@@ -112,7 +94,7 @@ class Graphs:
         ended = [name for name, runs in self._runs.items() if self._processes.ended(runs[-1])]
         for name in ended:
             self.exits[name] += 1
-            self._start(next(space for space, names in GRAPHS.items() if name in names), name)
+            self._start(name)
         return ended
 
     def last_lines(self, name: str) -> str:
@@ -125,10 +107,12 @@ class Graphs:
         self.peak = dict(self._base)
         self._lines = self._count()
 
-    def watch(self) -> None:
-        """Look at the memory."""
-        for name, now in self._memory().items():
-            self.peak[name] = max(self.peak.get(name, now), now)
+    def watch(self) -> dict[str, float]:
+        """Look at the memory; return by how many MiB each node has grown to a new height."""
+        now = self._memory()
+        higher = {name: now[name] - self.peak[name] for name in now if now[name] > self.peak[name]}
+        self.peak |= {name: now[name] for name in higher}
+        return higher
 
     def growth(self) -> dict[str, tuple[float, float]]:
         """Return by how many MiB each node has grown, and at most meanwhile."""
@@ -136,7 +120,6 @@ class Graphs:
         return {
             name: (now[name] - self._base[name], self.peak[name] - self._base[name])
             for name in now
-            if name in self._base
         }
 
     def lines(self) -> dict[str, tuple[int, int]]:
@@ -146,27 +129,20 @@ class Graphs:
             for name, (own, others) in self._count().items()
         }
 
-    def _start(self, space: str, name: str) -> None:
-        runs = self._runs.setdefault(name, [])
+    def _start(self, name: str) -> None:
+        runs = self._runs[name]
         runs.append(f'{name}_{len(runs)}')
+        space = 'split' if name in STYLES['split'] else 'single'
         arguments = ['--ros-args', '-r', f'__ns:=/{space}']
         if name != 'gait_matcher':
             arguments += self._transport
         if name in ('gait_tracker', 'gait_pipeline'):
             arguments += self._starts
-        module = f'gait_segmentation.nodes.{name.removeprefix("gait_")}_node'
-        self._processes.start(runs[-1], module, *arguments)
+        self._processes.start(runs[-1], MODULES[name], *arguments)
 
     def _memory(self) -> dict[str, float]:
-        found = {}
-        for name, runs in self._runs.items():
-            try:
-                status = Path(f'/proc/{self._processes.pid(runs[-1])}/statm').read_text()
-            except FileNotFoundError:
-                continue
-            if status:
-                found[name] = int(status.split()[1]) * os.sysconf('SC_PAGE_SIZE') / 2**20
-        return found
+        pids = {name: self._processes.pid(runs[-1]) for name, runs in self._runs.items()}
+        return {name: resident_mib(pid) for name, pid in pids.items()}
 
     def _count(self) -> dict[str, tuple[int, int]]:
         found = {}
@@ -177,7 +153,7 @@ class Graphs:
         return found
 
 
-class Client:
+class Client(Listener):
     """Publishes to both graphs and counts the answers to good frames."""
 
     def __init__(self, transport: str) -> None:
@@ -187,64 +163,39 @@ class Client:
         :param transport: raw or compressed.
         """
         self.camera_topic = 'image' if transport == 'raw' else 'image/compressed'
-        self.refused: Counter[str] = Counter()
         self._answers: dict[int, Counter[str]] = {}
-        self._changed = threading.Condition()
-        self._reported: dict[str, dict[str, str]] = {}
-        self._node = Node('hostile_client')
-        self._publishers = self._connect(transport)
-        for space, topics in _ANSWERS.items():
-            for topic, kind in topics.items():
-                name = f'{space}/{topic}'
-                heard = partial(self._receive, name)
-                self._node.create_subscription(kind, name, heard, _DEEP, raw=True)
-        heard = partial(self._receive, 'split/mask')
-        self._node.create_subscription(Image, 'split/mask', heard, _DEEP, raw=True)
-        self._node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 50)
+        topics = (*_ANSWERS, 'split/mask')
+        super().__init__({topic: _KINDS.get(topic.split('/')[-1], Image) for topic in topics})
+        self._publishers = self._connect()
         self._clients = {
-            (name, service): self._node.create_client(kind, f'/{space}/{name}/{service}')
-            for space, names in GRAPHS.items()
+            (name, service): self.node.create_client(kind, f'/{space}/{name}/{service}')
+            for space, names in STYLES.items()
             for name in names
             for service, kind in TYPES.items()
         }
-        self._executor = MessageExecutor()
-        self._executor.add_node(self._node)
-        self._thread = threading.Thread(target=self._spin, daemon=True)
-        self._thread.start()
 
-    def close(self) -> None:
-        """Stop listening."""
-        self._executor.shutdown()
-        self._thread.join()
-        self._node.destroy_node()
-
-    def wait_until_connected(self, alive: Callable[[], object]) -> bool:
+    def wait_until_connected(self, ended: Callable[[], object]) -> bool:
         """
         Wait until all nodes are active, hear this client and are heard.
 
-        :param alive: called meanwhile; a true value ends the waiting.
+        :param ended: called meanwhile; a true value ends the waiting.
         """
-        with self._changed:
-            self._reported.clear()
-        deadline = time.monotonic() + _PATIENCE_S
-        while not self._connected():
-            if alive() or time.monotonic() > deadline:
-                return False
-            time.sleep(10 * _POLL_S)
-        return True
+        with self.changed:
+            self.status.clear()
+        wait(lambda: bool(ended()) or self._connected(), _PATIENCE_S)
+        return self._connected()
 
     def fire(self, shot: Shot) -> None:
         """Publish a message to each graph that has a reader of it."""
-        for space in GRAPHS:
+        for space in STYLES:
             publisher = self._publishers.get(f'{space}/{shot.topic}')
             if publisher is not None:
                 publisher.publish(shot.message)
 
     def show(self, message: Any) -> int:
         """Publish a good frame and return its stamp."""
-        assert message.header.frame_id == GOOD
         stamp_ns = stamp_of(message.header)
-        with self._changed:
+        with self.changed:
             self._answers[stamp_ns] = Counter()
         self.fire(Shot(self.camera_topic, message))
         return stamp_ns
@@ -255,112 +206,71 @@ class Client:
         if not client.service_is_ready():
             return False
         done = threading.Event()
-        future = client.call_async(call.request)
-        future.add_done_callback(lambda _: done.set())
+        client.call_async(call.request).add_done_callback(lambda _: done.set())
         return done.wait(timeout_s)
 
     def missing(self, stamp_ns: int) -> list[str]:
         """Return the topics on which a good frame has not been answered."""
-        with self._changed:
-            found = self._answers[stamp_ns]
-            return [topic for topic in _answered() if not found[topic]]
+        with self.changed:
+            return [topic for topic in _ANSWERS if not self._answers[stamp_ns][topic]]
 
-    def wait_for(self, stamp_ns: int, alive: Callable[[], object], timeout_s: float) -> bool:
+    def wait_for(self, stamp_ns: int, ended: Callable[[], object], timeout_s: float) -> bool:
         """
         Wait until a good frame has been answered.
 
-        :param alive: called meanwhile; a true value ends the waiting.
+        :param ended: called meanwhile; a true value ends the waiting.
         """
-        deadline = time.monotonic() + timeout_s
-        while self.missing(stamp_ns):
-            with self._changed:
-                self._changed.wait(0.2)
-            if alive() or time.monotonic() > deadline:
-                return not self.missing(stamp_ns)
-        return True
-
-    def counts(self, name: str) -> str:
-        """Return what a node has last said of its frames."""
-        with self._changed:
-            said = next((v for k, v in self._reported.items() if k.endswith(name)), {})
-        return ', '.join(f'{key} {said.get(key, "?")}' for key in _COUNTED)
+        wait(lambda: not self.missing(stamp_ns) or bool(ended()), timeout_s, 0.002)
+        return not self.missing(stamp_ns)
 
     def wait_for_masks(self, timeout_s: float) -> None:
         """Wait until the three nodes are done with the newest good frame, if they answer it."""
-        with self._changed:
+        with self.changed:
             newest = next(reversed(self._answers.values()))
-            self._changed.wait_for(lambda: newest['split/mask'], timeout_s)
+            self.changed.wait_for(lambda: newest['split/mask'], timeout_s)
+
+    def counts(self, name: str) -> str:
+        """Return what a node has last said of its frames."""
+        with self.changed:
+            said = next((v for k, v in self.status.items() if k.endswith(name)), {})
+        return ', '.join(f'{key} {said.get(key, "?")}' for key in _COUNTED)
 
     def account(self) -> tuple[Counter[str], Counter[str], int]:
         """Return how many good frames lack an answer, or have several, by topic, and all."""
-        lost: Counter[str] = Counter()
-        twice: Counter[str] = Counter()
-        with self._changed:
-            for found in self._answers.values():
-                lost.update(topic for topic in _answered() if not found[topic])
-                twice.update(topic for topic in _answered() if found[topic] > 1)
-            return lost, twice, len(self._answers)
+        with self.changed:
+            found = list(self._answers.values())
+        lost = Counter(topic for each in found for topic in _ANSWERS if not each[topic])
+        twice = Counter(topic for each in found for topic in _ANSWERS if each[topic] > 1)
+        return lost, twice, len(found)
 
-    def _connect(self, transport: str) -> dict[str, Any]:
+    def heard(self, topic: str, stamp_ns: int, frame_id: str) -> None:
+        """Count the answers to good frames."""
+        if frame_id == GOOD and stamp_ns in self._answers:
+            self._answers[stamp_ns][topic] += 1
+
+    def _connect(self) -> dict[str, Any]:
         """Return the publishers by topic."""
-        made = {}
+        other = {'image', 'image/compressed'} - {self.camera_topic}
+        camera = {topic: kind for topic, (kind, _) in _TO_CAMERA.items() if topic not in other}
         types = detection_types()
-        to_camera = {topic: kind for topic, (kind, _) in _TO_CAMERA.items()}
-        del to_camera['image' if transport == 'compressed' else 'image/compressed']
-        if types is not None:
-            to_camera['detections'] = types.Detection2DArray
-        for topic, kind in to_camera.items():
-            for space in GRAPHS:
-                made[f'{space}/{topic}'] = self._node.create_publisher(
-                    kind, f'{space}/{topic}', _DEEP
-                )
-        for topic, (kind, _) in _TO_SPLIT.items():
-            profile = LATCHED if topic == 'image_size' else _DEEP
-            made[f'split/{topic}'] = self._node.create_publisher(kind, f'split/{topic}', profile)
-        return made
+        camera |= {'detections': types.Detection2DArray} if types is not None else {}
+        wanted = {f'{space}/{topic}': kind for space in STYLES for topic, kind in camera.items()}
+        wanted |= {f'split/{topic}': kind for topic, (kind, _) in _TO_SPLIT.items()}
+        return {
+            topic: self.node.create_publisher(
+                kind, topic, LATCHED if topic == 'split/image_size' else _DEEP
+            )
+            for topic, kind in wanted.items()
+        }
 
     def _connected(self) -> bool:
-        with self._changed:
-            active = {
-                name for name, values in self._reported.items() if values.get('state') == 'active'
-            }
-            heard = {
-                key: value for values in self._reported.values() for key, value in values.items()
-            }
-        if not active >= {f'{space}/{name}' for space in GRAPHS for name in GRAPHS[space]}:
-            return False
-        for topic in _answered():
-            if int(heard.get(f'subscribers of /{topic}', '0')) < 1:
-                return False
         readers = {f'split/{t}': n for t, (_, n) in (_TO_SPLIT | _TO_CAMERA).items()}
-        readers |= {f'single/{t}': 1 for t in _TO_CAMERA}
-        return all(
-            made.get_subscription_count() >= readers.get(topic, 1)
-            for topic, made in self._publishers.items()
+        nodes = [f'{space}/{name}' for space, names in STYLES.items() for name in names]
+        return (
+            self.active(*nodes)
+            and all(self.subscribers(topic) for topic in _ANSWERS)
+            and all(
+                made.get_subscription_count() >= readers.get(topic, 1)
+                for topic, made in self._publishers.items()
+            )
         )
-
-    def _receive(self, topic: str, data: bytes) -> None:
-        seconds, nanoseconds, length = _HEADER.unpack_from(data)
-        start = _HEADER.size
-        if data[start : start + length].rstrip(b'\0') != GOOD.encode():
-            return
-        with self._changed:
-            found = self._answers.get(seconds * 1_000_000_000 + nanoseconds)
-            if found is not None:
-                found[topic] += 1
-                self._changed.notify_all()
-
-    def _diagnose(self, message: DiagnosticArray) -> None:
-        with self._changed:
-            for status in message.status:
-                self._reported[status.name] = {each.key: each.value for each in status.values}
-
-    def _spin(self) -> None:
-        try:
-            self._executor.spin()
-        except ExternalShutdownException:
-            return
-
-
-def _answered() -> Iterable[str]:
-    return (f'{space}/{topic}' for space, topics in _ANSWERS.items() for topic in topics)

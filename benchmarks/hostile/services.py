@@ -20,9 +20,9 @@ from rcl_interfaces.srv import (
 )
 from std_srvs.srv import SetBool, Trigger
 
-__all__ = ['NODES', 'TYPES']
+from benchmarks.nodes import MODULES
 
-NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter', 'gait_pipeline')
+__all__ = ['TYPES']
 
 TYPES = {
     'set_parameters': SetParameters,
@@ -42,51 +42,37 @@ _NAMES = (
     'tracking.working_height', 'tracking.use_texture', 'matching.window', 'segmentation.prior',
     'starting.auto_init', 'no_such', '', '.', 'a' * 10_000, 'tracking', '🙂', 'matching.window.x',
 )  # fmt: skip
-_FLOATS = (math.nan, math.inf, -math.inf, 1e308, -1.0)
 _VALUES = (
     ParameterValue(),
     ParameterValue(type=1, bool_value=True),
-    ParameterValue(type=2, integer_value=-(2**63)),
-    ParameterValue(type=2, integer_value=2**63 - 1),
-    *(ParameterValue(type=3, double_value=value) for value in _FLOATS),
-    ParameterValue(type=4, string_value='magic'),
-    ParameterValue(type=4, string_value='x' * 20_000),
+    *(ParameterValue(type=2, integer_value=value) for value in (-(2**63), 2**63 - 1)),
+    *(
+        ParameterValue(type=3, double_value=value)
+        for value in (math.nan, math.inf, -math.inf, 1e308, -1.0)
+    ),
+    *(ParameterValue(type=4, string_value=value) for value in ('magic', 'x' * 20_000)),
     ParameterValue(type=5, byte_array_value=[b'\0', b'\xff']),
     ParameterValue(type=6, bool_array_value=[True] * 9),
     ParameterValue(type=7, integer_array_value=[2**40] * 9),
     ParameterValue(type=8, double_array_value=[math.nan] * 4),
     ParameterValue(type=9, string_array_value=['', 'x']),
+    *(ParameterValue(type=number, double_value=math.nan) for number in (10, 77, 255)),
 )
 """None of which any parameter takes, apart from a switch that is on already."""
 
 
 def _node(aim: Aim) -> str:
-    return str(aim.one_of(NODES))
-
-
-def _settings(aim: Aim, count: int) -> list[Parameter]:
-    return [Parameter(name=aim.one_of(_NAMES), value=aim.one_of(_VALUES)) for _ in range(count)]
+    return str(aim.one_of(MODULES))
 
 
 @kind('parameters: set to what is not allowed')
 def _set(aim: Aim) -> Iterator[Call]:
-    kinds = {'set_parameters': SetParameters, 'set_parameters_atomically': SetParametersAtomically}
-    name = aim.one_of(kinds)
-    request = kinds[name].Request(parameters=_settings(aim, aim.one_of((0, 1, 1, 1, 4))))
-    yield Call(_node(aim), name, request)
-
-
-@kind('parameters: of another type than is said', 0.5)
-def _mistyped(aim: Aim) -> Iterator[Call]:
-    value = ParameterValue(type=int(aim.rng.integers(0, 256)), double_value=math.nan)
-    request = SetParameters.Request(parameters=[Parameter(name=aim.one_of(_NAMES), value=value)])
-    yield Call(_node(aim), 'set_parameters', request)
-
-
-@kind('parameters: two hundred at once', 0.1)
-def _many(aim: Aim) -> Iterator[Call]:
-    request = SetParameters.Request(parameters=_settings(aim, 200))
-    yield Call(_node(aim), 'set_parameters', request)
+    name = aim.one_of(('set_parameters', 'set_parameters_atomically'))
+    settings = [
+        Parameter(name=aim.one_of(_NAMES), value=aim.one_of(_VALUES))
+        for _ in range(aim.one_of((0, 1, 1, 1, 1, 4, 4, 200)))
+    ]
+    yield Call(_node(aim), name, TYPES[name].Request(parameters=settings))
 
 
 @kind('parameters: asked for, declared or not', 0.5)

@@ -1,10 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""
-The camera of a synthetic clip: where it stands, how it moves, and what it sees of the place.
-
-It looks level, at :data:`EYE_LEVEL` body heights above the ground, and moves sideways.
-"""
+"""The camera of a synthetic clip, which looks level and moves sideways."""
 
 from __future__ import annotations
 
@@ -31,9 +27,8 @@ class SyntheticCamera:
     """
     Where things of the place are seen, in pixels.
 
-    ``distance`` is that of the first walker half way, in body heights; ``margin_x`` and
-    ``margin_y`` are what pictures of the whole place, such as a panorama, have on each side
-    beyond the image.
+    ``distance`` is that of the first walker half way, in statures; ``margin_x`` and ``margin_y``
+    are what pictures of the whole place, such as a panorama, have on each side beyond the image.
     """
 
     def __init__(
@@ -53,10 +48,10 @@ class SyntheticCamera:
         self._horizon = config.height / 2 + (0.5 - EYE_LEVEL) * config.person_height
         self.distance = self._focal / config.person_height
         swaying = np.array([sway(number) for number in range(config.frames)], np.float64)
-        self._shake = self._make_shake(rng) + swaying
-        passed = abs(config.pan) * config.frames / 2
+        self._shake = _shake(config.jitter, rng.standard_normal((config.frames, 2))) + swaying
         moved = 4 * config.jitter + 4 + np.abs(swaying).max()
-        self.margin_x, self.margin_y = math.ceil(passed + moved), math.ceil(moved)
+        self.margin_y = math.ceil(moved)
+        self.margin_x = math.ceil(abs(config.pan) * config.frames / 2 + moved)
 
     @property
     def place_shape(self) -> tuple[int, int]:
@@ -65,7 +60,7 @@ class SyntheticCamera:
         return config.height + 2 * self.margin_y, config.width + 2 * self.margin_x
 
     def height_at(self, distance: float) -> float:
-        """Return how many pixels a body height is at a distance in body heights."""
+        """Return how many pixels a stature is at a distance in statures."""
         return self._focal / distance
 
     def ground_at(self, distance: float) -> float:
@@ -93,16 +88,15 @@ class SyntheticCamera:
         )
         return np.asarray(moved, np.float32)
 
-    def _make_shake(self, rng: np.random.Generator) -> NDArray[np.float64]:
-        """Return (frames, 2) displacements of the picture, correlated as a hand's are."""
-        jitter = self._config.jitter
-        steps = rng.standard_normal((self._config.frames, 2))
-        shake = np.zeros_like(steps)
-        for number in range(1, len(steps)):
-            shake[number] = 0.8 * shake[number - 1] + 0.6 * steps[number]
-        return np.clip(jitter * shake, -3 * jitter, 3 * jitter)
-
     def _shift(self, number: int, share: float) -> tuple[float, float]:
         """Return how far the picture moves; near things (share 1) pass faster than the wall."""
         passed = self._config.pan * (number - (self._config.frames - 1) / 2)
         return share * -passed + self._shake[number, 0], float(self._shake[number, 1])
+
+
+def _shake(jitter: float, steps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (frames, 2) displacements of the picture, correlated as a hand's are."""
+    shake = np.zeros_like(steps)
+    for number in range(1, len(steps)):
+        shake[number] = 0.8 * shake[number - 1] + 0.6 * steps[number]
+    return np.clip(jitter * shake, -3 * jitter, 3 * jitter)

@@ -1,64 +1,82 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What can be chosen about a synthetic sequence."""
+"""What can be chosen about a synthetic clip."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
-from gait_segmentation.config import StageConfig, parameter
-from gait_segmentation.gait_model import BUILDS
+import numpy as np
+from numpy.typing import NDArray
 
-__all__ = ['SyntheticConfig']
+from benchmarks.synthetic.props import Prop
+from benchmarks.synthetic.walkers import Walker
+
+__all__ = ['Staging', 'SyntheticConfig', 'still']
 
 
 @dataclass(frozen=True)
-class SyntheticConfig(StageConfig):
-    """Parameters of a synthetic sequence."""
+class SyntheticConfig:
+    """
+    Parameters of a clip; sizes in pixels, deviations are standard deviations.
 
-    seed: int = parameter(0, 'Of everything drawn by lot.', minimum=0)
-    width: int = parameter(320, 'Width of the images.', unit='px', minimum=32, maximum=4096)
-    height: int = parameter(240, 'Height of the images.', unit='px', minimum=32, maximum=4096)
-    fps: float = parameter(25.0, 'Frame rate.', unit='1/s', minimum=1.0, maximum=240.0)
-    frames: int = parameter(50, 'Number of frames.', minimum=1, maximum=100000)
-    person_height: float = parameter(
-        120.0, 'Height of the first walker half way.', unit='px', minimum=16.0, maximum=4096.0
-    )
-    azimuth: float = parameter(
-        0.0,
-        'Walking direction of the first walker: 0 right, pi/2 away, pi left, -pi/2 closer.',
-        unit='rad',
-        minimum=-math.pi,
-        maximum=math.pi,
-    )
-    stride_rate: float = parameter(
-        0.9, 'Strides (two steps) per second.', unit='1/s', minimum=0.2, maximum=2.0
-    )
-    build: str = parameter(
-        'average', 'Build and clothes of the first walker.', choices=tuple(BUILDS)
-    )
-    walkers: int = parameter(
-        1, 'How many people walk; the first is tracked.', minimum=1, maximum=9
-    )
-    pan: float = parameter(
-        0.0,
-        'Motion of the camera to the right, seen on the first walker half way.',
-        unit='px/frame',
-        minimum=-100.0,
-        maximum=100.0,
-    )
-    jitter: float = parameter(
-        0.3, 'Standard deviation of the shake.', unit='px', minimum=0.0, maximum=20.0
-    )
-    clutter: float = parameter(
-        0.5, 'Things before the wall: 0 none, 1 crowded.', minimum=0.0, maximum=3.0
-    )
-    occluder: bool = parameter(False, 'Put a post between the camera and the way.')
-    shadow: bool = parameter(False, 'Let the walkers cast soft shadows.')
-    noise: float = parameter(
-        3.0, 'Standard deviation of the sensor noise.', minimum=0.0, maximum=50.0
-    )
-    blur: float = parameter(
-        0.5, 'Standard deviation of the blur of the lens.', unit='px', minimum=0.0, maximum=10.0
-    )
+    ``person_height`` is that of the first walker half way, who walks towards ``azimuth`` (radians:
+    0 right, pi/2 away, -pi/2 closer) with ``stride_rate`` strides (two steps) a second; ``pan`` is
+    how far the camera moves to the right a frame, seen on that walker.
+    """
+
+    seed: int = 0
+    width: int = 320
+    height: int = 240
+    fps: float = 25.0
+    frames: int = 50
+    person_height: float = 120.0
+    azimuth: float = 0.0
+    stride_rate: float = 0.9
+    build: str = 'average'
+    walkers: int = 1
+    pan: float = 0.0
+    jitter: float = 0.3
+    """Deviation of the camera's shake."""
+
+    clutter: float = 0.5
+    """Things before the wall: 0 none, 1 crowded."""
+
+    shadow: bool = False
+    """Whether walkers cast soft shadows."""
+
+    noise: float = 3.0
+    """Deviation of the sensor's noise, grey levels."""
+
+    blur: float = 0.5
+    """Deviation of the lens's blur."""
+
+
+def still(number: int) -> tuple[float, float]:
+    """Return that a frame is moved by nothing."""
+    return 0.0, 0.0
+
+
+def _even(number: int) -> float:
+    return 1.0
+
+
+@dataclass(frozen=True)
+class Staging:
+    """
+    Who and what is in a clip in place of what the configuration's lots would draw.
+
+    ``cast`` are all people (``walkers``, ``azimuth``, ``stride_rate`` and ``build`` of the
+    configuration do not count then), ``props`` the things among them.  ``panorama`` makes the
+    (H, W, 3) uint8 picture behind them from lots and its shape.  ``sway`` moves the picture of a
+    frame by (x, y) pixels beside pan and jitter, ``exposure`` multiplies its brightness; ``grey``
+    makes a grey camera: three equal channels.
+    """
+
+    cast: tuple[Walker, ...]
+    props: tuple[Prop, ...] = ()
+    panorama: Callable[[np.random.Generator, tuple[int, int]], NDArray[np.uint8]] | None = None
+    sway: Callable[[int], tuple[float, float]] = still
+    exposure: Callable[[int], float] = _even
+    grey: bool = False

@@ -7,29 +7,31 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 
-__all__ = ['STRIDE_LENGTH', 'Course', 'Motion', 'Straight', 'Whereabouts']
+__all__ = ['STRIDE_LENGTH', 'Course', 'Straight', 'Whereabouts']
 
 STRIDE_LENGTH = 0.83
 """In statures."""
 
-TURN_SECONDS = 0.9
-"""What turning round by half a circle takes."""
+_TURN = math.pi / 0.9
+"""Radians per second of turning round."""
 
 _STEP = 0.01
 """Seconds between the points of a course."""
+
+_NEAR = 0.03
+"""Statures from a point at which it counts as reached."""
 
 _MID_STANCE = 0.3
 """Phase (and half a stride later) at which the legs are side by side: where people stop."""
 
 _VIEWS = 120
-"""Directions a turning walker is drawn in."""
+"""Directions a turning walker is drawn in: each has to be rendered."""
 
 
 @dataclass(frozen=True)
@@ -45,13 +47,6 @@ class Whereabouts:
     z: float
     azimuth: float
     phase: float
-
-
-class Motion(Protocol):
-    """How somebody gets about."""
-
-    def at(self, seconds: float) -> Whereabouts:
-        """Return where the walker is at a time after half way of the clip."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +114,6 @@ class Course:
         before = int(place)
         after = min(before + 1, len(track) - 1)
         x, z, azimuth, phase = track[before] + (place - before) * (track[after] - track[before])
-        # A walker in every direction there is would have to be registered in each of them.
         step = 2 * math.pi / _VIEWS
         azimuth = math.remainder(round(azimuth / step) * step, 2 * math.pi)
         return Whereabouts(float(x), float(z), azimuth, float(phase % 1.0))
@@ -135,15 +129,12 @@ class Course:
             track.append((*place, azimuth, phase))
             if pause > 0:
                 pause -= _STEP
-                left = (_MID_STANCE - phase) % 0.5
-                phase += min(left, self.stride_rate * _STEP)
+                phase += min((_MID_STANCE - phase) % 0.5, self.stride_rate * _STEP)
                 continue
             error = 0.0
             if target < len(goals):
-                wanted = _direction(goals[target] - place)
-                error = math.remainder(wanted - azimuth, 2 * math.pi)
-            most = math.pi / TURN_SECONDS * _STEP
-            azimuth += min(max(error, -most), most)
+                error = math.remainder(_direction(goals[target] - place) - azimuth, 2 * math.pi)
+            azimuth += min(max(error, -_TURN * _STEP), _TURN * _STEP)
             ahead = max(math.cos(error), 0.0)
             pace = STRIDE_LENGTH * self.stride_rate * _STEP * ahead
             place = place + pace * np.array([math.cos(azimuth), math.sin(azimuth)])
@@ -152,10 +143,6 @@ class Course:
                 pause = self.stops.get(target, 0.0)
                 target += 1
         return np.array(track)
-
-
-_NEAR = 0.03
-"""Statures from a point at which it counts as reached."""
 
 
 def _direction(way: NDArray[np.float64]) -> float:

@@ -4,16 +4,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
-    'Occluder',
     'make_boards',
-    'make_occluder',
     'make_panorama',
     'muted_colour',
     'value_noise',
@@ -167,40 +163,3 @@ def make_boards(
     stripes = relief * np.sign(np.sin(rows * np.float32(2 * np.pi / period)))
     light = stripes + 2.5 * value_noise(rng, shape, 4)
     return np.asarray(np.clip(colour + light[..., None], 0, 255).astype(np.uint8))
-
-
-@dataclass(frozen=True)
-class Occluder:
-    """
-    Something in front of everybody, as wide as the panorama.
-
-    ``colour`` is (H, W, 3) uint8 and ``alpha`` (H, W) float32 in 0..1.
-    """
-
-    colour: NDArray[np.uint8]
-    alpha: NDArray[np.float32]
-
-
-def make_occluder(
-    rng: np.random.Generator, shape: tuple[int, int], x: float, ground: float, unit: float
-) -> Occluder:
-    """
-    Make a post before which nobody walks.
-
-    :param shape: (H, W) of the panorama.
-    :param x: column of its middle.
-    :param ground: row of its foot.
-    :param unit: height of a person, in pixels.
-    """
-    height, width = shape
-    half = 0.07 * unit
-    columns = np.arange(width, dtype=np.float32) + 0.5
-    across = (columns - x) / half
-    inside = np.clip((1 - np.abs(across)) * half + 0.5, 0, 1)
-    rows = np.arange(height, dtype=np.float32)[:, None] + 0.5
-    alpha = inside[None] * np.clip(ground - rows + 0.5, 0, 1)
-    shade = 45 * np.sqrt(np.clip(1 - across**2, 0, 1)) - 25
-    colour = muted_colour(rng, (0.05, 0.3), (0.3, 0.6)) + shade[None, :, None]
-    colour = np.repeat(colour, height, axis=0)
-    colour += 5 * value_noise(rng, shape, 0.1 * unit)[..., None]
-    return Occluder(np.clip(colour, 0, 255).astype(np.uint8), alpha.astype(np.float32))

@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
+from typing import Any
 
 import cv2
 import numpy as np
@@ -18,12 +20,11 @@ from numpy.typing import NDArray
 
 from benchmarks.synthetic.camera import FOCAL_LENGTH
 from benchmarks.synthetic.clothing import Outfit, make_disguise, make_outfit
-from benchmarks.synthetic.config import SyntheticConfig
+from benchmarks.synthetic.config import Staging, SyntheticConfig
 from benchmarks.synthetic.courses import Course
-from benchmarks.synthetic.props import Prop, make_car, make_pillar, make_tree
+from benchmarks.synthetic.props import make_car, make_pillar, make_tree
 from benchmarks.synthetic.scenery import make_boards, muted_colour
 from benchmarks.synthetic.sequence import SyntheticSequence
-from benchmarks.synthetic.staging import Staging
 from benchmarks.synthetic.walkers import Walker
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import FIGURES
@@ -38,11 +39,15 @@ _FIGURES = tuple(name for name in FIGURES if name != 'rucksack')
 _BOARDS = 18.0
 """How much lighter and darker the stripes of walls and disguises are."""
 
+SCENES: dict[str, Callable[[int], SyntheticSequence]] = {}
+"""Name -> what makes the scene from a seed; the docstrings describe them."""
+
 
 class _Stage:
     """Collects a scene: its length, its people by lot, and where half way is."""
 
-    def __init__(self, seed: int, salt: int, seconds: float, person_height: float = 150.0) -> None:
+    def __init__(self, seed: int, salt: int, seconds: float, person_height: float) -> None:
+        self.seed = seed
         self.rng = np.random.default_rng([seed, salt])
         self.config = SyntheticConfig(
             seed=100 * seed + salt,
@@ -59,8 +64,7 @@ class _Stage:
 
     def person(
         self,
-        points: Sequence[tuple[float, float]],
-        *,
+        *points: tuple[float, float],
         rate: float = 0.9,
         after: float = 0.0,
         stops: Mapping[int, float] | None = None,
@@ -86,95 +90,101 @@ class _Stage:
         )
         return Walker(way, 'average' if outfit else build, outfit or drawn)
 
-    def play(self, *cast: Walker, props: tuple[Prop, ...] = ()) -> SyntheticSequence:
-        """Put people and things before a wall by lot."""
-        return SyntheticSequence(self.config, Staging(cast, props))
 
+def _scene(salt: int, seconds: float, person_height: float = 150.0) -> Callable[..., Any]:
+    """Enter a function, which stages a scene, under its name."""
 
-def _crossing(seed: int) -> SyntheticSequence:
-    """Three people, each pair passing each other twice, all turning round; a panned camera."""
-    stage = _Stage(seed, 1, 9.0, 140.0)
-    cast = (
-        stage.person([(-1.6, 0.93), (1.4, 0.93), (-1.7, 0.93)], rate=0.9),
-        stage.person([(1.5, 1.0), (-1.5, 1.01), (1.7, 1.0)], rate=0.95),
-        stage.person([(0.3, 1.13), (-1.6, 1.12), (1.7, 1.13)], rate=0.8),
-    )
-    return SyntheticSequence(stage.config, Staging(cast, sway=_panned))
+    def enter(stage_it: Callable[[_Stage], Staging]) -> Callable[[_Stage], Staging]:
+        @wraps(stage_it)
+        def make(seed: int) -> SyntheticSequence:
+            stage = _Stage(seed, salt, seconds, person_height)
+            return SyntheticSequence(stage.config, stage_it(stage))
 
+        SCENES[stage_it.__name__.strip('_').replace('_', '-')] = make
+        return stage_it
 
-def _overtaking(seed: int) -> SyntheticSequence:
-    """Three people walking straight on: one meets two who overtake each other; panned camera."""
-    stage = _Stage(seed, 2, 5.0, 140.0)
-    cast = (
-        stage.person([(-1.7, 1.0), (3.0, 1.0)], rate=0.9),
-        stage.person([(0.8, 0.9), (-3.0, 0.9)], rate=0.65),
-        stage.person([(1.9, 1.12), (-3.0, 1.12)], rate=1.05),
-    )
-    return SyntheticSequence(stage.config, Staging(cast, sway=_panned))
+    return enter
 
 
 def _panned(number: int) -> tuple[float, float]:
     return 60 * math.sin(2 * math.pi * number / (7 * _FPS)), 0.0
 
 
-def _pillar(seed: int) -> SyntheticSequence:
+@_scene(1, 9.0, 140.0)
+def _crossing(stage: _Stage) -> Staging:
+    """Three people, each pair passing each other twice, all turning round; a panned camera."""
+    cast = (
+        stage.person((-1.6, 0.93), (1.4, 0.93), (-1.7, 0.93)),
+        stage.person((1.5, 1.0), (-1.5, 1.01), (1.7, 1.0), rate=0.95),
+        stage.person((0.3, 1.13), (-1.6, 1.12), (1.7, 1.13), rate=0.8),
+    )
+    return Staging(cast, sway=_panned)
+
+
+@_scene(2, 5.0, 140.0)
+def _overtaking(stage: _Stage) -> Staging:
+    """Three people walking straight on: one meets two who overtake each other; panned camera."""
+    cast = (
+        stage.person((-1.7, 1.0), (3.0, 1.0)),
+        stage.person((0.8, 0.9), (-3.0, 0.9), rate=0.65),
+        stage.person((1.9, 1.12), (-3.0, 1.12), rate=1.05),
+    )
+    return Staging(cast, sway=_panned)
+
+
+@_scene(3, 4.4)
+def _pillar(stage: _Stage) -> Staging:
     """One person, wholly hidden by a pillar for 0.7 s."""
-    stage = _Stage(seed, 3, 4.4)
-    walker = stage.person([(-1.65, 1.0), (3.0, 1.0)])
-    return stage.play(walker, props=(make_pillar(stage.rng, 0.0, 0.85 * stage.far, 0.81),))
+    walker = stage.person((-1.65, 1.0), (3.0, 1.0))
+    return Staging((walker,), (make_pillar(stage.rng, 0.0, 0.85 * stage.far, 0.81),))
 
 
-def _exit_enter(seed: int) -> SyntheticSequence:
+@_scene(4, 7.0)
+def _exit_enter(stage: _Stage) -> Staging:
     """One person leaves to the right; a second later somebody else comes in from the left."""
-    stage = _Stage(seed, 4, 7.0)
-    return stage.play(
-        stage.person([(0.4, 1.0), (4.0, 1.0)]),
-        stage.person([(-2.8, 1.0), (4.0, 1.0)], after=3.0),
-    )
+    leaving = stage.person((0.4, 1.0), (4.0, 1.0))
+    return Staging((leaving, stage.person((-2.8, 1.0), (4.0, 1.0), after=3.0)))
 
 
-def _exit_return(seed: int) -> SyntheticSequence:
+@_scene(5, 8.0)
+def _exit_return(stage: _Stage) -> Staging:
     """One person leaves to the right, turns round out of sight and comes back."""
-    stage = _Stage(seed, 5, 8.0)
-    return stage.play(stage.person([(0.4, 1.0), (3.0, 1.0), (-2.0, 0.98)]))
+    return Staging((stage.person((0.4, 1.0), (3.0, 1.0), (-2.0, 0.98)),))
 
 
-def _five(seed: int) -> SyntheticSequence:
+@_scene(6, 5.0, 140.0)
+def _five(stage: _Stage) -> Staging:
     """Five people, nearer and farther, to the left and right."""
-    stage = _Stage(seed, 6, 5.0, 140.0)
-    return stage.play(
-        stage.person([(-1.7, 1.0), (3.0, 1.0)], rate=0.9),
-        stage.person([(1.6, 0.88), (-3.0, 0.9)], rate=0.85),
-        stage.person([(-0.9, 1.12), (3.0, 1.15)], rate=0.8),
-        stage.person([(0.5, 1.25), (-3.0, 1.25)], rate=0.9),
-        stage.person([(2.2, 1.4), (-3.0, 1.35)], rate=0.95),
+    cast = (
+        stage.person((-1.7, 1.0), (3.0, 1.0)),
+        stage.person((1.6, 0.88), (-3.0, 0.9), rate=0.85),
+        stage.person((-0.9, 1.12), (3.0, 1.15), rate=0.8),
+        stage.person((0.5, 1.25), (-3.0, 1.25)),
+        stage.person((2.2, 1.4), (-3.0, 1.35), rate=0.95),
     )
+    return Staging(cast)
 
 
-def _disguised(
-    seed: int, salt: int, wall: NDArray[np.float32], outfit: Outfit, relief: float
-) -> SyntheticSequence:
-    stage = _Stage(seed, salt, 4.0)
-    walker = stage.person([(-1.5, 1.0), (3.0, 1.0)], outfit=outfit)
-    staging = Staging(
-        (walker,), panorama=lambda rng, shape: make_boards(rng, shape, wall, relief, 8)
-    )
-    return SyntheticSequence(stage.config, staging)
+def _disguised(stage: _Stage, wall: NDArray[np.float32], outfit: Outfit, relief: float) -> Staging:
+    walker = stage.person((-1.5, 1.0), (3.0, 1.0), outfit=outfit)
+    return Staging((walker,), panorama=lambda rng, shape: make_boards(rng, shape, wall, relief, 8))
 
 
-def _same_colour(seed: int) -> SyntheticSequence:
+@_scene(7, 4.0)
+def _same_colour(stage: _Stage) -> Staging:
     """One person of the wall's two tones: upright stripes before level ones."""
-    wall = muted_colour(np.random.default_rng([seed, 7]), (0.1, 0.4), (0.4, 0.6))
-    return _disguised(seed, 7, wall, make_disguise(wall, _BOARDS, 14), _BOARDS)
+    wall = muted_colour(np.random.default_rng([stage.seed, 7]), (0.1, 0.4), (0.4, 0.6))
+    return _disguised(stage, wall, make_disguise(wall, _BOARDS, 14), _BOARDS)
 
 
-def _same_lightness(seed: int) -> SyntheticSequence:
+@_scene(8, 4.0)
+def _same_lightness(stage: _Stage) -> Staging:
     """One person exactly as light as the wall, but of another hue."""
-    rng = np.random.default_rng([seed, 8])
+    rng = np.random.default_rng([stage.seed, 8])
     turn, value = float(rng.uniform(0, 360)), float(rng.uniform(0.4, 0.5))
     wall, coat = (_hued(turn + by, 0.5, value) for by in (0.0, 150.0))
     coat = coat * (_lightness(wall) / _lightness(coat))
-    return _disguised(seed, 8, wall, make_disguise(coat, 0.0, 1), 0.0)
+    return _disguised(stage, wall, make_disguise(coat, 0.0, 1), 0.0)
 
 
 def _hued(degrees: float, saturation: float, value: float) -> NDArray[np.float32]:
@@ -186,92 +196,72 @@ def _lightness(colour: NDArray[np.float32]) -> float:
     return float(cv2.cvtColor(colour[None, None], cv2.COLOR_BGR2GRAY)[0, 0])
 
 
-def _standing(seed: int) -> SyntheticSequence:
+@_scene(9, 6.0)
+def _standing(stage: _Stage) -> Staging:
     """One person stops, stands for 2.5 s and walks on."""
-    stage = _Stage(seed, 9, 6.0)
-    return stage.play(stage.person([(-1.5, 1.0), (-0.2, 1.0), (3.0, 1.0)], stops={1: 2.5}))
+    return Staging((stage.person((-1.5, 1.0), (-0.2, 1.0), (3.0, 1.0), stops={1: 2.5}),))
 
 
-def _turning(seed: int) -> SyntheticSequence:
+@_scene(10, 5.6)
+def _turning(stage: _Stage) -> Staging:
     """One person walks to the right, turns round and walks back."""
-    stage = _Stage(seed, 10, 5.6)
-    return stage.play(stage.person([(-0.9, 1.0), (0.9, 1.0), (-2.0, 1.0)]))
+    return Staging((stage.person((-0.9, 1.0), (0.9, 1.0), (-2.0, 1.0)),))
 
 
-def _cars(seed: int) -> SyntheticSequence:
+@_scene(11, 6.0)
+def _cars(stage: _Stage) -> Staging:
     """Cars pass behind the place where somebody comes in after 1.5 s."""
-    stage = _Stage(seed, 11, 6.0)
-    walker = stage.person([(-2.8, 1.0), (3.0, 1.0)], after=0.5)
+    walker = stage.person((-2.8, 1.0), (3.0, 1.0), after=0.5)
     cars = (
         make_car(stage.rng, 3.7, 1.25 * stage.far, 2.2),
         make_car(stage.rng, 2.0, 1.2 * stage.far, -2.8),
     )
-    return stage.play(walker, props=cars)
+    return Staging((walker,), cars)
 
 
-def _trees(seed: int) -> SyntheticSequence:
+@_scene(12, 6.0)
+def _trees(stage: _Stage) -> Staging:
     """Trees swing in the wind; somebody comes in after 1.5 s."""
-    stage = _Stage(seed, 12, 6.0)
-    walker = stage.person([(-2.8, 1.0), (3.0, 1.0)], after=0.5)
+    walker = stage.person((-2.8, 1.0), (3.0, 1.0), after=0.5)
     trees = (
         make_tree(stage.rng, -1.2, 1.25 * stage.far),
         make_tree(stage.rng, 1.1, 1.2 * stage.far, swing=0.2, rate=0.8),
     )
-    return stage.play(walker, props=trees)
+    return Staging((walker,), trees)
 
 
-def _exposure(seed: int) -> SyntheticSequence:
+@_scene(13, 4.4)
+def _exposure(stage: _Stage) -> Staging:
     """The exposure jumps four times while somebody walks."""
-    stage = _Stage(seed, 13, 4.4)
-    gains = ((85, 1.0), (65, 1.3), (45, 0.7), (25, 1.5))
-
-    def exposure(number: int) -> float:
-        return next((gain for frame, gain in gains if number >= frame), 1.0)
-
-    walker = stage.person([(-1.65, 1.0), (3.0, 1.0)])
-    return SyntheticSequence(stage.config, Staging((walker,), exposure=exposure))
+    gains = ((0, 1.0), (25, 1.5), (45, 0.7), (65, 1.3), (85, 1.0))
+    walker = stage.person((-1.65, 1.0), (3.0, 1.0))
+    return Staging((walker,), exposure=lambda number: _last(gains, number)[0])
 
 
-def _shaken(seed: int) -> SyntheticSequence:
+@_scene(14, 4.4)
+def _shaken(stage: _Stage) -> Staging:
     """The camera is knocked by 40 px from one frame to the next, several times."""
-    stage = _Stage(seed, 14, 4.4)
-    knocks = ((30, 40, 0), (31, 0, 0), (50, 24, 32), (70, -16, 32), (71, 24, 32), (90, 0, 0))
-
-    def sway(number: int) -> tuple[float, float]:
-        return next(((x, y) for frame, x, y in reversed(knocks) if number >= frame), (0.0, 0.0))
-
-    walker = stage.person([(-1.5, 1.0), (3.0, 1.0)])
-    return SyntheticSequence(stage.config, Staging((walker,), sway=sway))
-
-
-def _grey(seed: int) -> SyntheticSequence:
-    """Two people pass each other before a grey camera."""
-    stage = _Stage(seed, 15, 4.4)
-    cast = (
-        stage.person([(-1.6, 1.0), (3.0, 1.0)]),
-        stage.person([(1.6, 1.12), (-3.0, 1.12)]),
+    knocks = (
+        *((0, 0.0, 0.0), (30, 40.0, 0.0), (31, 0.0, 0.0), (50, 24.0, 32.0)),
+        *((70, -16.0, 32.0), (71, 24.0, 32.0), (90, 0.0, 0.0)),
     )
-    return SyntheticSequence(stage.config, Staging(cast, grey=True))
+    walker = stage.person((-1.5, 1.0), (3.0, 1.0))
+    return Staging((walker,), sway=lambda number: _last(knocks, number))
 
 
-SCENES: Mapping[str, Callable[[int], SyntheticSequence]] = {
-    'crossing': _crossing,
-    'overtaking': _overtaking,
-    'pillar': _pillar,
-    'exit-enter': _exit_enter,
-    'exit-return': _exit_return,
-    'five': _five,
-    'same-colour': _same_colour,
-    'same-lightness': _same_lightness,
-    'standing': _standing,
-    'turning': _turning,
-    'cars': _cars,
-    'trees': _trees,
-    'exposure': _exposure,
-    'shaken': _shaken,
-    'grey': _grey,
-}
-"""Name -> what makes the scene from a seed; the docstrings describe them."""
+def _last(changes: Sequence[tuple[Any, ...]], number: int) -> Any:
+    """Return what changed last, given (frame, values...) in order."""
+    return next(values for frame, *values in reversed(changes) if number >= frame)
+
+
+@_scene(15, 4.4)
+def _grey(stage: _Stage) -> Staging:
+    """Two people pass each other before a grey camera."""
+    cast = (
+        stage.person((-1.6, 1.0), (3.0, 1.0)),
+        stage.person((1.6, 1.12), (-3.0, 1.12)),
+    )
+    return Staging(cast, grey=True)
 
 
 def scene(name: str, seed: int = 0) -> SyntheticSequence:

@@ -8,6 +8,7 @@ Walkers are drawn without perspective within the body, but grow and shrink with 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,29 +21,26 @@ from numpy.typing import NDArray
 
 from benchmarks.synthetic.camera import FOCAL_LENGTH, SyntheticCamera
 from benchmarks.synthetic.clothing import make_outfit
-from benchmarks.synthetic.config import SyntheticConfig
+from benchmarks.synthetic.config import Staging, SyntheticConfig, still
 from benchmarks.synthetic.courses import Straight
-from benchmarks.synthetic.props import draw_prop
-from benchmarks.synthetic.scenery import Occluder, make_occluder, make_panorama
-from benchmarks.synthetic.staging import Staging, still
-from benchmarks.synthetic.walkers import Walker, draw_walker, draw_walkers_by_lot
+from benchmarks.synthetic.props import Prop, draw_prop
+from benchmarks.synthetic.scenery import make_panorama
+from benchmarks.synthetic.walkers import Walker, draw_walker
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.output import write_image
 from gait_segmentation.evaluation.sequence import frame_stamp_ns
 from gait_segmentation.evaluation.truth import AMBIGUOUS, PERSON, UNCLEAR
 from gait_segmentation.files.output_files import write_file, writing
+from gait_segmentation.gait_model import FIGURES
 from gait_segmentation.geometry import Box
 
-__all__ = ['SyntheticFrame', 'SyntheticSequence']
+__all__ = ['SyntheticFrame', 'SyntheticSequence', 'draw_walkers']
 
 NEAREST = 0.3
 """Share of the first walker's distance at which people have walked past the camera."""
 
 WALL_DISTANCE = 1.35
 """Of the wall over that of the first walker."""
-
-OCCLUDER_SIZE = 1.1
-"""Size at which things at the occluder's distance are seen, over that of the first walker."""
 
 MIXED = (13, 242)
 """Pixels covered more than the first and less than the second (of 255) are ambiguous."""
@@ -88,7 +86,7 @@ class SyntheticSequence:
         self.config = config or SyntheticConfig()
         self._staging = staging
         rng = np.random.default_rng(self.config.seed)
-        self.walkers = self._make_walkers(rng) if staging is None else list(staging.cast)
+        self.walkers = draw_walkers(rng, self.config) if staging is None else list(staging.cast)
         self._camera = camera = SyntheticCamera(
             self.config, rng, still if staging is None else staging.sway
         )
@@ -97,10 +95,8 @@ class SyntheticSequence:
         if staging is not None and staging.panorama is not None:
             self._panorama = staging.panorama(rng, shape)
         else:
-            ground = round(camera.ground_at(wall))
-            unit = camera.height_at(wall)
+            ground, unit = round(camera.ground_at(wall)), camera.height_at(wall)
             self._panorama = make_panorama(rng, shape, ground, unit, self.config.clutter)
-        self._occluder = self._make_occluder(rng) if self.config.occluder else None
         self._last: SyntheticFrame | None = None
 
     @property
@@ -179,66 +175,30 @@ class SyntheticSequence:
         with writing(path):
             write_file(path, yaml.safe_dump(about, sort_keys=False).encode())
 
-    def _make_walkers(self, rng: np.random.Generator) -> list[Walker]:
-        config = self.config
-        distance = FOCAL_LENGTH * config.width / config.person_height
-        first = Walker(
-            Straight(0.0, distance, config.azimuth, config.stride_rate, rng.uniform()),
-            config.build,
-            make_outfit(rng, config.build),
-        )
-        half_width = distance / FOCAL_LENGTH / 2
-        others = draw_walkers_by_lot(
-            rng, config.walkers - 1, distance, half_width, config.stride_rate
-        )
-        return [first, *others]
-
-    def _make_occluder(self, rng: np.random.Generator) -> Occluder:
-        camera, config = self._camera, self.config
-        x = camera.margin_x + config.width * rng.uniform(0.4, 0.6)
-        ground = camera.ground_at(camera.distance / OCCLUDER_SIZE)
-        return make_occluder(rng, camera.place_shape, x, ground, config.person_height)
-
     def seconds(self, number: int) -> float:
         """Return the time of a frame after half way of the clip."""
         return (number - (self.config.frames - 1) / 2) / self.config.fps
 
     def _draw(self, number: int) -> SyntheticFrame:
-        config = self.config
         seconds = self.seconds(number)
         picture = self._camera.view(self._panorama, number, 1 / WALL_DISTANCE)
-        seen = [np.zeros((config.height, config.width), np.float32) for _ in self.walkers]
-        things = [(walker.at(seconds).z, index) for index, walker in enumerate(self.walkers)]
+        seen = [np.zeros(picture.shape[:2], np.float32) for _ in self.walkers]
         props = () if self._staging is None else self._staging.props
-        things += [(prop.at(seconds).z, ~index) for index, prop in enumerate(props)]
+        things: list[Walker | Prop] = [*self.walkers, *props]
         # The farthest first; of two equally far the one named last.
-        for z, index in sorted(things, key=lambda thing: -thing[0]):
-            if z < NEAREST * self._camera.distance:
+        for index, thing in sorted(enumerate(things), key=lambda each: -each[1].at(seconds).z):
+            where = thing.at(seconds)
+            if where.z < NEAREST * self._camera.distance:
                 continue
-            if index < 0:
-                stand = props[~index].at(seconds)
-                unit = self._camera.body_at(stand.x, stand.z, number)
-                cover = draw_prop(picture, props[~index], stand, unit)
+            body = self._camera.body_at(where.x, where.z, number)
+            if isinstance(thing, Prop):
+                cover = draw_prop(picture, thing, thing.at(seconds), body)
             else:
-                where = self.walkers[index].at(seconds)
-                cover = draw_walker(
-                    picture,
-                    self.walkers[index],
-                    self._camera.body_at(where.x, where.z, number),
-                    where,
-                    config.shadow,
-                )
+                cover = draw_walker(picture, thing, body, thing.at(seconds), self.config.shadow)
             for behind in seen:
                 behind *= 1 - cover
-            if index >= 0:
+            if index < len(seen):
                 seen[index] = cover
-        if self._occluder is not None:
-            cover = np.clip(self._camera.view(self._occluder.alpha, number, 1.0), 0, 1)
-            picture += cover[..., None] * (
-                self._camera.view(self._occluder.colour, number, 1.0) - picture
-            )
-            for behind in seen:
-                behind *= 1 - cover
         return self._finish(number, picture, seen)
 
     def _finish(
@@ -279,3 +239,22 @@ class SyntheticSequence:
             phases=tuple(walker.near_phase(seconds) for walker in self.walkers),
             azimuths=tuple(walker.at(seconds).azimuth for walker in self.walkers),
         )
+
+
+def draw_walkers(rng: np.random.Generator, config: SyntheticConfig) -> list[Walker]:
+    """Make the first walker, and people who cross to the left or right, nearer or farther."""
+    distance = FOCAL_LENGTH * config.width / config.person_height
+    way = Straight(0.0, distance, config.azimuth, config.stride_rate, rng.uniform())
+    walkers = [Walker(way, config.build, make_outfit(rng, config.build))]
+    for _ in range(config.walkers - 1):
+        nearer = rng.uniform(0.8, 1.3)
+        build = str(rng.choice(FIGURES))
+        way = Straight(
+            distance / FOCAL_LENGTH / 2 * nearer * rng.uniform(-0.8, 0.8),
+            distance * nearer,
+            float(rng.choice([0.0, math.pi]) + rng.uniform(-0.3, 0.3)),
+            config.stride_rate * rng.uniform(0.85, 1.15),
+            rng.uniform(),
+        )
+        walkers.append(Walker(way, build, make_outfit(rng, build)))
+    return walkers

@@ -11,12 +11,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.synthetic.clothing import Outfit, make_outfit, paint
-from benchmarks.synthetic.courses import Motion, Straight, Whereabouts
-from gait_segmentation.gait_model import FIGURES, render_parts
+from benchmarks.synthetic.clothing import Outfit, paint
+from benchmarks.synthetic.courses import Course, Straight, Whereabouts
+from gait_segmentation.gait_model import render_parts
 from gait_segmentation.geometry import BodyFrame, Box
 
-__all__ = ['Walker', 'cast_shadow', 'draw_walker', 'draw_walkers_by_lot']
+__all__ = ['Walker', 'draw_walker']
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Walker:
     ``build`` names figure and kind of clothes.
     """
 
-    motion: Motion
+    motion: Straight | Course
     build: str
     outfit: Outfit
 
@@ -39,36 +39,6 @@ class Walker:
         """Return the phase in [0, 1), 0 = heel contact of the leg nearer to the camera."""
         where = self.at(seconds)
         return (where.phase + (0.0 if math.cos(where.azimuth) >= 0 else 0.5)) % 1.0
-
-
-def draw_walkers_by_lot(
-    rng: np.random.Generator, count: int, distance: float, half_width: float, stride_rate: float
-) -> list[Walker]:
-    """
-    Make people who cross the picture to the left or right, nearer or farther.
-
-    :param distance: about how far away, in statures.
-    :param half_width: half of what the camera sees at that distance, in statures.
-    :param stride_rate: about how fast they walk, in strides per second.
-    """
-    walkers = []
-    for _ in range(count):
-        nearer = rng.uniform(0.8, 1.3)
-        build = str(rng.choice(FIGURES))
-        walkers.append(
-            Walker(
-                Straight(
-                    half_width * nearer * rng.uniform(-0.8, 0.8),
-                    distance * nearer,
-                    float(rng.choice([0.0, math.pi]) + rng.uniform(-0.3, 0.3)),
-                    stride_rate * rng.uniform(0.85, 1.15),
-                    rng.uniform(),
-                ),
-                build,
-                make_outfit(rng, build),
-            )
-        )
-    return walkers
 
 
 def draw_walker(
@@ -99,7 +69,7 @@ def draw_walker(
     rows, columns = cover.shape
     left, top = whole_x - columns // 2, whole_y - rows // 2
     if shadow:
-        cast_shadow(picture, cover, (left, top), body)
+        _cast_shadow(picture, cover, (left, top), body)
     height, width = picture.shape[:2]
     result = np.zeros((height, width), np.float32)
     box = Box(left, top, columns, rows).clipped(width, height)
@@ -116,7 +86,7 @@ def draw_walker(
     return result
 
 
-def cast_shadow(
+def _cast_shadow(
     picture: NDArray[np.float32],
     cover: NDArray[np.float32],
     corner: tuple[int, int],

@@ -32,9 +32,8 @@ def before_other_background(clip: MadeClip, other: MadeClip) -> list[MadeClip | 
     height, width = clip.image(0).shape[:2]
     scale = max(height / backdrop.shape[0], width / backdrop.shape[1])
     backdrop = cv2.resize(backdrop, None, fx=scale, fy=scale, interpolation=cv2.INTER_LINEAR)
-    backdrop = np.asarray(backdrop[:height, :width], np.uint8)
-    if backdrop.shape[:2] != (height, width):
-        backdrop = np.asarray(cv2.resize(backdrop, (width, height)), np.uint8)
+    # Of the same size, but for what the rounding has taken away.
+    backdrop = np.asarray(cv2.resize(backdrop[:height, :width], (width, height)), np.uint8)
 
     def change(number: int, frame: Frame) -> Frame:
         image, truth = frame
@@ -42,9 +41,8 @@ def before_other_background(clip: MadeClip, other: MadeClip) -> list[MadeClip | 
             return backdrop, np.full((height, width), AMBIGUOUS, np.uint8)
         grain = np.random.default_rng([number, 3]).normal(0.0, 2.0, backdrop.shape)
         noisy = np.clip(backdrop + grain, 0, 255).astype(np.uint8)
-        return _blend(noisy, image, _alpha(truth)), np.where(truth == PERSON, truth, 0).astype(
-            np.uint8
-        )
+        alone = np.where(truth == PERSON, truth, 0).astype(np.uint8)
+        return _blend(noisy, image, _alpha(truth)), alone
 
     return [clip.changed(f'before-{other.name}', change)]
 
@@ -61,6 +59,8 @@ def _crossed(clip: MadeClip, other: MadeClip, *, in_front: bool) -> MadeClip | N
     known = [box for box in boxes if box is not None]
     if not people or not known:
         return None
+    # So that a short clip of the other lasts for a long one of the person.
+    to_and_fro = [*people, *people[-2:0:-1]]
     first, last = known[0], known[-1]
     side = -1.0 if last.center_x > first.center_x else 1.0
     frames: list[Frame] = []
@@ -70,9 +70,7 @@ def _crossed(clip: MadeClip, other: MadeClip, *, in_front: bool) -> MadeClip | N
         if truth is None:
             frames.append((image, None))
             continue
-        # To and fro, so that a short clip of the other lasts for a long one of the person.
-        turn = number % max(2 * len(people) - 2, 1)
-        colours, alpha = people[turn if turn < len(people) else 2 * len(people) - 2 - turn]
+        colours, alpha = to_and_fro[number % len(to_and_fro)]
         time = number / max(len(clip.frames) - 1, 1)
         x = box.center_x - side * box.height * BESIDE * (2 * time - 1)
         layer, cover = _placed(colours, alpha, image.shape, x, box)
@@ -95,10 +93,8 @@ def _cut_out(image: Image, truth: Image | None) -> tuple[Image, NDArray[np.float
     height, width = truth.shape
     if box.x < 2 or box.y < 2 or box.right > width - 2 or box.bottom > height - 2:
         return None
-    rows, columns = (
-        slice(int(box.y) - 2, int(box.bottom) + 2),
-        slice(int(box.x) - 2, int(box.right) + 2),
-    )
+    rows = slice(int(box.y) - 2, int(box.bottom) + 2)
+    columns = slice(int(box.x) - 2, int(box.right) + 2)
     return image[rows, columns], _alpha(truth)[rows, columns]
 
 
@@ -120,14 +116,10 @@ def _placed(
     beside: Box,
 ) -> tuple[Image, NDArray[np.float32]]:
     """Put somebody as tall as a person at another column of an image, on the same ground."""
-    scale = beside.height / colours.shape[0]
-    move = np.array(
-        [
-            [scale, 0.0, x - scale * colours.shape[1] / 2],
-            [0.0, scale, beside.bottom - scale * colours.shape[0]],
-        ]
-    )
-    size = (shape[1], shape[0])
+    rows, columns = alpha.shape
+    scale = beside.height / rows
+    left, top = x - scale * columns / 2, beside.bottom - scale * rows
+    move, size = np.array([[scale, 0.0, left], [0.0, scale, top]]), (shape[1], shape[0])
     layer = cv2.warpAffine(colours, move, size, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(layer, np.uint8), np.asarray(cv2.warpAffine(alpha, move, size), np.float32)
 

@@ -24,8 +24,8 @@ from sensor_msgs.msg import Image, JointState
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.ros.executor import MessageExecutor
+from gait_segmentation.ros.fields import slot_topic
 from gait_segmentation.ros.messages import read_box, read_gait, stamp_of
-from gait_segmentation.ros.topics import slot_topic
 
 __all__ = ['Record', 'Recorder', 'Seen']
 

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import BankError
 from gait_segmentation.files.output_files import write_file
-from gait_segmentation.files.regular_files import regular
+from gait_segmentation.files.reading import regular
 
 __all__ = ['FORMAT', 'FORMAT_VERSION', 'TemplateBank', 'extents']
 

@@ -4,24 +4,21 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
 from sensor_msgs.msg import RegionOfInterest
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
-from gait_segmentation.geometry import Box
+from gait_segmentation.gait_model import open_bank
+from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
-from gait_segmentation.ros.camera import CameraMessage
-from gait_segmentation.ros.config import (
-    BankConfig,
-    CameraConfig,
-    DetectionConfig,
-    StartConfig,
-)
+from gait_segmentation.ros.camera import CameraMessage, decode
+from gait_segmentation.ros.config import BankConfig, CameraConfig, DetectionConfig, StartConfig
 from gait_segmentation.ros.intake import Intake
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_region, stamp_of
@@ -37,8 +34,8 @@ class CameraNode(GaitNode):
     """
     A node that tracks people in the images of a camera.
 
-    Derived classes make the stages and call :meth:`take_from` with them; frames then come to
-    :meth:`GaitNode.process`, which begins with ``self.intake.take(...)``.
+    Derived classes make the stage and call :meth:`make_intake`; their :meth:`process` begins with
+    :meth:`taken`.
     """
 
     groups: ClassVar[Sequence[tuple[str, type[StageConfig]]]] = (
@@ -52,31 +49,50 @@ class CameraNode(GaitNode):
     )
     with_initial_box = True
 
-    def __init__(self, name: str, **options: Any) -> None:
-        """Make the node, unconfigured."""
-        super().__init__(name, **options)
-        self._tracks: tuple[TrackResult, ...] = ()
-        self._superseded = 0
-        self._camera_topic = 'image'
+    tracks: Sequence[TrackResult] = ()
+    """What the diagnostics report."""
 
-    def take_from(self, *, initialize: Callable[[Box], None]) -> None:
-        """
-        Prepare the intake of frames and first boxes.
+    _superseded = 0
+    _camera_topic = 'image'
 
-        :param initialize: starts a track at the frame taken in.
-        """
+    def compile(self) -> None:
+        """Open the bank and compile the stages."""
+        self.bank = open_bank(self.parameters.get(BankConfig).bank)
+        compile_kernels()
+
+    def make_intake(self) -> None:
+        """Prepare the intake of frames and first boxes."""
+        self.tracks = ()
         self.intake = Intake(
             reset=self.start_over,
-            initialize=initialize,
+            initialize=self.stage.initialize,
             warn=self.warnings.warn,
             slots=self.parameters.get(PeopleConfig).max_people,
             initial_box=self.parameters.initial_box,
             initial_stamp_ns=self.parameters.get(StartConfig).initial_box_stamp,
         )
 
-    @abstractmethod
+    def taken(self, frame: CameraMessage) -> tuple[NDArray[np.uint8], int]:
+        """
+        Decode a frame and start the tracks that are to begin with it (worker).
+
+        :returns: the image, (H, W, 3) uint8 BGR, and the stamp in ns.
+        :raises InputError: if it cannot be read.
+        """
+        image, stamp_ns = decode(frame, self.parameters.get(CameraConfig)), stamp_of(frame.header)
+        self.intake.take(image, stamp_ns)
+        return image, stamp_ns
+
     def start_over(self) -> None:
-        """Make the stages forget everything, because time or image size jumped (worker)."""
+        """Forget everybody, but not the boxes that wait: time or image size jumped (worker)."""
+        self.stage.reset()
+
+    def forget(self) -> None:
+        """Forget everybody."""
+        super().forget()
+        if self.stage is not None:
+            self.intake.forget()
+            self.tracks = ()
 
     def connect(self) -> None:
         """Subscribe to the camera and to first boxes."""
@@ -90,19 +106,16 @@ class CameraNode(GaitNode):
         """Say why there are no images."""
         return no_images(self, self._camera_topic)
 
-    def show(self, tracks: Sequence[TrackResult]) -> None:
-        """Remember what the diagnostics are to report."""
-        self._tracks = tuple(tracks)
-
     def status(self) -> dict[str, str]:
         """Report the track of each slot, and what was asked for in vain."""
+        tracks = self.tracks if self.stage is not None else ()
         found = {
             f'track of {slot_name(slot)}': track.state
             if track.state == EMPTY
             else f'{track.track_id} {track.state} {100 * track.confidence:.0f} %'
-            for slot, track in enumerate(self._tracks)
+            for slot, track in enumerate(tracks)
         }
-        tracked = sum(track.track_id != 0 for track in self._tracks)
+        tracked = sum(track.track_id != 0 for track in tracks)
         dropped = {
             'dropped requests': str(0 if self._worker is None else self.intake.dropped),
             'dropped detections': str(self._superseded),
@@ -131,5 +144,5 @@ class CameraNode(GaitNode):
     def _start_new(self, message: Any) -> None:
         boxes = read_detections(message, self.parameters.get(DetectionConfig))
         slots = self.parameters.get(PeopleConfig).max_people
-        for box in new_people(boxes, self._tracks, slots, self.intake.requested):
+        for box in new_people(boxes, self.tracks, slots, self.intake.requested):
             self.intake.request(box)

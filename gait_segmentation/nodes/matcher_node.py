@@ -24,14 +24,14 @@ from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult, TrackResult
 from gait_segmentation.ros.config import BankConfig, NodeConfig, SizeConfig
+from gait_segmentation.ros.endpoints import LATCHED
+from gait_segmentation.ros.fields import slot_topic, slot_topics
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_box, stamp_of
 from gait_segmentation.ros.outputs import DebugOutput, MatchOutputs
 from gait_segmentation.ros.pictures import matching_picture
-from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.ros.running import run_node
-from gait_segmentation.ros.topics import slot_topic, slot_topics
 from gait_segmentation.ros.waiting import nothing_from, unpublished
 
 __all__ = ['MatcherNode', 'main']
@@ -53,17 +53,13 @@ class MatcherNode(GaitNode):
     that boxes are measured in is told on image_size, or is the likelihood's.
     """
 
+    name = 'gait_matcher'
     groups = (
         ('', PeopleConfig),
         ('', BankConfig),
         ('', SizeConfig),
         ('matching', MatchingConfig),
     )
-
-    def __init__(self, **options: Any) -> None:
-        """Make the node, unconfigured."""
-        super().__init__('gait_matcher', **options)
-        self._matcher: PeopleMatcher | None = None
 
     def compile(self) -> None:
         """Open the bank and compile the stage."""
@@ -75,7 +71,7 @@ class MatcherNode(GaitNode):
         config = self.parameters.get(MatchingConfig)
         people = self.parameters.get(PeopleConfig)
         self._slots = people.max_people
-        self._matcher = PeopleMatcher(
+        self.stage = PeopleMatcher(
             self._bank, config, max_people=self._slots, threads=people.people_threads
         )
         self._messages: HeldFrames[Parts] = HeldFrames()
@@ -111,30 +107,25 @@ class MatcherNode(GaitNode):
             self._join.forget()
             self._unsized.clear()
 
-    def release(self) -> None:
-        """Let go of the stage."""
-        self._matcher = None
-
-    def apply(self, group: str, config: StageConfig) -> None:
+    def apply(self, config: StageConfig) -> None:
         """Put a changed configuration into force; the paths begin anew."""
-        if self._matcher is not None and isinstance(config, MatchingConfig):
+        if isinstance(config, MatchingConfig):
             self.finish()
-            self._matcher.config = config
+        super().apply(config)
 
     def forget(self) -> None:
         """Forget the paths."""
-        if self._matcher is not None:
-            self._matcher.reset()
+        super().forget()
+        if self.stage is not None:
             self._messages.clear()
 
     def finish(self) -> None:
         """Publish what the lag holds back."""
-        if self._matcher is not None:
-            self._publish(self._matcher.flush())
+        if self.stage is not None:
+            self._publish(self.stage.flush())
 
     def process(self, frame: Parts) -> None:
         """Match a frame."""
-        assert self._matcher is not None
         tracks = [read_track(frame, slot) for slot in range(self._slots)]
         size = frame['size'] or tracks[0].likelihood.shape[::-1]
         check_pixels(size)
@@ -146,7 +137,7 @@ class MatcherNode(GaitNode):
             self.finish()
             self.forget()
         self._stamp_ns = stamp_ns
-        results = self._matcher.update(tracks, source_size=size)
+        results = self.stage.update(tracks, source_size=size)
         self._messages.hold(stamp_ns, frame)
         self._publish(results)
 
@@ -212,9 +203,8 @@ def _header(parts: Parts) -> Header:
     return parts[slot_topic(0, 'box')].header
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node."""
-    return run_node(MatcherNode, arguments)
+main = partial(run_node, MatcherNode)
+"""Run the node; see :func:`run_node`."""
 
 
 if __name__ == '__main__':

@@ -29,10 +29,7 @@ from gait_segmentation.ros.parameters import INITIAL_BOX
 __all__ = ['markdown', 'parameter_file', 'with_tables']
 
 NODES: dict[str, type[GaitNode]] = {
-    'gait_tracker': TrackerNode,
-    'gait_matcher': MatcherNode,
-    'gait_segmenter': SegmenterNode,
-    'gait_pipeline': PipelineNode,
+    node.name: node for node in (TrackerNode, MatcherNode, SegmenterNode, PipelineNode)
 }
 
 _WIDTH = 99

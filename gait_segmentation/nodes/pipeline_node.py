@@ -5,22 +5,20 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.config import StageConfig
-from gait_segmentation.gait_model import open_bank
 from gait_segmentation.held_frames import HeldFrames
-from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
-from gait_segmentation.ros.camera import CameraMessage, claimed_shape, decode
-from gait_segmentation.ros.config import BankConfig, CameraConfig
-from gait_segmentation.ros.messages import stamp_of
+from gait_segmentation.ros.camera import CameraMessage, claimed_shape
 from gait_segmentation.ros.outputs import (
     DebugOutput,
     MatchOutputs,
@@ -44,101 +42,69 @@ class PipelineNode(CameraNode):
     gait_tracker, gait_matcher and gait_segmenter publish.
     """
 
+    name = 'gait_pipeline'
     groups = (
         *CameraNode.groups,
         ('matching', MatchingConfig),
         ('segmentation', SegmentationConfig),
     )
 
-    def __init__(self, **options: Any) -> None:
-        """Make the node, unconfigured."""
-        super().__init__('gait_pipeline', **options)
-        self._pipeline: Pipeline | None = None
-
-    def compile(self) -> None:
-        """Open the bank and compile the stages."""
-        self._bank = open_bank(self.parameters.get(BankConfig).bank)
-        compile_kernels()
-
     def build(self) -> None:
         """Make the stages and the publishers."""
-        config = self._config()
-        self._pipeline = Pipeline(config, self._bank)
+        kinds = TrackingConfig, MatchingConfig, SegmentationConfig, PeopleConfig, StartingConfig
+        config = PipelineConfig(*map(self.parameters.get, kinds))
+        self.stage = Pipeline(config, self.bank)
         self._held: HeldFrames[tuple[NDArray[np.uint8], CameraMessage]] = HeldFrames()
-        self.take_from(initialize=self._pipeline.initialize)
+        self.make_intake()
         slots = config.people.max_people
         self._track = TrackOutputs(self, slots)
-        self._match = MatchOutputs(self, self._bank, slots)
+        self._match = MatchOutputs(self, self.bank, slots)
         self._segmentation = SegmentationOutputs(self, slots)
         self._debug = DebugOutput(self)
 
-    def release(self) -> None:
-        """Let go of the stages."""
-        self._pipeline = None
-        self.show(())
+    def configured(self) -> Sequence[tuple[Any, str]]:
+        """Return where the configurations are."""
+        stages = self.stage.tracker, self.stage.matcher, self.stage.segmenter
+        return [(self.stage.tracker, 'starting'), *((each, 'config') for each in stages)]
 
-    def apply(self, group: str, config: StageConfig) -> None:
-        """Put a changed configuration into force."""
-        if self._pipeline is None:
-            return
-        if isinstance(config, TrackingConfig):
-            self._pipeline.tracker.config = config
-        elif isinstance(config, StartingConfig):
-            self._pipeline.tracker.starting = config
-        elif isinstance(config, SegmentationConfig):
-            self._pipeline.segmenter.config = config
-        elif isinstance(config, MatchingConfig):
+    def apply(self, config: StageConfig) -> None:
+        """Put a changed configuration into force; with that of the matching, paths begin anew."""
+        if isinstance(config, MatchingConfig):
             self.finish()
-            self._pipeline.matcher.config = config
+        super().apply(config)
 
     def forget(self) -> None:
         """Forget everybody."""
-        if self._pipeline is not None:
-            self._pipeline.reset()
-            self.intake.forget()
+        super().forget()
+        if self.stage is not None:
             self._held.clear()
-            self.show(())
 
     def start_over(self) -> None:
         """Publish what is held back and forget everybody, but not the boxes that wait."""
         self.finish()
-        assert self._pipeline is not None
-        self._pipeline.reset()
+        super().start_over()
         self._held.clear()
 
     def finish(self) -> None:
         """Publish what the lag holds back."""
-        if self._pipeline is not None:
-            self._publish(self._pipeline.flush())
+        if self.stage is not None:
+            self._publish(self.stage.flush())
 
     def process(self, frame: CameraMessage) -> None:
         """Run a frame through all stages."""
-        assert self._pipeline is not None
-        image = decode(frame, self.parameters.get(CameraConfig))
-        stamp_ns = stamp_of(frame.header)
-        self.intake.take(image, stamp_ns)
-        results = self._pipeline.take(image, stamp_ns)
+        image, stamp_ns = self.taken(frame)
+        results = self.stage.take(image, stamp_ns)
         self._held.hold(stamp_ns, (image, frame))
         self._publish(results)
-        self._pipeline.learn()
+        self.stage.learn()
 
     def process_unusable(self, frame: CameraMessage) -> None:
         """Publish that nobody is seen."""
         shape = claimed_shape(frame) or self.intake.shape or (0, 0)
         self._segmentation.blank(shape, frame.header)
-        self._track.blank(frame.header)
-        self._match.blank(self._track.likelihood_shape, frame.header)
+        for outputs in (self._track, self._match):
+            outputs.blank(self._track.likelihood_shape, frame.header)
         self._debug.blank(shape, frame.header)
-
-    def _config(self) -> PipelineConfig:
-        get = self.parameters.get
-        return PipelineConfig(
-            get(TrackingConfig),
-            get(MatchingConfig),
-            get(SegmentationConfig),
-            get(PeopleConfig),
-            get(StartingConfig),
-        )
 
     def _publish(self, results: list[FrameResult]) -> None:
         for result in results:
@@ -148,7 +114,7 @@ class PipelineNode(CameraNode):
             matches = [person.match for person in result.people]
             found = tuple(person.segmentation for person in result.people)
             masks = PeopleMasks(found, result.mask, result.labels)
-            self.show(tracks)
+            self.tracks = tracks
             # First what most listen to.
             self._segmentation.publish(masks, header)
             self._track.publish(tracks, image.shape[:2], header)
@@ -157,9 +123,8 @@ class PipelineNode(CameraNode):
                 self._debug.publish(segmentation_picture(image, masks, matches), header)
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node."""
-    return run_node(PipelineNode, arguments)
+main = partial(run_node, PipelineNode)
+"""Run the node; see :func:`run_node`."""
 
 
 if __name__ == '__main__':

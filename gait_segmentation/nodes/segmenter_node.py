@@ -11,20 +11,19 @@ from typing import Any
 from geometry_msgs.msg import PolygonInstanceStamped
 from sensor_msgs.msg import Image, JointState
 
-from gait_segmentation.config import StageConfig
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.camera import claimed_shape, decode
 from gait_segmentation.ros.config import CameraConfig, SegmenterNodeConfig
+from gait_segmentation.ros.fields import slot_topic, slot_topics
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_body, read_gait, stamp_of
 from gait_segmentation.ros.outputs import DebugOutput, SegmentationOutputs
 from gait_segmentation.ros.pictures import segmentation_picture
 from gait_segmentation.ros.running import run_node
-from gait_segmentation.ros.topics import slot_topic, slot_topics
 from gait_segmentation.ros.waiting import no_images, nothing_from, unpublished
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 
@@ -51,18 +50,14 @@ class SegmenterNode(GaitNode):
     person_K/gait; publishes mask (everybody), labels (who is where) and person_K/mask.
     """
 
+    name = 'gait_segmenter'
+    _camera_topic = 'image'
     groups = (
         ('', CameraConfig),
         ('', PeopleConfig),
         ('', SegmenterNodeConfig),
         ('segmentation', SegmentationConfig),
     )
-
-    def __init__(self, **options: Any) -> None:
-        """Make the node, unconfigured."""
-        super().__init__('gait_segmenter', **options)
-        self._segmenter: PeopleSegmenter | None = None
-        self._camera_topic = 'image'
 
     def compile(self) -> None:
         """Compile the stage."""
@@ -73,9 +68,7 @@ class SegmenterNode(GaitNode):
         config = self.parameters.get(SegmentationConfig)
         people = self.parameters.get(PeopleConfig)
         self._slots = people.max_people
-        self._segmenter = PeopleSegmenter(
-            config, max_people=self._slots, threads=people.people_threads
-        )
+        self.stage = PeopleSegmenter(config, max_people=self._slots, threads=people.people_threads)
         self._shape: tuple[int, int] | None = None
         self._stamp_ns = 0
         self._results = SegmentationOutputs(self, self._slots)
@@ -112,23 +105,8 @@ class SegmenterNode(GaitNode):
         """Report the topic of the camera."""
         return {'camera': self.resolve_topic_name(self._camera_topic)}
 
-    def release(self) -> None:
-        """Let go of the stage."""
-        self._segmenter = None
-
-    def apply(self, group: str, config: StageConfig) -> None:
-        """Put a changed configuration into force."""
-        if self._segmenter is not None and isinstance(config, SegmentationConfig):
-            self._segmenter.config = config
-
-    def forget(self) -> None:
-        """Forget everybody."""
-        if self._segmenter is not None:
-            self._segmenter.reset()
-
     def process(self, frame: Parts) -> None:
         """Segment a frame."""
-        assert self._segmenter is not None
         header = frame['image'].header
         stamp_ns = stamp_of(header)
         image = decode(frame['image'], self.parameters.get(CameraConfig))
@@ -137,12 +115,12 @@ class SegmenterNode(GaitNode):
             self.warnings.warn(
                 'reset', 'the stamp went back or the image size changed: starting anew'
             )
-            self._segmenter.reset()
+            self.stage.reset()
         self._stamp_ns, self._shape = stamp_ns, shape
         slots = range(self._slots)
         likelihoods = [read_mono8(frame[slot_topic(slot, 'likelihood')]) for slot in slots]
         matches = [read_match(frame, slot) for slot in slots]
-        masks = self._segmenter.update(image, likelihoods, matches)
+        masks = self.stage.update(image, likelihoods, matches)
         self._results.publish(masks, header)
         if self._debug.wanted:
             self._debug.publish(segmentation_picture(image, masks, matches), header)
@@ -192,9 +170,8 @@ def read_match(parts: Parts, slot: int) -> MatchResult:
     )
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node."""
-    return run_node(SegmenterNode, arguments)
+main = partial(run_node, SegmenterNode)
+"""Run the node; see :func:`run_node`."""
 
 
 if __name__ == '__main__':

@@ -29,10 +29,9 @@ from gait_segmentation.errors import GaitSegmentationError, SequenceError
 from gait_segmentation.files.output_files import keep_apart, named, problem_of
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, open_input
 from gait_segmentation.ros.ending import Ending
-from gait_segmentation.ros.image import image_message
-from gait_segmentation.ros.messages import stamp_of
+from gait_segmentation.ros.endpoints import BETWEEN_NODES
+from gait_segmentation.ros.messages import image_message, stamp_of
 from gait_segmentation.ros.participant import take_part
-from gait_segmentation.ros.qos import BETWEEN_NODES
 
 __all__ = ['main', 'parser', 'publish_input']
 

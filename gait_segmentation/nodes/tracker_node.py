@@ -5,28 +5,25 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import PolygonInstanceStamped
 from sensor_msgs.msg import Image
 
-from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
-from gait_segmentation.gait_model import open_bank
 from gait_segmentation.inputs.encodings import read_mono8
-from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback
-from gait_segmentation.ros.camera import CameraMessage, claimed_shape, decode
-from gait_segmentation.ros.config import BankConfig, CameraConfig
+from gait_segmentation.ros.camera import CameraMessage, claimed_shape
+from gait_segmentation.ros.fields import slot_topic, slot_topics
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.messages import read_body, stamp_of
 from gait_segmentation.ros.outputs import DebugOutput, TrackOutputs
 from gait_segmentation.ros.pictures import tracking_picture
 from gait_segmentation.ros.running import run_node
-from gait_segmentation.ros.topics import slot_topic, slot_topics
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 
@@ -46,24 +43,16 @@ class TrackerNode(CameraNode):
     gait_segmenter; publishes person_K/box and person_K/likelihood for gait_matcher.
     """
 
-    def __init__(self, **options: Any) -> None:
-        """Make the node, unconfigured."""
-        super().__init__('gait_tracker', **options)
-        self._tracker: PeopleTracker | None = None
-
-    def compile(self) -> None:
-        """Open the bank and compile the stage."""
-        self._bank = open_bank(self.parameters.get(BankConfig).bank)
-        compile_kernels()
+    name = 'gait_tracker'
 
     def build(self) -> None:
         """Make the stage and the publishers."""
         get = self.parameters.get
         self._slots = get(PeopleConfig).max_people
-        self._tracker = PeopleTracker(
-            self._bank, get(TrackingConfig), max_people=self._slots, starting=get(StartingConfig)
+        self.stage = PeopleTracker(
+            self.bank, get(TrackingConfig), max_people=self._slots, starting=get(StartingConfig)
         )
-        self.take_from(initialize=self._tracker.initialize)
+        self.make_intake()
         self._results = TrackOutputs(self, self._slots)
         self._debug = DebugOutput(self)
 
@@ -75,47 +64,22 @@ class TrackerNode(CameraNode):
             self.input(kind, topic, partial(self._feedback, topic))
         super().connect()
 
-    def release(self) -> None:
-        """Let go of the stage."""
-        self._tracker = None
-        self.show(())
-
-    def apply(self, group: str, config: StageConfig) -> None:
-        """Put a changed configuration into force."""
-        if self._tracker is None:
-            return
-        if isinstance(config, TrackingConfig):
-            self._tracker.config = config
-        elif isinstance(config, StartingConfig):
-            self._tracker.starting = config
-
-    def forget(self) -> None:
-        """Forget everybody."""
-        if self._tracker is not None:
-            self._tracker.reset()
-            self.intake.forget()
-            self.show(())
-
-    def start_over(self) -> None:
-        """Forget everybody, but not the boxes that wait."""
-        assert self._tracker is not None
-        self._tracker.reset()
+    def configured(self) -> Sequence[tuple[Any, str]]:
+        """Return where the configurations are."""
+        return [(self.stage, 'config'), (self.stage, 'starting')]
 
     def process(self, frame: CameraMessage) -> None:
         """Track a frame."""
-        assert self._tracker is not None
-        image = decode(frame, self.parameters.get(CameraConfig))
-        stamp_ns = stamp_of(frame.header)
-        self.intake.take(image, stamp_ns)
-        tracks = self._tracker.update(image, stamp_ns)
-        self.show(tracks)
+        image, stamp_ns = self.taken(frame)
+        tracks = self.stage.update(image, stamp_ns)
+        self.tracks = tracks
         self._results.publish(tracks, image.shape[:2], frame.header)
         if self._debug.wanted:
             self._debug.publish(tracking_picture(image, tracks), frame.header)
 
     def process_unusable(self, frame: CameraMessage) -> None:
         """Publish that nobody is seen."""
-        self._results.blank(frame.header)
+        self._results.blank(self._results.likelihood_shape, frame.header)
         self._debug.blank(claimed_shape(frame) or self.intake.shape or (0, 0), frame.header)
 
     def _feedback(self, part: str, message: Any) -> None:
@@ -130,10 +94,9 @@ class TrackerNode(CameraNode):
                 )
 
     def _learn(self, parts: dict[str, Any]) -> None:
-        assert self._tracker is not None
         try:
             feedback = [read_feedback(parts, slot) for slot in range(self._slots)]
-            self._tracker.learn([each for each in feedback if each is not None])
+            self.stage.learn([each for each in feedback if each is not None])
         except GaitSegmentationError as error:
             self.warnings.warn('feedback', f'feedback is ignored: {error}')
 
@@ -151,9 +114,8 @@ def read_feedback(parts: dict[str, Any], slot: int) -> Feedback | None:
     return Feedback(stamp_of(box.header), track_id, read_mono8(mask), body, read_mono8(prior))
 
 
-def main(arguments: list[str] | None = None) -> int:
-    """Run the node."""
-    return run_node(TrackerNode, arguments)
+main = partial(run_node, TrackerNode)
+"""Run the node; see :func:`run_node`."""
 
 
 if __name__ == '__main__':

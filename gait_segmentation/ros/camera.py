@@ -16,8 +16,7 @@ from sensor_msgs.msg import CompressedImage, Image
 
 from gait_segmentation.inputs import encodings
 from gait_segmentation.inputs.encodings import read_bgr, read_compressed
-from gait_segmentation.ros.endpoints import from_bytes
-from gait_segmentation.ros.qos import image_profile
+from gait_segmentation.ros.endpoints import image_profile, subscription
 
 if TYPE_CHECKING:
     from rclpy.event_handler import QoSMessageLostInfo, QoSRequestedIncompatibleQoSInfo
@@ -102,14 +101,15 @@ class CameraSubscription:
             message_lost=self._lost,
             use_default_callbacks=False,
         )
-        self._subscription = self._node.create_subscription(
+        self._subscription = subscription(
+            self._node,
             self._type,
             self.topic,
-            from_bytes(self._type, self.topic, self._received, self._node.warnings.warn),
             image_profile(best_effort),
-            raw=True,
-            event_callbacks=events,
-            qos_overriding_options=QoSOverridingOptions(_OVERRIDABLE),
+            self._received,
+            self._node.warnings.warn,
+            events=events,
+            overridable=QoSOverridingOptions(_OVERRIDABLE),
         )
 
     def _lost(self, event: QoSMessageLostInfo) -> None:

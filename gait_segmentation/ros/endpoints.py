@@ -12,12 +12,47 @@ from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallba
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile, qos_policy_name_from_kind
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+    qos_policy_name_from_kind,
+)
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 
-__all__ = ['from_bytes', 'publisher', 'subscription']
+__all__ = ['BETWEEN_NODES', 'LATCHED', 'image_profile', 'publisher', 'subscription']
+
+RELIABLE_DEPTH = 30
+"""Frames that a publisher keeps for a reader that is slow to acknowledge."""
+
+BETWEEN_NODES = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=RELIABLE_DEPTH,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.VOLATILE,
+)
+"""Of everything that the nodes publish, and of what they receive from each other."""
+
+LATCHED = QoSProfile(
+    history=HistoryPolicy.KEEP_LAST,
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+"""Of what is told once and must reach those who come later."""
+
+
+def image_profile(best_effort: bool) -> QoSProfile:
+    """Return the profile of a subscription to a camera."""
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=RELIABLE_DEPTH,
+        reliability=(ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE),
+        durability=DurabilityPolicy.VOLATILE,
+    )
 
 
 def publisher(node: Node, kind: Any, topic: str, profile: QoSProfile) -> Publisher:
@@ -40,17 +75,22 @@ def subscription(
     profile: QoSProfile,
     received: Callable[[Any], None],
     warn: Callable[[str, str], object],
+    *,
+    events: SubscriptionEventCallbacks | None = None,
+    overridable: QoSOverridingOptions | None = None,
 ) -> Subscription:
     """
     Make a subscription to messages of a kind.
 
     :param received: called with every message.
-    :param warn: called with a key and a text if a publisher offers less than is asked for.
+    :param warn: called with a key and a text if a message cannot be read, or, without ``events``,
+        if a publisher offers less than is asked for.
+    :param overridable: what of the QoS parameters may override, if not the usual.
     """
     # All that the subscriptions of this package ask for.
     latched = profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
     wanted = 'reliable and transient local' if latched else 'reliable'
-    events = SubscriptionEventCallbacks(
+    usual = SubscriptionEventCallbacks(
         incompatible_qos=lambda event: warn(
             topic,
             f'a publisher on {topic} offers an incompatible QoS '
@@ -62,15 +102,15 @@ def subscription(
     return node.create_subscription(
         kind,
         topic,
-        from_bytes(kind, topic, received, warn),
+        _from_bytes(kind, topic, received, warn),
         copy(profile),
         raw=True,
-        event_callbacks=events,
-        qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        event_callbacks=events or usual,
+        qos_overriding_options=overridable or QoSOverridingOptions.with_default_policies(),
     )
 
 
-def from_bytes(
+def _from_bytes(
     kind: Any,
     topic: str,
     received: Callable[[Any], None],

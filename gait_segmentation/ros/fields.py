@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-What the messages say of a result, in numbers: shared by the nodes and by gait_replay.
+Topics, and what their messages say of a result in numbers: shared by nodes and commands.
 
 Nothing here needs ROS, so that a bag can be written without it.
 """
@@ -9,11 +9,13 @@ Nothing here needs ROS, so that a bag can be written without it.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
 from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.people import slot_name
 
 if TYPE_CHECKING:
     from gait_segmentation.gait_model import TemplateBank
@@ -25,9 +27,13 @@ __all__ = [
     'Joints',
     'gait_joints',
     'matched_corners',
+    'slot_topic',
+    'slot_topics',
     'tilted_corners',
     'track_corners',
 ]
+
+Kind = TypeVar('Kind')
 
 GAIT_NAMES = ('gait_phase', 'view_azimuth')
 """
@@ -48,6 +54,20 @@ class Joints(NamedTuple):
     positions: tuple[float, ...]
     velocities: tuple[float, ...]
     efforts: tuple[float, ...]
+
+
+def slot_topic(slot: int, name: str) -> str:
+    """Return the relative topic for one kind of output of a slot, such as ``person_0/box``."""
+    return f'{slot_name(slot)}/{name}'
+
+
+def slot_topics(kinds: Mapping[str, Kind], slots: int) -> dict[str, Kind]:
+    """
+    Return the message types of all slots by topic.
+
+    :param kinds: those of one slot by name.
+    """
+    return {slot_topic(slot, name): kind for slot in range(slots) for name, kind in kinds.items()}
 
 
 def tilted_corners(box: Box, angle: float) -> Corners:

@@ -25,14 +25,11 @@ from gait_segmentation.ros.backlog import Backlog, Worker
 from gait_segmentation.ros.camera import CameraMessage, CameraSubscription
 from gait_segmentation.ros.compiling import Aside, compiling
 from gait_segmentation.ros.config import CameraConfig, NodeConfig
-from gait_segmentation.ros.diagnostics import diagnostic_message
-from gait_segmentation.ros.endpoints import publisher, subscription
+from gait_segmentation.ros.diagnostics import Statistics, diagnostic_message
+from gait_segmentation.ros.endpoints import BETWEEN_NODES, publisher, subscription
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.memory import take_ahead
-from gait_segmentation.ros.parameter_requests import refuse_unknown_types
-from gait_segmentation.ros.parameters import NodeParameters
-from gait_segmentation.ros.qos import BETWEEN_NODES
-from gait_segmentation.ros.statistics import Statistics
+from gait_segmentation.ros.parameters import NodeParameters, refuse_unknown_types
 from gait_segmentation.ros.transitions import CONFIGURING, configure, serve_transitions, state_of
 from gait_segmentation.ros.waiting import Silence
 from gait_segmentation.ros.warnings import Warnings
@@ -51,19 +48,22 @@ class GaitNode(LifecycleNode):
     from :meth:`build` to :meth:`status`.
     """
 
+    name: ClassVar[str]
     groups: ClassVar[Sequence[tuple[str, type[StageConfig]]]] = ()
     """Prefix and class of the configurations beside :class:`NodeConfig`."""
 
     with_initial_box: ClassVar[bool] = False
+    stage: Any = None
+    """What works on frames, from :meth:`build` to the clean-up."""
 
-    def __init__(self, name: str, **options: Any) -> None:
+    def __init__(self, **options: Any) -> None:
         """
         Declare parameters and services; everything else waits for the life cycle.
 
         :param options: passed on to rclpy's node.
         :raises ConfigError: if a parameter has a value that is not allowed.
         """
-        super().__init__(name, **options)
+        super().__init__(self.name, **options)
         self.statistics = Statistics()
         self.warnings = Warnings(self.get_logger().warning)
         self.enabled = True
@@ -111,22 +111,26 @@ class GaitNode(LifecycleNode):
     def process_unusable(self, frame: Any) -> None:
         """Publish the empty outputs of a frame that cannot be worked on (worker)."""
 
-    @abstractmethod
     def forget(self) -> None:
-        """Forget the person (worker)."""
+        """Forget everybody (worker)."""
+        if self.stage is not None:
+            self.stage.reset()
 
-    @abstractmethod
-    def apply(self, group: str, config: StageConfig) -> None:
+    def configured(self) -> Sequence[tuple[Any, str]]:
+        """Return the attributes, with their objects, that hold configurations of the stage."""
+        return [(self.stage, 'config')]
+
+    def apply(self, config: StageConfig) -> None:
         """Put a changed configuration into force (worker)."""
+        for owner, name in self.configured() if self.stage is not None else ():
+            if isinstance(config, type(getattr(owner, name))):
+                setattr(owner, name, config)
 
     def finish(self) -> None:
         """Publish what is held back, before the node is deactivated (worker)."""
 
     def pause(self) -> None:
         """Drop what waits for its other parts: those that come now will be ignored."""
-
-    def release(self) -> None:
-        """Let go of the stages."""
 
     def missing(self) -> str:
         """Say what is missing for frames to come, empty if that is not this node's to say."""
@@ -330,7 +334,7 @@ class GaitNode(LifecycleNode):
         for output in self._outputs:
             self.destroy_publisher(output)
         self._outputs.clear()
-        self.release()
+        self.stage = None
 
     # The worker's thread.
 
@@ -375,10 +379,10 @@ class GaitNode(LifecycleNode):
         response.message = 'reset' if response.success else f'the node is {self.state}'
         return response
 
-    def _parameters_changed(self, group: str, config: StageConfig) -> None:
+    def _parameters_changed(self, config: StageConfig) -> None:
         if isinstance(config, NodeConfig) and self._worker is not None:
             self._worker.backlog.limit = config.backlog
-        self.later(lambda: self.apply(group, config), type(config).__name__)
+        self.later(lambda: self.apply(config), type(config).__name__)
 
     def _report(self) -> None:
         if self.state == 'active' and self.enabled:

@@ -1,14 +1,17 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Boxes and gait as messages: one place for what each field means."""
+"""Images, boxes and gait as messages: one place for what each field means."""
 
 from __future__ import annotations
 
 import math
+import sys
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
 from geometry_msgs.msg import Point32, PolygonInstanceStamped
-from sensor_msgs.msg import JointState, RegionOfInterest
+from numpy.typing import NDArray
+from sensor_msgs.msg import Image, JointState, RegionOfInterest
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
@@ -24,6 +27,7 @@ __all__ = [
     'Gait',
     'box_message',
     'gait_message',
+    'image_message',
     'points_of',
     'read_body',
     'read_box',
@@ -38,6 +42,25 @@ _MOST_TILT = math.pi / 4
 def stamp_of(header: Header) -> int:
     """Return the stamp of a header in nanoseconds."""
     return int(header.stamp.sec) * 1_000_000_000 + int(header.stamp.nanosec)
+
+
+def image_message(image: NDArray[np.uint8], header: Header) -> Image:
+    """
+    Make a message from an array.
+
+    :param image: (height, width) for ``mono8`` or (height, width, 3) for ``bgr8``, uint8.
+    :param header: the header of the source image, taken over as it is.
+    """
+    message = Image()
+    message.header = header
+    message.height, message.width = image.shape[:2]
+    message.encoding = 'mono8' if image.ndim == 2 else 'bgr8'
+    message.step = message.width * (1 if image.ndim == 2 else 3)
+    message.is_bigendian = int(sys.byteorder == 'big')
+    # The only fast way: assigning an array, bytes or a memoryview checks every element.
+    if image.size:
+        message.data.frombytes(np.ascontiguousarray(image).data.cast('B'))
+    return message
 
 
 def box_message(corners: Corners, track_id: int, header: Header) -> PolygonInstanceStamped:

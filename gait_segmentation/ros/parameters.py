@@ -8,6 +8,7 @@ import dataclasses
 import math
 from array import array
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rcl_interfaces.msg import (
@@ -17,6 +18,7 @@ from rcl_interfaces.msg import (
     ParameterType,
     SetParametersResult,
 )
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter as RclpyParameter
 
 from gait_segmentation.config import Parameter, StageConfig, parameters_of
@@ -35,6 +37,7 @@ __all__ = [
     'descriptor',
     'given_parameters',
     'read_initial_box',
+    'refuse_unknown_types',
 ]
 
 INITIAL_BOX = Parameter(
@@ -54,6 +57,7 @@ INITIAL_BOX = Parameter(
 Config = TypeVar('Config', bound=StageConfig)
 
 _FIXED = 'Can be changed only while the node is unconfigured.'
+_LAST_TYPE = ParameterType.PARAMETER_STRING_ARRAY
 
 _TYPES = {
     bool: ParameterType.PARAMETER_BOOL,
@@ -138,14 +142,14 @@ class NodeParameters:
         groups: Sequence[tuple[str, type[StageConfig]]],
         *,
         with_initial_box: bool = False,
-        changed: Callable[[str, StageConfig], None],
+        changed: Callable[[StageConfig], None],
     ) -> None:
         """
         Declare the parameters and read their first values.
 
         :param groups: prefix and configuration class.
         :param with_initial_box: whether to declare ``initial_box`` as well.
-        :param changed: called with prefix and new configuration after a change.
+        :param changed: called with a new configuration after a change.
         :raises ConfigError: if a value is not allowed.
         """
         self._node = node
@@ -245,6 +249,31 @@ class NodeParameters:
         self._configs = self._made(values)
         if INITIAL_BOX.name in values:
             self.initial_box = read_initial_box(values[INITIAL_BOX.name])
-        for group, kind in self._groups:
-            if self._configs[kind] != before[kind]:
-                self._changed(group, self._configs[kind])
+        for kind, config in self._configs.items():
+            if config != before[kind]:
+                self._changed(config)
+
+
+def refuse_unknown_types(node: Node) -> None:
+    """
+    Have a node refuse values of parameters of a type that there is not.
+
+    rclpy lets the error through, which would end the node.
+    """
+    for service in node.services:
+        if service.srv_type in (SetParameters, SetParametersAtomically):
+            service.callback = partial(_set, service.callback)
+
+
+def _set(answer: Callable[[Any, Any], Any], request: Any, response: Any) -> Any:
+    """Answer a request, or refuse all of it if a type in it is unknown."""
+    unknown = next((each for each in request.parameters if each.value.type > _LAST_TYPE), None)
+    if unknown is None:
+        return answer(request, response)
+    reason = f'type of {unknown.name!r} must be from 0 to {_LAST_TYPE}, got {unknown.value.type}'
+    refused = SetParametersResult(successful=False, reason=reason)
+    if isinstance(request, SetParametersAtomically.Request):
+        response.result = refused
+    else:
+        response.results = [refused] * len(request.parameters)
+    return response

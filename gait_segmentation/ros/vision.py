@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Sequence
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from gait_segmentation.errors import InputError
@@ -23,28 +22,16 @@ if TYPE_CHECKING:
 
 __all__ = ['detection_types', 'detections_message', 'new_people', 'read_detections']
 
-_NAMES = (
-    'BoundingBox2D',
-    'Detection2D',
-    'Detection2DArray',
-    'ObjectHypothesis',
-    'ObjectHypothesisWithPose',
-    'Point2D',
-    'Pose2D',
-)
 _SAME_OVERLAP = 0.3
 """Intersection over union from which two boxes are taken for the same person."""
 
 
-def detection_types() -> SimpleNamespace | None:
-    """Return the message types by name, None if vision_msgs is not installed."""
+def detection_types() -> Any:
+    """Return the module of the message types, None if vision_msgs is not installed."""
     try:
-        vision = importlib.import_module('vision_msgs.msg')
-        geometry = importlib.import_module('geometry_msgs.msg')
+        return importlib.import_module('vision_msgs.msg')
     except ImportError:
         return None
-    types = {name: getattr(vision, name) for name in _NAMES}
-    return SimpleNamespace(**types, PoseWithCovariance=geometry.PoseWithCovariance)
 
 
 def detections_message(tracks: Sequence[TrackResult], header: Any, types: Any) -> Any:
@@ -63,19 +50,13 @@ def detections_message(tracks: Sequence[TrackResult], header: Any, types: Any) -
             position=types.Point2D(x=float(box.center_x), y=float(box.center_y)),
             theta=float(track.angle),
         )
-        hypothesis = types.ObjectHypothesis(class_id='person', score=float(track.confidence))
-        result = types.ObjectHypothesisWithPose(
-            hypothesis=hypothesis, pose=types.PoseWithCovariance()
+        about = types.ObjectHypothesis(class_id='person', score=float(track.confidence))
+        bounds = types.BoundingBox2D(
+            center=center, size_x=float(box.width), size_y=float(box.height)
         )
+        results = [types.ObjectHypothesisWithPose(hypothesis=about)]
         detections.append(
-            types.Detection2D(
-                header=header,
-                results=[result],
-                bbox=types.BoundingBox2D(
-                    center=center, size_x=float(box.width), size_y=float(box.height)
-                ),
-                id=str(track.track_id),
-            )
+            types.Detection2D(header=header, results=results, bbox=bounds, id=str(track.track_id))
         )
     return types.Detection2DArray(header=header, detections=detections)
 

@@ -19,8 +19,7 @@ from std_msgs.msg import Header
 
 from gait_segmentation.cli.recorder import Record, Recorder
 from gait_segmentation.geometry import Box
-from gait_segmentation.ros.image import image_message
-from gait_segmentation.ros.messages import box_message
+from gait_segmentation.ros.messages import box_message, image_message
 
 # rclpy loads deprecated modules of Python with its first publisher.
 pytestmark = pytest.mark.filterwarnings('ignore::DeprecationWarning')

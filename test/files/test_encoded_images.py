@@ -133,6 +133,20 @@ def test_a_jpeg_cannot_take_long_with_few_bytes() -> None:
         decoded(data[:-2] + 100 * last + data[-2:])
 
 
+def test_a_jpeg_of_few_bytes_cannot_claim_many_pixels() -> None:
+    for level, progressive in ((0, 0), (128, 0), (255, 1), (128, 1)):
+        flat = np.full((1024, 1024), level, np.uint8)
+        options = [cv2.IMWRITE_JPEG_PROGRESSIVE, progressive, cv2.IMWRITE_JPEG_OPTIMIZE, 1]
+        data = cv2.imencode('.jpg', flat, options)[1].tobytes()
+        assert flat.size > 200 * len(data)
+        assert decoded(data).shape == (1024, 1024, 3)
+    # What is missing is filled up, unless it is most.
+    assert decoded(jpeg(320, 240)).shape == (240, 320, 3)
+    for width, height in ((1280, 720), (1920, 1080), (7680, 4320)):
+        with pytest.raises(InputError, match='not a complete image'):
+            decoded(jpeg(width, height))
+
+
 @pytest.mark.parametrize(
     'data',
     [

@@ -21,9 +21,8 @@ from std_msgs.msg import Int32
 from std_srvs.srv import Trigger
 
 from gait_segmentation.ros import executor
-from gait_segmentation.ros.endpoints import subscription
+from gait_segmentation.ros.endpoints import BETWEEN_NODES, subscription
 from gait_segmentation.ros.executor import MessageExecutor
-from gait_segmentation.ros.qos import BETWEEN_NODES
 
 _PATIENCE_S = 300.0
 

@@ -11,7 +11,7 @@ import pytest
 from sensor_msgs.msg import Image, RegionOfInterest
 
 from gait_segmentation.inputs.encodings import read_mono8
-from gait_segmentation.ros.image import image_message
+from gait_segmentation.ros.messages import image_message
 from test.nodes.bench import CAMERAS, OUTPUTS, STYLES, Bench, frame, header
 from test.walkers import couple
 

@@ -13,9 +13,8 @@ from sensor_msgs.msg import Image, RegionOfInterest
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.matcher_node import MatcherNode
-from gait_segmentation.ros.image import image_message
-from gait_segmentation.ros.messages import box_message, read_body
-from gait_segmentation.ros.qos import LATCHED
+from gait_segmentation.ros.endpoints import LATCHED
+from gait_segmentation.ros.messages import box_message, image_message, read_body
 from gait_segmentation.ros.warnings import Warnings
 from test.nodes.bench import DEEP, Bench, header
 
@@ -140,13 +139,13 @@ def test_a_changed_parameter_begins_a_new_path(bench: Bench) -> None:
     door = Door(bench)
     door.publish(0, 1.0)
     door.wait(1)
-    (before,) = door.node._matcher._slots
+    (before,) = door.node.stage._slots
     (result,) = door.node.set_parameters([Parameter('matching.view_cost', value=0.2)])
     assert result.successful
     bench.settle()
-    (after,) = door.node._matcher._slots
+    (after,) = door.node.stage._slots
     assert after is not before
-    assert door.node._matcher.config == door.node.parameters.get(MatchingConfig)
+    assert door.node.stage.config == door.node.parameters.get(MatchingConfig)
     (result,) = door.node.set_parameters([Parameter('matching.minimum_cadence', value=200.0)])
     assert not result.successful
     assert 'below maximum_cadence' in result.reason

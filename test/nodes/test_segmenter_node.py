@@ -14,8 +14,7 @@ from std_srvs.srv import SetBool
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
-from gait_segmentation.ros.image import image_message
-from gait_segmentation.ros.messages import box_message
+from gait_segmentation.ros.messages import box_message, image_message
 from test.nodes.bench import Bench, frame, header
 
 MASKS = ('mask', 'person_0/mask', 'labels')
@@ -31,13 +30,13 @@ class Cutter:
         self.node = bench.add(SegmenterNode)
         bench.record_outputs(*MASKS)
         self.resets = 0
-        reset = self.node._segmenter.reset
+        reset = self.node.stage.reset
 
         def counted() -> None:
             self.resets += 1
             reset()
 
-        monkeypatch.setattr(self.node._segmenter, 'reset', counted)
+        monkeypatch.setattr(self.node.stage, 'reset', counted)
 
     def show(
         self,

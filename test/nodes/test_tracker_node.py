@@ -22,8 +22,7 @@ from gait_segmentation.inputs.encodings import read_bgr, read_mono8
 from gait_segmentation.nodes import camera_node
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros import outputs
-from gait_segmentation.ros.image import image_message
-from gait_segmentation.ros.messages import box_message
+from gait_segmentation.ros.messages import box_message, image_message
 from gait_segmentation.tracking import TrackingConfig
 from test.nodes.bench import Bench, frame, header
 
@@ -57,7 +56,7 @@ def test_feedback_of_one_stamp_is_learnt(bench: Bench, monkeypatch) -> None:
     matched = bench.publisher(PolygonInstanceStamped, 'person_0/matched_box', 1)
     bench.feed(camera, [frame(0)])
     learnt = []
-    monkeypatch.setattr(node._tracker, 'learn', learnt.append)
+    monkeypatch.setattr(node.stage, 'learn', learnt.append)
     mask = np.zeros((120, 160), np.uint8)
     mask[20:100, 30:54] = 255
     likelihood = read_mono8(bench.received['person_0/likelihood'][0])
@@ -102,12 +101,12 @@ def test_stamps_that_are_not_positive_are_refused_as_they_are(
 
 def test_parameters_change_live_or_are_refused_with_the_reason(bench: Bench) -> None:
     node = bench.add(TrackerNode)
-    before = node._tracker.config
+    before = node.stage.config
     (result,) = node.set_parameters([Parameter('tracking.colour_rate', value=0.4)])
     assert result.successful
     bench.settle()
-    assert node._tracker.config.colour_rate == 0.4
-    assert node._tracker.config is node.parameters.get(TrackingConfig) is not before
+    assert node.stage.config.colour_rate == 0.4
+    assert node.stage.config is node.parameters.get(TrackingConfig) is not before
     for name, value in (
         ('tracking.colour_rate', 1.5),
         ('tracking.colour_rate', 'much'),
@@ -158,7 +157,7 @@ def test_the_life_cycle_can_be_repeated_and_leaves_nothing(bench: Bench) -> None
         node.trigger_deactivate()
         assert node.state == 'inactive'
         node.trigger_cleanup()
-        assert (node._outputs, node._inputs, node._worker, node._tracker) == ([], [], None, None)
+        assert (node._outputs, node._inputs, node._worker, node.stage) == ([], [], None, None)
         bench.until(lambda: bench.probe.count_subscribers('image') == 0, 'the subscription')
     assert boxes(bench) == [4, 4, 4]
 

@@ -106,7 +106,7 @@ def test_empty_answers_are_one_image_for_all_who_listen() -> None:
     outputs = TrackOutputs(node, SLOTS)
     outputs.publish(_tracks(), (60, 80), HEADER)
     node.published.clear()
-    outputs.blank(HEADER)
+    outputs.blank(outputs.likelihood_shape, HEADER)
     assert sorted(node.topics) == ['person_0/likelihood', 'person_1/box']
     assert dict(node.published)['person_0/likelihood'].width == 8
 

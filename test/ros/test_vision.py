@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
@@ -48,14 +49,14 @@ def store() -> Any:
 def types(store: Any) -> SimpleNamespace:
     classes = store.types
 
-    def pose() -> Any:
-        position = classes['geometry_msgs/msg/Point'](0.0, 0.0, 0.0)
-        turn = classes['geometry_msgs/msg/Quaternion'](0.0, 0.0, 0.0, 1.0)
-        where = classes['geometry_msgs/msg/Pose'](position, turn)
-        return classes['geometry_msgs/msg/PoseWithCovariance'](where, np.zeros(36))
-
     made = {name: classes[f'vision_msgs/msg/{name}'] for name in DEFINITIONS}
-    return SimpleNamespace(**made, PoseWithCovariance=pose)
+    position = classes['geometry_msgs/msg/Point'](0.0, 0.0, 0.0)
+    turn = classes['geometry_msgs/msg/Quaternion'](0.0, 0.0, 0.0, 1.0)
+    where = classes['geometry_msgs/msg/Pose'](position, turn)
+    pose = classes['geometry_msgs/msg/PoseWithCovariance'](where, np.zeros(36))
+    # Messages of rclpy have defaults.
+    made['ObjectHypothesisWithPose'] = partial(made['ObjectHypothesisWithPose'], pose=pose)
+    return SimpleNamespace(**made)
 
 
 def track(track_id: int, box: Box | None, confidence: float = 0.75) -> TrackResult:

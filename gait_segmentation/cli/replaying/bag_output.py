@@ -27,8 +27,14 @@ from rosbags.typesys import Stores, get_typestore
 from gait_segmentation.cli.replaying.output import Output, Replayed
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.inputs import Frame
-from gait_segmentation.ros.fields import Corners, gait_joints, matched_corners, track_corners
-from gait_segmentation.ros.topics import slot_topic, slot_topics
+from gait_segmentation.ros.fields import (
+    Corners,
+    gait_joints,
+    matched_corners,
+    slot_topic,
+    slot_topics,
+    track_corners,
+)
 
 __all__ = ['BagOutput', 'Messages']
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.synthetic.camera import EYE_LEVEL, SyntheticCamera
-from benchmarks.synthetic.config import SyntheticConfig
-from benchmarks.synthetic.staging import still
+from benchmarks.synthetic.config import SyntheticConfig, still
 
 
 def _camera(sway=still, **values: object) -> SyntheticCamera:

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from benchmarks.synthetic.scenery import (
-    make_occluder,
     make_panorama,
     muted_colour,
     value_noise,
@@ -43,12 +42,3 @@ def test_clutter_adds_edges():
 def test_any_ground_line_will_do(ground):
     picture = make_panorama(np.random.default_rng(3), (120, 160), ground, 60, 0.5)
     assert picture.dtype == np.uint8
-
-
-def test_the_occluder_stands_on_the_ground():
-    post = make_occluder(np.random.default_rng(4), (100, 200), 80, 90, 100)
-    assert post.colour.shape == (100, 200, 3)
-    assert post.alpha[50, 80] == 1
-    assert post.alpha[50, 95] == 0
-    assert post.alpha[95, 80] == 0
-    assert post.alpha.sum() == pytest.approx(14 * 90, rel=0.02)

@@ -1,13 +1,11 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-import math
-
 import numpy as np
 import pytest
 
 from benchmarks.synthetic.clothing import make_outfit
 from benchmarks.synthetic.courses import Straight, Whereabouts
-from benchmarks.synthetic.walkers import Walker, draw_walker, draw_walkers_by_lot
+from benchmarks.synthetic.walkers import Walker, draw_walker
 from gait_segmentation.geometry import BodyFrame
 
 HERE = Whereabouts(0.0, 3.0, 0.0, 0.25)
@@ -41,10 +39,3 @@ def test_walkers_may_be_partly_or_wholly_outside(x):
     cover = draw_walker(picture, walker(), BodyFrame(x, 30, 80), HERE, shadow=True)
     assert cover.shape == (60, 100)
     assert cover.any() == (abs(x - 50) < 100)
-
-
-def test_people_by_lot_are_repeatable():
-    first = draw_walkers_by_lot(np.random.default_rng(5), 3, 3.0, 1.4, 0.9)
-    again = draw_walkers_by_lot(np.random.default_rng(5), 3, 3.0, 1.4, 0.9)
-    assert [a.at(1.0) for a in first] == [b.at(1.0) for b in again]
-    assert all(abs(math.sin(person.at(0.0).azimuth)) < 0.3 for person in first)

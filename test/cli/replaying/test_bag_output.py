@@ -92,8 +92,7 @@ def test_messages_are_those_of_the_nodes(tmp_path: Path) -> None:
     from std_msgs.msg import Header
 
     from gait_segmentation.ros.fields import matched_corners, track_corners
-    from gait_segmentation.ros.image import image_message
-    from gait_segmentation.ros.messages import box_message, gait_message
+    from gait_segmentation.ros.messages import box_message, gait_message, image_message
 
     bank = small_bank()
     output = BagOutput(tmp_path / 'walk', bank, 1)

@@ -45,3 +45,18 @@ def test_moved_boxes_are_the_same_every_time_and_differ() -> None:
     assert len({made.box for made in (*first, clip)}) == 4
     for made in first:
         assert abs(made.box.x - clip.box.x) < 0.06 * clip.box.height
+
+
+def test_backwards_and_every_second_frame() -> None:
+    clip = clip_of(frames=9)
+    (back,), (fewer,) = variants_of('backwards', [clip]), variants_of('skip', [clip])
+    np.testing.assert_array_equal(back.image(0), clip.image(8))
+    np.testing.assert_array_equal(fewer.image(2), clip.image(4))
+    assert fewer.stamp_ns(2) == clip.stamp_ns(4)
+
+
+def test_backwards_starts_where_the_person_left() -> None:
+    clip = clip_of(frames=9)
+    (back,) = variants_of('backwards', [clip])
+    assert back.box == start_box(clip.truth(8))
+    assert back.fps == clip.fps

@@ -20,7 +20,7 @@ from gait_segmentation.inputs.encodings import (
     read_compressed,
     read_mono8,
 )
-from gait_segmentation.ros.image import image_message
+from gait_segmentation.ros.messages import image_message
 
 BLUE, GREEN, RED = (255, 0, 0), (0, 255, 0), (0, 0, 255)
 

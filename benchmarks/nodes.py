@@ -1,0 +1,247 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The nodes as processes before a played film, and somebody who listens to what they answer."""
+
+from __future__ import annotations
+
+import os
+import struct
+import tempfile
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import cv2
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import Image
+
+from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
+from gait_segmentation.cli.demo import NODES, prepare_environment
+from gait_segmentation.cli.processes import ProcessError, ProcessGroup
+from gait_segmentation.geometry import Box
+from gait_segmentation.ros.executor import MessageExecutor
+
+MODULES = {
+    'gait_tracker': 'gait_segmentation.nodes.tracker_node',
+    'gait_matcher': 'gait_segmentation.nodes.matcher_node',
+    'gait_segmenter': 'gait_segmentation.nodes.segmenter_node',
+    'gait_pipeline': 'gait_segmentation.nodes.pipeline_node',
+}
+STYLES = {'split': NODES, 'single': ('gait_pipeline',)}
+
+LINKS = {'box': 1, 'likelihood': 2, 'matched_box': 2, 'shape_prior': 2, 'mask': 1}
+"""Subscribers that the topics of a person have when the three nodes are connected."""
+
+PERSON = 0.62
+"""Height of the walker over that of the image."""
+
+STEPS = 60
+FLOW_OUT_S = 3.0
+_START_TIMEOUT_S, _POLL_S = 180.0, 0.02
+_HEADER = struct.Struct('=4xiII')
+"""
+Of a serialised message that begins with a header, in the byte order that DDS uses here: stamp, and
+length of the frame_id.
+"""
+
+
+def write_clip(folder: Path, size: tuple[int, int], count: int) -> Box:
+    """Write ``count`` frames of somebody who walks to and fro; return the first box."""
+    clip = SyntheticSequence(
+        SyntheticConfig(
+            width=size[0],
+            height=size[1],
+            frames=STEPS,
+            fps=30.0,
+            person_height=PERSON * size[1],
+            jitter=0.0,
+            clutter=0.7,
+        )
+    )
+    for frame in clip:
+        # Uncompressed, so that decoding does not compete with the nodes.
+        cv2.imwrite(str(folder / f'once{frame.number:03d}.bmp'), frame.image)
+    shown = folder / 'frames'
+    shown.mkdir()
+    there_and_back = [*range(STEPS), *range(STEPS - 2, 0, -1)]
+    for number in range(count):
+        step = there_and_back[number % len(there_and_back)]
+        (shown / f'{number:06d}.bmp').symlink_to(folder / f'once{step:03d}.bmp')
+    assert clip.initial_box is not None
+    return clip.initial_box
+
+
+class Listener:
+    """Subscribes to the mask, as a user would, and to the diagnostics; raw, to cost little."""
+
+    def __init__(self, topics: Mapping[str, Any] | None = None) -> None:
+        """
+        Begin to listen; rclpy must be initialised.
+
+        :param topics: types by name, in place of the mask's.
+        """
+        self.arrived: dict[int, float] = {}
+        """Times at which frames were first answered, by their stamps in ns."""
+
+        self.changed = threading.Condition()
+        self.status: dict[str, dict[str, str]] = {}
+        """What the nodes last said in the diagnostics."""
+
+        self.node = Node('listener')
+        for topic, kind in (topics or {'mask': Image}).items():
+            heard = partial(self._receive, topic)
+            self.node.create_subscription(kind, topic, heard, QoSProfile(depth=200), raw=True)
+        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 50)
+        self._executor = MessageExecutor()
+        self._executor.add_node(self.node)
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._executor.shutdown()
+        self._thread.join()
+        self.node.destroy_node()
+
+    def active(self, *nodes: str) -> bool:
+        """Tell whether these nodes say that they are active."""
+        with self.changed:
+            return all(self.status.get(name, {}).get('state') == 'active' for name in nodes)
+
+    def subscribers(self, topic: str) -> int:
+        """Return how many have subscribed to a topic of the nodes, as they say."""
+        key = f'subscribers of /{topic}'
+        with self.changed:
+            return max((int(said.get(key, '0')) for said in self.status.values()), default=0)
+
+    def connected(self, nodes: tuple[str, ...]) -> bool:
+        """Tell whether the nodes are active and connected."""
+        wanted = {f'person_0/{topic}': count for topic, count in LINKS.items()}
+        wanted = {'mask': 1} | (wanted if len(nodes) > 1 else {})
+        return self.active(*nodes) and all(
+            self.subscribers(topic) >= count for topic, count in wanted.items()
+        )
+
+    def heard(self, topic: str, stamp_ns: int, frame_id: str) -> None:
+        """Note an answer, with the lock held."""
+        self.arrived.setdefault(stamp_ns, time.time())
+
+    def _receive(self, topic: str, data: bytes) -> None:
+        seconds, nanoseconds, length = _HEADER.unpack_from(data)
+        frame_id = data[_HEADER.size : _HEADER.size + length].rstrip(b'\0').decode('latin1')
+        with self.changed:
+            self.heard(topic, seconds * 1_000_000_000 + nanoseconds, frame_id)
+            self.changed.notify_all()
+
+    def _diagnose(self, message: DiagnosticArray) -> None:
+        with self.changed:
+            for status in message.status:
+                self.status[status.name] = {each.key: each.value for each in status.values}
+
+    def _spin(self) -> None:
+        try:
+            self._executor.spin()
+        except ExternalShutdownException:
+            return
+
+
+def processor_seconds(pid: int) -> float:
+    """Return the processor time a process has taken."""
+    fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
+
+
+def resident_mib(pid: int) -> float:
+    """Return the resident memory of a process, NaN if it has just ended."""
+    try:
+        pages = Path(f'/proc/{pid}/statm').read_text().split()
+    except FileNotFoundError:
+        pages = []
+    return int(pages[1]) * os.sysconf('SC_PAGE_SIZE') / 2**20 if pages else float('nan')
+
+
+def wait(done: Callable[[], bool], timeout_s: float, poll_s: float = _POLL_S) -> bool:
+    """Wait until something is so; return whether it is."""
+    deadline = time.monotonic() + timeout_s
+    while not done():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(poll_s)
+    return True
+
+
+@contextmanager
+def ros() -> Iterator[None]:
+    """Have rclpy initialised, apart from other ROS systems."""
+    prepare_environment(os.environ)
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        yield
+    finally:
+        rclpy.try_shutdown()
+
+
+@contextmanager
+def session() -> Iterator[tuple[ProcessGroup, Listener, Path]]:
+    """Have processes, a listener, and a folder of the processes' logs."""
+    with (
+        ros(),
+        tempfile.TemporaryDirectory() as logs,
+        ProcessGroup(os.environ, Path(logs)) as processes,
+    ):
+        listener = Listener()
+        try:
+            yield processes, listener, Path(logs)
+        finally:
+            listener.close()
+
+
+def start(
+    processes: ProcessGroup,
+    nodes: tuple[str, ...],
+    listener: Listener,
+    *parameters: str,
+    box: Box | None = None,
+) -> None:
+    """
+    Start nodes and wait until they are active and connected.
+
+    :param parameters: of all nodes, as ``name:=value``.
+    :param box: of a person in the first frame; without, people are found.
+    """
+    for name in nodes:
+        given = list(parameters)
+        if box is not None and name in ('gait_tracker', 'gait_pipeline'):
+            numbers = f'{box.x:.2f}, {box.y:.2f}, {box.width:.2f}, {box.height:.2f}'
+            given.append(f'initial_box:=[{numbers}]')
+        words = [word for each in given for word in ('-p', each)]
+        processes.start(name, MODULES[name], '--ros-args', *words)
+
+    def connected() -> bool:
+        processes.check_running(*nodes)
+        return listener.connected(nodes)
+
+    if not wait(connected, _START_TIMEOUT_S):
+        raise ProcessError('the nodes did not connect')
+
+
+def play(
+    processes: ProcessGroup, nodes: tuple[str, ...], film: Path, rate: float, *options: str
+) -> Path:
+    """Start to play a film to the nodes; return the file that will have its stamps."""
+    stamps = film.parent / 'stamps.txt'
+    processes.start(
+        'gait_source', 'gait_segmentation.nodes.source_node', str(film),
+        '--rate', str(rate), '--wait-for', str(min(len(nodes), 2)),
+        '--delay', '1', '--stamps', str(stamps), *options,
+    )  # fmt: skip
+    return stamps
