@@ -163,11 +163,7 @@ def _mean_shift(
     """Move the person to where the likely pixels are."""
     person = target.person
     box = person.box.shifted(-window[1].start, -window[0].start)
-    shift = mean_shift(
-        values,
-        reference,
-        (round(box.x), round(box.y), max(round(box.width), 1), max(round(box.height), 1)),
-    )
+    shift = mean_shift(values, reference, box)
     gain = target.config.mean_shift_gain
     limit = _MOST_MEAN_SHIFT * person.height
     dx = gain * min(max(shift.dx, -limit), limit)
