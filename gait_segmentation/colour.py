@@ -12,7 +12,6 @@ tails of its neighbours.  (After the object and background densities of Collins 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -25,7 +24,6 @@ __all__ = [
     'BINS',
     'BIN_VOLUME',
     'ColourModel',
-    'ColourRecord',
     'body_rows',
     'colour_bins',
 ]
@@ -232,15 +230,6 @@ def _learn(
     return kept
 
 
-@dataclass(frozen=True)
-class ColourRecord:
-    """What a model knew at some time: the bins in use, their histograms and their table."""
-
-    bins: NDArray[np.int32]
-    histogram: NDArray[np.float32]
-    table: NDArray[np.float32]
-
-
 class ColourModel:
     """
     Histograms of one class: probability of a joint bin in a band.
@@ -290,24 +279,6 @@ class ColourModel:
             self._length,
             self.table,
         )
-
-    def record(self) -> ColourRecord:
-        """Return what is known now, to come back to by :meth:`restore`."""
-        used = self._length
-        bins = self._listed[:used].copy()
-        return ColourRecord(bins, self._histogram[:used].copy(), self.table[bins])
-
-    def restore(self, record: ColourRecord) -> None:
-        """Forget all that was learnt since a record was made."""
-        gone, used = self._listed[: self._length], len(record.bins)
-        self.table[gone] = self.floor
-        self._places[gone] = -1
-        self._histogram[: self._length] = 0
-        self._length = used
-        self._listed[:used] = record.bins
-        self._places[record.bins] = np.arange(used, dtype=np.int32)
-        self._histogram[:used] = record.histogram
-        self.table[record.bins] = record.table
 
     def whole(self) -> NDArray[np.float32]:
         """Return the histogram of the whole body, (BINS^3,) float32 with sum one."""

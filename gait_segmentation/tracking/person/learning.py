@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -28,20 +26,14 @@ _MARGIN = 0.02
 _WHOLE = 0.75
 """Share of the usual area from which a mask shows all of the person."""
 
-_JOINED, _LATE_RATE = 1.3, 0.3
+_JOINED = 1.3
+"""The same from which it shows somebody else, too, who is near."""
+
+_AREA_RATE = 0.02
 """
-Area over that of late from which a mask shows somebody else, too, who is near; and the rate at
-which that of late is learnt while nobody is.
+Share by which the usual area moves towards that of a mask: of one of all of the person or not, or
+nothing would be learnt after a first mask that was far too large.
 """
-
-_AREA_RATE, _CORRECTION_RATE = 0.03, 0.2
-"""Share by which the usual area moves towards that of a mask, and while it proves too large."""
-
-_HIDDEN_FOR = 15
-"""Masks after somebody was hidden from which nothing is learnt unless they are whole."""
-
-_UNSURE = 30
-"""Masks in which the usual area may still be that of a first mask that was far too large."""
 
 
 def working_masks(
@@ -114,67 +106,29 @@ class WholeArea:
     """
     How large the masks of a person usually are, for the height.
 
-    The first mask may have been far too large: then nothing would be learnt, and the track be
-    lost.  So at first a mask is also whole if it is as large as the template.
-
     ``share`` is the area of the last mask over what was usual then.
     """
 
     def __init__(self, person: Person) -> None:
         """Begin with the person's mask."""
-        self._usual = self._late = _area(person.mask, person)
-        self._masks = 0
-        self._hidden = 0
+        self._usual = _area(person.mask, person)
         self.share = 1.0
 
-    def hide(self) -> None:
-        """Take the next masks for those of somebody hidden in part, until one is whole."""
-        self._hidden = _HIDDEN_FOR
-
-    def update(
-        self,
-        mask: NDArray[np.uint8],
-        prior: NDArray[np.uint8],
-        person: Person,
-        *,
-        alone: bool = True,
-        company: bool = False,
-        hidden: Callable[[], bool] = lambda: False,
-    ) -> bool:
+    def update(self, mask: NDArray[np.uint8], person: Person, *, alone: bool = True) -> bool:
         """
-        Get used to the size of a mask, unless the person is or was just now hidden in part.
+        Get used to the size of a mask.
 
-        :param mask, prior: (h, w) uint8, the mask and the template.
-        :param alone: whether nobody who is tracked is near, who may hide part of the person, to
-            which the template would adapt, or lose theirs to the mask.
-        :param company: whether somebody without a slot is near, whom the mask may show, too.
-        :param hidden: tells whether the template lies on what is known to stand there; only
-            asked of masks that are not large enough.
+        :param mask: (h, w) uint8.
+        :param alone: whether nobody else is near, whom the mask may show, too.
         :returns: whether it was as large as usual; else it shows only part of the person, or
             somebody else, too.
         """
-        area, rate = _area(mask, person), _AREA_RATE
+        area = _area(mask, person)
         self.share = area / max(self._usual, 1e-6)
-        whole = area >= _WHOLE * self._usual
-        self._masks += 1
-        if alone and not company:
-            self._late += _LATE_RATE * (area - self._late)
-        elif area > _JOINED * max(self._usual, self._late):
+        if not alone and self.share > _JOINED:
             return False
-        if whole:
-            self._hidden = 0
-        elif hidden():
-            self.hide()
-        elif self._hidden:
-            self._hidden -= 1
-        if self._hidden:
-            return False
-        if alone and not whole and self._masks <= _UNSURE:
-            template = _area(prior, person)
-            whole = template > 0 and area >= _WHOLE * template
-            rate = _CORRECTION_RATE if whole else rate
-        self._usual += rate * (area - self._usual)
-        return whole
+        self._usual += _AREA_RATE * (area - self._usual)
+        return self.share >= _WHOLE
 
 
 def _area(mask: NDArray[np.uint8], person: Person) -> float:

@@ -231,7 +231,8 @@ def searching(lost_s: float, *, taken: bool = False) -> list[bool]:
     (target,) = told.tracker._targets()
     others = np.zeros(target.world.shape, np.uint8)
     others[:] = 255 * taken
-    target.memory.begin_search(lost_s)
+    target.memory.begin_search()
+    target.memory.lost_s = lost_s
     return [
         target.memory.search(target.person, target.world, others, target.config) is not None
         for _ in range(4)
@@ -262,7 +263,7 @@ def test_who_left_is_waited_for_a_little_beyond_the_border(
     person = target.person
     person.shift(60 - person.center_x, 90 - person.center_y)
     person.height = 100.0
-    target.memory.pace = pace
+    person.velocity = pace
     for _ in range(20):
         target.memory.coast(person, (0.0, 0.0), 0.1, target.world.shape)
     assert (person.center_x, person.center_y) == pytest.approx(place)
