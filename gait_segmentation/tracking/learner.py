@@ -20,6 +20,9 @@ from gait_segmentation.tracking.target import Target
 
 __all__ = ['Learnt', 'learn']
 
+_EDGE = 15
+"""Side in pixels of the squares about what hides a person that are not followed."""
+
 
 @dataclass(frozen=True)
 class Learnt:
@@ -65,14 +68,15 @@ def learn(
     person.shift(-dx, -dy)
     window = target.window
     strange = record.strange(window, target.config.shadow_floor)
+    familiar = record.background.is_sure(window) & (strange == 0)
     whole = target.area.update(mask, person, alone=alone and not target.accompanied)
     if whole:
-        person.take(mask, prior)
+        person.take(mask, prior, _free(mask, prior, window, familiar))
         body = None if feedback.body is None else feedback.body.scaled(world.scale)
-        margin = _learn_all(target, record, window, strange, body)
+        margin = _learn_all(target, record, window, strange, familiar, body)
     else:
         target.skip(record)
-        person.part = mask
+        person.part = _free(mask, prior, window, familiar)
         margin = _about_part(target, window, mask, prior)
     person.shift(dx, dy)
     if not (whole or alone):
@@ -85,12 +89,14 @@ def _learn_all(
     record: Record,
     window: Window,
     strange: NDArray[np.uint8],
+    familiar: NDArray[np.bool_],
     body: BodyFrame | None,
 ) -> tuple[Window, NDArray[np.uint8]]:
     """
     Learn from a mask of all of the person, just taken.
 
     :param strange: (h, w) uint8 of the window, non-zero on what is not the known background.
+    :param familiar: (h, w) bool, on what surely is.
     :param body: the matched body in working pixels.
     :returns: the mask with a margin.
     """
@@ -98,7 +104,6 @@ def _learn_all(
     mask, rate = person.mask, config.colour_rate
     if config.use_feature_selection:
         target.features.learn(view_of(record, window), mask[window], rate)
-    familiar = record.background.is_sure(window) & (strange == 0)
     lab = record.image.lab_part(window)
     person.learn_colours(lab, window, mask, person.template, rate, strange, familiar)
     bounds = bounding_box(mask)
@@ -108,6 +113,22 @@ def _learn_all(
         person.learn_angle(mask, bounds)
     target.memory.learn_look(person, record, bounds)
     return margin
+
+
+def _free(
+    mask: NDArray[np.uint8],
+    template: NDArray[np.uint8],
+    window: Window,
+    familiar: NDArray[np.bool_],
+) -> NDArray[np.uint8]:
+    """Return a mask without what is near to what hides the person, whose edge may be followed."""
+    hiding = (template[window] > 127) & (mask[window] == 0) & familiar
+    hiding = cv2.morphologyEx(hiding.view(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    if not hiding.any():
+        return mask
+    free = mask.copy()
+    free[window][cv2.dilate(hiding, np.ones((_EDGE, _EDGE), np.uint8)) > 0] = 0
+    return free
 
 
 def _about_part(

@@ -181,7 +181,9 @@ class Target:
             shift = self.memory.coast(person, world, seconds, self.world.shape)
         else:
             measured = self._measured(world, seconds, body)
-            shift = person.move(world, measured, seconds, steady=self.accompanied and not self.is_distractor)
+            shift = person.move(
+                world, measured, seconds, steady=self.accompanied and not self.is_distractor
+            )
         self.world.now.bodies[self.track_id] = shift
 
     def _measured(self, world: Shift, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
