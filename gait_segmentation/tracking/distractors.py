@@ -38,23 +38,17 @@ an arm or a bag that was missed is nearer.
 _CLEAR = 0.2
 """Distance from the template in body heights from which colours are surely somebody else's."""
 
-_JOINED = 0.1
-"""Distance from a distractor up to which what else is strange belongs to it, in body heights."""
-
 _MOVING = 0.2
 """Least share that must move: what only differs is grass, or stands nearer than the background."""
 
 _BRIDGED = 0.02
 """Gaps up to this, in body heights, do not part what is somebody else."""
 
-_WELL_SEEN = 0.75
+_WHOLE = 0.75
 """
-Share of the usual area, and of the body in the image, from which what is apart cannot be another
-part of the person.
+Share of the usual area from which a mask shows all of a distractor, or so much of a person, who
+is as much in the image, that what is apart cannot be another part.
 """
-
-_WHOLE = 0.7
-"""Share of the usual area from which the mask of a distractor shows all of it."""
 
 _SEEN, _PATIENCE_S = 0.1, 1.0
 """
@@ -120,7 +114,7 @@ class Surroundings:
         found = record.won.get(distractor.track_id)
         if found is not None:
             window, won = found
-            near = cv2.dilate(person.mask[window], _square(_JOINED * person.height))
+            near = cv2.dilate(person.mask[window], _square(_APART * person.height))
             away = self.away[window]
             beside = (near > 0) & (self._strange[window] > 0) & (away >= _CLEAR * person.height)
             seen = won | np.uint8(255) * beside
@@ -166,7 +160,7 @@ class Surroundings:
         """
         person, window = target.person, learnt.window
         height = person.height
-        if min(learnt.share, person.share_inside(target.world.shape)) < _WELL_SEEN:
+        if min(learnt.share, person.share_inside(target.world.shape)) < _WHOLE:
             return []
         strange = self._strange[window] * np.uint8(255)
         moving = self._moving[window]
@@ -174,7 +168,7 @@ class Surroundings:
             return []
         strange[self.away[window] < _APART * height] = 0
         for other in known:
-            near = cv2.dilate(other.person.mask, _square(_JOINED * height))
+            near = cv2.dilate(other.person.mask, _square(_APART * height))
             strange[near[window] > 0] = 0
         strange = cv2.morphologyEx(strange, cv2.MORPH_CLOSE, _square(_BRIDGED * height))
         strange = cv2.morphologyEx(strange, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))

@@ -136,7 +136,7 @@ def learn(
         if target.is_distractor or target.track_id not in record.bodies:
             continue
         alone = not any(
-            target.meets(other)
+            target.is_near(other)
             for other in targets
             if other is not target and not other.is_distractor
         )
@@ -171,7 +171,7 @@ def _cover(target: Target, masks: Sequence[Place], window: Window) -> NDArray[np
     """
     cover = None
     for other, about, mask in masks:
-        if other is target or other.state == LOST or not other.meets(target):
+        if other is target or other.state == LOST:
             continue
         if other.feet <= target.feet and not (other.is_distractor or target.is_distractor):
             continue

@@ -16,13 +16,13 @@ from gait_segmentation.geometry import carry
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import STEP, FeatureSelector, View
-from gait_segmentation.tracking.likelihood.cues import add_motion, add_propagation
+from gait_segmentation.tracking.likelihood.cues import add_motion
 from gait_segmentation.tracking.likelihood.log_ratio import colour_log_ratio, log_ratio
 from gait_segmentation.tracking.likelihood.spreading import spread_evidence
 from gait_segmentation.tracking.nearness import Nearness, nearness
 from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.records import Record, Shift
-from gait_segmentation.tracking.world import MOTION_GAPS, World
+from gait_segmentation.tracking.world import World
 
 __all__ = ['carried_template', 'judge', 'view_of']
 
@@ -61,7 +61,6 @@ def judge(
     config: TrackingConfig,
     *,
     seen: bool,
-    propagate: bool,
 ) -> tuple[Window, NDArray[np.float32], Nearness | None] | None:
     """
     Judge the pixels of the newest frame in a window about a person.
@@ -69,7 +68,6 @@ def judge(
     :param expected: (h, w) uint8 0/255 of that window, where the person is expected.
     :param seen: whether the person was seen until now: else nothing is known of the motion,
         and the features are not chosen anew.
-    :param propagate: whether being expected somewhere is evidence.
     :returns: the window, its log-likelihood ratios, (h, w) float32, and how near its pixels are
         to where the person is expected; None if all of the window is outside of the image.
     """
@@ -112,8 +110,6 @@ def judge(
     if seen:
         _add_spread(logit, person, world, lab, window, config)
     near = nearness(expected, person.height)
-    if propagate:
-        add_propagation(logit, near, person.height, config.propagation_weight)
     return window, logit, near
 
 
@@ -159,26 +155,18 @@ def _add_motion(
 
 
 def _motions(person: Person, world: World) -> tuple[Record, WorldMotion, Shift] | None:
-    """
-    Return an earlier frame, and how world and body moved since then.
-
-    It is farther back for who comes towards the camera, and hardly moves against the world from
-    one frame to the next; None if the body stays even so.
-    """
-    for gap in MOTION_GAPS:
-        motions = world.motions_of(person.track_id, gap)
-        if motions is None:
-            return None
-        _, motion, shift = motions
-        off = math.hypot(*_way(person, motion, shift))
-        if motion.ground is not None:
-            # The ground may pass under somebody who stays before the houses far behind.
-            then_x, soles = person.center_x - shift[0], person.center_y + person.height / 2
-            x, y = carry(motion.ground.motion, then_x, soles - shift[1])
-            off = max(off, math.hypot(person.center_x - x, soles - y))
-        if off >= _LEAST_MOTION * person.height:
-            return motions
-    return None
+    """Return an earlier frame, and how world and body moved since; None if the body stays."""
+    motions = world.motions_of(person.track_id)
+    if motions is None:
+        return None
+    _, motion, shift = motions
+    off = math.hypot(*_way(person, motion, shift))
+    if motion.ground is not None:
+        # The ground may pass under somebody who stays before the houses far behind.
+        then_x, soles = person.center_x - shift[0], person.center_y + person.height / 2
+        x, y = carry(motion.ground.motion, then_x, soles - shift[1])
+        off = max(off, math.hypot(person.center_x - x, soles - y))
+    return motions if off >= _LEAST_MOTION * person.height else None
 
 
 def _way(person: Person, motion: WorldMotion, shift: Shift) -> tuple[float, float]:
@@ -237,13 +225,13 @@ def _add_spread(
     template = carried_template(person, world, window)
     if template is None:
         return
+    strange = record.strange(window, config.shadow_floor, lab)
+    familiar = record.background.is_sure(window) & (strange == 0)
     logit += np.float32(config.spread_weight * share) * spread_evidence(
         lab,
-        record.background.sums,
-        window,
-        record.background.sigma,
+        record.background.count[window],
+        strange.astype(np.float32) - familiar,
         moving[1],
         template,
         person.height,
-        config.shadow_floor,
     )

@@ -38,9 +38,6 @@ from gait_segmentation.tracking.world import World
 
 __all__ = ['Target']
 
-_REACH = 0.7
-"""How far about the middle of the body the window may reach, in body heights."""
-
 _COMPANY = 0.1
 """Gap between two people, in body heights, up to which one may be in the way of the other."""
 
@@ -103,8 +100,6 @@ class Target:
             self.features.learn(view_of(record, window), start.mask[window], 1.0)
         self.person.learn_first_colours(record.image.lab, start.votes)
         record.bodies[track_id] = (0.0, 0.0)
-        # Nothing has been judged yet: the place then counts even without propagation.
-        self._first = True
         self._box: Box | None = None
         self.visibility = Visibility()
         self.area = WholeArea(self.person)
@@ -133,14 +128,6 @@ class Target:
     def feet(self) -> float:
         """Return the row of the soles in working pixels: the lower, the nearer."""
         return self.person.center_y + self.person.height / 2
-
-    def meets(self, other: Target) -> bool:
-        """Return whether another person may be in the way of this one, or the other way round."""
-        one, two = self.person, other.person
-        reach = _REACH * (one.height + two.height)
-        return (
-            abs(one.center_x - two.center_x) < reach and abs(one.center_y - two.center_y) < reach
-        )
 
     def is_near(self, other: Target) -> bool:
         """Return whether the box about another person comes near to that about this one."""
@@ -210,11 +197,9 @@ class Target:
             expected,
             self.config,
             seen=seen,
-            propagate=self.config.use_propagation or self._first,
         )
         if judged is None:
             return None
-        self._first = False
         window, logit, near = judged
         known = not self.is_distractor
         return Claim(window, logit, expected, near, self.feet, person.height, not seen, known)

@@ -27,13 +27,13 @@ from gait_segmentation.tracking.picture.working import WorkingImage, working_sca
 from gait_segmentation.tracking.records import Record, Shift, body_over
 from gait_segmentation.tracking.windows import windows_about
 
-__all__ = ['MOTION_GAPS', 'World']
+__all__ = ['World']
 
 _MOST_PENDING = 15
 """Frames kept that no feedback has come for."""
 
-MOTION_GAPS = (4, 8, 12)
-"""Frames between the two that the cue from motion compares, in the order of preference."""
+_MOTION_GAP = 4
+"""Frames between the two that the cue from motion compares."""
 
 _SMALLEST, _LARGEST = 0.7, 2.0
 """Heights, over the working height, of the people who share a world."""
@@ -71,7 +71,7 @@ class World:
         self._contrast = Contrast()
         self._background = CarriedBackground(self.shape)
         self.pending: deque[Record] = deque()
-        self.history: deque[Record] = deque(maxlen=MOTION_GAPS[-1] + 1)
+        self.history: deque[Record] = deque(maxlen=_MOTION_GAP + 1)
 
     @classmethod
     def for_person(cls, source: tuple[int, int], height: float, config: TrackingConfig) -> World:
@@ -219,17 +219,14 @@ class World:
         """
         self._background.recall(past, self.now.background, self._steps)
 
-    def motions_of(
-        self, track_id: int, gap: int = MOTION_GAPS[0]
-    ) -> tuple[Record, WorldMotion, Shift] | None:
+    def motions_of(self, track_id: int) -> tuple[Record, WorldMotion, Shift] | None:
         """
         Return how world and body moved over the last frames in which a track was there.
 
-        :param gap: how many frames back at most.
         :returns: the first of these frames, and from it to the newest the motion of the world
             and the shift of the body; None if there is but one frame, or the first is blank.
         """
-        frames = [each for each in self.history if track_id in each.bodies][-gap - 1 :]
+        frames = [each for each in self.history if track_id in each.bodies]
         if len(frames) < 2 or frames[0].blank:
             return None
         since = frames[1:]

@@ -8,17 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import scaling
 from gait_segmentation.images import Bounds, Window, bounding_box, count_likely
 from gait_segmentation.results import Feedback
-from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.person.person import Person
-from gait_segmentation.warping import warp_window
 
 __all__ = ['WholeArea', 'grown', 'working_masks']
-
-_ABOUT_MASK = 3
-"""Pixels about a mask that are empty, so that it does not go on beyond them."""
 
 _MARGIN = 0.02
 """Margin about the mask that is not learnt as background, in body heights."""
@@ -42,44 +36,14 @@ def working_masks(
     """Return mask (0/255) and template at working size, (h, w) uint8, for the tracker alone."""
     mask, prior = feedback.mask, feedback.shape_prior
     # They are kept, and who else has them may draw on them.
-    mask = mask.copy() if mask.shape == shape else _shrunk(mask, shape)
+    if mask.shape == shape:
+        mask = mask.copy()
+    else:
+        mask = cv2.resize(mask, shape[::-1], interpolation=cv2.INTER_LINEAR)
+        mask = cv2.threshold(mask, 127, 255, cv2.THRESH_BINARY)[1]
     if prior.shape == shape:
         return mask, prior.copy()
     return mask, np.asarray(cv2.resize(prior, shape[::-1], interpolation=cv2.INTER_LINEAR))
-
-
-def _shrunk(mask: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
-    """Return a mask (0/255) at a smaller size; only the part about it is looked at."""
-    small = np.zeros(shape, np.uint8)
-    x, y, width, height = bounding_box(mask)
-    if width == 0:
-        return small
-    step = 1
-    while mask.shape[0] // step >= 2 * shape[0] and mask.shape[1] // step >= 2 * shape[1]:
-        step *= 2
-    # Halved as often as that leaves it large enough: rows and columns then, with some to spare.
-    rows = _thinned(y, height, step, mask.shape[0])
-    columns = _thinned(x, width, step, mask.shape[1])
-    part = mask[step * rows.start : step * rows.stop, step * columns.start : step * columns.stop]
-    part = shrink(part, (rows.stop - rows.start, columns.stop - columns.start))
-    x, y, width, height = bounding_box(part)
-    x, y = x + columns.start, y + rows.start
-    fall, across = shape[0] / (mask.shape[0] // step), shape[1] / (mask.shape[1] // step)
-    window = (
-        slice(max(int(fall * y) - 1, 0), min(int(fall * (y + height)) + 2, shape[0])),
-        slice(max(int(across * x) - 1, 0), min(int(across * (x + width)) + 2, shape[1])),
-    )
-    motion = scaling(across, fall)
-    motion[:, 2] = across * columns.start, fall * rows.start
-    part = warp_window(np.ascontiguousarray(part), motion, window)
-    small[window] = cv2.threshold(part, 127, 255, cv2.THRESH_BINARY)[1]
-    return small
-
-
-def _thinned(start: int, length: int, step: int, size: int) -> slice:
-    """Return a part of a line with a margin, of which but every ``step``-th pixel is left."""
-    low, high = start // step, -(-(start + length) // step)
-    return slice(max(low - _ABOUT_MASK, 0), min(high + _ABOUT_MASK, size // step))
 
 
 def grown(

@@ -45,12 +45,6 @@ Widest silhouette in body heights, and the most by which somebody grows with a m
 by the lower border, of whom only the least height can be seen.
 """
 
-_OUTGROWN, _OUTGROWN_TEMPLATE, _OUTGROWN_RATE = 1.1, 1.04, 0.5
-"""
-Heights of mask and template over that of the body from which some of the person had been hidden,
-as by a desk, until now; and the share by which the body then grows towards them with a mask.
-"""
-
 _TILT_RATE = 0.1
 _TILT_ON, _TILT_OFF, _MOST_TILT = 0.16, 0.10, 0.5
 """Tilt from which and down to which it is used, and the largest, in radians."""
@@ -287,9 +281,7 @@ class Person:
         else:
             goal = 0.5 * template_height + 0.5 * tall
         goal = min(max(goal, 0.85 * self.height), 1.15 * self.height)
-        outgrown = min(tall / _OUTGROWN, template_height / _OUTGROWN_TEMPLATE) > self.height
-        rate = _OUTGROWN_RATE if outgrown else _HEIGHT_RATE
-        self.height += rate * (goal - self.height)
+        self.height += _HEIGHT_RATE * (goal - self.height)
         if extent.at_bottom:
             # More of the body is below the border: it is at least as tall as that.
             least = max(tall, (extent.right - extent.left) / _WIDEST)

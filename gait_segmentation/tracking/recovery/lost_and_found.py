@@ -48,13 +48,6 @@ score, since what is hidden adds nothing.
 _SEARCH_HEIGHT = 32
 """Height of the body in the image that is searched, in pixels."""
 
-_SEARCH_EVERY = 3
-_SEARCH_OFTEN_S = 0.5
-"""Frames of which one is searched all over, and time for which it is every one."""
-
-_SEARCH_SCORE = 0.3
-"""What a search scores from which what is seen need not stand out before the known background."""
-
 _COAST_S, _STOP_S = 1.0, 0.5
 """Time for which a hidden person is taken to walk on, and in which they are then to stop."""
 
@@ -88,12 +81,10 @@ class Memory:
         self._recent = _signature(person, person.mask, record)
         self.appearance.learn(self._recent)
         self._learnt = 0
-        self._looked_for = 0
 
     def begin_search(self) -> None:
         """Begin to count how long the person has been lost."""
         self.lost_s = 0.0
-        self._looked_for = 0
 
     def learn_look(self, person: Person, record: Record, bounds: Bounds | None = None) -> None:
         """Take in the person's mask, which must be of that frame, and its bounds if known."""
@@ -178,16 +169,12 @@ class Memory:
         self, person: Person, world: World, taken: NDArray[np.uint8], config: TrackingConfig
     ) -> tuple[float, float, bool] | None:
         """
-        Look for the silhouette all over the newest frame, at low resolution, now and then.
+        Look for the silhouette all over the newest frame, at low resolution.
 
         :param taken: (h, w) uint8, non-zero where others are.
         :returns: how far from the expected place the person seems to be, in working pixels, and
             whether only a part is seen there, if at all.
         """
-        due = self._looked_for % _SEARCH_EVERY == 0 or self.lost_s < _SEARCH_OFTEN_S
-        self._looked_for += 1
-        if not due:
-            return None
         record = world.now
         step = max(1, round(person.height / _SEARCH_HEIGHT))
         height = person.height / step
@@ -229,7 +216,7 @@ class Memory:
         if found is None or found[2] < _FOUND_PART:
             return None
         x, y, score = found
-        return step * (x - place[0]), step * (y - place[1]), score < _SEARCH_SCORE
+        return step * (x - place[0]), step * (y - place[1]), score < _FOUND_SHARE
 
 
 def _stands_out(sight: Sight, least: float) -> bool:

@@ -43,9 +43,6 @@ _LOST_FRAMES = 2
 _WELL = 0.75
 """Share that can be seen from which a body is followed."""
 
-_USUAL_SHARE, _USUAL_RATE = 0.8, 0.05
-"""Share of what is usually seen that will do, too, and how fast that is learnt."""
-
 _BOX_MARGIN = 0.04
 """How far from the last mask, carried along, pixels still make the box, in body heights."""
 
@@ -123,13 +120,12 @@ class Visibility:
     def __init__(self) -> None:
         """Begin with a person who is seen as a whole."""
         self.seen = 1.0
-        self._usually = 1.0
         self._unseen_frames = 0
 
     @property
     def well(self) -> bool:
-        """Return whether all of the person was seen, or as much as usual."""
-        return self.seen >= min(_WELL, _USUAL_SHARE * self._usually)
+        """Return whether all of the person was seen."""
+        return self.seen >= _WELL
 
     def update(self, seen: float, inside: float, clear: float = 0.0) -> bool:
         """
@@ -141,7 +137,6 @@ class Visibility:
         :returns: whether there was enough to go on with.
         """
         self.seen = seen
-        self._usually += _USUAL_RATE * (seen - self._usually)
         unseen = seen < LOST_BELOW and clear < CLEAR_ENOUGH
         if unseen or inside < LOST_BELOW / 2:
             self._unseen_frames += 1

@@ -116,18 +116,6 @@ def test_somebody_who_comes_in_from_below_is_at_least_as_tall_as_what_is_seen() 
     assert state.height >= 190
 
 
-def test_somebody_whose_legs_come_forth_grows_fast_unless_the_template_does_not() -> None:
-    state, other = person(y=100, height=60), person(y=100, height=60)
-    for height in (60, 75, 90, *[105] * 6):
-        mask = np.zeros(SHAPE, np.uint8)
-        mask[70 : 70 + height, 90:110] = 255
-        state.learn_place(mask, BodyFrame(100, 70 + height / 2, height))
-        other.learn_place(mask, BodyFrame(100, 100, 60))
-    assert state.height >= 90
-    assert state.center_y - state.height / 2 == pytest.approx(70, abs=6)
-    assert other.height < 70
-
-
 def test_the_first_step_sets_the_pace() -> None:
     state = person()
     state.move((1.0, 0.0), (5.0, 1.0), 0.04)
