@@ -157,6 +157,12 @@ class TrackingConfig(StageConfig):
         'those that separate person and surroundings better than joint colour and '
         'background.',
     )
+    use_propagation: bool = parameter(
+        True, 'Carry the last mask forward with the motion of the body as a weak prior.'
+    )
+    propagation_weight: float = parameter(
+        0.25, 'Weight of the propagated mask.', minimum=0.0, maximum=2.0
+    )
     use_tilt: bool = parameter(
         True, 'Follow the tilt of the body, as wide-angle cameras show it near their borders.'
     )

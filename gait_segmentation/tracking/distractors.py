@@ -44,7 +44,10 @@ _MOVING = 0.2
 _BRIDGED = 0.02
 """Gaps up to this, in body heights, do not part what is somebody else."""
 
-_WHOLE = 0.75
+_JOINED = 0.1
+"""Distance from a distractor up to which what else is strange belongs to it, in body heights."""
+
+_WHOLE = 0.7
 """
 Share of the usual area from which a mask shows all of a distractor, or so much of a person, who
 is as much in the image, that what is apart cannot be another part.
@@ -114,7 +117,7 @@ class Surroundings:
         found = record.won.get(distractor.track_id)
         if found is not None:
             window, won = found
-            near = cv2.dilate(person.mask[window], _square(_APART * person.height))
+            near = cv2.dilate(person.mask[window], _square(_JOINED * person.height))
             away = self.away[window]
             beside = (near > 0) & (self._strange[window] > 0) & (away >= _CLEAR * person.height)
             seen = won | np.uint8(255) * beside
@@ -168,7 +171,7 @@ class Surroundings:
             return []
         strange[self.away[window] < _APART * height] = 0
         for other in known:
-            near = cv2.dilate(other.person.mask, _square(_APART * height))
+            near = cv2.dilate(other.person.mask, _square(_JOINED * height))
             strange[near[window] > 0] = 0
         strange = cv2.morphologyEx(strange, cv2.MORPH_CLOSE, _square(_BRIDGED * height))
         strange = cv2.morphologyEx(strange, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))

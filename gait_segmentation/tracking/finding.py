@@ -72,7 +72,9 @@ def _shows(
     target.confidence = sight.confidence
     likely = np.zeros(world.shape, np.uint8)
     likely[window] = np.where(values > 127, sight.uncovered, 0)
-    part = target.clear_sight(sight, values, window) if sight.share > ALONE else None
+    part = None
+    if sight.share > ALONE:
+        part = sight.before(world.now.strange(window, target.config.shadow_floor), values)
     if not target.memory.is_found(person, sight, part, likely, world.now, partly=partly):
         return False
     target.regain(values, sight, claim)

@@ -16,7 +16,7 @@ from gait_segmentation.geometry import carry
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import STEP, FeatureSelector, View
-from gait_segmentation.tracking.likelihood.cues import add_motion
+from gait_segmentation.tracking.likelihood.cues import add_motion, add_propagation
 from gait_segmentation.tracking.likelihood.log_ratio import colour_log_ratio, log_ratio
 from gait_segmentation.tracking.likelihood.spreading import spread_evidence
 from gait_segmentation.tracking.nearness import Nearness, nearness
@@ -61,6 +61,7 @@ def judge(
     config: TrackingConfig,
     *,
     seen: bool,
+    propagate: bool,
 ) -> tuple[Window, NDArray[np.float32], Nearness | None] | None:
     """
     Judge the pixels of the newest frame in a window about a person.
@@ -68,6 +69,7 @@ def judge(
     :param expected: (h, w) uint8 0/255 of that window, where the person is expected.
     :param seen: whether the person was seen until now: else nothing is known of the motion,
         and the features are not chosen anew.
+    :param propagate: whether being expected somewhere is evidence.
     :returns: the window, its log-likelihood ratios, (h, w) float32, and how near its pixels are
         to where the person is expected; None if all of the window is outside of the image.
     """
@@ -110,6 +112,8 @@ def judge(
     if seen:
         _add_spread(logit, person, world, lab, window, config)
     near = nearness(expected, person.height)
+    if propagate:
+        add_propagation(logit, near, person.height, config.propagation_weight)
     return window, logit, near
 
 

@@ -27,8 +27,6 @@ from gait_segmentation.tracking.records import Record, Shift
 from gait_segmentation.tracking.recovery.lost_and_found import Memory
 from gait_segmentation.tracking.recovery.visibility import (
     ALONE,
-    CLEAR_ENOUGH,
-    LOST_BELOW,
     Sight,
     Visibility,
     likely_rows,
@@ -100,6 +98,8 @@ class Target:
             self.features.learn(view_of(record, window), start.mask[window], 1.0)
         self.person.learn_first_colours(record.image.lab, start.votes)
         record.bodies[track_id] = (0.0, 0.0)
+        # Nothing has been judged yet: being expected at a place then counts.
+        self._first = True
         self._box: Box | None = None
         self.visibility = Visibility()
         self.area = WholeArea(self.person)
@@ -197,9 +197,11 @@ class Target:
             expected,
             self.config,
             seen=seen,
+            propagate=self._first or self.config.use_propagation,
         )
         if judged is None:
             return None
+        self._first = False
         window, logit, near = judged
         known = not self.is_distractor
         return Claim(window, logit, expected, near, self.feet, person.height, not seen, known)
@@ -218,10 +220,7 @@ class Target:
         values = likelihood[window]
         sight = Sight.of(values, claim.mask, cover)
         self.confidence, self.uncovered = sight.confidence, sight.share > ALONE
-        clear = 0.0
-        if sight.seen < LOST_BELOW and self.uncovered:
-            clear = self._clear(sight, values, claim, cover)
-        if not self.visibility.update(sight.seen, person.share_inside(self.world.shape), clear):
+        if not self.visibility.update(sight.seen, person.share_inside(self.world.shape)):
             if self.visibility.is_lost and not self.is_distractor:
                 self.lose()
             return
@@ -233,34 +232,6 @@ class Target:
         rows = likely_rows(values, claim.near, center, person.height, person.angle)
         if rows is not None:
             self.world.now.rows[self.track_id] = rows
-
-    def _clear(
-        self,
-        sight: Sight,
-        values: NDArray[np.uint8],
-        claim: Claim,
-        cover: NDArray[np.uint8] | None,
-    ) -> float:
-        """
-        Return the share of the person that cannot be anything else.
-
-        In the last mask, or else in that and the template: a mask ends at the pole that the body
-        goes on behind, to come forth on its other side.
-        """
-        clear = self.clear_sight(sight, values, claim.window).seen
-        template = self.carried_template(claim.window)
-        if clear >= CLEAR_ENOUGH or template is None:
-            return clear
-        whole = cv2.bitwise_or(claim.mask, cv2.inRange(template, 128, 255))
-        return self.clear_sight(Sight.of(values, whole, cover), values, claim.window).seen
-
-    def clear_sight(self, sight: Sight, values: NDArray[np.uint8], window: Window) -> Sight:
-        """
-        Return the sight of what does not look like the known background.
-
-        :param values: (h, w) uint8 likelihood of the window.
-        """
-        return sight.before(self.world.now.strange(window, self.config.shadow_floor), values)
 
     def _shift_to_mean(
         self, values: NDArray[np.uint8], reference: NDArray[np.uint8], window: Window

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Weaker evidence beside colour: what moves with the body."""
+"""Weaker evidence beside colour: what moves with the body, and where the last mask was."""
 
 from __future__ import annotations
 
@@ -10,13 +10,16 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
+from gait_segmentation.tracking.nearness import Nearness, by_distance
 from gait_segmentation.warping import warp_window
 
-__all__ = ['add_motion']
+__all__ = ['add_motion', 'add_propagation']
 
 _RESIDUAL_CUT = 30
 _RESIDUAL_SIGMA = 12.0
 _RESIDUAL_LIMIT = 2.0
+_PROPAGATION_SLOPE = 0.02
+_PROPAGATION_LIMIT = 3.0
 
 
 def add_motion(
@@ -54,3 +57,18 @@ def add_motion(
     evidence = np.clip((stay - move) / (2 * _RESIDUAL_SIGMA**2), -_RESIDUAL_LIMIT, _RESIDUAL_LIMIT)
     logit += np.float32(weight) * evidence
     return evidence
+
+
+def add_propagation(
+    logit: NDArray[np.float32], near: Nearness | None, height: float, weight: float
+) -> None:
+    """
+    Add the weak prior from the last mask; limited to +-3 times the weight.
+
+    :param logit: (h, w) float32 of a window, changed.
+    :param near: how near its pixels are to the last mask carried to this frame, None if nothing
+        of that is in the window.
+    :param height: height of the body in pixels.
+    """
+    limit = weight * _PROPAGATION_LIMIT
+    logit += by_distance(near, logit.shape, weight / (_PROPAGATION_SLOPE * height), -limit, limit)

@@ -17,7 +17,6 @@ from gait_segmentation.tracking.person.extent import Extent, extent_of
 
 __all__ = [
     'ALONE',
-    'CLEAR_ENOUGH',
     'LOST_BELOW',
     'Sight',
     'Visibility',
@@ -30,12 +29,6 @@ ALONE = 0.9
 
 LOST_BELOW = 0.25
 """Share of a person that can be seen below which the person is lost."""
-
-CLEAR_ENOUGH = 0.08
-"""
-Share that must clearly be seen, as likely pixels that do not look like the known background, so
-that somebody of whom less is seen is not lost: the rest is behind something that stands there.
-"""
 
 _LOST_FRAMES = 2
 """Frames in a row that it takes."""
@@ -127,18 +120,16 @@ class Visibility:
         """Return whether all of the person was seen."""
         return self.seen >= _WELL
 
-    def update(self, seen: float, inside: float, clear: float = 0.0) -> bool:
+    def update(self, seen: float, inside: float) -> bool:
         """
         Take in what was seen in a frame.
 
         :param seen: share of the person.
         :param inside: share of the body's box that lies in the image.
-        :param clear: share of the person that cannot be anything else.
         :returns: whether there was enough to go on with.
         """
         self.seen = seen
-        unseen = seen < LOST_BELOW and clear < CLEAR_ENOUGH
-        if unseen or inside < LOST_BELOW / 2:
+        if seen < LOST_BELOW or inside < LOST_BELOW / 2:
             self._unseen_frames += 1
             return False
         self._unseen_frames = 0
