@@ -12,7 +12,6 @@ tails of its neighbours.  (After the object and background densities of Collins 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -25,7 +24,6 @@ __all__ = [
     'BINS',
     'BIN_VOLUME',
     'ColourModel',
-    'ColourRecord',
     'body_rows',
     'colour_bins',
 ]
@@ -171,15 +169,6 @@ def _learn(
                 table[index, band] = own[band] * near + every * whole + np.float32(floor)
 
 
-@dataclass(frozen=True)
-class ColourRecord:
-    """What a model knew at some time: the bins in use, their histograms and their table."""
-
-    bins: NDArray[np.int64]
-    histogram: NDArray[np.float32]
-    table: NDArray[np.float32]
-
-
 class ColourModel:
     """
     Histograms of one class: probability of a joint bin in a band.
@@ -221,18 +210,6 @@ class ColourModel:
             self._used,
             self.table,
         )
-
-    def record(self) -> ColourRecord:
-        """Return what is known now, to come back to by :meth:`restore`."""
-        bins = np.flatnonzero(self._used)
-        return ColourRecord(bins, self._histogram[bins], self.table[bins])
-
-    def restore(self, record: ColourRecord) -> None:
-        """Forget all that was learnt since a record was made."""
-        gone = np.flatnonzero(self._used)
-        self._histogram[gone], self.table[gone], self._used[gone] = 0, self.floor, False
-        self._histogram[record.bins], self.table[record.bins] = record.histogram, record.table
-        self._used[record.bins] = True
 
     def whole(self) -> NDArray[np.float32]:
         """Return the histogram of the whole body, (BINS^3,) float32 with sum one."""

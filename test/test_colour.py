@@ -73,20 +73,3 @@ def test_rows_count_down_the_axis_of_the_body_wherever_the_window_begins(angle: 
     y, x = np.mgrid[12:17, 30:37] + 0.5
     expected = 0.5 + (np.cos(angle) * (y - 16) - np.sin(angle) * (x - 33)) / 20
     np.testing.assert_allclose(found, expected, atol=1e-6)
-
-
-def test_a_model_comes_back_to_what_was_recorded() -> None:
-    colours, same = model(), model()
-    rows = np.full((1, 10), 0.5, np.float32)
-    ones = np.ones((1, 10), np.float32)
-    for each in (colours, same):
-        each.learn(np.full((1, 10), 3, np.uint16), rows, ones, 0.25)
-    record = colours.record()
-    for bins in range(4, 60):
-        colours.learn(np.full((1, 10), bins, np.uint16), rows, ones, 0.25)
-    colours.restore(record)
-    assert np.array_equal(colours.table, same.table)
-    for each in (colours, same):
-        each.learn(np.full((1, 10), 7, np.uint16), rows, ones, 0.25)
-    assert np.array_equal(colours.table, same.table)
-    assert np.array_equal(colours.whole(), same.whole())

@@ -165,12 +165,12 @@ def slot_for_found(
         for slot, target in enumerate(slots)
         if target is not None and target.state == LOST
     }
-    alike = {slot: target.likeness(world, start) for slot, target in lost.items()}
+    alike = {slot: target.memory.likeness(start, world.now) for slot, target in lost.items()}
     best = max(alike, key=lambda slot: alike[slot], default=None)
     if best is not None and alike[best] >= SAME_COLOURS:
         return best, lost[best].track_id
     if None in slots:
         return list(slots).index(None), None
     if lost:
-        return max(lost, key=lambda slot: lost[slot].lost_s), None
+        return max(lost, key=lambda slot: lost[slot].memory.lost_s), None
     return None

@@ -24,9 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, overlap, size_of
-from gait_segmentation.kernels import kernel
-from gait_segmentation.tracking.likelihood.kernels import against_rivals, strengths
+from gait_segmentation.images import Window, overlap, within
 from gait_segmentation.tracking.nearness import REACH, Nearness, by_distance, nearness
 
 __all__ = ['Claim', 'compete', 'leave_to']
@@ -37,9 +35,6 @@ _FARTHEST = -6.0
 _REFUSED = np.float32(-0.5)
 """Log ratio of a pixel for those who do not get it though they find it likely."""
 
-_NOTHING = 1e-3
-"""Ratio up to which somebody counts for nothing beside the surroundings."""
-
 _BESIDE = np.float32(-3)
 """What falls off with the distance from the body where pixels are left to who is not known."""
 
@@ -48,9 +43,6 @@ _LEFT = np.float32(-3)
 
 _NEARER = 1.5
 """Advantage, as a log ratio, of somebody who stands nearer."""
-
-Corner = tuple[int, int]
-"""Row and column of a window."""
 
 
 @dataclass(frozen=True)
@@ -86,39 +78,24 @@ def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
         for one, two in itertools.combinations(range(len(claims)), 2)
         if (shared := overlap(claims[one].window, claims[two].window)) is not None
     ]
-    met = {k for pair in pairs for k in pair[:2]}
-    near = {index: _falloff(claims[index]) for index in met}
-    strong = {index: _strength(claims[index].logit, near[index]) for index in met}
-    rivals = {index: np.zeros_like(claims[index].logit) for index in met}
+    near = {k: _falloff(claims[k]) for k in {k for pair in pairs for k in pair[:2]}}
+    strong = {k: np.exp(claims[k].logit + near[k]) for k in near}
+    rivals = {k: np.zeros_like(strong[k]) for k in near}
     for one, two, shared in pairs:
-        for index, rival in ((one, two), (two, one)):
-            claim = claims[index]
-            depth = _NEARER if claim.feet > claims[rival].feet and not claim.hidden else -_NEARER
-            if not (claim.known and claims[rival].known):
+        for k, rival in ((one, two), (two, one)):
+            claim, other = claims[k], claims[rival]
+            depth = _NEARER if claim.feet > other.feet and not claim.hidden else -_NEARER
+            if not (claim.known and other.known):
                 depth = 0.0
-            _add(
-                strong[index],
-                _corner(shared, claim.window),
-                math.exp(depth),
-                _NOTHING,
-                rivals[rival],
-                _corner(shared, claims[rival].window),
-                size_of(shared),
-            )
+            part = strong[k][within(shared, claim.window)]
+            rivals[rival][within(shared, other.window)] += np.float32(math.exp(depth)) * part
     logits = [
-        _against(claim.logit, rivals[index]) if index in met else claim.logit
-        for index, claim in enumerate(claims)
+        claim.logit - np.log1p(rivals[k]) if k in near else claim.logit
+        for k, claim in enumerate(claims)
     ]
     for one, two, shared in pairs:
-        _settle(
-            logits[one],
-            near[one],
-            _corner(shared, claims[one].window),
-            logits[two],
-            near[two],
-            _corner(shared, claims[two].window),
-            size_of(shared),
-        )
+        here, there = (within(shared, claims[k].window) for k in (one, two))
+        _settle(logits[one][here], near[one][here], logits[two][there], near[two][there])
     return logits
 
 
@@ -146,65 +123,16 @@ def leave_to(
     return np.where(theirs, np.minimum(logit, _LEFT), logit)
 
 
-def _strength(logit: NDArray[np.float32], near: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return what somebody has against the surroundings, zero where it is nothing at any depth."""
-    out = np.empty_like(logit)
-    strengths(logit, near, math.log(_NOTHING) - _NEARER, out)
-    return out
-
-
-def _against(logit: NDArray[np.float32], rivals: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the log ratio against the surroundings and others."""
-    out = np.empty_like(logit)
-    against_rivals(logit, rivals, out)
-    return out
-
-
-@kernel('f4[:,::1], UniTuple(i8, 2), f8, f8, f4[:,::1], UniTuple(i8, 2), UniTuple(i8, 2)')
-def _add(
-    strength: NDArray[np.float32],
-    first: Corner,
-    depth: float,
-    nothing: float,
-    rivals: NDArray[np.float32],
-    second: Corner,
-    size: tuple[int, int],
-) -> None:
-    """Add the strength of one person at some depth to that of the rivals of another."""
-    factor, least, zero = np.float32(depth), np.float32(nothing), np.float32(0)
-    height, width = size
-    for row in range(height):
-        here = strength[first[0] + row, first[1] : first[1] + width]
-        result = rivals[second[0] + row, second[1] : second[1] + width]
-        for col in range(width):
-            value = factor * here[col]
-            result[col] += value if value > least else zero
-
-
-@kernel(
-    'f4[:,::1], f4[:,::1], UniTuple(i8, 2), f4[:,::1], f4[:,::1], UniTuple(i8, 2), UniTuple(i8, 2)'
-)
 def _settle(
     one: NDArray[np.float32],
     near_one: NDArray[np.float32],
-    first: Corner,
     two: NDArray[np.float32],
     near_two: NDArray[np.float32],
-    second: Corner,
-    size: tuple[int, int],
 ) -> None:
     """Refuse pixels that two find likely to the one who finds them less so."""
-    height, width = size
-    for row in range(height):
-        y, v = first[0] + row, second[0] + row
-        for col in range(width):
-            x, u = first[1] + col, second[1] + col
-            a, b = one[y, x], two[v, u]
-            if a > 0 and b > 0:
-                if a + near_one[y, x] >= b + near_two[v, u]:
-                    two[v, u] = _REFUSED
-                else:
-                    one[y, x] = _REFUSED
+    both, first = (one > 0) & (two > 0), one + near_one >= two + near_two
+    two[both & first] = _REFUSED
+    one[both & ~first] = _REFUSED
 
 
 def _falloff(claim: Claim, near: Nearness | None = None) -> NDArray[np.float32]:
@@ -213,8 +141,3 @@ def _falloff(claim: Claim, near: Nearness | None = None) -> NDArray[np.float32]:
     return by_distance(
         near, claim.logit.shape, -_FARTHEST / (REACH * claim.height), _FARTHEST, 0.0
     )
-
-
-def _corner(part: Window, window: Window) -> Corner:
-    """Return row and column of a window at which a part of the image begins."""
-    return part[0].start - window[0].start, part[1].start - window[1].start

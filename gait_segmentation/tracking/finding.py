@@ -31,15 +31,11 @@ def recover(
         Else None, and the person is where expected; only the confidence tells what was seen.
     """
     person, world = target.person, target.world
-    others = world.passers_by.who_is_not(target.track_id, world.pending, world.shape)
-    if others is not None:
-        taken = taken | others
     if claim is not None and likelihood is not None and _shows(target, claim, likelihood, taken):
         return likelihood
     found = target.memory.search(person, world, taken, target.config)
     if found is None:
         return None
-    expected = target.whereabouts
     dx, dy, partly = found
     target.shift_now(dx, dy)
     claim = target.judge()
@@ -48,7 +44,7 @@ def recover(
         likelihood[taken > 0] = 0
         if _shows(target, claim, likelihood, taken, partly=partly):
             return likelihood
-    target.put_back(expected)
+    target.shift_now(-dx, -dy)
     return None
 
 
@@ -73,10 +69,12 @@ def _shows(
     window = claim.window
     values, rivals = likelihood[window], taken[window]
     sight = Sight.of(values, claim.mask, rivals, rivals)
-    target.note(sight)
+    target.confidence = sight.confidence
     likely = np.zeros(world.shape, np.uint8)
     likely[window] = np.where(values > 127, sight.uncovered, 0)
-    part = target.clear_sight(sight, values, window) if sight.share > ALONE else None
+    part = None
+    if sight.share > ALONE:
+        part = sight.before(world.now.strange(window, target.config.shadow_floor), values)
     if not target.memory.is_found(person, sight, part, likely, world.now, partly=partly):
         return False
     target.regain(values, sight, claim)

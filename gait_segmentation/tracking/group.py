@@ -10,29 +10,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, overlap, placed, size_of, within
+from gait_segmentation.images import Window, overlap, size_of, within
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.tracking.competition import Claim, compete, leave_to
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.distractors import Surroundings
 from gait_segmentation.tracking.finding import recover
-from gait_segmentation.tracking.following import assess, move
-from gait_segmentation.tracking.learner import Learnt
+from gait_segmentation.tracking.learner import Learnt, learn as teach
 from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
-from gait_segmentation.tracking.outline import Outline
-from gait_segmentation.tracking.records import Record
-from gait_segmentation.tracking.strangers.beside import Beside
-from gait_segmentation.tracking.strangers.newcomers import Neighbour
 from gait_segmentation.tracking.target import Target
-from gait_segmentation.tracking.teaching import teach
 from gait_segmentation.tracking.world import World
 
 __all__ = ['follow', 'judge', 'learn']
-
-_WELL_SEEN = 0.9
-"""
-Share of the usual area, and of the body in the image, from which what is apart cannot be another
-part of the person.
-"""
 
 Likelihoods = dict[int, NDArray[np.uint8]]
 
@@ -51,7 +40,7 @@ def follow(
     """
     Take a frame into a world and follow its people.
 
-    :param targets: all people of the world.
+    :param targets: all people of the world, with and without a slot.
     :param image: (H, W, 3) uint8 BGR.
     :param heat: P(person) from elsewhere, uint8 of any size.
     """
@@ -60,21 +49,21 @@ def follow(
     visible = {
         target.track_id: _uncovered(target, target.carried_part(), masks) for target in seen
     }
-    others = world.passers_by
-    company = [others.are_about(target.person, world.pending) for target in targets]
     motion = world.advance(
         image,
         stamp_ns,
         [target.person.area for target in targets],
         camera=config.use_ego_motion,
         texture=config.use_texture,
-        everywhere=any(target.state == LOST for target in targets),
+        everywhere=any(target.state == LOST for target in targets if not target.is_distractor),
         heat=heat,
     )
-    for target, accompanied in zip(targets, company, strict=True):
-        move(target, motion, visible.get(target.track_id), company=accompanied)
-    if others.known:
-        others.follow(motion, world.history[-2], world.now, world.pending)
+    for target in targets:
+        target.follow(motion, visible.get(target.track_id))
+        target.accompanied = any(
+            other.is_distractor != target.is_distractor and target.is_near(other)
+            for other in targets
+        )
 
 
 def judge(
@@ -83,7 +72,7 @@ def judge(
     """
     Let people compete for pixels, assess each by what it got, and look for the lost.
 
-    :param targets: all people of the world.
+    :param targets: all people of the world, with and without a slot.
     :param strangers: (h, w) uint8 of any size, non-zero where others move.
     :returns: the likelihoods, (h, w) uint8, by track id.
     """
@@ -94,8 +83,7 @@ def judge(
         return likelihoods
     judged = [(target, target.judge()) for target in targets]
     present = [(target, claim) for target, claim in judged if claim is not None]
-    masks = [(target, claim.window, claim.mask) for target, claim in present]
-    logits, passing = _contested(world, present)
+    logits = compete([claim for _, claim in present])
     if strangers is not None and present:
         strange = cv2.resize(strangers, world.shape[::-1], interpolation=cv2.INTER_NEAREST)
         logits = [
@@ -105,16 +93,18 @@ def judge(
     for target, nothing in judged:
         if nothing is None and target.state == TRACKED:
             target.lose()
+    masks: list[Place] = []
     for (target, claim), logit in zip(present, logits, strict=True):
-        likelihood = likelihood_image(logit, claim.window, world.shape)
-        likelihoods[target.track_id] = likelihood
+        likelihoods[target.track_id] = likelihood_image(logit, claim.window, world.shape)
+        mask = claim.mask
+        if target.is_distractor and target.state == TRACKED:
+            mask = target.win(likelihoods[target.track_id], claim)
+        masks.append((target, claim.window, mask))
+    for target, claim in present:
         if target.state == TRACKED:
             cover = _cover(target, masks, claim.window)
-            for outline in passing:
-                part = outline.enlarged(claim.window)
-                cover = part if cover is None else cv2.bitwise_or(cover, part)
-            assess(target, likelihood, claim, cover)
-    if any(target.state == LOST and target.lost_s > 0 for target in targets):
+            target.assess(likelihoods[target.track_id], claim, cover)
+    if any(target.state == LOST and target.memory.lost_s > 0 for target in targets):
         _recover(world, targets, {t.track_id: claim for t, claim in present}, likelihoods)
     return likelihoods
 
@@ -125,95 +115,65 @@ def learn(
     stamp_ns: int,
     by_track: Mapping[int, Feedback],
     config: TrackingConfig,
-) -> None:
+) -> list[Target]:
     """
     Learn a frame in one world: people first, then what surrounds all of them.
 
-    :param targets: all people of the world.
+    :param targets: all people of the world, with and without a slot.
     :param by_track: the masks of that frame by track id.
+    :returns: those without a slot from now on.
     """
+    distractors = [target for target in targets if target.is_distractor]
     skipped, record = world.take(stamp_ns)
     for each in skipped:
         for target in targets:
             target.skip(each)
     if record is None:
-        return
+        return distractors
     people = np.zeros(world.shape, np.uint8)
     told: list[tuple[Target, Learnt]] = []
     for target in targets:
-        if target.track_id not in record.bodies:
+        if target.is_distractor or target.track_id not in record.bodies:
             continue
-        feedback = by_track.get(target.track_id)
-        alone = not any(target.meets(other) for other in targets if other is not target)
-        learnt = teach(target, record, feedback, alone=alone)
+        alone = not any(
+            target.is_near(other)
+            for other in targets
+            if other is not target and not other.is_distractor
+        )
+        learnt = teach(target, record, by_track.get(target.track_id), alone=alone)
         if learnt is None:
             people[target.person.area.slices(world.shape[1], world.shape[0])] = 255
         else:
             where, margin = learnt.margin
             people[where] |= margin
             told.append((target, learnt))
-    if not config.use_background:
-        return
-    busy = None
-    if told:
-        around = [learnt.window for _, learnt in told]
-        busy = world.learn(record, people, around, gate=config.use_motion_gate)
-    _learn_passers_by(world, record, targets, told, people, busy, config)
-
-
-def _contested(
-    world: World, present: Sequence[tuple[Target, Claim]]
-) -> tuple[list[NDArray[np.float32]], list[Outline]]:
-    """Return the log ratios of people in competition, and what is seen of who passes by."""
-    claims, others = [claim for _, claim in present], world.passers_by
-    for target, claim in present:
-        if others.known and target.person.learnt == 0:
-            others.leave(placed(claim.mask, claim.window, world.shape))
-    if not (others.known and claims):
-        return compete(claims), []
-    people, config = [target.person for target, _ in present], present[0][0].config
-    passing = others.claims(world.now, world.pending, people, config)
-    logits = compete([*claims, *passing.values()])
-    others.note(world.now, passing, logits[len(claims) :], config.shadow_floor)
-    return logits[: len(claims)], list(world.now.passers_by.values())
-
-
-def _learn_passers_by(
-    world: World,
-    record: Record,
-    targets: Sequence[Target],
-    told: Sequence[tuple[Target, Learnt]],
-    people: NDArray[np.uint8],
-    busy: NDArray[np.uint8] | None,
-    config: TrackingConfig,
-) -> None:
-    """Learn who else is about, away from the people who are tracked."""
-    others = world.passers_by
-    if not (told or others.known):
-        return
-    beside = Beside(record, people, busy)
-    for _, learnt in told:
-        beside.add(learnt.window, learnt.strange, learnt.mask, learnt.template)
-    others.learn(beside, world.pending, [target.person for target in targets])
-    if any(target.state == LOST for target in targets):
+    if not (told and config.use_background):
+        return distractors
+    around = [learnt.window for _, learnt in told]
+    busy = world.learn(record, people, around, gate=config.use_motion_gate)
+    about = Surroundings(record, told, people, busy)
+    distractors = [each for each in distractors if about.teach(each)]
+    if any(target.state == LOST for target in targets if not target.is_distractor):
         # It may be them.
-        return
+        return distractors
     for target, learnt in told:
-        neighbour = Neighbour(
-            target.person,
-            target.appearance,
-            learnt.window,
-            whole=learnt.share >= _WELL_SEEN and not learnt.lately_part,
-            inside=target.person.share_inside(world.shape) >= _WELL_SEEN,
-        )
-        others.find(beside, neighbour, config)
+        for start in about.newcomers(target, learnt, distractors):
+            number = min((each.track_id for each in distractors), default=0) - 1
+            distractors.append(Target(number, world, start, config, record))
+    return distractors
 
 
 def _cover(target: Target, masks: Sequence[Place], window: Window) -> NDArray[np.uint8] | None:
-    """Return where in a window a person is hidden by those who stand nearer, None if nowhere."""
+    """
+    Return where in a window a person is hidden by those who stand nearer, None if nowhere.
+
+    Who stands nearer is not known of who has no slot: that may be both.
+    """
     cover = None
     for other, about, mask in masks:
-        if not (other.state == TRACKED and other.feet > target.feet and other.meets(target)):
+        if other is target or other.state == LOST:
+            continue
+        if other.feet <= target.feet and not (other.is_distractor or target.is_distractor):
             continue
         shared = overlap(about, window)
         if shared is None:
@@ -239,7 +199,7 @@ def _recover(
     likelihoods: Likelihoods,
 ) -> None:
     """Look for those who are lost, where nobody else is."""
-    lost = [target for target in targets if target.state == LOST and target.lost_s > 0]
+    lost = [target for target in targets if target.state == LOST and target.memory.lost_s > 0]
     taken = np.zeros(world.shape, np.uint8)
     for target in targets:
         if target.state == TRACKED:
@@ -248,7 +208,6 @@ def _recover(
         likelihood = likelihoods.get(target.track_id)
         found = recover(target, claims.get(target.track_id), likelihood, taken)
         if found is not None:
-            world.passers_by.leave(placed(target.carried_mask(), target.window, world.shape))
             likelihoods[target.track_id] = found
             _take(taken, target, found)
 

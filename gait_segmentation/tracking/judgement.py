@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import colour_bins
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window, shifted_part
-from gait_segmentation.kernels import kernel
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import STEP, FeatureSelector, View
 from gait_segmentation.tracking.likelihood.cues import add_motion, add_propagation
@@ -22,7 +21,7 @@ from gait_segmentation.tracking.likelihood.spreading import spread_evidence
 from gait_segmentation.tracking.nearness import Nearness, nearness
 from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.records import Record, Shift
-from gait_segmentation.tracking.world import MOTION_GAPS, World
+from gait_segmentation.tracking.world import World
 
 __all__ = ['carried_template', 'judge', 'view_of']
 
@@ -146,35 +145,26 @@ def _add_motion(
     earlier, motion, (dx, dy) = motions
     body = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
     moving = add_motion(logit, record.image.gray, earlier.image.gray, motion, body, window, weight)
-    people, sums = earlier.people, record.background.sums
-    place = window[0].start, window[1].start
-    early = _FOUND <= person.learnt_anew <= _SETTLED
-    if people is not None and early and _may_be_new(moving, sums, *place):
-        there = motion.warped(people, window, cv2.BORDER_CONSTANT)
-        along = np.ascontiguousarray(shifted_part(people, round(dx), round(dy), window))
+    if earlier.people is not None and _FOUND <= person.learnt_anew <= _SETTLED:
+        unseen = record.background.count[window] < _UNSEEN
+        there = motion.warped(earlier.people, window, cv2.BORDER_CONSTANT)
+        along = shifted_part(earlier.people, round(dx), round(dy), window)
         x, y = _way(person, motion, (dx, dy))
-        way = round(x), round(y)
-        before = moving.copy()
-        _take_back_uncovered(there, along, sums, *place, way, before, weight, moving, logit)
+        kept = _take_back_uncovered(there, along, unseen, (round(x), round(y)), moving)
+        logit += np.float32(weight) * (kept - moving)
+        moving = kept
     record.moving[person.track_id] = (window, moving)
     return moving
 
 
 def _motions(person: Person, world: World) -> tuple[Record, WorldMotion, Shift] | None:
-    """
-    Return an earlier frame, and how world and body moved since then.
-
-    It is farther back for who comes towards the camera, and hardly moves against the world from
-    one frame to the next; None if the body stays even so.
-    """
-    for gap in MOTION_GAPS:
-        motions = world.motions_of(person.track_id, gap)
-        if motions is None:
-            return None
-        _, motion, shift = motions
-        if math.hypot(*_way(person, motion, shift)) >= _LEAST_MOTION * person.height:
-            return motions
-    return None
+    """Return an earlier frame, and how world and body moved since; None if the body stays."""
+    motions = world.motions_of(person.track_id)
+    if motions is None:
+        return None
+    _, motion, shift = motions
+    far = math.hypot(*_way(person, motion, shift)) >= _LEAST_MOTION * person.height
+    return motions if far else None
 
 
 def _way(person: Person, motion: WorldMotion, shift: Shift) -> tuple[float, float]:
@@ -183,38 +173,15 @@ def _way(person: Person, motion: WorldMotion, shift: Shift) -> tuple[float, floa
     return person.center_x - x, person.center_y - y
 
 
-@kernel('f4[:,::1], f4[:,:,::1], i8, i8')
-def _may_be_new(
-    moving: NDArray[np.float32], sums: NDArray[np.float32], top: int, left: int
-) -> bool:
-    """Return whether something that seems to move has a background that was never seen."""
-    most, none = np.float32(_UNSEEN), np.float32(0)
-    for row in range(moving.shape[0]):
-        line, evidence = sums[top + row], moving[row]
-        for col in range(evidence.size):
-            if evidence[col] > none and line[left + col, 3] < most:
-                return True
-    return False
-
-
-@kernel(
-    'u1[:,::1], u1[:,::1], f4[:,:,::1], i8, i8, UniTuple(i8, 2), f4[:,::1], f8, f4[:,::1], '
-    'f4[:,::1]'
-)
 def _take_back_uncovered(
     there: NDArray[np.uint8],
     along: NDArray[np.uint8],
-    sums: NDArray[np.float32],
-    top: int,
-    left: int,
+    unseen: NDArray[np.bool_],
     way: tuple[int, int],
-    before: NDArray[np.float32],
-    weight: float,
     moving: NDArray[np.float32],
-    logit: NDArray[np.float32],
-) -> None:
+) -> NDArray[np.float32]:
     """
-    Take back what motion says for the person where the body has uncovered something unknown.
+    Return what motion says for the person without what the body has uncovered and is unknown.
 
     That it looks otherwise than an earlier frame did there tells nothing, since somebody was in
     front of it.  If the body brought it along, it was in the mask then; or else, if the mask
@@ -223,26 +190,16 @@ def _take_back_uncovered(
     :param there: (h, w) uint8, above 127 where people may have been in the earlier frame, carried
         with the camera.
     :param along: (h, w) uint8, the same carried with the body.
-    :param sums: (H, W, 4) float32 of the background, whose window begins at ``top`` and ``left``.
+    :param unseen: (h, w), where the background was never seen.
     :param way: of the body against the world since then, x and y in pixels.
-    :param before: (h, w) float32, the evidence (-2..2) that pixels move with the body.
-    :param weight: that it was added to ``logit`` with, (h, w) float32, changed.
-    :param moving: (h, w) float32, the same as ``before``, changed.
+    :param moving: (h, w) float32, the evidence (-2..2) that pixels move with the body.
     """
-    gain, uncovered, gone = np.float32(weight), np.float32(_UNCOVERED), np.float32(_GONE)
-    most, none = np.float32(_UNSEEN), np.float32(0)
     height, width = moving.shape
-    across, down = way
-    for row in range(height):
-        was, now, known = there[row], along[row], sums[top + row]
-        evidence, line = moving[row], logit[row]
-        source = before[min(max(row - down, 0), height - 1)]
-        for col in range(width):
-            if was[col] <= 127 or evidence[col] <= none or now[col] > 127:
-                continue
-            if known[left + col, 3] < most and source[min(max(col - across, 0), width - 1)] < gone:
-                line[col] += gain * (uncovered - evidence[col])
-                evidence[col] = uncovered
+    rows = np.clip(np.arange(height) - way[1], 0, height - 1)
+    columns = np.clip(np.arange(width) - way[0], 0, width - 1)
+    stayed = moving[rows[:, None], columns] < _GONE
+    uncovered = (there > 127) & (along <= 127) & unseen & (moving > 0) & stayed
+    return np.where(uncovered, np.float32(_UNCOVERED), moving)
 
 
 def _add_spread(
@@ -266,13 +223,13 @@ def _add_spread(
     template = carried_template(person, world, window)
     if template is None:
         return
+    strange = record.strange(window, config.shadow_floor, lab)
+    familiar = record.background.is_sure(window) & (strange == 0)
     logit += np.float32(config.spread_weight * share) * spread_evidence(
         lab,
-        record.background.sums,
-        window,
-        record.background.sigma,
+        record.background.count[window],
+        strange.astype(np.float32) - familiar,
         moving[1],
         template,
         person.height,
-        config.shadow_floor,
     )

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, bounding_box, signed_distance
-from gait_segmentation.kernels import kernel
 
 __all__ = ['REACH', 'Nearness', 'by_distance', 'nearness']
 
@@ -62,25 +61,5 @@ def by_distance(
     """
     out = np.full(shape, low, np.float32)
     if near is not None:
-        rows, columns = near.part
-        _limit(near.distance, rows.start, columns.start, slope, low, high, out)
+        out[near.part] = np.clip(np.float32(slope) * near.distance, low, high)
     return out
-
-
-@kernel('f4[:,::1], i8, i8, f8, f8, f8, f4[:,::1]', fastmath=True)
-def _limit(
-    distance: NDArray[np.float32],
-    top: int,
-    left: int,
-    slope: float,
-    low: float,
-    high: float,
-    out: NDArray[np.float32],
-) -> None:
-    """Fill in a distance times a slope, within limits, from a row and a column on."""
-    rise, least, most = np.float32(slope), np.float32(low), np.float32(high)
-    for row in range(distance.shape[0]):
-        here = distance[row]
-        result = out[top + row, left : left + here.size]
-        for col in range(here.size):
-            result[col] = min(max(rise * here[col], least), most)

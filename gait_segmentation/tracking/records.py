@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.background.model import BackgroundModel
-from gait_segmentation.tracking.outline import Outline
 from gait_segmentation.tracking.picture.working import WorkingImage
 
 __all__ = ['Record', 'Shift', 'body_over']
@@ -33,8 +32,8 @@ class Record:
     (-2..2) that its pixels move with the body rather than stay.  ``heat`` is (h, w) uint8,
     P(person) as others see it, if they do.  ``rows`` are how far up and down from the middle of
     some tracks' bodies they are likely.  ``people`` is (h, w) uint8, non-zero where people were
-    when the frame was learnt; None before.  ``passers_by`` has what is seen of people without a
-    slot, by their numbers, and ``company`` the tracks in whose way one of them may be.
+    when the frame was learnt; None before.  ``won`` has a window and (h, w) uint8
+    0/255 for some tracks: what they won of it in the competition for pixels.
     ``version`` counts what the background had learnt.  ``blank`` tells that nothing of the scene
     can be seen: something covers the lens, the picture is damaged, or it shows another place.
     """
@@ -50,8 +49,7 @@ class Record:
     bodies: dict[int, Shift] = field(default_factory=dict)
     rows: dict[int, tuple[float, float]] = field(default_factory=dict)
     moving: dict[int, tuple[Window, NDArray[np.float32]]] = field(default_factory=dict)
-    passers_by: dict[int, Outline] = field(default_factory=dict)
-    company: set[int] = field(default_factory=set)
+    won: dict[int, tuple[Window, NDArray[np.uint8]]] = field(default_factory=dict)
 
     def strange(
         self, window: Window, shadow_floor: float, lab: NDArray[np.uint8] | None = None

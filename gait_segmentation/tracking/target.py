@@ -1,14 +1,16 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One tracked person in a world: what is known of them, and where they are expected."""
+"""One person in a world: what is known of them, and where they are expected."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, placed, shift_whole
 from gait_segmentation.results import LOST, TRACKED, TrackResult
@@ -17,44 +19,67 @@ from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector
 from gait_segmentation.tracking.judgement import carried_template, judge, view_of
-from gait_segmentation.tracking.learner import Learner
-from gait_segmentation.tracking.person.appearance import Appearance
-from gait_segmentation.tracking.person.person import Person, PersonSnapshot, new_colours
+from gait_segmentation.tracking.mean_shift import mean_shift
+from gait_segmentation.tracking.nearness import REACH, by_distance
+from gait_segmentation.tracking.person.learning import WholeArea
+from gait_segmentation.tracking.person.person import Person, new_colours
 from gait_segmentation.tracking.records import Record, Shift
-from gait_segmentation.tracking.recovery.guard import Guard
-from gait_segmentation.tracking.recovery.lost_and_found import LostAndFound, MemorySnapshot
-from gait_segmentation.tracking.recovery.visibility import ALONE, Sight, Visibility, visible_box
+from gait_segmentation.tracking.recovery.lost_and_found import Memory
+from gait_segmentation.tracking.recovery.visibility import (
+    ALONE,
+    Sight,
+    Visibility,
+    likely_rows,
+    visible_box,
+)
 from gait_segmentation.tracking.world import World
 
-__all__ = ['Target', 'TargetSnapshot', 'Whereabouts']
+__all__ = ['Target']
 
-_REACH = 0.7
-"""How far about the middle of the body the window may reach, in body heights."""
+_COMPANY = 0.1
+"""Gap between two people, in body heights, up to which one may be in the way of the other."""
 
+_GROWTH = 0.05
+"""How far from the last mask somebody without a slot is seen, in body heights."""
 
-@dataclass(frozen=True)
-class Whereabouts:
-    """Where a person is in the newest frame, and the shift that led there, in working pixels."""
+_STEADY_AFTER, _LEAP, _OFF = 4, 0.2, 0.03
+"""
+Frames after which the pace is known, and the difference from it, in body heights, that is no step:
+a few pixels on the edge of what hides somebody were followed; and while somebody is near, who may
+have been followed instead.
+"""
 
-    center: tuple[float, float]
-    shift: Shift
+_MOST_MEAN_SHIFT = 0.05
+"""Largest mean shift in a frame, in body heights."""
 
 
 class Target:
     """
-    A person in one slot.
+    One person in a world: in a slot, or, with a negative track id, a distractor without one.
 
-    What is done with it is elsewhere: ``following`` for each frame, ``finding`` of somebody lost,
-    and ``teaching`` by each mask.
+    A distractor lives as others do, but nobody gives its masks: they are what it wins in the
+    competition for pixels.
     """
 
-    def __init__(self, track_id: int, world: World, start: Start, config: TrackingConfig) -> None:
-        """Begin with the first mask, in the world's newest frame."""
+    def __init__(
+        self,
+        track_id: int,
+        world: World,
+        start: Start,
+        config: TrackingConfig,
+        record: Record | None = None,
+    ) -> None:
+        """
+        Begin with the first mask.
+
+        :param record: the frame of it, the world's newest if None.
+        """
+        record = world.now if record is None else record
         self.track_id = track_id
         self.world = world
         self.config = config
-        self._state = TRACKED
-        self._confidence = 0.0
+        self.state = TRACKED
+        self.confidence = 0.0
         self.person = Person(
             track_id,
             start.body.center_x,
@@ -69,33 +94,25 @@ class Target:
             self.person.tilt = self.person.angle = start.body.angle
         self.features = FeatureSelector()
         if config.use_feature_selection:
-            window = self.person.window(world.shape)
-            self.features.learn(view_of(world.now, window), start.mask[window], 1.0)
-        self.person.learn_first_colours(world.now.image.lab, start.votes)
-        world.now.bodies[track_id] = (0.0, 0.0)
-        # Nothing has been judged yet: the place then counts even without propagation.
+            window = self.window
+            self.features.learn(view_of(record, window), start.mask[window], 1.0)
+        self.person.learn_first_colours(record.image.lab, start.votes)
+        record.bodies[track_id] = (0.0, 0.0)
+        # Nothing has been judged yet: being expected at a place then counts.
         self._first = True
         self._box: Box | None = None
         self.visibility = Visibility()
-        self._uncovered = True
-        self.memory = LostAndFound(self.person, world.now)
-        self.learner = Learner(self.person, world, self.features, self.memory)
-        self.guard = Guard()
+        self.area = WholeArea(self.person)
+        self.memory = Memory(self.person, record)
+        self.uncovered = True
+        self.accompanied = False
+        self.usual_area = float(cv2.countNonZero(start.mask))
+        self.seen_ns = record.image.stamp_ns
 
     @property
-    def state(self) -> str:
-        """Return whether the person is tracked or lost; nothing is learnt of somebody lost."""
-        return self._state
-
-    @property
-    def confidence(self) -> float:
-        """Return how well (0..1) the person stood out in the newest frame."""
-        return self._confidence
-
-    @property
-    def uncovered(self) -> bool:
-        """Return whether nobody hid more than a little when the person was seen last."""
-        return self._uncovered
+    def is_distractor(self) -> bool:
+        """Return whether this is somebody without a slot."""
+        return self.track_id < 0
 
     @property
     def box(self) -> Box:
@@ -112,32 +129,10 @@ class Target:
         """Return the row of the soles in working pixels: the lower, the nearer."""
         return self.person.center_y + self.person.height / 2
 
-    @property
-    def appearance(self) -> Appearance:
-        """Return what the person looks like."""
-        return self.memory.appearance
-
-    @property
-    def lost_s(self) -> float:
-        """Return for how many seconds the person has been lost."""
-        return self.memory.lost_s
-
-    @property
-    def accompanied(self) -> bool:
-        """Return whether somebody without a slot may be in the way in the newest frame."""
-        return self.track_id in self.world.now.company
-
-    def meets(self, other: Target) -> bool:
-        """Return whether another person may be in the way of this one, or the other way round."""
-        one, two = self.person, other.person
-        reach = _REACH * (one.height + two.height)
-        return (
-            abs(one.center_x - two.center_x) < reach and abs(one.center_y - two.center_y) < reach
-        )
-
-    def likeness(self, world: World, start: Start) -> float:
-        """Return how alike (0..1) the colours of a first mask in a world's newest frame are."""
-        return self.memory.likeness(start, world.now)
+    def is_near(self, other: Target) -> bool:
+        """Return whether the box about another person comes near to that about this one."""
+        gap = _COMPANY * self.person.height
+        return self.person.area.padded(gap, gap).iou(other.person.box) > 0
 
     @property
     def window(self) -> Window:
@@ -146,7 +141,7 @@ class Target:
 
     def carried_mask(self) -> NDArray[np.uint8]:
         """Return the last mask, carried along with the body, in the window about the person."""
-        if self._state == LOST:
+        if self.state == LOST:
             return self.memory.silhouette.placed(self.person, self.world.shape)[self.window]
         return self.world.carried(self.person.mask, self.track_id, self.window)
 
@@ -158,9 +153,42 @@ class Target:
         """Return the last matched body in a window, carried along likewise; None without one."""
         return carried_template(self.person, self.world, window)
 
+    def follow(self, motion: WorldMotion, body: NDArray[np.uint8] | None) -> None:
+        """
+        Follow the body into the world's newest frame.
+
+        :param motion: of the world.
+        :param body: (h, w) uint8 of the window about the person, what of the body can be followed
+            from the frame before, without what others hid there; None of somebody lost.
+        """
+        person, seconds = self.person, self.world.step_s
+        x, y = motion.carry(person.center_x, person.center_y)
+        world = (x - person.center_x, y - person.center_y)
+        if body is None:
+            shift = self.memory.coast(person, world, seconds, self.world.shape)
+        else:
+            measured = self._measured(world, seconds, body)
+            shift = person.move(
+                world, measured, seconds, steady=self.accompanied and not self.is_distractor
+            )
+        self.world.now.bodies[self.track_id] = shift
+
+    def _measured(self, world: Shift, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
+        """Return how far the body went as its pixels say, None if they may be somebody else's."""
+        person = self.person
+        if not (self.visibility.well or self.uncovered):
+            return None
+        way = person.way(seconds)
+        measured = self.world.body_shift(body, self.window, way)
+        if measured is None or person.moves < _STEADY_AFTER:
+            return measured
+        off = math.dist(measured, (world[0] + way[0], world[1] + way[1]))
+        most = _OFF if self.accompanied else _LEAP
+        return None if off > most * person.height else measured
+
     def judge(self) -> Claim | None:
         """Judge the pixels in a window about the person, None if all of it is outside."""
-        person, seen = self.person, self._state == TRACKED
+        person, seen = self.person, self.state == TRACKED
         expected = self.carried_mask()
         judged = judge(
             person,
@@ -169,44 +197,57 @@ class Target:
             expected,
             self.config,
             seen=seen,
-            propagate=self.config.use_propagation or self._first,
+            propagate=self._first or self.config.use_propagation,
         )
         if judged is None:
             return None
         self._first = False
         window, logit, near = judged
-        return Claim(window, logit, expected, near, self.feet, person.height, not seen)
+        known = not self.is_distractor
+        return Claim(window, logit, expected, near, self.feet, person.height, not seen, known)
 
-    def clear_sight(self, sight: Sight, values: NDArray[np.uint8], window: Window) -> Sight:
+    def assess(
+        self, likelihood: NDArray[np.uint8], claim: Claim, cover: NDArray[np.uint8] | None
+    ) -> None:
         """
-        Return the sight of what does not look like the known background.
+        See how well the person stands out, and refine the place by mean shift.
 
-        :param values: (h, w) uint8 likelihood of the window.
+        :param likelihood: (h, w) uint8 of the working image.
+        :param claim: what was made of the pixels where the person is expected.
+        :param cover: (h, w) uint8 of its window, non-zero where others hide the person.
         """
-        record = self.world.now
-        return sight.before(record.strange(window, self.config.shadow_floor), values)
-
-    def note(self, sight: Sight) -> None:
-        """Note how well the person stands out in the newest frame."""
-        self._confidence = sight.confidence
-        if self._state == TRACKED:
-            self._uncovered = sight.share > ALONE
-
-    def miss(self) -> None:
-        """Take in that nothing can be seen in the newest frame."""
-        self._confidence = 0.0
-        if self._state == TRACKED:
-            inside = self.person.share_inside(self.world.shape)
-            self.visibility.update(0.0, inside)
-            if self.visibility.is_lost:
+        person, window = self.person, claim.window
+        values = likelihood[window]
+        sight = Sight.of(values, claim.mask, cover)
+        self.confidence, self.uncovered = sight.confidence, sight.share > ALONE
+        if not self.visibility.update(sight.seen, person.share_inside(self.world.shape)):
+            if self.visibility.is_lost and not self.is_distractor:
                 self.lose()
+            return
+        if self.visibility.well and not self.accompanied:
+            # Likely pixels of both would pull the person towards the other.
+            self._shift_to_mean(values, sight.uncovered, window)
+        self._show(values, sight, claim)
+        center = (person.center_x - window[1].start, person.center_y - window[0].start)
+        rows = likely_rows(values, claim.near, center, person.height, person.angle)
+        if rows is not None:
+            self.world.now.rows[self.track_id] = rows
 
-    def see(self, values: NDArray[np.uint8], sight: Sight, claim: Claim) -> None:
-        """
-        Take the likely pixels near the mask for what can be seen of the person.
+    def _shift_to_mean(
+        self, values: NDArray[np.uint8], reference: NDArray[np.uint8], window: Window
+    ) -> None:
+        """Move the person to where the likely pixels are."""
+        person = self.person
+        box = person.box.shifted(-window[1].start, -window[0].start)
+        shift = mean_shift(values, reference, box)
+        gain, limit = self.config.mean_shift_gain, _MOST_MEAN_SHIFT * person.height
+        self.shift_now(*(gain * min(max(each, -limit), limit) for each in (shift.dx, shift.dy)))
+        if len(self.world.pending) > 1:
+            # The last mask is not of the last frame: until a newer one comes, this is the size.
+            person.follow_scale(shift.scale)
 
-        :param values: (h, w) uint8 likelihood of the window of the claim.
-        """
+    def _show(self, values: NDArray[np.uint8], sight: Sight, claim: Claim) -> None:
+        """Take the likely pixels near the mask for what can be seen of the person."""
         height = self.person.height
         box = visible_box(values, sight.uncovered, claim.near, claim.window, height)
         self._box = None if box is None else box.scaled(1 / self.world.scale)
@@ -217,25 +258,37 @@ class Target:
         body = self.world.now.bodies[self.track_id]
         self.world.now.bodies[self.track_id] = (body[0] + dx, body[1] + dy)
 
-    @property
-    def whereabouts(self) -> Whereabouts:
-        """Return where the person is now, to come back to by :meth:`put_back`."""
-        center = (self.person.center_x, self.person.center_y)
-        return Whereabouts(center, self.world.now.bodies[self.track_id])
+    def win(self, likelihood: NDArray[np.uint8], claim: Claim) -> NDArray[np.uint8]:
+        """
+        Note in the newest frame what a distractor won that is not the known background.
 
-    def put_back(self, then: Whereabouts) -> None:
-        """Undo each :meth:`shift_now` since then."""
-        self.person.center_x, self.person.center_y = then.center
-        self.world.now.bodies[self.track_id] = then.shift
+        :param likelihood: (h, w) uint8 of the working image.
+        :returns: that, (h, w) uint8 0/255 of the window of the claim.
+        """
+        record, window = self.world.now, claim.window
+        won = likelihood[window] > 127
+        reach = _GROWTH * self.person.height
+        won &= by_distance(claim.near, won.shape, 1.0, -REACH * self.person.height, 0.0) > -reach
+        other = record.strange(window, self.config.shadow_floor) > 0
+        won &= other | ~record.background.is_sure(window)
+        mask = np.uint8(255) * won.view(np.uint8)
+        record.won[self.track_id] = (window, mask)
+        return mask
+
+    def miss(self) -> None:
+        """Take in that nothing can be seen in the newest frame."""
+        self.confidence = 0.0
+        if self.state == TRACKED:
+            self.visibility.update(0.0, self.person.share_inside(self.world.shape))
+            if self.visibility.is_lost:
+                self.lose()
 
     def lose(self) -> None:
         """Give the person up for lost."""
-        self._state = LOST
+        self.state = LOST
         self.person.template = None
         self.memory.begin_search()
-        if self.guard.in_doubt:
-            self.guard.bring_back(self.person, self.memory)
-        self.hide()
+        self.visibility.restart()
         self._box = None
 
     def regain(self, values: NDArray[np.uint8], sight: Sight, claim: Claim) -> None:
@@ -248,20 +301,9 @@ class Target:
         expected = placed(claim.mask, claim.window, self.world.shape)
         self.person.take(shift_whole(expected, round(-dx), round(-dy)), None)
         self.person.learnt_anew = 0
-        self._state = TRACKED
-        self.guard.found(self.person)
+        self.state = TRACKED
         self.visibility.seen = sight.seen
-        self.see(values, sight, claim)
-
-    def doubt(self) -> None:
-        """Go back to what was known before, for the body that is followed is somebody else's."""
-        self.guard.bring_back(self.person, self.memory)
-        self._state, self.person.template = LOST, None
-
-    def hide(self) -> None:
-        """Take the next masks for those of somebody seen in part, until they show all."""
-        self.learner.hide()
-        self.visibility.restart()
+        self._show(values, sight, claim)
 
     def result(self, likelihood: NDArray[np.uint8]) -> TrackResult:
         """
@@ -269,46 +311,21 @@ class Target:
 
         :param likelihood: (h, w) uint8 of the working image.
         """
-        seen = self._state == TRACKED
+        seen = self.state == TRACKED
         source = self.world.source
         return TrackResult(
             self.world.now.image.stamp_ns,
             self.track_id,
             (self.box.clipped(source[1], source[0]) or self.body) if seen else None,
             likelihood,
-            self._confidence,
+            self.confidence,
             self.person.angle,
-            self._state,
+            self.state,
             self.body if seen else None,
             self.features.features if seen else (),
         )
 
     def skip(self, record: Record) -> None:
         """Let go of a frame that is never learnt: only its motion counts."""
-        if self._state == TRACKED:
-            self.learner.skip(record)
-
-    def snapshot(self) -> TargetSnapshot:
-        """Return what is known now, to come back to by :meth:`restore`."""
-        return TargetSnapshot(
-            self.person.snapshot(),
-            self.memory.snapshot(),
-            self._state,
-            self._confidence,
-        )
-
-    def restore(self, snapshot: TargetSnapshot) -> None:
-        """Forget what looking in vain in the newest frame changed since a snapshot was made."""
-        self.person.restore(snapshot.person)
-        self.memory.restore(snapshot.memory)
-        self._state, self._confidence = snapshot.state, snapshot.confidence
-
-
-@dataclass(frozen=True)
-class TargetSnapshot:
-    """What was known of a person in a slot at some time."""
-
-    person: PersonSnapshot
-    memory: MemorySnapshot
-    state: str
-    confidence: float
+        if self.state == TRACKED and self.track_id in record.bodies:
+            self.person.carry(*record.bodies[self.track_id])

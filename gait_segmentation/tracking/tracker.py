@@ -69,6 +69,7 @@ class PeopleTracker:
     def _forget(self) -> None:
         self._slots = [None] * len(self._slots)
         self._worlds: list[World] = []
+        self._distractors: dict[World, list[Target]] = {}
         self._source: tuple[int, int] | None = None
         self._heat_map: NDArray[np.uint8] | None = None
         self._stamp_ns = 0
@@ -148,7 +149,7 @@ class PeopleTracker:
         self._source, self._stamp_ns = source, stamp_ns
         self._heat_map = heat_map
         for world in self._worlds:
-            people = self._targets(world)
+            people = self._everybody(world)
             group.follow(world, people, image, stamp_ns, self._config, self._heat_map)
         boxes, self._boxes = self._boxes, []
         self._given = self._given or bool(boxes)
@@ -166,7 +167,7 @@ class PeopleTracker:
         results = self._judge()
         for world in self._worlds:
             for record in world.drop_old():
-                for target in self._targets(world):
+                for target in self._everybody(world):
                     target.skip(record)
         return results
 
@@ -194,13 +195,20 @@ class PeopleTracker:
                 check_body(each.body, (each.mask.shape[1], each.mask.shape[0]))
         if by_track:
             for world in self._worlds:
-                people = self._targets(world)
-                group.learn(world, people, feedback[0].stamp_ns, by_track, self._config)
+                people = self._everybody(world)
+                stamp_ns = feedback[0].stamp_ns
+                self._distractors[world] = group.learn(
+                    world, people, stamp_ns, by_track, self._config
+                )
 
     def _targets(self, world: World | None = None) -> list[Target]:
         """Return the people of a world, or all."""
         found = (target for target in self._slots if target is not None)
         return [target for target in found if world is None or target.world is world]
+
+    def _everybody(self, world: World) -> list[Target]:
+        """Return the people of a world, with and without a slot."""
+        return [*self._targets(world), *self._distractors.get(world, [])]
 
     def _slot_for(self, box: Box, started: set[int]) -> int:
         """Return the slot that a box starts: that of the same person, a free one, or any."""
@@ -241,6 +249,8 @@ class PeopleTracker:
         self._drop_empty_worlds()
 
     def _new_target(self, world: World, start: Start, track_id: int | None = None) -> Target:
+        # They may be who gets a slot now.
+        self._distractors[world] = []
         number = next(self._ids) if track_id is None else track_id
         return Target(number, world, start, self._config)
 
@@ -269,13 +279,15 @@ class PeopleTracker:
 
     def _drop_empty_worlds(self) -> None:
         self._worlds = [world for world in self._worlds if self._targets(world)]
+        self._distractors = {world: self._distractors.get(world, []) for world in self._worlds}
 
     def _judge(self) -> list[TrackResult]:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""
         likelihoods: dict[int, NDArray[np.uint8]] = {}
         strangers = self._arrivals.strangers(self._stamp_ns)
         for world in self._worlds:
-            likelihoods |= group.judge(world, self._targets(world), strangers)
+            people = self._everybody(world)
+            likelihoods |= group.judge(world, people, strangers)
         results = []
         for slot, target in enumerate(self._slots):
             if target is None:
@@ -285,7 +297,7 @@ class PeopleTracker:
             if likelihood is None or target.state == LOST:
                 likelihood = np.zeros(target.world.shape, np.uint8)
             results.append(target.result(likelihood))
-            if target.state == LOST and target.lost_s > self._config.patience:
+            if target.state == LOST and target.memory.lost_s > self._config.patience:
                 self._slots[slot] = None
         return results
 

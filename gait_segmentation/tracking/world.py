@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Sequence
-from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -26,22 +25,15 @@ from gait_segmentation.tracking.picture.contrast import Contrast
 from gait_segmentation.tracking.picture.exposure import Exposure
 from gait_segmentation.tracking.picture.working import WorkingImage, working_scale, working_shape
 from gait_segmentation.tracking.records import Record, Shift, body_over
-from gait_segmentation.tracking.strangers.passers_by import PassersBy
 from gait_segmentation.tracking.windows import windows_about
 
-__all__ = ['MOTION_GAPS', 'World']
+__all__ = ['World']
 
 _MOST_PENDING = 15
 """Frames kept that no feedback has come for."""
 
-MOTION_GAPS = (4, 8, 12)
-"""Frames between the two that the cue from motion compares, in the order of preference."""
-
-_SHORTEST_STEP_S, _LONGEST_STEP_S = 0.02, 1.0
-"""
-Seconds between two frames in which somebody is taken to go on as before.  Of frames that seem to
-come faster, as after a hiccup, stamps often tell when they arrived.
-"""
+_MOTION_GAP = 4
+"""Frames between the two that the cue from motion compares."""
 
 _SMALLEST, _LARGEST = 0.7, 2.0
 """Heights, over the working height, of the people who share a world."""
@@ -79,8 +71,7 @@ class World:
         self._contrast = Contrast()
         self._background = CarriedBackground(self.shape)
         self.pending: deque[Record] = deque()
-        self.history: deque[Record] = deque(maxlen=MOTION_GAPS[-1] + 1)
-        self.passers_by = PassersBy()
+        self.history: deque[Record] = deque(maxlen=_MOTION_GAP + 1)
 
     @classmethod
     def for_person(cls, source: tuple[int, int], height: float, config: TrackingConfig) -> World:
@@ -117,18 +108,6 @@ class World:
         if len(self.history) < 2:
             return 0.0
         return (self.history[-1].image.stamp_ns - self.history[-2].image.stamp_ns) / 1e9
-
-    @property
-    def step_ratio(self) -> float:
-        """Return how long the step to the newest frame was over the one before, 1 if unknown."""
-        stamps = [each.image.stamp_ns for each in self.history][-3:]
-        if len(stamps) < 3:
-            return 1.0
-        before, now = (
-            min(max((second - first) / 1e9, _SHORTEST_STEP_S), _LONGEST_STEP_S)
-            for first, second in pairwise(stamps)
-        )
-        return now / before
 
     def advance(
         self,
@@ -203,7 +182,6 @@ class World:
     def _begin_anew(self, background: BackgroundModel) -> None:
         """Forget the place, for the camera shows another one from now on."""
         self._background.forget_all(background)
-        self.passers_by.forget()
         self.history.clear()
         for each in self.pending:
             each.blank = True
@@ -236,17 +214,14 @@ class World:
         """
         self._background.recall(past, self.now.background, self._steps)
 
-    def motions_of(
-        self, track_id: int, gap: int = MOTION_GAPS[0]
-    ) -> tuple[Record, WorldMotion, Shift] | None:
+    def motions_of(self, track_id: int) -> tuple[Record, WorldMotion, Shift] | None:
         """
         Return how world and body moved over the last frames in which a track was there.
 
-        :param gap: how many frames back at most.
         :returns: the first of these frames, and from it to the newest the motion of the world
             and the shift of the body; None if there is but one frame, or the first is blank.
         """
-        frames = [each for each in self.history if track_id in each.bodies][-gap - 1 :]
+        frames = [each for each in self.history if track_id in each.bodies]
         if len(frames) < 2 or frames[0].blank:
             return None
         since = frames[1:]
@@ -322,7 +297,6 @@ class World:
     def _skip(self) -> Record:
         record = self.pending.popleft()
         self._background.skip(record.motion, record.windows)
-        self.passers_by.skip(record)
         return record
 
 

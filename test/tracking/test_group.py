@@ -5,13 +5,9 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from gait_segmentation.images import placed
 from gait_segmentation.tracking import TrackingConfig, group
-from gait_segmentation.tracking.strangers.beside import Beside
-from gait_segmentation.tracking.strangers.newcomers import Neighbour
-from gait_segmentation.tracking.strangers.passers_by import PassersBy
 from test.tracking.figures import BLUE, STEP_NS, Figure, Told, picture
 
 
@@ -60,40 +56,3 @@ def test_who_stands_nearer_hides_who_stands_behind() -> None:
     np.testing.assert_array_equal(visible, (hidden & ~hiding)[window])
     assert visible.any()
     assert group._uncovered(near, masks[1][2], masks) is masks[1][2]
-
-
-def test_each_frame_tells_who_has_company_in_it() -> None:
-    told, own = Told(), Figure(110)
-    told.start(own)
-    told.show(own)
-    (target,) = told.tracker._targets()
-    alone = target.world.now
-    for x in np.arange(215.0, 130.0, -5.0):
-        image, (_, mine) = picture((Figure(float(x), BLUE), own))
-        told.see(image, [mine])
-    assert target.world.now.company == {target.track_id}
-    assert target.accompanied
-    assert not alone.company
-
-
-def test_shortly_after_half_was_hidden_what_is_beside_may_be_the_rest(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    told = Told()
-    path = [60 + 2.0 * k for k in range(35)] + [128 - 1.5 * k for k in range(40)]
-    asked: list[tuple[float, bool]] = []
-
-    def note(_: PassersBy, beside: Beside, neighbour: Neighbour, config: TrackingConfig) -> None:
-        target = told.tracker._slots[0]
-        assert target is not None
-        asked.append((target.learner._area.share, neighbour.whole))
-
-    monkeypatch.setattr(PassersBy, 'find', note)
-    told.start(Figure(path[0]))
-    for x in path:
-        told.show(Figure(x), boards=[(130, 320)])
-    hidden = max(k for k, (share, _) in enumerate(asked) if share < 0.75)
-    after = asked[hidden + 1 :]
-    assert any(share >= 0.9 and not whole for share, whole in after[:16])
-    assert asked[5][1]
-    assert after[-1][1]

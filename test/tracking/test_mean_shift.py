@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from gait_segmentation.geometry import Box
 from gait_segmentation.tracking.mean_shift import WindowShift, mean_shift
 
-WINDOW = (40, 30, 40, 60)
+WINDOW = Box(40, 30, 40, 60)
 
 
 def body(dx: int = 0, dy: int = 0, grow: float = 1.0) -> np.ndarray:
@@ -43,14 +44,12 @@ def test_nothing_to_see_is_no_shift(now: int, before: int) -> None:
 
 
 def test_a_window_outside_of_the_image_is_no_shift() -> None:
-    assert mean_shift(body(), body(), (500, 500, 10, 10)) == WindowShift(0.0, 0.0, 1.0)
+    assert mean_shift(body(), body(), Box(500, 500, 10, 10)) == WindowShift(0.0, 0.0, 1.0)
 
 
 def test_a_likelihood_of_any_grey_counts_by_its_value() -> None:
     rng = np.random.default_rng(2)
     weights = rng.integers(0, 256, (120, 110), np.uint8)
-    x, y, width, height = WINDOW
-    moments = cv2.moments(weights[y : y + height, x : x + width])
-    before = cv2.moments(body()[y : y + height, x : x + width])
+    moments, before = (cv2.moments(each[30:90, 40:80]) for each in (weights, body()))
     shift = mean_shift(weights, body(), WINDOW)
     assert shift.scale == pytest.approx((moments['m00'] / before['m00']) ** 0.5, rel=0.05)

@@ -9,7 +9,7 @@ import pytest
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking import TrackingConfig
-from gait_segmentation.tracking.world import MOTION_GAPS, World
+from gait_segmentation.tracking.world import World
 from test.tracking.figures import wall
 
 SOURCE = (180, 320)
@@ -83,18 +83,6 @@ def test_motion_reaches_as_far_back_as_the_track_but_not_further_than_frames_are
         assert motions[0] is first
         assert motions[2] == shift
     assert made.motions_of(3) is None
-
-
-def test_motion_reaches_farther_back_if_asked() -> None:
-    made = advanced(20)
-    frames = list(made.pending)
-    for record in made.history:
-        record.bodies[1] = (1.0, 0.5)
-    for gap in MOTION_GAPS:
-        motions = made.motions_of(1, gap)
-        assert motions is not None
-        assert motions[0] is frames[-gap - 1]
-        assert motions[2] == (gap, gap / 2)
 
 
 def known(made: World) -> np.ndarray:

@@ -14,18 +14,17 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.kernels import kernel
 from gait_segmentation.results import FeatureWeight
-from gait_segmentation.tracking.features.base import ChannelFeature, Feature, View
 from gait_segmentation.tracking.features.histograms import (
     ChannelModel,
     class_histograms,
-    moments_ratio,
+    pixels_ratio,
 )
-from gait_segmentation.tracking.features.pool import channels, pool
+from gait_segmentation.tracking.features.pool import POOL, ChannelFeature, Feature, View
 
 __all__ = ['STEP', 'FeatureSelector', 'labels_of']
 
@@ -38,9 +37,6 @@ _POOR = 1.25
 _SHARE, _LEAST_RATIO = 0.75, 0.6
 """A feature helps a poor likelihood with this share of its ratio, and at least this ratio."""
 
-_LEAD = 1.5
-"""It joins a good likelihood only with this many times its ratio."""
-
 _ALIKE = 0.8
 """Correlation with a better feature from which a feature adds nothing new."""
 
@@ -51,34 +47,18 @@ STEP = 2
 """Every how many pixels are looked at to rank and to learn."""
 
 
+_CHANNELS = tuple(feature for feature in POOL if isinstance(feature, ChannelFeature))
+
+
 def labels_of(mask: NDArray[np.uint8], step: int = STEP) -> NDArray[np.uint8]:
     """
     Return 1 on the person, 0 off it and 2 about its outline, of every ``step``-th pixel.
 
     :param mask: (h, w) uint8 0/255.
     """
-    out = np.empty((-(-mask.shape[0] // step), -(-mask.shape[1] // step)), np.uint8)
-    _label(np.ascontiguousarray(mask[::step, ::step]), out)
-    return out
-
-
-@kernel('u1[:,::1], u1[:,::1]')
-def _label(mask: NDArray[np.uint8], out: NDArray[np.uint8]) -> None:
-    """Fill in 2 where any pixel of 3 x 3 is set, less 1 where all are."""
-    height, width = mask.shape
-    # How many of each column's three; beyond the border all is as at it.
-    columns = np.zeros(width + 2, np.int32)
-    for row in range(height):
-        above, below = mask[max(row - 1, 0)], mask[min(row + 1, height - 1)]
-        here, result = mask[row], out[row]
-        for col in range(width):
-            columns[col + 1] = (
-                np.int32(above[col] > 127) + np.int32(here[col] > 127) + np.int32(below[col] > 127)
-            )
-        columns[0], columns[width + 1] = columns[1], columns[width]
-        for col in range(width):
-            count = columns[col] + columns[col + 1] + columns[col + 2]
-            result[col] = 2 * np.uint8(count > 0) - np.uint8(count == 9)
+    thin, square = np.ascontiguousarray(mask[::step, ::step]), np.ones((3, 3), np.uint8)
+    inner, outer = cv2.erode(thin, square) > 127, cv2.dilate(thin, square) > 127
+    return 2 * outer.view(np.uint8) - inner.view(np.uint8)
 
 
 @dataclass(frozen=True)
@@ -96,7 +76,7 @@ class FeatureSelector:
 
     def __init__(self) -> None:
         """Know nothing yet."""
-        self._models = {f.name: ChannelModel(has_neutral=f.has_neutral) for f in channels()}
+        self._models = {f.name: ChannelModel(has_neutral=f.has_neutral) for f in _CHANNELS}
         self._learnt = 0
         self._looked = 0
         self._chosen: list[_Choice] = []
@@ -115,7 +95,7 @@ class FeatureSelector:
             return
         frames = 1 if self._chosen else _EVERY
         thin, labels = replace(view, step=STEP), labels_of(mask)
-        for feature in channels():
+        for feature in _CHANNELS:
             newest = class_histograms(
                 feature.channel(thin), labels, has_neutral=feature.has_neutral
             )
@@ -139,7 +119,7 @@ class FeatureSelector:
         """
         if mask is not None:
             labels = labels_of(mask)
-            base = moments_ratio(logit, labels, STEP)
+            base = pixels_ratio(logit[::STEP, ::STEP], labels)
             self._looked += 1
             if base < _POOR or self._chosen or self._looked % _EVERY == 1:
                 self._rank(replace(view, step=STEP, evidence=evidence()), labels, base)
@@ -164,18 +144,18 @@ class FeatureSelector:
             )
             return self._models[feature.name].variance_ratio(newest)
         values = self._log_ratio(feature, view)
-        return None if values is None else moments_ratio(values, labels)
+        return None if values is None else pixels_ratio(values, labels)
 
     def _rank(self, view: View, labels: NDArray[np.uint8], base: float) -> None:
         """Rank the features by their variance ratios and choose."""
-        ratios = {each: self._variance_ratio(each, view, labels) for each in pool()}
+        ratios = {each: self._variance_ratio(each, view, labels) for each in POOL}
         known = [(ratio, each) for each, ratio in ratios.items() if ratio is not None]
         known.sort(key=lambda item: -item[0])
-        least = max(_LEAST_RATIO, _SHARE * base) if base < _POOR else _LEAD * base
+        least = max(_LEAST_RATIO, _SHARE * base)
         self._chosen = []
         taken: list[NDArray[np.float32]] = []
         for ratio, feature in known:
-            if ratio <= least or len(taken) == _MOST:
+            if base >= _POOR or ratio <= least or len(taken) == _MOST:
                 break
             values = None if feature.name in view.evidence else self._log_ratio(feature, view)
             if values is None or any(_correlation(values, other) > _ALIKE for other in taken):

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Passes over log-likelihood ratios, compiled."""
+"""The pass over all pixels of a log-likelihood ratio, compiled."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import BANDS, BIN_VOLUME
 from gait_segmentation.kernels import kernel
 
-__all__ = ['SIGMOID', 'against_rivals', 'colour_ratios', 'probabilities', 'ratios', 'strengths']
+__all__ = ['ratios']
 
 _SHADOW_FROM, _SHADOW_TO = 0.60, 0.85
 """Where down the body cast shadows begin and are full."""
@@ -253,81 +253,3 @@ def ratios(
             value = _log((count + doubt) * of_person[col] / p_background)
             bound = high if count >= one else low
             result[col] = min(max(value, -bound), bound)
-
-
-@kernel(
-    'u2[:,::1], f4[:,::1], f4[:,::1], f4[:,::1], f8, f4[:,::1]', fastmath=True, error_model='numpy'
-)
-def colour_ratios(
-    bins: NDArray[np.uint16],
-    rows: NDArray[np.float32],
-    person: NDArray[np.float32],
-    surroundings: NDArray[np.float32],
-    limit: float,
-    out: NDArray[np.float32],
-) -> None:
-    """Fill in what the colours alone say, within a limit."""
-    bound, width = np.float32(limit), out.shape[1]
-    of_person, of_surroundings = np.empty(width, np.float32), np.empty(width, np.float32)
-    for row in range(out.shape[0]):
-        _look_up(bins[row], rows[row], person, surroundings, of_person, of_surroundings)
-        result = out[row]
-        for col in range(width):
-            value = _log(of_person[col] / of_surroundings[col])
-            result[col] = min(max(value, -bound), bound)
-
-
-_SIGMOID_LIMIT, _SIGMOID_STEPS = 8.0, 64
-SIGMOID = np.rint(255 / (1 + np.exp(-np.linspace(-8, 8, 2 * 8 * _SIGMOID_STEPS + 1)))).astype(
-    np.uint8
-)
-"""255 times the logistic function, by steps."""
-
-
-@kernel('f4[:,::1], u1[::1], i8, i8, u1[:,::1]', fastmath=True)
-def probabilities(
-    logit: NDArray[np.float32],
-    table: NDArray[np.uint8],
-    top: int,
-    left: int,
-    out: NDArray[np.uint8],
-) -> None:
-    """Fill in the probabilities of log ratios, as 0..255, by :data:`SIGMOID`, from a pixel on."""
-    limit, steps = np.float32(_SIGMOID_LIMIT), np.float32(_SIGMOID_STEPS)
-    half = np.float32(0.5)
-    for row in range(logit.shape[0]):
-        line, result = logit[row], out[top + row, left : left + logit.shape[1]]
-        for col in range(line.size):
-            value = min(max(line[col], -limit), limit)
-            result[col] = table[int((value + limit) * steps + half)]
-
-
-@kernel('f4[:,::1], f4[:,::1], f8, f4[:,::1]', fastmath=True, error_model='numpy')
-def strengths(
-    logit: NDArray[np.float32],
-    near: NDArray[np.float32],
-    least: float,
-    out: NDArray[np.float32],
-) -> None:
-    """Fill in the exponential of the sum of two log ratios, zero up to a least sum."""
-    low, zero, most = np.float32(least), np.float32(0), np.float32(80)
-    for row in range(out.shape[0]):
-        here, there, result = logit[row], near[row], out[row]
-        for col in range(result.size):
-            value = min(here[col] + there[col], most)
-            # Of the exponent without its sign, since that is what the polynomial takes.
-            power = _exp_minus(abs(value))
-            power = power if value < zero else np.float32(1) / power
-            result[col] = power if value > low else zero
-
-
-@kernel('f4[:,::1], f4[:,::1], f4[:,::1]', fastmath=True)
-def against_rivals(
-    logit: NDArray[np.float32], rivals: NDArray[np.float32], out: NDArray[np.float32]
-) -> None:
-    """Fill in log ratios against the surroundings and rivals of some strength."""
-    one = np.float32(1)
-    for row in range(out.shape[0]):
-        here, others, result = logit[row], rivals[row], out[row]
-        for col in range(result.size):
-            result[col] = here[col] - _log(one + others[col])

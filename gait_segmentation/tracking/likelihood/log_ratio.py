@@ -18,23 +18,22 @@ Where the background is steep, sigma grows by what a misplaced background would 
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import ColourModel
+from gait_segmentation.colour import BANDS, ColourModel
 from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.likelihood.kernels import (
-    SIGMOID,
-    colour_ratios,
-    probabilities,
-    ratios,
-)
+from gait_segmentation.tracking.likelihood.kernels import ratios
 
 __all__ = ['colour_log_ratio', 'likelihood_image', 'log_ratio']
 
 _LEAST_MISPLACED = 0.05
 """Misplacement of the background from which it counts, in pixels."""
+
+_CERTAIN = 8.0
+"""Log ratio beyond which an image of 8 bits shows no difference."""
 
 
 def log_ratio(
@@ -94,9 +93,9 @@ def colour_log_ratio(
     :param bins: (h, w) joint colour bins.
     :param rows: (h, w) position down the body.
     """
-    out = np.empty(bins.shape, np.float32)
-    colour_ratios(bins, rows, person.table, surroundings.table, limit, out)
-    return out
+    bands = np.clip(rows * BANDS, 0, BANDS - 1).astype(np.intp)
+    values = np.log(person.table[bins, bands] / surroundings.table[bins, bands])
+    return np.clip(values, -limit, limit)
 
 
 def likelihood_image(
@@ -110,5 +109,6 @@ def likelihood_image(
     :param shape: (h, w) of the working image.
     """
     image = np.zeros(shape, np.uint8)
-    probabilities(logit, SIGMOID, window[0].start or 0, window[1].start or 0, image)
+    odds = cv2.exp(np.clip(-logit, -_CERTAIN, _CERTAIN))
+    image[window] = np.rint(255 / (1 + odds))
     return image

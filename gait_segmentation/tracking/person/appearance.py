@@ -10,16 +10,12 @@ person from the surroundings at one moment, and change slowly.
 
 from __future__ import annotations
 
-import math
-
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
-from gait_segmentation.lab import BLACK
 
-__all__ = ['SAME_COLOURS', 'Appearance', 'colour_signature', 'likeness', 'likeness_in_any_light']
+__all__ = ['SAME_COLOURS', 'Appearance', 'colour_signature', 'likeness']
 
 SAME_COLOURS = 0.65
 """Least similarity of the colours of the same person."""
@@ -33,9 +29,6 @@ _LIGHT, _CHROMA = 8, 12
 
 _CHROMA_FROM, _CHROMA_STEP = 80.0, 8.0
 _RATE = 0.05
-
-_LIGHTS = tuple(math.exp(power / 10) for power in range(-3, 4))
-"""Factors of the cube root of the light that may have changed: from 0.4 to 2.5 times as light."""
 
 
 @kernel('u1[:,:,::1], u1[:,::1], f4[:,::1], f4[:,:,:,::1]')
@@ -93,35 +86,6 @@ def likeness(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
     return float((weights * alike).sum() / weights.sum())
 
 
-def likeness_in_any_light(
-    known: NDArray[np.float32],
-    lab: NDArray[np.uint8],
-    inside: NDArray[np.uint8],
-    rows: NDArray[np.float32],
-) -> float:
-    """
-    Return how alike (0..1) what is inside is to a signature, in the light that suits it best.
-
-    For the other arguments see :func:`colour_signature`.
-    """
-    return max(
-        likeness(known, colour_signature(_relit(lab, factor), inside, rows)) for factor in _LIGHTS
-    )
-
-
-def _relit(lab: NDArray[np.uint8], factor: float) -> NDArray[np.uint8]:
-    """
-    Return colours in another light: with its cube root goes all of Lab, but for an offset.
-
-    :param lab: (h, w, 3) uint8.
-    :param factor: of the cube root of the light.
-    """
-    levels = np.arange(256, dtype=np.float32)
-    light, chroma = factor * (levels + BLACK) - BLACK, factor * (levels - 128) + 128
-    table = np.clip(np.rint(np.stack([light, chroma, chroma], axis=-1)), 0, 255)
-    return np.asarray(cv2.LUT(lab, table.astype(np.uint8)[None]))
-
-
 class Appearance:
     """The colours of a person over time."""
 
@@ -135,15 +99,6 @@ class Appearance:
             self._mean = signature
         else:
             self._mean = self._mean + np.float32(_RATE) * (signature - self._mean)
-
-    @property
-    def signature(self) -> NDArray[np.float32] | None:
-        """Return what is known, None of somebody never seen."""
-        return self._mean
-
-    def restore(self, signature: NDArray[np.float32] | None) -> None:
-        """Take the colours to be those of a signature."""
-        self._mean = signature
 
     def similarity(self, signature: NDArray[np.float32]) -> float:
         """Return how alike the colours are, 0..1; bands count by what is seen of them."""

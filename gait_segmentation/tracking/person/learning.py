@@ -4,23 +4,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import scaling
 from gait_segmentation.images import Bounds, Window, bounding_box, count_likely
 from gait_segmentation.results import Feedback
-from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.person.person import Person
-from gait_segmentation.warping import warp_window
 
 __all__ = ['WholeArea', 'grown', 'working_masks']
-
-_ABOUT_MASK = 3
-"""Pixels about a mask that are empty, so that it does not go on beyond them."""
 
 _MARGIN = 0.02
 """Margin about the mask that is not learnt as background, in body heights."""
@@ -28,20 +20,14 @@ _MARGIN = 0.02
 _WHOLE = 0.75
 """Share of the usual area from which a mask shows all of the person."""
 
-_JOINED, _LATE_RATE = 1.3, 0.3
+_JOINED = 1.3
+"""The same from which it shows somebody else, too, who is near."""
+
+_AREA_RATE = 0.02
 """
-Area over that of late from which a mask shows somebody else, too, who is near; and the rate at
-which that of late is learnt while nobody is.
+Share by which the usual area moves towards that of a mask: of one of all of the person or not, or
+nothing would be learnt after a first mask that was far too large.
 """
-
-_AREA_RATE, _CORRECTION_RATE = 0.03, 0.2
-"""Share by which the usual area moves towards that of a mask, and while it proves too large."""
-
-_HIDDEN_FOR = 15
-"""Masks after somebody was hidden from which nothing is learnt unless they are whole."""
-
-_UNSURE = 30
-"""Masks in which the usual area may still be that of a first mask that was far too large."""
 
 
 def working_masks(
@@ -50,44 +36,14 @@ def working_masks(
     """Return mask (0/255) and template at working size, (h, w) uint8, for the tracker alone."""
     mask, prior = feedback.mask, feedback.shape_prior
     # They are kept, and who else has them may draw on them.
-    mask = mask.copy() if mask.shape == shape else _shrunk(mask, shape)
+    if mask.shape == shape:
+        mask = mask.copy()
+    else:
+        mask = cv2.resize(mask, shape[::-1], interpolation=cv2.INTER_LINEAR)
+        mask = cv2.threshold(mask, 127, 255, cv2.THRESH_BINARY)[1]
     if prior.shape == shape:
         return mask, prior.copy()
     return mask, np.asarray(cv2.resize(prior, shape[::-1], interpolation=cv2.INTER_LINEAR))
-
-
-def _shrunk(mask: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
-    """Return a mask (0/255) at a smaller size; only the part about it is looked at."""
-    small = np.zeros(shape, np.uint8)
-    x, y, width, height = bounding_box(mask)
-    if width == 0:
-        return small
-    step = 1
-    while mask.shape[0] // step >= 2 * shape[0] and mask.shape[1] // step >= 2 * shape[1]:
-        step *= 2
-    # Halved as often as that leaves it large enough: rows and columns then, with some to spare.
-    rows = _thinned(y, height, step, mask.shape[0])
-    columns = _thinned(x, width, step, mask.shape[1])
-    part = mask[step * rows.start : step * rows.stop, step * columns.start : step * columns.stop]
-    part = shrink(part, (rows.stop - rows.start, columns.stop - columns.start))
-    x, y, width, height = bounding_box(part)
-    x, y = x + columns.start, y + rows.start
-    fall, across = shape[0] / (mask.shape[0] // step), shape[1] / (mask.shape[1] // step)
-    window = (
-        slice(max(int(fall * y) - 1, 0), min(int(fall * (y + height)) + 2, shape[0])),
-        slice(max(int(across * x) - 1, 0), min(int(across * (x + width)) + 2, shape[1])),
-    )
-    motion = scaling(across, fall)
-    motion[:, 2] = across * columns.start, fall * rows.start
-    part = warp_window(np.ascontiguousarray(part), motion, window)
-    small[window] = cv2.threshold(part, 127, 255, cv2.THRESH_BINARY)[1]
-    return small
-
-
-def _thinned(start: int, length: int, step: int, size: int) -> slice:
-    """Return a part of a line with a margin, of which but every ``step``-th pixel is left."""
-    low, high = start // step, -(-(start + length) // step)
-    return slice(max(low - _ABOUT_MASK, 0), min(high + _ABOUT_MASK, size // step))
 
 
 def grown(
@@ -114,67 +70,29 @@ class WholeArea:
     """
     How large the masks of a person usually are, for the height.
 
-    The first mask may have been far too large: then nothing would be learnt, and the track be
-    lost.  So at first a mask is also whole if it is as large as the template.
-
     ``share`` is the area of the last mask over what was usual then.
     """
 
     def __init__(self, person: Person) -> None:
         """Begin with the person's mask."""
-        self._usual = self._late = _area(person.mask, person)
-        self._masks = 0
-        self._hidden = 0
+        self._usual = _area(person.mask, person)
         self.share = 1.0
 
-    def hide(self) -> None:
-        """Take the next masks for those of somebody hidden in part, until one is whole."""
-        self._hidden = _HIDDEN_FOR
-
-    def update(
-        self,
-        mask: NDArray[np.uint8],
-        prior: NDArray[np.uint8],
-        person: Person,
-        *,
-        alone: bool = True,
-        company: bool = False,
-        hidden: Callable[[], bool] = lambda: False,
-    ) -> bool:
+    def update(self, mask: NDArray[np.uint8], person: Person, *, alone: bool = True) -> bool:
         """
-        Get used to the size of a mask, unless the person is or was just now hidden in part.
+        Get used to the size of a mask.
 
-        :param mask, prior: (h, w) uint8, the mask and the template.
-        :param alone: whether nobody who is tracked is near, who may hide part of the person, to
-            which the template would adapt, or lose theirs to the mask.
-        :param company: whether somebody without a slot is near, whom the mask may show, too.
-        :param hidden: tells whether the template lies on what is known to stand there; only
-            asked of masks that are not large enough.
+        :param mask: (h, w) uint8.
+        :param alone: whether nobody else is near, whom the mask may show, too.
         :returns: whether it was as large as usual; else it shows only part of the person, or
             somebody else, too.
         """
-        area, rate = _area(mask, person), _AREA_RATE
+        area = _area(mask, person)
         self.share = area / max(self._usual, 1e-6)
-        whole = area >= _WHOLE * self._usual
-        self._masks += 1
-        if alone and not company:
-            self._late += _LATE_RATE * (area - self._late)
-        elif area > _JOINED * max(self._usual, self._late):
+        if not alone and self.share > _JOINED:
             return False
-        if whole:
-            self._hidden = 0
-        elif hidden():
-            self.hide()
-        elif self._hidden:
-            self._hidden -= 1
-        if self._hidden:
-            return False
-        if alone and not whole and self._masks <= _UNSURE:
-            template = _area(prior, person)
-            whole = template > 0 and area >= _WHOLE * template
-            rate = _CORRECTION_RATE if whole else rate
-        self._usual += rate * (area - self._usual)
-        return whole
+        self._usual += _AREA_RATE * (area - self._usual)
+        return self.share >= _WHOLE
 
 
 def _area(mask: NDArray[np.uint8], person: Person) -> float:

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import math
-from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -13,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import ColourModel, ColourRecord, body_rows, colour_bins
+from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.images import (
     Bounds,
@@ -27,7 +26,7 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.person.extent import axis_tilt, extent_of
 from gait_segmentation.tracking.person.samples import samples
 
-__all__ = ['Person', 'PersonSnapshot', 'new_colours']
+__all__ = ['Person', 'new_colours']
 
 _GUARD = 0.05
 """Pixels of the mask further outside the template than this are not learnt as person."""
@@ -36,17 +35,14 @@ _LEAST_AREA = 0.25
 """A mask smaller than this share of the template teaches nothing."""
 
 _HEIGHT_RATE = 0.1
-_VELOCITY_RATE = 0.3
+_VELOCITY_RATE = 0.2
+_LEAST_STEP_S = 0.02
+"""Frames whose stamps are closer were not taken in so short a time: they tell no pace."""
+
 _WIDEST, _MOST_GROWTH = 0.6, 1.15
 """
 Widest silhouette in body heights, and the most by which somebody grows with a mask who is cut off
 by the lower border, of whom only the least height can be seen.
-"""
-
-_OUTGROWN, _OUTGROWN_TEMPLATE, _OUTGROWN_RATE = 1.1, 1.04, 0.5
-"""
-Heights of mask and template over that of the body from which some of the person had been hidden,
-as by a desk, until now; and the share by which the body then grows towards them with a mask.
 """
 
 _TILT_RATE = 0.1
@@ -60,7 +56,7 @@ class Person:
     State of one tracked person in working pixels.
 
     ``left`` and ``right`` are how far the silhouette reaches from the body's axis.  ``velocity``
-    is relative to the still world, in pixels in the time of the last step between two frames.
+    is relative to the still world, in pixels per second.
     ``tilt`` is the estimate of how far the axis leans, in radians, and ``angle`` what is used of
     it.  ``masks`` counts the masks the tilt was learnt
     from; ``mask_height`` is the height at the last mask.  ``template`` is the template, (h, w)
@@ -164,48 +160,40 @@ class Person:
         self.part = mask if part is None else part
         self.rest = (0.0, 0.0)
 
-    def predict(
-        self, world: tuple[float, float], body: tuple[float, float] | None
+    def way(self, seconds: float) -> tuple[float, float]:
+        """Return how far the person goes against the still world in a time, in pixels."""
+        seconds = max(seconds, _LEAST_STEP_S)
+        return self.velocity[0] * seconds, self.velocity[1] * seconds
+
+    def move(
+        self,
+        world: tuple[float, float],
+        body: tuple[float, float] | None,
+        seconds: float,
+        *,
+        steady: bool = False,
     ) -> tuple[float, float]:
         """
         Move the person by the measured shift of the body, or as it moved before.
 
         :param world: shift of the still world at the person.
         :param body: measured shift of the body in the image, None if unknown.
+        :param seconds: between the two frames.
+        :param steady: whether to keep to the pace so far.
         :returns: the shift made.
         """
         if body is None:
-            body = (world[0] + self.velocity[0], world[1] + self.velocity[1])
-        relative = (body[0] - world[0], body[1] - world[1])
-        self.moves += 1
-        rate = max(_VELOCITY_RATE, 1 / self.moves)
-        self.velocity = tuple(  # type: ignore[assignment]
-            old + rate * (new - old) for old, new in zip(self.velocity, relative, strict=True)
-        )
+            x, y = self.way(seconds)
+            body = (world[0] + x, world[1] + y)
+        elif seconds >= _LEAST_STEP_S:
+            self.moves += 1
+            rate = max(0.0 if steady else _VELOCITY_RATE, 1 / self.moves)
+            x, y = (
+                (b - w) / seconds - v for b, w, v in zip(body, world, self.velocity, strict=True)
+            )
+            self.velocity = (self.velocity[0] + rate * x, self.velocity[1] + rate * y)
         self.shift(*body)
         return body
-
-    def snapshot(self) -> PersonSnapshot:
-        """Return all that is known now, to come back to by :meth:`restore`."""
-        return PersonSnapshot(copy(self), self.person.record(), self.surroundings.record())
-
-    def restore(self, snapshot: PersonSnapshot) -> None:
-        """Forget all that was changed since a snapshot was made."""
-        vars(self).update(vars(snapshot.state))
-        self._restore_colours(snapshot)
-
-    def take_up(self, snapshot: PersonSnapshot, place: tuple[float, float]) -> None:
-        """Take up size and colours of a snapshot again, at rest at another place."""
-        before = snapshot.state
-        self.center_x, self.center_y = place
-        self.height = self.mask_height = before.height
-        self.left, self.right = before.left, before.right
-        self.velocity = (0.0, 0.0)
-        self._restore_colours(snapshot)
-
-    def _restore_colours(self, snapshot: PersonSnapshot) -> None:
-        self.person.restore(snapshot.person)
-        self.surroundings.restore(snapshot.surroundings)
 
     def learn_colours(
         self,
@@ -293,9 +281,7 @@ class Person:
         else:
             goal = 0.5 * template_height + 0.5 * tall
         goal = min(max(goal, 0.85 * self.height), 1.15 * self.height)
-        outgrown = min(tall / _OUTGROWN, template_height / _OUTGROWN_TEMPLATE) > self.height
-        rate = _OUTGROWN_RATE if outgrown else _HEIGHT_RATE
-        self.height += rate * (goal - self.height)
+        self.height += _HEIGHT_RATE * (goal - self.height)
         if extent.at_bottom:
             # More of the body is below the border: it is at least as tall as that.
             least = max(tall, (extent.right - extent.left) / _WIDEST)
@@ -347,15 +333,6 @@ class Person:
         window = self.window(mask.shape)
         area = cv2.countNonZero(mask[window])
         return bool(area > max(_LEAST_AREA * count_likely(prior[window]), 9))
-
-
-@dataclass(frozen=True)
-class PersonSnapshot:
-    """What was known of a person at some time; arrays are shared, as they are never changed."""
-
-    state: Person
-    person: ColourRecord
-    surroundings: ColourRecord
 
 
 @lru_cache(maxsize=64)

@@ -10,8 +10,6 @@ are expected, then all over the image.
 from __future__ import annotations
 
 import math
-from copy import copy
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,10 +33,10 @@ from gait_segmentation.tracking.recovery.silhouette import Silhouette
 from gait_segmentation.tracking.recovery.visibility import Sight
 from gait_segmentation.tracking.world import World
 
-__all__ = ['FOUND_SHARE', 'LostAndFound', 'MemorySnapshot', 'coasting']
+__all__ = ['Memory']
 
 
-FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.3, 0.5, 0.35
+_FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.3, 0.5, 0.35
 """What somebody lost must show to be found: uncovered share, likelihood, and contrast."""
 
 _FOUND_PART = 0.12
@@ -50,13 +48,6 @@ score, since what is hidden adds nothing.
 _SEARCH_HEIGHT = 32
 """Height of the body in the image that is searched, in pixels."""
 
-_SEARCH_EVERY = 3
-_SEARCH_OFTEN_S = 0.5
-"""Frames of which one is searched all over, and time for which it is every one."""
-
-_SEARCH_SCORE = 0.3
-"""What a search scores from which what is seen need not stand out before the known background."""
-
 _COAST_S, _STOP_S = 1.0, 0.5
 """Time for which a hidden person is taken to walk on, and in which they are then to stop."""
 
@@ -64,7 +55,6 @@ _REACH_X, _REACH_X_RATE = 0.5, 1.5
 _REACH_Y, _REACH_Y_RATE = 0.2, 0.2
 """How far from the expected place somebody is looked for, in body heights, and per second."""
 
-_PACE_RATE = 0.15
 _BEYOND = 0.3
 """How far beyond the border somebody who left is waited for, in body heights."""
 
@@ -75,78 +65,26 @@ _WHOLLY = 0.95
 """Share of the body inside the image from which a mask shows all of it."""
 
 
-def coasting(lost_s: float) -> float:
-    """Return the share of the last pace that somebody is taken to have who has not been seen."""
-    return math.exp(-max(lost_s - _COAST_S, 0.0) / _STOP_S)
-
-
-class LostAndFound:
+class Memory:
     """
-    Pace, colours and silhouette of a person, and how long the person has been lost.
+    Colours and silhouette of a person, and how long the person has been lost.
 
-    ``pace`` is that of late against the still world, in working pixels per second; ``lost_s``
-    the seconds since the person was seen last; ``silhouette`` the last mask of all of the person.
+    ``lost_s`` are the seconds since the person was seen last; ``silhouette`` is the last mask of
+    all of the person.
     """
 
     def __init__(self, person: Person, record: Record) -> None:
         """Begin with the first mask of a person, in the frame it is of."""
-        self.pace = (0.0, 0.0)
         self.lost_s = 0.0
         self.silhouette = Silhouette.of(person.mask, person)
         self.appearance = Appearance()
         self._recent = _signature(person, person.mask, record)
         self.appearance.learn(self._recent)
-        self._paces = 0
         self._learnt = 0
-        self._looked_for = 0
 
-    def begin_search(self, lost_s: float = 0.0) -> None:
-        """Begin to count how long the person has been lost, who was not seen for some seconds."""
-        self.lost_s = lost_s
-        self._looked_for = 0
-
-    def take_up(
-        self,
-        look: NDArray[np.float32],
-        pace: tuple[float, float],
-        silhouette: Silhouette,
-        lost_s: float,
-    ) -> None:
-        """
-        Begin the search with what was known before.
-
-        :param look: the colours, a
-            :func:`~gait_segmentation.tracking.person.appearance.colour_signature`.
-        """
-        self.appearance.restore(look)
-        self._recent = look
-        self.pace, self.silhouette = pace, silhouette
-        self.begin_search(lost_s)
-
-    def snapshot(self) -> MemorySnapshot:
-        """Return all that is known now, to come back to by :meth:`restore`."""
-        return MemorySnapshot(copy(self), self.appearance.signature)
-
-    def restore(self, snapshot: MemorySnapshot) -> None:
-        """Forget all that was changed since a snapshot was made."""
-        vars(self).update(vars(snapshot.state))
-        self.appearance.restore(snapshot.look)
-
-    def learn_pace(
-        self, shift: tuple[float, float], world: tuple[float, float], seconds: float
-    ) -> None:
-        """
-        Take in how far the person went between two frames.
-
-        :param shift, world: of the person and of the still world, in working pixels.
-        """
-        new = ((shift[0] - world[0]) / seconds, (shift[1] - world[1]) / seconds)
-        self._paces += 1
-        rate = max(_PACE_RATE, 1 / self._paces)
-        self.pace = (
-            self.pace[0] + rate * (new[0] - self.pace[0]),
-            self.pace[1] + rate * (new[1] - self.pace[1]),
-        )
+    def begin_search(self) -> None:
+        """Begin to count how long the person has been lost."""
+        self.lost_s = 0.0
 
     def learn_look(self, person: Person, record: Record, bounds: Bounds | None = None) -> None:
         """Take in the person's mask, which must be of that frame, and its bounds if known."""
@@ -178,9 +116,9 @@ class LostAndFound:
         :returns: the shift made.
         """
         self.lost_s += seconds
-        share = coasting(self.lost_s)
-        dx = world[0] + share * seconds * self.pace[0]
-        dy = world[1] + share * seconds * self.pace[1]
+        share = math.exp(-max(self.lost_s - _COAST_S, 0.0) / _STOP_S)
+        dx = world[0] + share * seconds * person.velocity[0]
+        dy = world[1] + share * seconds * person.velocity[1]
         height, width = shape
         beyond = _BEYOND * person.height
         dx = min(max(person.center_x + dx, -beyond), width + beyond) - person.center_x
@@ -208,7 +146,7 @@ class LostAndFound:
         :param partly: whether only ``part`` counts.
         """
         stands_out = part is not None and _stands_out(part, _FOUND_PART)
-        if not (stands_out or (not partly and _stands_out(sight, FOUND_SHARE))):
+        if not (stands_out or (not partly and _stands_out(sight, _FOUND_SHARE))):
             return False
         return self._is_like(_signature(person, likely, now))
 
@@ -231,16 +169,12 @@ class LostAndFound:
         self, person: Person, world: World, taken: NDArray[np.uint8], config: TrackingConfig
     ) -> tuple[float, float, bool] | None:
         """
-        Look for the silhouette all over the newest frame, at low resolution, now and then.
+        Look for the silhouette all over the newest frame, at low resolution.
 
         :param taken: (h, w) uint8, non-zero where others are.
         :returns: how far from the expected place the person seems to be, in working pixels, and
             whether only a part is seen there, if at all.
         """
-        due = self._looked_for % _SEARCH_EVERY == 0 or self.lost_s < _SEARCH_OFTEN_S
-        self._looked_for += 1
-        if not due:
-            return None
         record = world.now
         step = max(1, round(person.height / _SEARCH_HEIGHT))
         height = person.height / step
@@ -282,15 +216,7 @@ class LostAndFound:
         if found is None or found[2] < _FOUND_PART:
             return None
         x, y, score = found
-        return step * (x - place[0]), step * (y - place[1]), score < _SEARCH_SCORE
-
-
-@dataclass(frozen=True)
-class MemorySnapshot:
-    """What was remembered of a person at some time."""
-
-    state: LostAndFound
-    look: NDArray[np.float32] | None
+        return step * (x - place[0]), step * (y - place[1]), score < _FOUND_SHARE
 
 
 def _stands_out(sight: Sight, least: float) -> bool:

@@ -12,13 +12,11 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window
-from gait_segmentation.kernels import kernel
 from gait_segmentation.tracking.nearness import Nearness
-from gait_segmentation.tracking.person.extent import extent_of, likely_extent
+from gait_segmentation.tracking.person.extent import Extent, extent_of
 
 __all__ = [
     'ALONE',
-    'CLEAR_ENOUGH',
     'LOST_BELOW',
     'Sight',
     'Visibility',
@@ -32,20 +30,11 @@ ALONE = 0.9
 LOST_BELOW = 0.25
 """Share of a person that can be seen below which the person is lost."""
 
-CLEAR_ENOUGH = 0.08
-"""
-Share that must clearly be seen, as likely pixels that do not look like the known background, so
-that somebody of whom less is seen is not lost: the rest is behind something that stands there.
-"""
-
 _LOST_FRAMES = 2
 """Frames in a row that it takes."""
 
 _WELL = 0.75
 """Share that can be seen from which a body is followed."""
-
-_USUAL_SHARE, _USUAL_RATE = 0.8, 0.05
-"""Share of what is usually seen that will do, too, and how fast that is learnt."""
 
 _BOX_MARGIN = 0.04
 """How far from the last mask, carried along, pixels still make the box, in body heights."""
@@ -90,9 +79,8 @@ class Sight:
             uncovered = cv2.bitwise_and(expected, cv2.bitwise_not(hidden))
             share = cv2.countNonZero(uncovered) / max(cv2.countNonZero(expected), 1)
         person = expected if apart is None else cv2.bitwise_or(expected, apart)
-        whole = (np.ascontiguousarray(each) for each in (values, uncovered, person))
-        inside, outside = _means(*whole)
-        return cls(uncovered, share, inside / 255, outside / 255)
+        inside = cv2.mean(values, uncovered)[0] / 255
+        return cls(uncovered, share, inside, cv2.mean(values, cv2.bitwise_not(person))[0] / 255)
 
     @property
     def seen(self) -> float:
@@ -125,27 +113,23 @@ class Visibility:
     def __init__(self) -> None:
         """Begin with a person who is seen as a whole."""
         self.seen = 1.0
-        self._usually = 1.0
         self._unseen_frames = 0
 
     @property
     def well(self) -> bool:
-        """Return whether all of the person was seen, or as much as usual."""
-        return self.seen >= min(_WELL, _USUAL_SHARE * self._usually)
+        """Return whether all of the person was seen."""
+        return self.seen >= _WELL
 
-    def update(self, seen: float, inside: float, clear: float = 0.0) -> bool:
+    def update(self, seen: float, inside: float) -> bool:
         """
         Take in what was seen in a frame.
 
         :param seen: share of the person.
         :param inside: share of the body's box that lies in the image.
-        :param clear: share of the person that cannot be anything else.
         :returns: whether there was enough to go on with.
         """
         self.seen = seen
-        self._usually += _USUAL_RATE * (seen - self._usually)
-        unseen = seen < LOST_BELOW and clear < CLEAR_ENOUGH
-        if unseen or inside < LOST_BELOW / 2:
+        if seen < LOST_BELOW or inside < LOST_BELOW / 2:
             self._unseen_frames += 1
             return False
         self._unseen_frames = 0
@@ -161,27 +145,30 @@ class Visibility:
         self._unseen_frames = 0
 
 
-@kernel('u1[:,::1], u1[:,::1], u1[:,::1]')
-def _means(
-    values: NDArray[np.uint8], inside: NDArray[np.uint8], person: NDArray[np.uint8]
-) -> tuple[float, float]:
-    """Return the mean values inside a mask (0/255) and where nobody is; 0 if that is nowhere."""
-    total_in, count_in, total_out, count_out = 0, 0, 0, 0
-    for row in range(values.shape[0]):
-        sum_in, n_in, sum_out, n_out = np.int32(0), np.int32(0), np.int32(0), np.int32(0)
-        for col in range(values.shape[1]):
-            value = np.int32(values[row, col])
-            one = np.int32(inside[row, col] != 0)
-            other = np.int32(person[row, col] != 255)
-            sum_in += one * value
-            n_in += one
-            sum_out += other * value
-            n_out += other
-        total_in += sum_in
-        count_in += n_in
-        total_out += sum_out
-        count_out += n_out
-    return total_in / max(count_in, 1), total_out / max(count_out, 1)
+def _likely_extent(
+    values: NDArray[np.uint8],
+    near: Nearness | None,
+    reach: float,
+    center: tuple[float, float],
+    angle: float = 0.0,
+) -> tuple[int, Extent] | None:
+    """
+    Measure how far likely pixels near a mask reach from a point.
+
+    :param values: (h, w) uint8 likelihood of a window.
+    :param near: how near its pixels are to the mask, None if that is elsewhere.
+    :param reach: how far from the mask pixels count, in pixels.
+    :param center: (x, y) in the window.
+    :returns: how many pixels there are, and the extent; None if there are none.
+    """
+    if near is None:
+        return None
+    likely = (values[near.part] > 127) & (near.distance >= -max(1.0, reach))
+    count = int(np.count_nonzero(likely))
+    if count == 0:
+        return None
+    point = center[0] - near.part[1].start, center[1] - near.part[0].start
+    return count, extent_of(likely.view(np.uint8), point, angle)
 
 
 def visible_box(
@@ -200,12 +187,10 @@ def visible_box(
     :param window: the window's rows and columns in the image.
     :param height: of the body in pixels.
     """
-    if near is None:
+    found = _likely_extent(values, near, _BOX_MARGIN * height, (0.0, 0.0))
+    if found is None or found[0] < LOST_BELOW * cv2.countNonZero(mask):
         return None
-    reach = max(1.0, _BOX_MARGIN * height)
-    count, extent = likely_extent(values, near, reach, (0.0, 0.0))
-    if count == 0 or count < LOST_BELOW * cv2.countNonZero(mask):
-        return None
+    extent = found[1]
     return Box(
         window[1].start + extent.left,
         window[0].start + extent.top,
@@ -232,17 +217,5 @@ def likely_rows(
     :param angle: tilt of the body in radians.
     :returns: the first and the last row along the body's axis, relative to its middle.
     """
-    if near is None:
-        return None
-    reach = max(1.0, _ROWS_MARGIN * height)
-    if angle:
-        likely = (values[near.part] > 127) & (near.distance >= -reach)
-        if not likely.any():
-            return None
-        x, y = center[0] - near.part[1].start, center[1] - near.part[0].start
-        extent = extent_of(likely.view(np.uint8), (x, y), angle)
-    else:
-        count, extent = likely_extent(values, near, reach, center)
-        if count == 0:
-            return None
-    return extent.top, extent.bottom
+    found = _likely_extent(values, near, _ROWS_MARGIN * height, center, angle)
+    return None if found is None else (found[1].top, found[1].bottom)

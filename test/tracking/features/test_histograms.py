@@ -8,7 +8,7 @@ import pytest
 from gait_segmentation.tracking.features.histograms import (
     ChannelModel,
     class_histograms,
-    moments_ratio,
+    pixels_ratio,
 )
 
 LABELS = np.array([[1, 1, 0, 0, 2]], np.uint8)
@@ -52,24 +52,12 @@ def test_the_variance_ratio_is_the_formula() -> None:
     p, q = logit[:, 30:], logit[:, :30]
     mean, square = (p.mean() + q.mean()) / 2, ((p**2).mean() + (q**2).mean()) / 2
     expected = (square - mean**2) / (p.var() + q.var() + 0.05)
-    assert moments_ratio(logit, labels) == pytest.approx(expected, rel=1e-3)
-    assert moments_ratio(-logit, labels) == 0
-
-
-def test_of_every_second_pixel_the_others_do_not_count() -> None:
-    rng = np.random.default_rng(0)
-    logit = rng.normal(0, 1, (21, 30)).astype(np.float32)
-    labels = rng.integers(0, 3, (11, 15), np.uint8)
-    logit[::2, ::2] += labels == 1
-    thin = moments_ratio(logit[::2, ::2].copy(), labels)
-    assert thin > 0
-    logit[1::2] = 50
-    logit[:, 1::2] = -50
-    assert moments_ratio(logit, labels, 2) == pytest.approx(thin)
+    assert pixels_ratio(logit, labels) == pytest.approx(expected, rel=1e-3)
+    assert pixels_ratio(-logit, labels) == 0
 
 
 def test_without_one_class_nothing_is_told_apart() -> None:
-    assert moments_ratio(np.ones((2, 2), np.float32), np.ones((2, 2), np.uint8)) == 0
+    assert pixels_ratio(np.ones((2, 2), np.float32), np.ones((2, 2), np.uint8)) == 0
     model = ChannelModel(has_neutral=False)
     model.learn(histograms(0, 0, 255, 255, 0), 0.1)
     none = class_histograms(

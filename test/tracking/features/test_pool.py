@@ -6,10 +6,15 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.tracking.features import ChannelFeature, DirectFeature, View, pool
-from gait_segmentation.tracking.features.base import NEUTRAL
+from gait_segmentation.tracking.features.pool import (
+    NEUTRAL,
+    POOL,
+    ChannelFeature,
+    DirectFeature,
+    View,
+)
 
-NAMED = {feature.name: feature for feature in pool()}
+NAMED = {feature.name: feature for feature in POOL}
 COLOURS = np.zeros((8, 12, 3), np.uint8)
 COLOURS[:, :4] = (200, 100, 50)
 COLOURS[:, 4:8] = (100, 50, 25)

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.ego_motion.world_motion import WorldMotion
-from gait_segmentation.tracking.likelihood.cues import add_motion, add_propagation
-from gait_segmentation.tracking.nearness import nearness
+from gait_segmentation.tracking.likelihood.cues import add_motion
 from gait_segmentation.warping import warp_window
 
 WINDOW = (slice(10, 70), slice(10, 90))
@@ -31,23 +30,6 @@ def test_what_moves_with_the_body_is_person_and_what_stays_is_not() -> None:
     assert logit[25, 38] == pytest.approx(2)
     assert logit[25, 70] == pytest.approx(-2)
     assert np.abs(logit).max() <= 2
-
-
-def test_the_last_mask_is_a_weak_prior() -> None:
-    mask = np.zeros((80, 100), np.uint8)
-    mask[20:60, 40:60] = 255
-    logit = np.ones((60, 80), np.float32)
-    add_propagation(logit, nearness(mask[WINDOW], 50.0), 50.0, 0.5)
-    assert logit[25, 38] == pytest.approx(1 + 0.5 * 3)
-    assert logit[25, 29] == pytest.approx(1 - 0.5, abs=0.05)
-    assert logit[25, 70] == pytest.approx(1 - 0.5 * 3)
-    assert np.abs(logit - 1).max() == pytest.approx(0.5 * 3)
-
-
-def test_without_a_mask_all_is_surroundings() -> None:
-    logit = np.zeros((60, 80), np.float32)
-    add_propagation(logit, None, 50.0, 1.0)
-    assert np.all(logit == -3)
 
 
 @pytest.mark.parametrize(

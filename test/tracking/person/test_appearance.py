@@ -9,8 +9,6 @@ import pytest
 from gait_segmentation.tracking.person.appearance import (
     Appearance,
     colour_signature,
-    likeness,
-    likeness_in_any_light,
 )
 from test.tracking.figures import BLUE, GREEN, RED, Figure, picture
 
@@ -62,24 +60,3 @@ def test_nothing_seen_is_like_nobody() -> None:
     appearance = Appearance()
     appearance.learn(signature(Figure(100)))
     assert appearance.similarity(signature(Figure(100), part=slice(0, 1))) == 0
-
-
-def test_in_another_light_only_the_same_is_alike() -> None:
-    known = signature(Figure(100))
-    for gain in (0.6, 1.4):
-        dark = looked_at(Figure(200), gain)
-        assert likeness(known, colour_signature(*dark)) < 0.65
-        assert likeness_in_any_light(known, *dark) > 0.75
-        for coat in (BLUE, GREEN):
-            assert likeness_in_any_light(known, *looked_at(Figure(200, coat), gain)) < 0.62
-
-
-def test_appearance_comes_back_to_what_it_was() -> None:
-    appearance = Appearance()
-    appearance.learn(signature(Figure(100)))
-    before = appearance.signature
-    for _ in range(40):
-        appearance.learn(signature(Figure(100, BLUE)))
-    assert appearance.similarity(signature(Figure(100))) < 0.9
-    appearance.restore(before)
-    assert appearance.similarity(signature(Figure(100))) > 0.99

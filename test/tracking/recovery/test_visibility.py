@@ -59,16 +59,6 @@ def test_a_person_is_lost_in_the_second_frame_without_sight() -> None:
     assert not visibility.is_lost
 
 
-def test_somebody_of_whom_a_little_is_clearly_seen_is_not_lost() -> None:
-    visibility = Visibility()
-    for _ in range(5):
-        assert visibility.update(0.1, 1.0, clear=0.09)
-    assert not visibility.is_lost
-    assert not visibility.update(0.1, 1.0, clear=0.02)
-    assert not visibility.update(0.1, 0.05, clear=0.09)
-    assert visibility.is_lost
-
-
 def test_what_stands_before_a_person_is_not_looked_at() -> None:
     mask, likely = block(4, 10, 24, 50), block(4, 10, 9, 50)
     sight = Sight.of(likely, mask, None)
@@ -76,15 +66,6 @@ def test_what_stands_before_a_person_is_not_looked_at() -> None:
     assert (part.share, part.inside) == pytest.approx((0.25, 1.0))
     assert part.seen == pytest.approx(sight.seen)
     assert sight.before(np.zeros_like(mask), likely).seen == 0
-
-
-def test_as_much_as_usual_is_well_seen() -> None:
-    visibility = Visibility()
-    visibility.update(0.55, 1.0)
-    assert not visibility.well
-    for _ in range(60):
-        visibility.update(0.55, 1.0)
-    assert visibility.well
 
 
 def test_the_box_is_about_the_likely_pixels_near_the_mask() -> None:
