@@ -29,6 +29,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from gait_segmentation.evaluation.settings import replaced
+
 from benchmarks.bars import holds
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
@@ -36,7 +38,6 @@ from gait_segmentation.drawing import Image, draw_label
 from gait_segmentation.evaluation.output import TILE_HEIGHT, TILE_SIZE, tile, write_image
 from gait_segmentation.evaluation.report import aligned
 from gait_segmentation.evaluation.runner import Outcome, run
-from gait_segmentation.evaluation.settings import replaced
 from gait_segmentation.gait_model import FIGURES
 from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
