@@ -10,8 +10,7 @@ included.  The templates are one walk in profile sampled at K phases, binary (``
 ``gemm``) or with 8 grey levels (``events_soft``, ``direct_access_table``, ``reference``).
 ``gemm`` is one float32 matrix product on one thread, the honest rival for binary templates.
 ``events_views`` is 16 views of K / 16 phases with 8 grey levels.  ``update_ms`` is a whole
-update of the matcher, resampling, kernel, path and result, with 16 views of 30 phases of one
-build, and with the standard bank.
+update of the matcher, resampling, kernel, path and result, with the standard bank.
 
 Times are medians of interleaved repeats, of the processor time of the one thread that works, so
 that other programs on the machine disturb them little; ``--wall`` takes the clock instead.
@@ -44,7 +43,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.kernels import DirectAccessTableKernel, ReferenceKernel
 from gait_segmentation.cli.tool import run_tool
-from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank, default_bank
+from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.gait_model.builder import quantize
 from gait_segmentation.gait_model.render import render_cycle, render_silhouette
 from gait_segmentation.geometry import Box
@@ -127,10 +126,12 @@ def equal_results(banks: dict[str, Images], images: Images) -> bool:
     )
 
 
-def all_windows(kernel: EventKernel, images: Images) -> NDArray[np.int32]:
+def all_windows(
+    kernel: EventKernel, images: Images, matrix: NDArray[np.uint8]
+) -> NDArray[np.int32]:
     """Compute C as the matcher does, without putting the rows in the order of the templates."""
     windows = len(images), GRID.rows, GRID.columns
-    return kernel.common_rows(polyphase(images, GRID), (0, 0), windows)
+    return kernel.common_rows(polyphase(images, GRID), (0, 0), windows, matrix)
 
 
 def measure_kernels(repeats: int, clock: Callable[[], float]) -> dict[str, Any]:
@@ -149,7 +150,10 @@ def measure_kernels(repeats: int, clock: Callable[[], float]) -> dict[str, Any]:
             events[name][str(count)] = kernel.events
             label = {'binary': 'events', 'soft': 'events_soft', 'views': 'events_views'}[name]
             megabytes[f'{label} {count}'] = round(kernel.nbytes / 2**20, 2)
-            runs[label, count] = lambda kernel=kernel: all_windows(kernel, images)
+            matrix = kernel.new_matrix()
+            runs[label, count] = lambda kernel=kernel, matrix=matrix: all_windows(
+                kernel, images, matrix
+            )
         product = MatrixProduct(banks['binary'], GRID)
         runs['gemm', count] = lambda product=product: product.common_area(images)
         # The slow kernels treat the windows one by one: a part of them tells the time of all.
@@ -252,9 +256,7 @@ def main() -> int:
     arguments = parser.parse_args()
     clock = time.perf_counter if arguments.wall else time.thread_time
     report = measure_kernels(arguments.repeats, clock)
-    report['update_ms'] = {}
-    for bank in (build_bank(BankSpec(builds='average')), default_bank()):
-        report['update_ms'] |= measure_update(bank, max(arguments.repeats, 100), clock)
+    report['update_ms'] = measure_update(default_bank(), max(arguments.repeats, 100), clock)
     for label, values in report['ms'].items():
         print(f'{label:20s}', *(f'{k:>4s}: {v:9.3f}' for k, v in values.items()))
     print('events', report['events'], 'soft', report['events_soft'], report['events_views'])

@@ -89,13 +89,16 @@ class Scores:
                 sides = beside
             elif axis == 1:
                 sides = sides[0] % phases, sides[1] % phases
-            near = (self._with(state, axis, each) for each in (sides[0], value, sides[1]))
-            found.append(_vertex(*near))
+            low, middle, high = (
+                self._with(state, axis, each) for each in (sides[0], value, sides[1])
+            )
+            found.append(_vertex(low, middle, high))
         return found
 
     def _with(self, state: State, axis: int, value: int) -> int:
-        sequence, phase, *place = (*state[:axis], value, *state[axis + 1 :])
-        return self.at(sequence, phase, (place[0], place[1], place[2]))
+        place = list(state)
+        place[axis] = value
+        return self.at(place[0], place[1], (place[2], place[3], place[4]))
 
 
 def _vertex(low: int, middle: int, high: int) -> float:
@@ -341,8 +344,8 @@ def view_changes(
     most = max(len(reached) for reached in found)
     sequences = np.full((len(found), most), -1, np.int32)
     costs = np.zeros((len(found), most), np.int16)
-    for index, reached in enumerate(found):
-        for place, (other, cost) in enumerate(reached):
+    for index, pairs in enumerate(found):
+        for place, (other, cost) in enumerate(pairs):
             sequences[index, place] = other
             costs[index, place] = min(round(UNIT * cost), UNIT)
     return sequences, costs

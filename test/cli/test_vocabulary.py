@@ -13,6 +13,7 @@ import pytest
 from gait_segmentation.cli import bank, vocabulary as command
 from gait_segmentation.errors import BankError, ConfigError
 from gait_segmentation.gait_model import render_silhouette
+from gait_segmentation.gait_model.builder import model_digest
 from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
 
 needs_sklearn = pytest.mark.skipif(
@@ -85,7 +86,7 @@ def test_the_model_is_the_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(command, 'learn_vocabulary', learn)
     run(str(tmp_path / 'words.json'), '--quiet')
     assert seen[0][0] >= 400
-    assert seen[0][1].startswith('gait model, version')
+    assert seen[0][1] == f'gait model, {model_digest()}'
     assert Vocabulary.load(tmp_path / 'words.json').words == 1
 
 

@@ -107,7 +107,7 @@ def test_leaning_templates_fill_the_box_and_keep_their_height() -> None:
 
 
 def test_some_builds_alone_start() -> None:
-    spec = BankSpec(height=48, width=32, azimuths=2, phases=4, builds='average,uneven,dress')
+    spec = BankSpec(height=48, width=32, azimuths=2, phases=4, builds='average,coat,dress')
     bank = build_bank(spec)
     part = starting_bank(bank, 'dress, average,rucksack')
     assert set(part.builds) == {'average', 'dress'}
