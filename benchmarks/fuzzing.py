@@ -16,11 +16,16 @@ from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 
 from hypothesis import HealthCheck, given, seed, settings, strategies as st
+from hypothesis.errors import FlakyStrategyDefinition
 
 __all__ = ['fuzz']
 
 _LONGEST_S = 900
 """Time after which an example counts as one that never ends; the first may compile kernels."""
+
+
+class _TimeUp(BaseException):
+    """No failure: hypothesis lets it through."""
 
 
 def _run(play: Callable[[st.DataObject], None], number: int, most: int, until: float) -> int:
@@ -33,14 +38,20 @@ def _run(play: Callable[[st.DataObject], None], number: int, most: int, until: f
     @given(st.data())
     def examples(data: st.DataObject) -> None:
         nonlocal played
-        if time.time() < until:
-            # Ends the process if the example never ends.
-            faulthandler.dump_traceback_later(_LONGEST_S, exit=True)
-            play(data)
-            faulthandler.cancel_dump_traceback_later()
-            played += 1
+        if time.time() > until:
+            raise _TimeUp
+        # Ends the process if the example never ends.
+        faulthandler.dump_traceback_later(_LONGEST_S, exit=True)
+        play(data)
+        faulthandler.cancel_dump_traceback_later()
+        played += 1
 
-    examples()
+    try:
+        examples()
+    except (_TimeUp, FlakyStrategyDefinition):
+        # To stop without drawing is inconsistent, to hypothesis.
+        if time.time() < until:
+            raise
     return played
 
 

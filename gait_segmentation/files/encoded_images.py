@@ -32,14 +32,11 @@ Passes over its pixels that a JPEG may make, and 10 are usual: each takes time f
 hardly any bytes.
 """
 
-_PIXELS_PER_BYTE, _MOST_PIXELS_PER_BYTE = 64, 8 * 64
-"""
-Of a JPEG: seldom more than the first, never more than the second, since each block of 8 x 8 pixels
-takes a bit at least.
-"""
+_MOST_PIXELS_PER_BYTE = 8 * 64
+"""Of a JPEG: each block of 8 x 8 pixels takes a bit at least."""
 
 _FILLED = 128
-"""What OpenCV fills up a JPEG with of which data are missing."""
+"""What OpenCV 4 fills up a JPEG with of which data are missing."""
 
 _MOST_PARTS = 4096
 """Segments of a JPEG, or entries of a TIFF directory, that are looked through for the size."""
@@ -98,14 +95,17 @@ def decode_image(
             check_pixels(size, most)
         except InputError as error:
             raise InputError(f'{name}: {error}') from None
-        if content.startswith(b'\xff') and content.count(_SCAN) > _MOST_SCANS:
+        jpeg = content.startswith(b'\xff')
+        if jpeg and content.count(_SCAN) > _MOST_SCANS:
             raise InputError(
                 f'{name} must be a JPEG of at most {_MOST_SCANS} scans, got '
                 f'{content.count(_SCAN)}: write it anew'
             )
         try:
-            whole = not content.startswith(b'\xff') or _is_whole(data, content, size)
-            image = cv2.imdecode(data, flags) if whole else None
+            if not jpeg or _holds(content, size):
+                image = cv2.imdecode(data, flags)
+            if jpeg and image is not None and _is_filled_up(image):
+                image = None
         except cv2.error:
             # Such as of values that do not go together.
             image = None
@@ -114,25 +114,15 @@ def decode_image(
     return np.asarray(image)
 
 
-def _is_whole(data: NDArray[np.uint8], content: bytes, size: Size) -> bool:
-    """
-    Tell whether a JPEG has all its pixels: OpenCV 4 makes up those that are missing.
+def _holds(content: bytes, size: Size) -> bool:
+    """Tell whether a JPEG has an end, and bytes enough for its size."""
+    has_end = content.rfind(_END) > content.rfind(_SCAN)
+    return has_end and size[0] * size[1] <= _MOST_PIXELS_PER_BYTE * len(content)
 
-    So one that is cut off would be taken for an image, and one whose size is damaged for a large
-    one, which takes a lot of memory wherever it is worked on.
-    """
-    if content.rfind(_END) < content.rfind(_SCAN):
-        return False
-    density = size[0] * size[1] / len(content)
-    if density <= _PIXELS_PER_BYTE:
-        return True
-    if density > _MOST_PIXELS_PER_BYTE:
-        return False
-    small = cv2.imdecode(data, cv2.IMREAD_REDUCED_GRAYSCALE_8)
-    if small is None:
-        return False
-    filled = small == _FILLED
-    return not filled[-1].all() or bool(filled.all())
+
+def _is_filled_up(image: NDArray[np.generic]) -> bool:
+    """Tell whether what is missing of a JPEG, such as by a damaged size, has been made up."""
+    return bool((image[-1] == _FILLED).all() and not (image == _FILLED).all())
 
 
 def claimed_size(data: bytes) -> Size | None:

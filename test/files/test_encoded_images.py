@@ -140,9 +140,7 @@ def test_a_jpeg_of_few_bytes_cannot_claim_many_pixels() -> None:
         data = cv2.imencode('.jpg', flat, options)[1].tobytes()
         assert flat.size > 200 * len(data)
         assert decoded(data).shape == (1024, 1024, 3)
-    # What is missing is filled up, unless it is most.
-    assert decoded(jpeg(320, 240)).shape == (240, 320, 3)
-    for width, height in ((1280, 720), (1920, 1080), (7680, 4320)):
+    for width, height in ((64, 100), (320, 240), (1920, 1080), (7680, 4320)):
         with pytest.raises(InputError, match='not a complete image'):
             decoded(jpeg(width, height))
 
