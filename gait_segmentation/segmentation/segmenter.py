@@ -182,7 +182,8 @@ class Segmenter:
         support = evidence.astype(np.float32) / np.float32(255)
         if terms.psi is not None:
             support = (support + prior / np.float32(255)) / 2
-        labels = keep_supported(labels, support)
+        known = None if terms.psi is None else prior > 127
+        labels = keep_supported(labels, support, known, body.height)
         labels = fill_holes(labels, self.config.hole_area * body.height**2)
         return labels, logit
 

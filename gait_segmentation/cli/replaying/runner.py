@@ -88,7 +88,7 @@ def _run(
     outputs: list[Output],
     results: Iterator[Replayed],
     stop: Stop,
-    progress: Callable[[], None],
+    progress: Callable[[], object],
 ) -> bool:
     """Feed the outputs and return whether the end was reached."""
     try:
