@@ -12,7 +12,11 @@ from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.images import Window, check_map
 from gait_segmentation.sizes import same_proportions, shrink
 
-__all__ = ['check_sizes', 'in_window', 'source_window', 'window_about', 'without']
+__all__ = ['check_sizes', 'in_window', 'no_finer', 'source_window', 'window_about', 'without']
+
+_MOST_PIXELS = 2**18
+"""Pixels about a body in which it is cut out: three times what the tracker's working height asks
+for.  A cut takes 0.6 kB for each."""
 
 
 def check_sizes(
@@ -41,6 +45,25 @@ def check_sizes(
             f'likelihood must have the proportions of the image {image.shape[:2]} and be no '
             f'larger, got {likelihood.shape}'
         )
+
+
+def no_finer(
+    likelihood: NDArray[np.uint8], prior: NDArray[np.uint8], body: BodyFrame, width: int
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """
+    Return a likelihood and a shape prior, smaller if they show a body finer than it is cut out.
+
+    :param likelihood, prior: (h, w) uint8.
+    :param body: in pixels of the image.
+    :param width: of the image.
+    """
+    rows, columns = window_about(body.scaled(likelihood.shape[1] / width), None, likelihood.shape)
+    pixels = max(rows.stop - rows.start, 0) * max(columns.stop - columns.start, 0)
+    if pixels <= _MOST_PIXELS:
+        return likelihood, prior
+    factor = (_MOST_PIXELS / pixels) ** 0.5
+    height, across = (max(1, round(factor * size)) for size in likelihood.shape)
+    return shrink(likelihood, (height, across)), shrink(prior, (height, across))
 
 
 def window_about(body: BodyFrame, last: Box | None, shape: tuple[int, int]) -> Window:

@@ -21,6 +21,7 @@ from gait_segmentation.segmentation.graph_cut import decided, minimum_cut, open_
 from gait_segmentation.segmentation.inputs import (
     check_sizes,
     in_window,
+    no_finer,
     source_window,
     window_about,
     without,
@@ -112,6 +113,7 @@ class Segmenter:
             return self._empty(image, match, gone if match.track_id else 'nobody is tracked')
         if match.body.height > _LARGEST * max(height, width):
             return self._empty(image, match, 'the person is far larger than the image')
+        likelihood, whole_prior = no_finer(likelihood, match.shape_prior, match.body, width)
         scale = likelihood.shape[1] / width
         body = match.body.scaled(scale)
         window = window_about(body, self._last, likelihood.shape)
@@ -126,7 +128,7 @@ class Segmenter:
         lab = cv2.cvtColor(shrink(source, likelihood[window].shape), cv2.COLOR_BGR2Lab)
         outside = outside or self.config.outside
         evidence = likelihood[window]
-        prior, place = match.shape_prior[window], in_window(body, window)
+        prior, place = whole_prior[window], in_window(body, window)
         # What is taken by others says nothing of where the person is.
         if self._aligns and (taken is None or not taken[crop].any()):
             prior, place = align(prior, evidence, place, self.config.alignment_stiffness)

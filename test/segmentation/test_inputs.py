@@ -10,6 +10,7 @@ from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.segmentation.inputs import (
     check_sizes,
     in_window,
+    no_finer,
     source_window,
     window_about,
     without,
@@ -71,3 +72,16 @@ def test_pixels_that_are_taken_are_nobodys() -> None:
     assert (likelihood == 200).all()
     assert (out[2:6, 4:7] == 0).all()
     assert np.count_nonzero(out == 0) == 12
+
+
+def test_a_body_is_cut_out_no_finer_than_it_need_be() -> None:
+    maps = np.zeros((4000, 400), np.uint8), np.full((4000, 400), 255, np.uint8)
+    usual = BodyFrame(200.0, 200.0, 300.0)
+    assert all(a is b for a, b in zip(no_finer(*maps, usual, 400), maps, strict=True))
+    # Half the size of the image, and a body as tall as that allows.
+    tall = BodyFrame(400.0, 4000.0, 7800.0)
+    likelihood, prior = no_finer(*maps, tall, 800)
+    assert likelihood.shape == prior.shape
+    assert likelihood.size <= 1.1 * 2**18
+    assert likelihood.shape[0] == pytest.approx(10 * likelihood.shape[1], rel=0.01)
+    assert (prior == 255).all()
