@@ -279,12 +279,14 @@ def test_somebody_far_away_does_a_mask_no_harm() -> None:
     """Only what is learnt of the world, which both share, may change it a little."""
     alone, both = several(people=1), several(people=2)
     assert both[-1].people[1].segmentation.mask.any()
-    alike = []
+    alike, better = [], []
     for frame, one, two in zip(couple(), alone, both, strict=True):
         first, second = (each.people[0].segmentation.mask for each in (one, two))
         alike.append(overlap(first, second))
         truth = frame.masks[0]
-        assert overlap(second, truth) > overlap(first, truth) - 0.005
+        better.append(overlap(second, truth) - overlap(first, truth))
+    assert np.mean(better) > -0.005
+    assert min(better) > -0.02
     # Single frames go one way or the other with the versions of the libraries.
     assert np.mean(alike) > 0.97
 
