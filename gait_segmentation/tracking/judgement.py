@@ -223,13 +223,13 @@ def _add_spread(
     template = carried_template(person, world, window)
     if template is None:
         return
-    strange = record.strange(window, config.shadow_floor, lab)
-    familiar = record.background.is_sure(window) & (strange == 0)
     logit += np.float32(config.spread_weight * share) * spread_evidence(
         lab,
-        record.background.count[window],
-        strange.astype(np.float32) - familiar,
+        record.background.sums,
+        window,
+        record.background.sigma,
         moving[1],
         template,
         person.height,
+        config.shadow_floor,
     )

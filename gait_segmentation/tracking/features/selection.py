@@ -37,6 +37,9 @@ _POOR = 1.25
 _SHARE, _LEAST_RATIO = 0.75, 0.6
 """A feature helps a poor likelihood with this share of its ratio, and at least this ratio."""
 
+_LEAD = 1.5
+"""It joins a good likelihood only with this many times its ratio."""
+
 _ALIKE = 0.8
 """Correlation with a better feature from which a feature adds nothing new."""
 
@@ -151,11 +154,11 @@ class FeatureSelector:
         ratios = {each: self._variance_ratio(each, view, labels) for each in POOL}
         known = [(ratio, each) for each, ratio in ratios.items() if ratio is not None]
         known.sort(key=lambda item: -item[0])
-        least = max(_LEAST_RATIO, _SHARE * base)
+        least = max(_LEAST_RATIO, _SHARE * base) if base < _POOR else _LEAD * base
         self._chosen = []
         taken: list[NDArray[np.float32]] = []
         for ratio, feature in known:
-            if base >= _POOR or ratio <= least or len(taken) == _MOST:
+            if ratio <= least or len(taken) == _MOST:
                 break
             values = None if feature.name in view.evidence else self._log_ratio(feature, view)
             if values is None or any(_correlation(values, other) > _ALIKE for other in taken):

@@ -61,8 +61,8 @@ def extent_of(
         rows, columns = np.nonzero(part)
         right, down = columns + 0.5 - x, rows + 0.5 - y
         cos, sin = math.cos(angle), math.sin(angle)
-        top, bottom = np.quantile(cos * down - sin * right, ends)
-        left, axis, far = np.quantile(cos * right + sin * down, (ends[0], 0.5, ends[1]))
+        top, bottom = np.quantile(cos * down - sin * right, ends).tolist()
+        left, axis, far = np.quantile(cos * right + sin * down, (ends[0], 0.5, ends[1])).tolist()
         return Extent(top - 0.5, bottom + 0.5, left - 0.5, far + 0.5, axis, at_bottom)
     top, bottom = _places(np.count_nonzero(part, axis=1), ends)
     left, axis, far = _places(np.count_nonzero(part, axis=0), (ends[0], 0.5, ends[1]))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Bounds, Window, bounding_box, count_likely
 from gait_segmentation.results import Feedback
+from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.person.person import Person
 
 __all__ = ['WholeArea', 'grown', 'working_masks']
@@ -39,8 +40,7 @@ def working_masks(
     if mask.shape == shape:
         mask = mask.copy()
     else:
-        mask = cv2.resize(mask, shape[::-1], interpolation=cv2.INTER_LINEAR)
-        mask = cv2.threshold(mask, 127, 255, cv2.THRESH_BINARY)[1]
+        mask = np.asarray(cv2.threshold(shrink(mask, shape), 127, 255, cv2.THRESH_BINARY)[1])
     if prior.shape == shape:
         return mask, prior.copy()
     return mask, np.asarray(cv2.resize(prior, shape[::-1], interpolation=cv2.INTER_LINEAR))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.likelihood.spreading import spread_evidence
 
 SHAPE = (100, 80)
@@ -46,11 +45,7 @@ def spread(
         template[BODY] = 255
     if moving is None:
         moving = np.zeros(SHAPE, np.float32)
-    model = BackgroundModel(SHAPE)
-    model.sums[:], model.sigma = sums, SIGMA
-    strange = model.contradicted(lab, ALL, 0.5)
-    says = strange.astype(np.float32) - (model.is_sure(ALL) & (strange == 0))
-    return spread_evidence(lab, model.count, says, moving, template, TALL)
+    return spread_evidence(lab, sums, ALL, SIGMA, moving, template, TALL, 0.5)
 
 
 def test_wall_that_runs_on_behind_the_body_is_wall_and_the_body_is_not() -> None:
@@ -122,10 +117,11 @@ def test_it_is_the_recursive_filter_of_evidence_over_that_of_sureness() -> None:
     rng = np.random.default_rng(6)
     for shape in ((7, 9), (12, 5)):
         lab = rng.integers(100, 130, (*shape, 3), np.uint8)
-        none = np.zeros(shape, np.float32)
+        sums = np.zeros((*shape, 4), np.float32)
         moving = rng.uniform(-2, 2, shape).astype(np.float32)
         template = rng.integers(0, 256, shape, np.uint8)
-        found = spread_evidence(lab, none, none, moving, template, TALL)
+        window = (slice(0, shape[0]), slice(0, shape[1]))
+        found = spread_evidence(lab, sums, window, SIGMA, moving, template, TALL, 0.5)
         smooth = cv2.GaussianBlur(lab, (3, 3), 0).astype(int)
         across, down = np.zeros(shape), np.zeros(shape)
         across[:, :-1] = np.abs(np.diff(smooth, axis=1)).sum(axis=2)
