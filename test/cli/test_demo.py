@@ -80,7 +80,7 @@ class Demo:
                 words = (entry / 'cmdline').read_text().replace('\0', ' ')
             except (FileNotFoundError, ProcessLookupError):
                 continue
-            if parent == self.process.pid and 'gait_segmentation.nodes' in words:
+            if parent == self.process.pid and '-m gait_segmentation ' in words:
                 found[int(entry.name)] = words
         return found
 
@@ -129,7 +129,7 @@ def test_ctrl_c_leaves_nothing_behind(demo: Demo) -> None:
 
 def test_a_node_that_dies_is_named_and_the_others_are_stopped(demo: Demo) -> None:
     children = demo.children()
-    (segmenter,) = (pid for pid, words in children.items() if 'segmenter_node' in words)
+    (segmenter,) = (pid for pid, words in children.items() if ' segmenter ' in words)
     os.kill(segmenter, signal.SIGKILL)
     output = demo.finish()
     assert demo.process.returncode == 2
