@@ -4,31 +4,23 @@
 
 from __future__ import annotations
 
-import ctypes
 import fcntl
-import mmap
 import os
 import re
-import struct
 import threading
 import time
-from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ['DeadPorts', 'release_dead_mutexes', 'remove_dead_segments']
+__all__ = ['DeadPorts', 'remove_dead_segments']
 
-_FOLDER, _PROC = Path('/dev/shm'), Path('/proc')
+_FOLDER = Path('/dev/shm')
 _LOCK = re.compile(r'((fastrtps|fastdds)_[0-9a-z]{16})_el')
 _YOUNG_S = 10.0
 """Age up to which a lock may not have been taken yet by the process that has just made it."""
 
 _PORT = re.compile(r'(fastrtps|fastdds)_port[0-9]+')
-_MUTEX = re.compile(r'sem\.(fastrtps|fastdds)_port[0-9]+_mutex')
-_VALUE = struct.Struct('=I')
-"""What a semaphore of glibc begins with; as a mutex it is 0 while somebody holds it."""
-
 _HOLD_S, _MOST = 30.0, 64
 """How long locks of the dead are held, longer than anybody writes to them, and how many."""
 
@@ -86,59 +78,6 @@ def _remove_if_dead(lock: Path, segment: Path) -> int:
         os.close(held)
 
 
-def release_dead_mutexes(folder: Path, names: Iterable[str], processes: Path = _PROC) -> int:
-    """
-    Release the mutexes of ports that were held by processes that are gone.
-
-    Whoever opens a port holds its mutex, a semaphore of which nobody notes the owner.  Fast DDS
-    2.14 takes one for dead that cannot be had within 2 s, and meanwhile neither a new process is
-    made nor anything sent.  But who holds it has its file mapped: if nobody has, nobody lives.
-
-    :param folder: where the system keeps shared memory.
-    :param names: of the files there.
-    :param processes: where the system tells of processes.
-    :returns: how many were released.
-    """
-    held = [folder / name for name in names if _MUTEX.fullmatch(name)]
-    held = [path for path in held if _is_held(path)]
-    if not held:
-        return 0
-    mapped = _mapped(processes)
-    return sum(_release(path) for path in held if str(path) not in mapped)
-
-
-def _is_held(mutex: Path) -> bool:
-    with suppress(OSError, struct.error):
-        return (
-            mutex.lstat().st_uid == os.geteuid() and _VALUE.unpack_from(mutex.read_bytes())[0] == 0
-        )
-    return False
-
-
-def _mapped(processes: Path) -> set[str]:
-    """Return the semaphores that living processes have mapped; not those of other users."""
-    found: set[str] = set()
-    for maps in processes.glob('[0-9]*/maps'):
-        with suppress(OSError):
-            lines = maps.read_bytes().splitlines()
-            found.update(line.split(maxsplit=5)[5].decode() for line in lines if b'/sem.' in line)
-    return found
-
-
-def _release(mutex: Path) -> bool:
-    """Release a mutex unless somebody else does."""
-    with suppress(OSError), open(mutex, 'r+b') as file:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        with mmap.mmap(file.fileno(), 0) as memory:
-            if _VALUE.unpack_from(memory)[0] == 0:
-                semaphore = ctypes.c_char.from_buffer(memory)
-                posted = ctypes.CDLL(None).sem_post(ctypes.byref(semaphore)) == 0
-                # Else the memory could not be unmapped.
-                del semaphore
-                return posted
-    return False
-
-
 class DeadPorts:
     """
     Keeps the DDS away from what killed processes were reading from.
@@ -181,13 +120,9 @@ class DeadPorts:
         """
         Take the ports of those that have died, and remove what was held for long enough.
 
-        For as long as there are any, mutexes of the dead are released, too.
-
         :param written: take also those of which nothing is left but what others write to.
         """
         names = {path.name for path in self._folder.iterdir()} if self._folder.is_dir() else set()
-        if written or self._held:
-            release_dead_mutexes(self._folder, names)
         for name in sorted(filter(_PORT.fullmatch, names)):
             port = self._folder / name
             # Ports with many readers have locks of another kind.

@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 import fcntl
-import mmap
 import os
-import sys
 import time
 from pathlib import Path
 
 import pytest
 
-from gait_segmentation.ros.shared_memory import (
-    DeadPorts,
-    release_dead_mutexes,
-    remove_dead_segments,
-)
+from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
 
 
 def segment(folder: Path, name: str, old: bool = True) -> Path:
@@ -150,52 +144,3 @@ def test_ports_of_somebody_else_are_left(tmp_path: Path, monkeypatch: pytest.Mon
     DeadPorts(tmp_path).close()
     assert names(tmp_path) == {'fastrtps_port7411', lock.name}
     DeadPorts(tmp_path / 'none').close()
-
-
-def mutex(folder: Path, name: str, value: int) -> Path:
-    """Make a mutex as Fast DDS does, a semaphore; 0 if somebody holds it."""
-    path = folder / name
-    path.write_bytes(value.to_bytes(4, sys.byteorder) + bytes(28))
-    return path
-
-
-def value_of(path: Path) -> int:
-    return int.from_bytes(path.read_bytes()[:4], sys.byteorder)
-
-
-def test_the_mutex_of_the_dead_is_released_and_that_of_the_living_is_not(tmp_path: Path) -> None:
-    dead, free, alive, other = (
-        mutex(tmp_path, name, value)
-        for name, value in (
-            ('sem.fastrtps_port7411_mutex', 0),
-            ('sem.fastrtps_port7412_mutex', 1),
-            ('sem.fastdds_port7413_mutex', 0),
-            ('sem.of_somebody', 0),
-        )
-    )
-    with open(alive, 'r+b') as file, mmap.mmap(file.fileno(), 0):
-        assert release_dead_mutexes(tmp_path, names(tmp_path)) == 1
-        assert [value_of(path) for path in (dead, free, alive, other)] == [1, 1, 0, 0]
-    assert release_dead_mutexes(tmp_path, names(tmp_path)) == 1
-    assert [value_of(path) for path in (dead, free, alive, other)] == [1, 1, 1, 0]
-    assert release_dead_mutexes(tmp_path, [*names(tmp_path), 'sem.fastrtps_port1_mutex']) == 0
-
-
-def test_a_mutex_that_somebody_else_releases_is_left_to_them(tmp_path: Path) -> None:
-    dead = mutex(tmp_path, 'sem.fastrtps_port7411_mutex', 0)
-    with open(dead, 'rb') as other:
-        fcntl.flock(other, fcntl.LOCK_EX)
-        assert release_dead_mutexes(tmp_path, [dead.name]) == 0
-    assert value_of(dead) == 0
-
-
-def test_damaged_mutexes_are_left_alone(tmp_path: Path) -> None:
-    (tmp_path / 'sem.fastrtps_port7411_mutex').write_bytes(b'\0')
-    (tmp_path / 'sem.fastrtps_port7412_mutex').mkdir()
-    assert release_dead_mutexes(tmp_path, names(tmp_path)) == 0
-
-
-def test_whoever_starts_releases_the_mutexes_of_the_dead(tmp_path: Path) -> None:
-    dead = mutex(tmp_path, 'sem.fastrtps_port7411_mutex', 0)
-    DeadPorts(tmp_path).close()
-    assert value_of(dead) == 1
