@@ -18,6 +18,8 @@ from gait_segmentation.ros.watch import UNCLOSED
 
 ROOT = Path(__file__).resolve().parents[2]
 TIMEOUT_S = 300.0
+# Without shared memory: of what others have left there Fast DDS writes to the standard output.
+ALONE = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'OFF', 'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 NODE = """
@@ -92,7 +94,7 @@ def _begin(
     return subprocess.Popen(
         [sys.executable, '-c', script],
         cwd=ROOT,
-        env={**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'OFF'},
+        env={**os.environ, **ALONE},
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
