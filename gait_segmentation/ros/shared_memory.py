@@ -10,7 +10,6 @@ import re
 import threading
 import time
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 
 __all__ = ['DeadPorts', 'remove_dead_segments']
@@ -21,11 +20,8 @@ _YOUNG_S = 10.0
 """Age up to which a lock may not have been taken yet by the process that has just made it."""
 
 _PORT = re.compile(r'(fastrtps|fastdds)_port[0-9]+')
-_HOLD_S, _MOST = 30.0, 64
-"""How long locks of the dead are held, longer than anybody writes to them, and how many."""
-
-_DEAD = b'the process is dead'
-"""Written to its lock, which is empty else."""
+_CLOSED_S = 30.0
+"""How long the ports of the dead are closed, longer than anybody writes to them."""
 
 _LOOKED_AT_S = 0.5
 """Up to this age a lock may be one that somebody made just to look whether there is another."""
@@ -90,21 +86,20 @@ class DeadPorts:
     in a way that two processes can be in at a time, it may be left with memory that has no name
     any more, and hear nobody for ever.
 
-    So whoever lives holds the locks of the dead for half a minute: then nobody takes them for
-    free, and new processes take other numbers.  After that all that the dead have left is
-    removed.  Only this user's ports are looked at.
+    So whoever lives puts an empty folder in the port's place for half a minute.  Nobody can open
+    or make the port then: new processes take other numbers at once, and what is written to the
+    dead is dropped.  Only this user's ports are looked at.
     """
 
-    def __init__(self, folder: Path = _FOLDER, hold_s: float = _HOLD_S) -> None:
+    def __init__(self, folder: Path = _FOLDER, closed_s: float = _CLOSED_S) -> None:
         """
-        Take the ports of the dead, also those that are only written to any more.
+        Close the ports of the dead, also those that are only written to any more.
 
         :param folder: where the system keeps shared memory.
-        :param hold_s: time after which what they have left is removed.
+        :param closed_s: time after which the numbers are free again.
         """
         self._folder = folder
-        self._hold_s = hold_s
-        self._held: dict[Path, _Held] = {}
+        self._closed_s = closed_s
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name='ports', daemon=True)
         # Everybody who looks whether a reader is dead holds its lock for a moment.
@@ -118,31 +113,29 @@ class DeadPorts:
 
     def look(self, *, written: bool = False) -> None:
         """
-        Take the ports of those that have died, and remove what was held for long enough.
+        Close the ports of those that have died, and free the numbers closed for long enough.
 
-        :param written: take also those of which nothing is left but what others write to.
+        :param written: close also those of which nothing is left but what others write to.
         """
         names = {path.name for path in self._folder.iterdir()} if self._folder.is_dir() else set()
         for name in sorted(filter(_PORT.fullmatch, names)):
-            port = self._folder / name
             # Ports with many readers have locks of another kind.
-            if f'{name}_sl' in names or port in self._held:
+            if f'{name}_sl' in names:
                 continue
-            if len(self._held) < _MOST and (written or f'{name}_el' in names):
-                with suppress(OSError):
-                    self._held[port] = _Held.of(port)
-        for port, held in list(self._held.items()):
-            if time.time() - held.since_s >= self._hold_s:
-                self._held.pop(port).release()
+            port = self._folder / name
+            # Others do the same.
+            with suppress(OSError):
+                if port.is_dir():
+                    if _age_s(port) >= self._closed_s:
+                        port.rmdir()
+                elif written or f'{name}_el' in names:
+                    _close(port)
 
     def close(self) -> None:
-        """Look no more, and let go of everything."""
+        """Look no more; what is closed stays so, for others may still write there."""
         self._over.set()
         if self._thread.ident is not None:
             self._thread.join()
-        # What is not due stays as it is: others may still write there.
-        while self._held:
-            os.close(self._held.popitem()[1].descriptor)
 
     def _run(self) -> None:
         while not self._over.wait(_LOOK_S):
@@ -150,50 +143,37 @@ class DeadPorts:
                 self.look()
 
 
-@dataclass(frozen=True)
-class _Held:
-    """The lock of a dead process's port."""
+def _close(port: Path) -> None:
+    """
+    Put a folder in the place of a port whose reader is dead.
 
-    port: Path
-    descriptor: int
-    since_s: float
-    """When it was found dead; so that it is not held for ever, whoever finds it writes there."""
-
-    @classmethod
-    def of(cls, port: Path) -> _Held:
-        """
-        Take it.
-
-        :raises OSError: if the process lives, or the port is not this user's.
-        """
-        lock = _lock_of(port)
-        is_left = lock.exists()
-        about = (lock if is_left else port).lstat()
-        age_s = time.time() - about.st_mtime
-        fits = about.st_size > 0 or age_s > _LOOKED_AT_S if is_left else age_s < _HOLD_S
-        if about.st_uid != os.geteuid() or not fits:
-            raise PermissionError
-        flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC
-        descriptor = os.open(lock, flags, 0o666)
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            # Whoever had it before may have removed the file.
-            if not os.path.samestat(os.fstat(descriptor), lock.stat()):
-                raise FileNotFoundError
-            if not os.fstat(descriptor).st_size:
-                os.write(descriptor, _DEAD)
-            return cls(port, descriptor, os.fstat(descriptor).st_mtime)
-        except OSError:
-            os.close(descriptor)
-            raise
-
-    def release(self) -> None:
-        """Remove what the process has left, and let go of the lock."""
-        for path in (self.port, _lock_of(self.port)):
-            with suppress(OSError):
-                path.unlink(missing_ok=True)
-        os.close(self.descriptor)
+    :raises OSError: if the reader lives, or the port is not this user's.
+    """
+    lock = port.with_name(f'{port.name}_el')
+    if lock.exists() and _age_s(lock) < _LOOKED_AT_S:
+        return
+    if port.lstat().st_uid != os.geteuid():
+        return
+    # With the lock nobody else can begin to read there.
+    descriptor = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        # Whoever had it before may have removed the file.
+        if os.path.samestat(os.fstat(descriptor), lock.stat()):
+            _replace(port)
+            lock.unlink()
+    finally:
+        os.close(descriptor)
 
 
-def _lock_of(port: Path) -> Path:
-    return port.with_name(f'{port.name}_el')
+def _replace(port: Path) -> None:
+    for _ in range(_TRIES):
+        port.unlink(missing_ok=True)
+        # Who writes there may just have made it anew.
+        with suppress(FileExistsError):
+            port.mkdir()
+            return
+
+
+def _age_s(path: Path) -> float:
+    return time.time() - path.lstat().st_mtime

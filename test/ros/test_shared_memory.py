@@ -22,15 +22,6 @@ def segment(folder: Path, name: str, old: bool = True) -> Path:
     return lock
 
 
-def is_locked(lock: Path) -> bool:
-    with open(lock, 'rb') as other:
-        try:
-            fcntl.flock(other, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return True
-    return False
-
-
 def names(folder: Path) -> set[str]:
     return {each.name for each in folder.iterdir()}
 
@@ -73,33 +64,43 @@ def test_what_belongs_to_somebody_else_is_left(
     assert remove_dead_segments(tmp_path / 'none') == 0
 
 
-def test_the_locks_of_the_dead_are_held_and_what_they_have_left_is_removed_later(
+def test_the_ports_of_the_dead_are_closed_and_their_numbers_free_again_later(
     tmp_path: Path,
 ) -> None:
     dead = segment(tmp_path, 'fastrtps_port7411')
     alive = segment(tmp_path, 'fastrtps_port7413')
     looked_at = segment(tmp_path, 'fastrtps_port7415', old=False)
+    left = {'fastrtps_port7415', looked_at.name}
     with open(alive, 'rb') as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         ports = DeadPorts(tmp_path)
-        assert is_locked(dead)
-        assert not is_locked(looked_at)
-    assert not is_locked(alive)
+        assert (tmp_path / 'fastrtps_port7411').is_dir()
+        assert names(tmp_path) == left | {'fastrtps_port7411', 'fastrtps_port7413', alive.name}
+        assert not dead.exists()
     ports.look()
-    assert is_locked(alive)
-    assert len(names(tmp_path)) == 6
+    assert (tmp_path / 'fastrtps_port7413').is_dir()
     ports.close()
-    # Others may still write there: who looks next goes on holding them.
-    assert len(names(tmp_path)) == 6
-    assert not is_locked(dead)
-    DeadPorts(tmp_path, hold_s=0.0)
-    assert names(tmp_path) == {'fastrtps_port7415', looked_at.name}
+    # Others may still write there.
+    assert names(tmp_path) == left | {'fastrtps_port7411', 'fastrtps_port7413'}
+    DeadPorts(tmp_path, closed_s=0.0)
+    assert names(tmp_path) == left
 
 
-def test_those_who_die_later_are_found_and_their_ports_are_free_again_after_a_while(
+def test_nobody_can_open_or_make_a_closed_port(tmp_path: Path) -> None:
+    segment(tmp_path, 'fastrtps_port7411')
+    DeadPorts(tmp_path)
+    port = tmp_path / 'fastrtps_port7411'
+    for flags in (os.O_RDWR, os.O_RDWR | os.O_CREAT | os.O_EXCL):
+        with pytest.raises(OSError):
+            os.open(port, flags, 0o600)
+    with pytest.raises(OSError):
+        port.unlink()
+
+
+def test_those_who_die_later_are_found_and_their_numbers_are_free_again_after_a_while(
     tmp_path: Path,
 ) -> None:
-    ports = DeadPorts(tmp_path, hold_s=0.0)
+    ports = DeadPorts(tmp_path, closed_s=0.0)
     ports.start()
     segment(tmp_path, 'fastrtps_port7411')
     while names(tmp_path):
@@ -107,35 +108,45 @@ def test_those_who_die_later_are_found_and_their_ports_are_free_again_after_a_wh
     ports.close()
 
 
-def test_a_port_is_not_held_for_longer_because_who_held_it_died(tmp_path: Path) -> None:
-    lock = segment(tmp_path, 'fastrtps_port7411')
-    ports = DeadPorts(tmp_path, hold_s=20.0)
-    assert time.time() - lock.stat().st_mtime < 20
-    found = lock.read_bytes()
-    ports.close()
-    lock = segment(tmp_path, 'fastrtps_port7411')
-    lock.write_bytes(found)
-    os.utime(lock, (time.time() - 21, time.time() - 21))
-    DeadPorts(tmp_path, hold_s=20.0)
-    assert not names(tmp_path)
-
-
-def test_at_the_start_ports_that_are_only_written_to_are_held(
-    tmp_path: Path,
+def test_a_port_that_is_made_anew_meanwhile_is_closed_nevertheless(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    segment(tmp_path, 'fastrtps_port7411')
+    port = tmp_path / 'fastrtps_port7411'
+    unlink, again = Path.unlink, [True]
+
+    def made_anew(path: Path, missing_ok: bool = False) -> None:
+        unlink(path, missing_ok=missing_ok)
+        if path == port and again:
+            again.clear()
+            port.touch()
+
+    monkeypatch.setattr(Path, 'unlink', made_anew)
+    DeadPorts(tmp_path)
+    assert port.is_dir()
+    assert names(tmp_path) == {port.name}
+
+
+def test_at_the_start_ports_that_are_only_written_to_are_closed(tmp_path: Path) -> None:
     written, shared = 'fastrtps_port7411', 'fastrtps_port7413'
-    for name in (written, shared, 'fastrtps_port7415'):
+    for name in (written, shared):
         segment(tmp_path, name).unlink()
     (tmp_path / f'{shared}_sl').touch()
-    os.utime(tmp_path / 'fastrtps_port7415', (1, 1))
     before = names(tmp_path)
-    ports = DeadPorts(tmp_path)
-    assert names(tmp_path) == before | {f'{written}_el'}
-    assert is_locked(tmp_path / f'{written}_el')
-    ports.close()
-    (tmp_path / f'{written}_el').unlink()
-    ports.look()
+    DeadPorts(tmp_path)
     assert names(tmp_path) == before
+    assert (tmp_path / written).is_dir()
+    assert not (tmp_path / shared).is_dir()
+
+
+def test_a_port_without_a_lock_is_not_looked_at_later_for_it_may_be_about_to_be_read(
+    tmp_path: Path,
+) -> None:
+    ports = DeadPorts(tmp_path)
+    segment(tmp_path, 'fastrtps_port7411').unlink()
+    ports.look()
+    assert not (tmp_path / 'fastrtps_port7411').is_dir()
+    ports.close()
 
 
 def test_ports_of_somebody_else_are_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
