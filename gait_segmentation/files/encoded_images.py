@@ -41,6 +41,10 @@ _FILLED = 128
 _MOST_PARTS = 4096
 """Segments of a JPEG, or entries of a TIFF directory, that are looked through for the size."""
 
+_PNG, _JPEG = b'\x89PNG\r\n\x1a\n', b'\xff\xd8\xff'
+_CHUNK = 12
+"""Bytes of a PNG's chunk beside its data: length, kind and checksum."""
+
 _SPACE = rb'(?:\s|#[^\r\n]*[\r\n])+'
 _PNM = re.compile(rb'P[1-6]' + _SPACE + rb'(\d{1,10})' + _SPACE + rb'(\d{1,10})(?!\d)')
 _FILL = re.compile(rb'\xff+')
@@ -95,14 +99,14 @@ def decode_image(
             check_pixels(size, most)
         except InputError as error:
             raise InputError(f'{name}: {error}') from None
-        jpeg = content.startswith(b'\xff')
+        jpeg = content.startswith(_JPEG)
         if jpeg and content.count(_SCAN) > _MOST_SCANS:
             raise InputError(
                 f'{name} must be a JPEG of at most {_MOST_SCANS} scans, got '
                 f'{content.count(_SCAN)}: write it anew'
             )
         try:
-            if not jpeg or _holds(content, size):
+            if _holds(content, size):
                 image = cv2.imdecode(data, flags)
             if jpeg and image is not None and _is_filled_up(image):
                 image = None
@@ -115,9 +119,22 @@ def decode_image(
 
 
 def _holds(content: bytes, size: Size) -> bool:
-    """Tell whether a JPEG has an end, and bytes enough for its size."""
-    has_end = content.rfind(_END) > content.rfind(_SCAN)
-    return has_end and size[0] * size[1] <= _MOST_PIXELS_PER_BYTE * len(content)
+    """Tell whether a JPEG or PNG holds what it claims; of others the decoder does."""
+    if content.startswith(_JPEG):
+        has_end = content.rfind(_END) > content.rfind(_SCAN)
+        return has_end and size[0] * size[1] <= _MOST_PIXELS_PER_BYTE * len(content)
+    return not content.startswith(_PNG) or _has_whole_chunks(content)
+
+
+def _has_whole_chunks(content: bytes) -> bool:
+    """Tell whether all chunks of a PNG are there: OpenCV 5 makes room for what they claim."""
+    at = len(_PNG)
+    while at + _CHUNK <= len(content):
+        length, kind = struct.unpack_from('>I4s', content, at)
+        at += _CHUNK + length
+        if at <= len(content) and kind == b'IEND':
+            return True
+    return False
 
 
 def _is_filled_up(image: NDArray[np.generic]) -> bool:
@@ -216,8 +233,8 @@ def _tiff(data: bytes) -> Size | None:
 
 
 _READERS = {
-    b'\x89PNG\r\n\x1a\n': _png,
-    b'\xff\xd8\xff': _jpeg,
+    _PNG: _png,
+    _JPEG: _jpeg,
     b'BM': _bmp,
     b'RIFF': _webp,
     b'II*\0': _tiff,

@@ -145,6 +145,18 @@ def test_a_jpeg_of_few_bytes_cannot_claim_many_pixels() -> None:
             decoded(jpeg(width, height))
 
 
+@pytest.mark.parametrize('name', [b'IDAT', b'IEND'])
+def test_a_png_whose_parts_claim_more_than_comes_is_not_given_to_the_decoder(
+    name: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data = bytearray(encoded('.png'))
+    struct.pack_into('>I', data, data.index(name) - 4, 3 << 30)
+    # It would make room for them.
+    monkeypatch.setattr(cv2, 'imdecode', None)
+    with pytest.raises(InputError, match='not a complete image'):
+        decoded(bytes(data))
+
+
 @pytest.mark.parametrize(
     'data',
     [
