@@ -54,18 +54,19 @@ def _add_up(
     columns = right - left
     if min(bottom - top, columns) < 3:
         return
-    # Of three rows.
+    # Of three rows: one above, this one, and one below, which is the next one's above.
     means, known = np.empty((3, columns), np.float32), np.empty((3, columns), np.float32)
     span = slice(4 * left, 4 * right)
-    lightness_of_row(sums[top].reshape(-1)[span], SURE_COUNT, means[2], known[2])
+    first, last = 0, 2
+    lightness_of_row(sums[top].reshape(-1)[span], SURE_COUNT, means[last], known[last])
     for row in range(top + 1, bottom - 1, 2):
-        means[0], known[0] = means[2], known[2]
+        first, last = last, first
         lightness_of_row(sums[row].reshape(-1)[span], SURE_COUNT, means[1], known[1])
-        lightness_of_row(sums[row + 1].reshape(-1)[span], SURE_COUNT, means[2], known[2])
+        lightness_of_row(sums[row + 1].reshape(-1)[span], SURE_COUNT, means[last], known[last])
         pixels = lab[row].reshape(-1)[3 * left : 3 * right]
         hidden = people[row, left:right]
-        above, here, below = means[0], means[1], means[2]
-        over, sure, under = known[0], known[1], known[2]
+        above, here, below = means[first], means[1], means[last]
+        over, sure, under = known[first], known[1], known[last]
         xx = xy = yy = bx = by = used = zero
         for col in range(1, columns - 1):
             off = np.float32(pixels[3 * col]) - here[col]
