@@ -105,14 +105,13 @@ def _near(values: NDArray[np.floating], band: int) -> float:
 
 
 @kernel(
-    'u2[:,::1], f4[:,::1], b1[:,::1], f8, f8, f8, f4[:,::1], b1[::1], f4[:,::1]',
     'u2[:,::1], f4[:,::1], f4[:,::1], f8, f8, f8, f4[:,::1], b1[::1], f4[:,::1]',
     fastmath=True,
 )
 def _learn(
     bins: NDArray[np.uint16],
     rows: NDArray[np.float32],
-    weight: NDArray[np.float32] | NDArray[np.bool_],
+    weight: NDArray[np.float32],
     rate: float,
     band_share: float,
     floor: float,
@@ -130,7 +129,7 @@ def _learn(
     total = 0.0
     for row in range(bins.shape[0]):
         for col in range(bins.shape[1]):
-            w = np.float32(weight[row, col])
+            w = weight[row, col]
             if w > 0:
                 index = bins[row, col]
                 band = min(max(int(rows[row, col] * np.float32(BANDS)), 0), BANDS - 1)
@@ -202,7 +201,7 @@ class ColourModel:
         _learn(
             bins,
             rows,
-            weight,
+            weight.astype(np.float32, copy=False),
             rate,
             self.band_share,
             self.floor,
