@@ -172,8 +172,11 @@ class BagSource(ImageSource):
             with self._reader() as reader:
                 found: dict[str, Topic] = {}
                 for each in reader.connections:
+                    # The metadata may say anything, and rosbags hands it on.
+                    if not all(isinstance(name, str) for name in (each.topic, each.msgtype)):
+                        raise TypeError(f'topic {each.topic!r} of type {each.msgtype!r}')
                     before = found[each.topic].messages if each.topic in found else 0
-                    found[each.topic] = Topic(each.msgtype, (before or 0) + each.msgcount)
+                    found[each.topic] = Topic(each.msgtype, (before or 0) + int(each.msgcount))
                 return found
         except Exception as error:
             # rosbags and SQLite raise whatever the damage made of it.

@@ -58,7 +58,8 @@ def topics(path: Path) -> dict[str, str]:
     found: dict[str, str] = {}
     try:
         for message in _scan(path):
-            found[message.topic] = message.kind
+            # SQLite keeps values of any type.
+            found[str(message.topic)] = str(message.kind)
     except BrokenError:
         pass
     return found

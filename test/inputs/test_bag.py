@@ -251,6 +251,15 @@ def test_bags_are_read_without_ros(tmp_path: Path) -> None:
     assert done.stdout.strip() == '2', done.stderr
 
 
+@pytest.mark.parametrize('kind', ['9.0e+9', '[1, 2]', '{a: b}'])
+def test_a_type_that_is_no_name_is_not_believed(kind: str, tmp_path: Path) -> None:
+    folder = write_bag2(tmp_path / 'bag', {'/image': greys(2)})
+    about = folder / 'metadata.yaml'
+    about.write_text(about.read_text().replace('sensor_msgs/msg/Image', kind))
+    # The storage knows better.
+    assert numbers(open_input(folder)) == [0, 1]
+
+
 @pytest.mark.parametrize('name', ['metadata.yaml', 'walk.mcap', 'other'])
 def test_a_pipe_in_a_bag_does_not_block(name: str, tmp_path: Path) -> None:
     path = write_bag2(tmp_path / 'walk', {'/image': greys(2)})
