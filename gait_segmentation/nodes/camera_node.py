@@ -13,8 +13,6 @@ from sensor_msgs.msg import RegionOfInterest
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
-from gait_segmentation.gait_model import open_bank
-from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
 from gait_segmentation.ros.camera import CameraMessage, decode
@@ -53,12 +51,6 @@ class CameraNode(GaitNode):
     """What the diagnostics report."""
 
     _superseded = 0
-    _camera_topic = 'image'
-
-    def compile(self) -> None:
-        """Open the bank and compile the stages."""
-        self.bank = open_bank(self.parameters.get(BankConfig).bank)
-        compile_kernels()
 
     def make_intake(self) -> None:
         """Prepare the intake of frames and first boxes."""
@@ -100,11 +92,11 @@ class CameraNode(GaitNode):
         types = detection_types()
         if types is not None:
             self.input(types.Detection2DArray, 'detections', self._detected)
-        self._camera_topic = self.camera_input(self._image)
+        self.camera_input(self._image)
 
     def missing(self) -> str:
         """Say why there are no images."""
-        return no_images(self, self._camera_topic)
+        return no_images(self, self.camera_topic)
 
     def status(self) -> dict[str, str]:
         """Report the track of each slot, and what was asked for in vain."""
@@ -120,7 +112,7 @@ class CameraNode(GaitNode):
             'dropped requests': str(0 if self._worker is None else self.intake.dropped),
             'dropped detections': str(self._superseded),
         }
-        camera = self.resolve_topic_name(self._camera_topic)
+        camera = self.resolve_topic_name(self.camera_topic)
         return {'camera': camera, 'people': str(tracked), **found, **dropped}
 
     def _image(self, message: CameraMessage) -> None:

@@ -16,10 +16,8 @@ from std_msgs.msg import Header
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.files.encoded_images import check_pixels
-from gait_segmentation.gait_model import open_bank
 from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.inputs.encodings import claimed_shape, read_mono8
-from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult, TrackResult
@@ -54,6 +52,7 @@ class MatcherNode(GaitNode):
     """
 
     name = 'gait_matcher'
+    packages = ('gait_segmentation.matching',)
     groups = (
         ('', PeopleConfig),
         ('', BankConfig),
@@ -61,22 +60,17 @@ class MatcherNode(GaitNode):
         ('matching', MatchingConfig),
     )
 
-    def compile(self) -> None:
-        """Open the bank and compile the stage."""
-        self._bank = open_bank(self.parameters.get(BankConfig).bank)
-        compile_kernels('gait_segmentation.matching')
-
     def build(self) -> None:
         """Make the stage and the publishers."""
         config = self.parameters.get(MatchingConfig)
         people = self.parameters.get(PeopleConfig)
         self._slots = people.max_people
         self.stage = PeopleMatcher(
-            self._bank, config, max_people=self._slots, threads=people.people_threads
+            self.bank, config, max_people=self._slots, threads=people.people_threads
         )
         self._messages: HeldFrames[Parts] = HeldFrames()
         self._stamp_ns = 0
-        self._results = MatchOutputs(self, self._bank, self._slots)
+        self._results = MatchOutputs(self, self.bank, self._slots)
         self._debug = DebugOutput(self)
 
     def connect(self) -> None:

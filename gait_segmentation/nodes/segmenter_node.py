@@ -12,7 +12,6 @@ from geometry_msgs.msg import PolygonInstanceStamped
 from sensor_msgs.msg import Image, JointState
 
 from gait_segmentation.inputs.encodings import read_mono8
-from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.camera import claimed_shape, decode
@@ -51,17 +50,13 @@ class SegmenterNode(GaitNode):
     """
 
     name = 'gait_segmenter'
-    _camera_topic = 'image'
+    packages = ('gait_segmentation.segmentation',)
     groups = (
         ('', CameraConfig),
         ('', PeopleConfig),
         ('', SegmenterNodeConfig),
         ('segmentation', SegmentationConfig),
     )
-
-    def compile(self) -> None:
-        """Compile the stage."""
-        compile_kernels('gait_segmentation.segmentation')
 
     def build(self) -> None:
         """Make the stage and the publishers."""
@@ -84,16 +79,16 @@ class SegmenterNode(GaitNode):
         for topics in self._topics.values():
             for topic, kind in topics.items():
                 self.input(kind, topic, partial(self._part, topic))
-        self._camera_topic = self.camera_input(partial(self._part, 'image'))
+        self.camera_input(partial(self._part, 'image'))
 
     def missing(self) -> str:
         """Say whether it is the camera or another node that does not publish."""
-        if not self.count_publishers(self.resolve_topic_name(self._camera_topic)):
-            return no_images(self, self._camera_topic)
+        if not self.count_publishers(self.resolve_topic_name(self.camera_topic)):
+            return no_images(self, self.camera_topic)
         absent = (unpublished(self, topics, node) for node, topics in self._topics.items())
         silent = self._join.waits_for
         return next(filter(None, absent), '') or (
-            nothing_from(silent) if silent in self._topics else no_images(self, self._camera_topic)
+            nothing_from(silent) if silent in self._topics else no_images(self, self.camera_topic)
         )
 
     def pause(self) -> None:
@@ -103,7 +98,7 @@ class SegmenterNode(GaitNode):
 
     def status(self) -> dict[str, str]:
         """Report the topic of the camera."""
-        return {'camera': self.resolve_topic_name(self._camera_topic)}
+        return {'camera': self.resolve_topic_name(self.camera_topic)}
 
     def process(self, frame: Parts) -> None:
         """Segment a frame."""

@@ -20,11 +20,12 @@ from std_srvs.srv import SetBool, Trigger
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
-from gait_segmentation.kernels import Kernels
+from gait_segmentation.gait_model import TemplateBank, open_bank
+from gait_segmentation.kernels import Kernels, compile_kernels
 from gait_segmentation.ros.backlog import Backlog, Worker
 from gait_segmentation.ros.camera import CameraMessage, CameraSubscription
 from gait_segmentation.ros.compiling import Aside, compiling
-from gait_segmentation.ros.config import CameraConfig, NodeConfig
+from gait_segmentation.ros.config import BankConfig, CameraConfig, NodeConfig
 from gait_segmentation.ros.diagnostics import Statistics, diagnostic_message
 from gait_segmentation.ros.endpoints import BETWEEN_NODES, publisher, subscription
 from gait_segmentation.ros.join import ExactJoin
@@ -53,8 +54,17 @@ class GaitNode(LifecycleNode):
     """Prefix and class of the configurations beside :class:`NodeConfig`."""
 
     with_initial_box: ClassVar[bool] = False
+    packages: ClassVar[Sequence[str]] = ()
+    """Whose kernels the stage needs; of all if there is none."""
+
     stage: Any = None
     """What works on frames, from :meth:`build` to the clean-up."""
+
+    bank: TemplateBank
+    """What is asked for by :class:`BankConfig`, from :meth:`build` on."""
+
+    camera_topic = 'image'
+    """Not yet remapped."""
 
     def __init__(self, **options: Any) -> None:
         """
@@ -90,10 +100,6 @@ class GaitNode(LifecycleNode):
         self.create_timer(1.0, self._report, clock=steady)
 
     # What derived classes do.
-
-    @abstractmethod
-    def compile(self) -> None:
-        """Have all kernels compiled, and load what takes long (any thread)."""
 
     @abstractmethod
     def build(self) -> None:
@@ -140,6 +146,12 @@ class GaitNode(LifecycleNode):
         """Return what the diagnostics are to report besides the usual."""
         return {}
 
+    def compile(self) -> None:
+        """Open the bank, if the stage has one, and have all kernels compiled (any thread)."""
+        if any(kind is BankConfig for _, kind in self.groups):
+            self.bank = open_bank(self.parameters.get(BankConfig).bank)
+        compile_kernels(*self.packages)
+
     # What derived classes use.
 
     def output(self, kind: Any, topic: str, profile: QoSProfile = BETWEEN_NODES) -> Any:
@@ -158,11 +170,11 @@ class GaitNode(LifecycleNode):
         """Make a subscription that lives until the deactivation."""
         self._inputs.append(subscription(self, kind, topic, profile, received, self.warnings.warn))
 
-    def camera_input(self, received: Callable[[CameraMessage], None]) -> str:
-        """Subscribe to the camera until the deactivation; return the topic, not yet remapped."""
+    def camera_input(self, received: Callable[[CameraMessage], None]) -> None:
+        """Subscribe to the camera until the deactivation."""
         made = CameraSubscription(self, self.parameters.get(CameraConfig), received)
         self._inputs.append(made)
-        return made.topic
+        self.camera_topic = made.topic
 
     def accept(self, stamp_ns: int) -> bool:
         """Return whether a frame is to be taken in; without a stamp it is refused."""

@@ -24,11 +24,11 @@ from sensor_msgs.msg import CompressedImage, Image, JointState, RegionOfInterest
 from std_msgs.msg import String
 
 from gait_segmentation.inputs.encodings import read_mono8
-from gait_segmentation.nodes import camera_node
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
+from gait_segmentation.ros import lifecycle
 from gait_segmentation.ros.endpoints import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
 from test.files.test_encoded_images import HUGE
@@ -57,7 +57,7 @@ def open_files() -> int:
 
 def test_a_node_can_be_cycled_fifty_times(bench: Bench, monkeypatch) -> None:
     # What is compiled once stays compiled, and takes most of the time.
-    monkeypatch.setattr(camera_node, 'compile_kernels', lambda: None)
+    monkeypatch.setattr(lifecycle, 'compile_kernels', lambda *packages: None)
     node = bench.add(PipelineNode, start=False, initial_box=BOX)
     for cycle in range(CYCLES):
         for trigger in ('configure', 'activate', 'deactivate', 'cleanup'):
