@@ -110,6 +110,21 @@ def test_bad_frames_leave_the_stream_going() -> None:
     assert result.mask.any()
 
 
+def test_after_a_gap_of_hours_the_pace_leads_nobody_out_of_the_world() -> None:
+    pipe = pipeline()
+    pipe.initialize(box_of(clip()[0]))
+    frames = clip()[:8]
+    for frame in frames:
+        pipe.update(frame.image, frame.stamp_ns)
+    # Nothing in it can be followed.
+    slope = np.linspace(0, 255, frames[0].image.shape[1]).astype(np.uint8)
+    later = np.broadcast_to(slope[:, None], frames[0].image.shape)
+    [result] = pipe.update(later, frames[-1].stamp_ns + 10**13)
+    body = result.people[0].track.body
+    assert body is not None
+    assert abs(body.center_x) < 2 * slope.size
+
+
 def test_an_outer_likelihood_takes_the_place_of_the_trackers() -> None:
     pipe = pipeline()
     pipe.initialize(box_of(clip()[0]))

@@ -49,6 +49,9 @@ a few pixels on the edge of what hides somebody were followed; and while somebod
 have been followed instead.
 """
 
+_BEYOND = 1.0
+"""How far outside of the image the centre of somebody tracked can be, in body heights."""
+
 _MOST_MEAN_SHIFT = 0.05
 """Largest mean shift in a frame, in body heights."""
 
@@ -171,6 +174,9 @@ class Target:
             shift = person.move(
                 world, measured, seconds, steady=self.accompanied and not self.is_distractor
             )
+            # After a gap of hours the pace leads anywhere.
+            back = person.keep_near(self.world.shape, _BEYOND)
+            shift = (shift[0] + back[0], shift[1] + back[1])
         self.world.now.bodies[self.track_id] = shift
 
     def _measured(self, world: Shift, seconds: float, body: NDArray[np.uint8]) -> Shift | None:

@@ -135,6 +135,20 @@ class Person:
         self.center_x += dx
         self.center_y += dy
 
+    def keep_near(self, shape: tuple[int, int], beyond: float) -> tuple[float, float]:
+        """
+        Move the person back to where somebody outside of an image can be at most.
+
+        :param shape: (h, w) of the image.
+        :param beyond: how far the centre may be outside, in body heights.
+        :returns: the shift made.
+        """
+        beyond *= self.height
+        dx = min(max(self.center_x, -beyond), shape[1] + beyond) - self.center_x
+        dy = min(max(self.center_y, -beyond), shape[0] + beyond) - self.center_y
+        self.shift(dx, dy)
+        return dx, dy
+
     def carry(self, dx: float, dy: float) -> None:
         """Carry mask and template on by whole pixels; what is left over counts the next time."""
         x, y = self.rest[0] + dx, self.rest[1] + dy

@@ -119,12 +119,9 @@ class Memory:
         share = math.exp(-max(self.lost_s - _COAST_S, 0.0) / _STOP_S)
         dx = world[0] + share * seconds * person.velocity[0]
         dy = world[1] + share * seconds * person.velocity[1]
-        height, width = shape
-        beyond = _BEYOND * person.height
-        dx = min(max(person.center_x + dx, -beyond), width + beyond) - person.center_x
-        dy = min(max(person.center_y + dy, -beyond), height + beyond) - person.center_y
         person.shift(dx, dy)
-        return dx, dy
+        x, y = person.keep_near(shape, _BEYOND)
+        return dx + x, dy + y
 
     def is_found(
         self,
