@@ -72,7 +72,7 @@ class SequenceMatcher:
         self.config = config = config or MatchingConfig()
         self._bank = bank
         self._placements = grid = PlacementGrid(bank.grid, bank.fill, config)
-        self._coded = coded = coded_bank(bank, config.levels, grid.windows)
+        self._coded = coded = coded_bank(bank, config.levels, grid.windows, config.kernel)
         cost = np.round(UNIT * config.scale_cost * np.abs(np.log(grid.scales))).astype(np.int16)
         self._similarities = SimilarityMaps(coded, grid.windows, cost)
         self._searched = grid.everywhere.about(grid.center, self._reach(0.0))
@@ -181,7 +181,8 @@ class SequenceMatcher:
         similarity = self._similarities.update(sampled, searched)
         if begins:
             every = similarity[:, : searched.size]
-            best = searched.place(int(every.argmax()) % searched.size)
+            # Not the best template's, so that the order of the rows does not matter.
+            best = searched.place(int(every.max(axis=0).argmax()))
             searched, whole = searched.about(best, reach), searched
             similarity = filled_up(whole.part(every, searched))
         self._searched = searched

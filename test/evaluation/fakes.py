@@ -81,7 +81,9 @@ class FakePipeline:
                 people=(
                     SimpleNamespace(
                         track=SimpleNamespace(track_id=1, box=box, state='tracked', features=()),
-                        match=SimpleNamespace(body=body, phase=0.25, azimuth=0.0),
+                        match=SimpleNamespace(
+                            body=body, phase=0.25, azimuth=0.0, shape_prior=mask
+                        ),
                         segmentation=SimpleNamespace(stamp_ns=stamp_ns, track_id=1, mask=mask),
                     ),
                 ),
