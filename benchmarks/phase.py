@@ -42,6 +42,7 @@ from gait_segmentation.evaluation.metrics import jaccard
 from gait_segmentation.evaluation.report import aligned
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.gait_model import FIGURES, default_bank
+from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
 from gait_segmentation.pipeline import Pipeline
@@ -71,15 +72,15 @@ class Walk:
     truths: tuple[NDArray[np.uint8], ...] = ()
 
 
-def tracked(clip: SyntheticSequence | Sequence) -> list[TrackResult]:
-    """Run the pipeline over a clip and return what its tracker says of the one person."""
+def tracked(frames: Iterable[tuple[NDArray[np.uint8], int]], box: Box | None) -> list[TrackResult]:
+    """Run the pipeline over images with stamps and return what its tracker says of the person."""
     pipeline = Pipeline()
-    assert clip.initial_box is not None
-    pipeline.initialize(clip.initial_box)
+    assert box is not None
+    pipeline.initialize(box)
     return [
         result.people[0].track
-        for number in clip.numbers
-        for result in pipeline.update(clip.image(number), clip.stamp_ns(number))
+        for image, stamp_ns in frames
+        for result in pipeline.update(image, stamp_ns)
     ]
 
 
@@ -101,13 +102,20 @@ def walk(degrees: float, number: int, seed: int) -> Walk:
     )
     frames = list(clip)
     return Walk(
-        tracked(clip),
+        tracked(((frame.image, frame.stamp_ns) for frame in frames), frames[0].boxes[0]),
         SIZE,
         fps,
         tuple(frame.phases[0] for frame in frames),
         math.radians(degrees),
         tuple(frame.truths[0] for frame in frames),
     )
+
+
+def filmed(folder: Path) -> tuple[str, Walk]:
+    """Track the person of a real clip, whose phase nobody knows."""
+    clip = Sequence.load(folder)
+    frames = ((clip.image(number), clip.stamp_ns(number)) for number in clip.numbers)
+    return clip.name, Walk(tracked(frames, clip.initial_box), clip.size)
 
 
 def match(matcher: SequenceMatcher, walk: Walk, *, independent: bool = False) -> list[MatchResult]:
@@ -348,9 +356,7 @@ def main() -> int:
         arguments.json.write_text(json.dumps(report, indent=1) + '\n')
     if arguments.plots:
         shown = {'side': walks[0], 'front': walks[len(WALKS) * AZIMUTHS.index(90)]}
-        for folder in arguments.clips:
-            clip = Sequence.load(folder)
-            shown[clip.name] = Walk(tracked(clip), clip.size)
+        shown.update(filmed(folder) for folder in arguments.clips)
         draw(report, shown, matcher)
     fine = True
     for name in ('side', 'front'):

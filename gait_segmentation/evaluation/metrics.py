@@ -77,21 +77,22 @@ class FrameScore:
     Scores of one frame.
 
     ``j`` and ``f`` in 0..1, the error rates in percent of the pixels in the window and in the
-    image.  ``tracked`` is the box that the matcher is given, ``matched`` that of the template it
-    finds.
+    image.  ``visible`` is the box about what is seen of the person, ``tracked`` that of the whole
+    body, which the matcher starts from, and ``matched`` the one that it finds.
     """
 
     j: float
     f: float
     error_rate: float
     error_rate_image: float
+    visible: BoxScore
     tracked: BoxScore
     matched: BoxScore
 
     @property
     def lost(self) -> bool:
-        """Return whether the truth shows somebody who is not in the tracked box."""
-        return self.tracked.iou < LOST_IOU
+        """Return whether the truth shows somebody who is not in the visible box."""
+        return self.visible.iou < LOST_IOU
 
 
 def true_box(truth: NDArray[np.uint8]) -> Box | None:
@@ -208,15 +209,17 @@ def score_frame(
     mask: NDArray[np.uint8],
     box: Box | None,
     truth: NDArray[np.uint8],
+    body: Box | None = None,
     matched: Box | None = None,
 ) -> FrameScore:
     """
     Score one frame.
 
     :param mask: (H, W) uint8, person where it is not 0.
-    :param box: the tracked box in pixels of the mask, None if nobody is tracked.
+    :param box: the box about what is seen, in pixels of the mask, None if nobody is tracked.
     :param truth: (H, W) uint8, 255 person, 0 background, else ambiguous.
-    :param matched: the box of the template that was found, None if there is none.
+    :param body: the box of the whole body likewise; what is outside of the image does not count.
+    :param matched: the box that the matcher found.
     :raises InputError: if the mask has another shape than the truth.
     """
     if mask.shape != truth.shape:
@@ -228,7 +231,8 @@ def score_frame(
         f=boundary_f(mask, truth),
         error_rate=error_percent(mask[window], truth[window]),
         error_rate_image=error_percent(mask, truth),
-        tracked=score_box(box, expected),
+        visible=score_box(box, expected),
+        tracked=score_box(body and body.clipped(truth.shape[1], truth.shape[0]), expected),
         matched=score_box(matched, expected),
     )
 

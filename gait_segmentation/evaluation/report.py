@@ -85,7 +85,7 @@ class Summary:
             'F': mean_known(score.f for score in self.scores),
             'error_rate': mean_known(score.error_rate for score in self.scores),
             'error_rate_image': mean_known(score.error_rate_image for score in self.scores),
-            'box_iou': mean_known(score.tracked.iou for score in self.scores),
+            'box_iou': mean_known(score.visible.iou for score in self.scores),
             **{
                 name: {
                     'box_iou': mean_known(score.iou for score in boxes),
@@ -174,8 +174,8 @@ def table(report: Mapping[str, Any]) -> str:
     """Return the report as an aligned table, one line per sequence and one for the mean."""
     kinds = {'restarts': 'restart', 'warm': 'warm'}
     again = {name: report[kind] for kind, name in kinds.items() if kind in report}
-    header = ['sequence', 'frames', 'J', 'F', 'error %', 'image %', 'box IoU', 'matched']
-    header += ['lost', 'ms', 'fps']
+    header = ['sequence', 'frames', 'J', 'F', 'error %', 'image %', 'box IoU']
+    header += ['tracked', 'matched', 'lost', 'ms', 'fps']
     rows = [header + [cell for name in again for cell in (f'{name} J', 'J0')]]
     lines = [*report['sequences'].items(), ('mean', report['mean'])]
     for name, numbers in lines:
@@ -187,6 +187,7 @@ def table(report: Mapping[str, Any]) -> str:
             _cell(numbers['error_rate'], 2),
             _cell(numbers['error_rate_image'], 2),
             _cell(numbers['box_iou'], 3),
+            _cell(numbers['tracked']['box_iou'], 3),
             _cell(numbers['matched']['box_iou'], 3),
             str(numbers['lost_frames']),
             _cell(numbers['ms_per_frame']['total'], 1),

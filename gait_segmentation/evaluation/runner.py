@@ -27,14 +27,9 @@ __all__ = [
     'Runnable',
     'check_truth',
     'likelihoods_of',
-    'matched_box',
     'run',
     'run_sequence',
 ]
-
-
-MIDDLE = 127
-"""Value of a shape prior at its outline."""
 
 
 class Runnable(Protocol):
@@ -77,8 +72,8 @@ class Outcome:
     """
     What the pipeline made of one frame.
 
-    ``mask`` is (H, W) uint8 0/255, ``box`` the tracked box and ``matched`` that of the template,
-    all in source pixels; ``phase`` and ``azimuth`` are NaN if nobody is tracked.  ``timings_ms`` is by stage, ``seconds`` the
+    ``mask`` is (H, W) uint8 0/255 and ``box`` the tracked box, both in source pixels; ``phase``
+    and ``azimuth`` are NaN if nobody is tracked.  ``timings_ms`` is by stage, ``seconds`` the
     duration of the call that took the frame in.  ``score`` is None without ground truth.
 
     With several slots these are of the one whose mask has the greatest J, of the first if there
@@ -94,7 +89,6 @@ class Outcome:
     seconds: float
     score: FrameScore | None
     tracks: tuple[FoundTrack, ...] = ()
-    matched: Box | None = None
 
 
 def run(
@@ -154,7 +148,7 @@ def _outcome(
     clip: Clip, number: int, shape: tuple[int, ...], seconds: float, result: Any
 ) -> Outcome:
     mask = np.zeros(shape, np.uint8)
-    box = matched = None
+    box = body = matched = None
     phase = azimuth = math.nan
     timings: dict[str, float] = {}
     tracks: tuple[FoundTrack, ...] = ()
@@ -162,9 +156,9 @@ def _outcome(
     if result is not None:
         person = _person_of(result.people, truth)
         mask, box, timings = person.segmentation.mask, person.track.box, result.timings_ms
+        body, matched = person.track.body, person.match.box
         if person.match.body is not None:
             phase, azimuth = person.match.phase, person.match.azimuth
-            matched = matched_box(person.match.shape_prior, shape)
         tracks = tuple(
             FoundTrack(
                 each.track.track_id,
@@ -175,19 +169,8 @@ def _outcome(
             for each in result.people
             if each.track.state == TRACKED and each.track.box is not None
         )
-    score = None if truth is None else score_frame(mask, box, truth, matched)
-    return Outcome(number, mask, box, phase, azimuth, timings, seconds, score, tracks, matched)
-
-
-def matched_box(shape_prior: NDArray[np.uint8], shape: tuple[int, ...]) -> Box | None:
-    """
-    Return the tight box of a placed template in source pixels, None if it is out of the image.
-
-    :param shape_prior: (h, w) uint8, of the source's proportions.
-    :param shape: (H, W) of the source.
-    """
-    box = Box.around(shape_prior > MIDDLE)
-    return None if box is None else box.scaled(shape[1] / shape_prior.shape[1])
+    score = None if truth is None else score_frame(mask, box, truth, body, matched)
+    return Outcome(number, mask, box, phase, azimuth, timings, seconds, score, tracks)
 
 
 def _person_of(people: Any, truth: NDArray[np.uint8] | None) -> Any:

@@ -25,6 +25,7 @@ from gait_segmentation.matching.placements import (
     Sampled,
     SearchRange,
 )
+from gait_segmentation.matching.refinement import refined_box
 from gait_segmentation.matching.sampling import warp_template
 from gait_segmentation.matching.similarities import SimilarityMaps, coded_bank, filled_up
 from gait_segmentation.matching.views import Views
@@ -293,6 +294,15 @@ class SequenceMatcher:
                 body.scaled(frame.scale),
                 bank.fill,
                 frame.shape,
+            ),
+            box=refined_box(
+                images[scale],
+                bank.templates[sequence, phase],
+                self._placements.windows.part(row, column),
+                self._placements.body,
+                self._placements.transform(
+                    frame.box, float(self._placements.scales[scale]), frame.angle
+                ),
             ),
         )
 

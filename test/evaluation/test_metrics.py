@@ -143,15 +143,16 @@ def test_the_box_is_scored():
     truth[10:30, 10:20] = 255
     mask = truth.copy()
     moved, right = Box(10, 14, 10, 20), Box(10, 10, 10, 20)
-    score = score_frame(mask, right, truth, moved)
-    assert score.tracked == (1, 0)
+    score = score_frame(mask, right, truth, Box(-5, 10, 20, 20), moved)
+    assert score.visible == (1, 0)
+    assert score.tracked == pytest.approx((0.25, 0.375))
     assert score.matched == pytest.approx((16 / 24, 0.2))
     assert not score.lost
     assert score_frame(mask, Box(30, 30, 10, 20), truth).lost
     none = score_frame(mask, None, truth)
     assert none.lost
-    assert none.tracked.iou == none.matched.iou == 0
-    assert math.isnan(none.tracked.centre_error)
+    assert none.visible.iou == none.matched.iou == 0
+    assert math.isnan(none.visible.centre_error)
 
 
 def test_a_frame_without_a_person():
@@ -175,7 +176,7 @@ def test_scores_are_plain_numbers_also_for_boxes_of_numpy_numbers():
     truth[10:30, 10:20] = 255
     score = score_frame(truth, Box(*np.array([10.0, 10.0, 10.0, 20.0])), truth)
     assert type(score.lost) is bool
-    assert {type(value) for value in (score.j, score.f, score.error_rate, score.tracked.iou)} == {
+    assert {type(value) for value in (score.j, score.f, score.error_rate, score.visible.iou)} == {
         float
     }
 

@@ -26,7 +26,8 @@ from gait_segmentation.geometry import Box
 
 
 def outcome(j, box_iou=0.5, total=10.0, scored=True):
-    score = FrameScore(j, 0.5, 1.0, 0.1, BoxScore(box_iou, 0.0), BoxScore(box_iou / 2, 0.1))
+    boxes = [BoxScore(box_iou / share, (share - 1) / 10) for share in (1, 2, 4)]
+    score = FrameScore(j, 0.5, 1.0, 0.1, *boxes)
     times = {'tracking': 1.0, 'matching': 2.0, 'segmentation': 3.0, 'total': total}
     return Outcome(0, None, None, 0.0, 0.0, times, 0.02, score if scored else None)
 
@@ -61,14 +62,14 @@ def test_numbers_are_means_of_frames_and_medians_of_times(report):
     assert one['fps'] == pytest.approx(50)
     assert two['box_iou'] == pytest.approx(0.1)
     assert two['lost_frames'] == 1
-    assert two['tracked'] == pytest.approx({'box_iou': 0.1, 'centre_error': 0.0})
-    assert two['matched'] == pytest.approx({'box_iou': 0.05, 'centre_error': 0.1})
+    assert two['tracked'] == pytest.approx({'box_iou': 0.05, 'centre_error': 0.1})
+    assert two['matched'] == pytest.approx({'box_iou': 0.025, 'centre_error': 0.3})
 
 
 def test_every_sequence_counts_the_same(report):
     assert report['mean']['J'] == pytest.approx(0.6)
     assert report['mean']['frames'] == 5
-    assert report['mean']['matched']['box_iou'] == pytest.approx((0.25 + 0.05) / 2)
+    assert report['mean']['matched']['box_iou'] == pytest.approx((0.125 + 0.025) / 2)
     assert report['mean']['lost_frames'] == 1
     assert report['mean']['ms_per_frame']['matching'] == 2
 
