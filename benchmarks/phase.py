@@ -38,7 +38,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.bars import holds
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
-from gait_segmentation.evaluation.metrics import jaccard
 from gait_segmentation.evaluation.report import aligned
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.gait_model import FIGURES, default_bank
@@ -62,14 +61,13 @@ KINDS = ('independent', 'path', 'clock')
 
 @dataclass(frozen=True)
 class Walk:
-    """What the tracker made of a clip, and its truth: phases, directions and silhouettes."""
+    """What the tracker made of a clip, and its truth."""
 
     tracks: list[TrackResult]
     size: tuple[int, int]
     fps: float = 0.0
     phases: tuple[float, ...] = ()
     azimuth: float = 0.0
-    truths: tuple[NDArray[np.uint8], ...] = ()
 
 
 def tracked(frames: Iterable[tuple[NDArray[np.uint8], int]], box: Box | None) -> list[TrackResult]:
@@ -107,7 +105,6 @@ def walk(degrees: float, number: int, seed: int) -> Walk:
         fps,
         tuple(frame.phases[0] for frame in frames),
         math.radians(degrees),
-        tuple(frame.truths[0] for frame in frames),
     )
 
 
@@ -179,18 +176,6 @@ def scores(results: list[MatchResult], kind: str, walk: Walk, count: int) -> dic
     }
 
 
-def fit(results: list[MatchResult], walk: Walk) -> float:
-    """Return the mean J of the templates with the true silhouettes."""
-    return float(
-        np.mean(
-            [
-                jaccard(np.where(cv2.resize(result.shape_prior, walk.size) > 127, 255, 0), truth)
-                for result, truth in zip(results, walk.truths, strict=True)
-            ]
-        )
-    )
-
-
 def side(walk: Walk) -> bool:
     """Tell whether a walk is seen from the side."""
     return abs(math.cos(walk.azimuth)) >= math.cos(math.radians(NEAR_PROFILE)) - 1e-9
@@ -220,8 +205,7 @@ def delayed(walks: list[Walk], count: int) -> dict[str, Any]:
             lag = WHOLE if math.isinf(delay) else round(delay * each.fps)
             matcher = SequenceMatcher(default_bank(), MatchingConfig(lag=lag))
             results = match(matcher, each)
-            row = {kind: scores(results, kind, each, count) for kind in KINDS[1:]}
-            rows.append({**row, 'template': {'J': fit(results, each)}})
+            rows.append({kind: scores(results, kind, each, count) for kind in KINDS[1:]})
         found['whole clip' if math.isinf(delay) else f'{delay:g}'] = summary(walks, rows)
     return found
 
@@ -311,13 +295,11 @@ def main() -> int:
         '--clips', type=Path, nargs='+', default=[], metavar='DIR', help='sequences for --plots'
     )
     parser.add_argument('--seed', type=int, default=1)
-    parser.add_argument('--lag', type=int, default=0, help='frames of lag')
     arguments = parser.parse_args()
     cv2.setNumThreads(1)
     compile_kernels()
     bank = default_bank()
-    matcher = SequenceMatcher(bank, MatchingConfig(lag=arguments.lag))
-    alone = SequenceMatcher(bank)
+    matcher = SequenceMatcher(bank)
     walks = [
         walk(degrees, number, 100 * arguments.seed + len(WALKS) * place + number)
         for place, degrees in enumerate(AZIMUTHS)
@@ -326,7 +308,7 @@ def main() -> int:
     rows, trust = [], []
     for each in walks:
         results = match(matcher, each)
-        found = {'independent': match(alone, each, independent=True)}
+        found = {'independent': match(matcher, each, independent=True)}
         found |= dict.fromkeys(KINDS[1:], results)
         rows.append({kind: scores(found[kind], kind, each, bank.phases) for kind in KINDS})
         wrong = errors(phases_of(results, 'clock', bank.phases), each)
@@ -345,12 +327,11 @@ def main() -> int:
         print(entry)
     if arguments.delays:
         report['delays'] = delayed(walks, bank.phases)
-        table = [['delay s', 'view', 'path RMS %', 'clock RMS %', 'template J']]
+        table = [['delay s', 'view', 'path RMS %', 'clock RMS %']]
         for delay, views in report['delays'].items():
             for name, values in views.items():
-                path, clock = (values[kind]['rms_percent'] for kind in KINDS[1:])
-                row = [f'{path:.2f}', f'{clock:.2f}', f'{values["template"]["J"]:.3f}']
-                table.append([delay, name, *row])
+                errors_of = (values[kind]['rms_percent'] for kind in KINDS[1:])
+                table.append([delay, name, *(f'{error:.2f}' for error in errors_of)])
         print(aligned(table))
     if arguments.json:
         arguments.json.write_text(json.dumps(report, indent=1) + '\n')

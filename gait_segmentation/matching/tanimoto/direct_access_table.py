@@ -4,13 +4,11 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
-from gait_segmentation.matching.tanimoto.kernel import CommonAreas
+from gait_segmentation.matching.tanimoto.kernel import CommonAreas, Images, Place, Shape
 
 __all__ = ['DirectAccessTableKernel', 'splitting_ids']
 
@@ -29,7 +27,7 @@ class DirectAccessTableKernel(CommonAreas):
     is enough: see :func:`splitting_ids`.
     """
 
-    def _code(self, templates: NDArray[np.uint8]) -> NDArray[np.int32]:
+    def _code(self, templates: Images) -> NDArray[np.int32]:
         grid = self._grid
         used = np.flatnonzero(templates.any(axis=0))
         order = np.argsort(templates[:, used], axis=0, kind='stable')
@@ -40,16 +38,9 @@ class DirectAccessTableKernel(CommonAreas):
         self._pixels = np.column_stack(np.divmod(used, grid.width)).astype(np.int64)
         return np.arange(len(templates), dtype=np.int32)
 
-    def common_rows(
-        self,
-        images: NDArray[np.uint8],
-        first: tuple[int, int],
-        windows: tuple[int, int, int],
-        matrix: NDArray[np.uint8] | None = None,
-        out: NDArray[np.int32] | None = None,
-    ) -> NDArray[np.int32]:
-        """Return C for some of the windows, see :class:`CommonAreas`."""
-        out = self.new_rows(math.prod(windows)) if out is None else out
+    def _fill(
+        self, images: Images, first: Place, windows: Shape, matrix: Images, out: NDArray[np.int32]
+    ) -> None:
         step = self._grid.step
         corner = first[0] * step, first[1] * step
         _add_up(
@@ -63,7 +54,6 @@ class DirectAccessTableKernel(CommonAreas):
             windows,
             out,
         )
-        return out[1 : self.rows + 1]
 
 
 def splitting_ids(values: NDArray[np.uint8]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 
 import numpy as np
@@ -12,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
-from gait_segmentation.matching.tanimoto.kernel import LANES, CommonAreas
+from gait_segmentation.matching.tanimoto.kernel import LANES, CommonAreas, Images, Place, Shape
 from gait_segmentation.matching.tanimoto.program import PAIR, in_order, make_program
 from gait_segmentation.matching.tanimoto.windows import WindowGrid
 
@@ -39,7 +38,7 @@ class EventKernel(CommonAreas):
     twins of a profile, share theirs.
     """
 
-    def _code(self, templates: NDArray[np.uint8]) -> NDArray[np.int32]:
+    def _code(self, templates: Images) -> NDArray[np.int32]:
         grid = self._grid
         self._program, place = in_order(
             make_program(templates.reshape(-1, grid.height, grid.width))
@@ -57,18 +56,10 @@ class EventKernel(CommonAreas):
         """Return the memory the coded templates and the gathered windows take, in bytes."""
         return self._program.nbytes + self.new_matrix().nbytes
 
-    def common_rows(
-        self,
-        images: NDArray[np.uint8],
-        first: tuple[int, int],
-        windows: tuple[int, int, int],
-        matrix: NDArray[np.uint8] | None = None,
-        out: NDArray[np.int32] | None = None,
-    ) -> NDArray[np.int32]:
-        """Return C for some of the windows, see :class:`CommonAreas`."""
+    def _fill(
+        self, images: Images, first: Place, windows: Shape, matrix: Images, out: NDArray[np.int32]
+    ) -> None:
         program = self._program
-        matrix = self.new_matrix() if matrix is None else matrix
-        out = self.new_rows(math.prod(windows)) if out is None else out
         flat, stride = out.reshape(-1), out.shape[1]
         planes = _polyphase(images, self._grid)
         plane = planes.reshape(-1)[first[0] * _plane_shape(self._grid)[1] + first[1] :]
@@ -86,7 +77,6 @@ class EventKernel(CommonAreas):
                 stride,
                 block * LANES,
             )
-        return out[1 : self.rows + 1]
 
     def new_matrix(self) -> NDArray[np.uint8]:
         """Return an array for ``matrix`` of :meth:`common_rows`, with a run to spare."""

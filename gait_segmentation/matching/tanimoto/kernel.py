@@ -12,10 +12,14 @@ from numpy.typing import NDArray
 
 from gait_segmentation.matching.tanimoto.windows import WindowGrid, check_templates
 
-__all__ = ['CommonAreas', 'pitch_of']
+__all__ = ['LANES', 'CommonAreas', 'Images', 'Place', 'Shape', 'pitch_of']
 
 LANES = 192
 """Windows that are treated at a time, to a multiple of which rows of results are filled up."""
+
+Images = NDArray[np.uint8]
+Place = tuple[int, int]
+Shape = tuple[int, int, int]
 
 
 def pitch_of(windows: int) -> int:
@@ -32,7 +36,7 @@ class CommonAreas(ABC):
     matchers may share a kernel.
     """
 
-    def __init__(self, templates: NDArray[np.uint8], grid: WindowGrid) -> None:
+    def __init__(self, templates: Images, grid: WindowGrid) -> None:
         """
         Code the templates.
 
@@ -52,7 +56,7 @@ class CommonAreas(ABC):
         self.row: NDArray[np.int32] = place[row.reshape(-1)]
 
     @abstractmethod
-    def _code(self, templates: NDArray[np.uint8]) -> NDArray[np.int32]:
+    def _code(self, templates: Images) -> NDArray[np.int32]:
         """
         Prepare what is compared.
 
@@ -61,12 +65,17 @@ class CommonAreas(ABC):
         """
 
     @abstractmethod
+    def _fill(
+        self, images: Images, first: Place, windows: Shape, matrix: Images, out: NDArray[np.int32]
+    ) -> None:
+        """Put C into all rows of ``out`` but the first; as :meth:`common_rows`."""
+
     def common_rows(
         self,
-        images: NDArray[np.uint8],
-        first: tuple[int, int],
-        windows: tuple[int, int, int],
-        matrix: NDArray[np.uint8] | None = None,
+        images: Images,
+        first: Place,
+        windows: Shape,
+        matrix: Images | None = None,
         out: NDArray[np.int32] | None = None,
     ) -> NDArray[np.int32]:
         """
@@ -80,8 +89,12 @@ class CommonAreas(ABC):
         :returns: (R, N) int32, a view of ``out``, C of template k in row ``row[k]``, image by
             image and row by row; what follows, up to :func:`pitch_of` them, is undefined.
         """
+        matrix = self.new_matrix() if matrix is None else matrix
+        out = self.new_rows(math.prod(windows)) if out is None else out
+        self._fill(images, first, windows, matrix, out)
+        return out[1 : self.rows + 1]
 
-    def common_area(self, images: NDArray[np.uint8]) -> NDArray[np.int32]:
+    def common_area(self, images: Images) -> NDArray[np.int32]:
         """
         Return C for every template and window.
 
@@ -95,7 +108,7 @@ class CommonAreas(ABC):
         rows = self.common_rows(images, (0, 0), windows)
         return rows[self.row][:, : math.prod(windows)].reshape(-1, *windows)
 
-    def new_matrix(self) -> NDArray[np.uint8]:
+    def new_matrix(self) -> Images:
         """Return an array for ``matrix`` of :meth:`common_rows`, empty if none is needed."""
         return np.zeros(0, np.uint8)
 

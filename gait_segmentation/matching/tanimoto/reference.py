@@ -4,12 +4,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.matching.tanimoto.kernel import CommonAreas
+from gait_segmentation.matching.tanimoto.kernel import CommonAreas, Images, Place, Shape
 
 __all__ = ['ReferenceKernel']
 
@@ -21,23 +19,15 @@ class ReferenceKernel(CommonAreas):
     Wang, Yagi and Makihara, ACCV 2009, equation 1.
     """
 
-    def _code(self, templates: NDArray[np.uint8]) -> NDArray[np.int32]:
+    def _code(self, templates: Images) -> NDArray[np.int32]:
         self._templates = templates.reshape(-1, self._grid.height, self._grid.width)
         return np.arange(len(templates), dtype=np.int32)
 
-    def common_rows(
-        self,
-        images: NDArray[np.uint8],
-        first: tuple[int, int],
-        windows: tuple[int, int, int],
-        matrix: NDArray[np.uint8] | None = None,
-        out: NDArray[np.int32] | None = None,
-    ) -> NDArray[np.int32]:
-        """Return C for some of the windows, see :class:`CommonAreas`."""
-        out = self.new_rows(math.prod(windows)) if out is None else out
+    def _fill(
+        self, images: Images, first: Place, windows: Shape, matrix: Images, out: NDArray[np.int32]
+    ) -> None:
         every = self._grid.windows(images)
         for lane, (image, row, column) in enumerate(np.ndindex(windows)):
             window = every[image, first[0] + row, first[1] + column]
             common = np.minimum(self._templates, window)
             out[1 : self.rows + 1, lane] = common.sum(axis=(1, 2), dtype=np.int32)
-        return out[1 : self.rows + 1]
