@@ -249,7 +249,7 @@ def draw(report: dict[str, Any], shown: dict[str, Walk], matcher: SequenceMatche
 
     images, count = ROOT / 'docs' / 'images', default_bank().phases
     figure, axes = plt.subplots(
-        len(shown), 3, figsize=(9, 1.8 * len(shown)), sharex='row', sharey=True, squeeze=False
+        len(shown), 3, figsize=(8.4, 1.6 * len(shown)), sharex='row', sharey=True, squeeze=False
     )
     for (title, each), row in zip(shown.items(), axes, strict=True):
         for axis, kind in zip(row, KINDS, strict=True):
@@ -259,7 +259,7 @@ def draw(report: dict[str, Any], shown: dict[str, Walk], matcher: SequenceMatche
     for axis in axes[-1]:
         axis.set_xlabel('s', fontsize=8)
     figure.tight_layout()
-    figure.savefig(images / 'phase_path.png', dpi=80)
+    figure.savefig(images / 'phase_path.png', dpi=75)
     figure, axis = plt.subplots(figsize=(3.2, 3))
     axis.plot([0, 1], [0, 1], color='0.8')
     bins = report['reliability']
