@@ -8,10 +8,11 @@ Dressed walkers are drawn before a cluttered wall in many directions, sizes, cad
 rates.  The pipeline is given their first box; the boxes and likelihoods that its tracker finds are
 then matched in three ways: ``independent``, the best template of each frame alone; ``path``, the
 template of the path; ``clock``, the phase that the matcher emits, a filter of this package's own
-about the path.  Phase errors are taken modulo half a stride throughout, because a profile shows
-the same silhouette twice a stride, and seen from the front or back walking towards and away look
-the same half a stride apart.  A step counts as backward if the phase is less than the one before,
-by up to half a stride.  ``settled`` leaves out the first second.
+about the path.  A profile shows the same silhouette twice a stride, and seen from the front or
+back walking towards and away look the same half a stride apart: phase errors are taken modulo half
+a stride, and (``whole``) of the whole stride with the half chosen once a walk.  A step counts as
+backward if the phase is less than the one before, by up to half a stride.  ``settled`` leaves out
+the first second.
 
 ``--delays`` also lets results wait for later frames (``matching.lag``), up to the whole clip.
 ``--plots`` draws docs/images/phase_path.png (also of real clips, ``--clips SEQUENCE_DIR ...``),
@@ -21,6 +22,7 @@ phase_confidence.png and, with ``--delays``, phase_delay.png.
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import math
 import sys
@@ -167,10 +169,12 @@ def scores(results: list[MatchResult], kind: str, walk: Walk, count: int) -> dic
     """Score one way of matching a walk."""
     phases = phases_of(results, kind, count)
     error = errors(phases, walk)
+    off_whole = phases - np.array(walk.phases)
     # Towards and away from the camera look alike.
     off = [abs(abs(result.azimuth) - abs(walk.azimuth)) for result in results]
     return {
         'rms_percent': rms(error),
+        'whole_percent': min(rms((off_whole + flip) % 1.0 - 0.5) for flip in (0.0, 0.5)),
         'settled_percent': rms(error[round(SETTLED * walk.fps) :]),
         'backward_percent': 100 * float(backward(phases).mean()),
         'view_percent': 100 * float((np.array(off) <= math.pi / 8).mean()),
@@ -319,7 +323,7 @@ def main() -> int:
             if result.body is not None
         ]
     report = {**summary(walks, rows), 'reliability': reliability(trust), 'walks': rows}
-    table = [['view', 'phase', 'RMS %', 'settled %', 'back %', 'view right %']]
+    table = [['view', 'phase', 'RMS %', 'whole RMS %', 'settled %', 'back %', 'view right %']]
     for name in ('side', 'front'):
         for kind, values in report[name].items():
             table.append([name, kind, *(f'{value:.2f}' for value in values.values())])
@@ -343,8 +347,9 @@ def main() -> int:
     fine = True
     for name in ('side', 'front'):
         without = report[name]['independent']['rms_percent']
-        ratios = [without / report[name][kind]['rms_percent'] for kind in KINDS[1:]]
-        print(f'{name}: RMS without over with path {ratios[0]:.2f}, with clock {ratios[1]:.2f}')
+        for kind, key in itertools.product(KINDS[1:], ('rms_percent', 'whole_percent')):
+            ratio = report[name]['independent'][key] / report[name][kind][key]
+            print(f'{name}, {key}: without over with {kind} {ratio:.2f}')
         if arguments.delays:
             ratio = without / report['delays'][WINDOW][name]['clock']['rms_percent']
             what = f'RMS without over with clock, {WINDOW} s later, {name}'
