@@ -29,11 +29,10 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from gait_segmentation.evaluation.settings import replaced
-
 from benchmarks.bars import holds
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.config import replaced
 from gait_segmentation.drawing import Image, draw_label
 from gait_segmentation.evaluation.output import TILE_HEIGHT, TILE_SIZE, tile, write_image
 from gait_segmentation.evaluation.report import aligned

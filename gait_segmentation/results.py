@@ -98,7 +98,8 @@ class MatchResult:
     away from the camera, pi to the left, -pi/2 towards the camera.  ``similarity`` is the Tanimoto
     similarity of the template with the likelihood, ``confidence`` in 0..1 the probability that
     ``phase`` is right to 5 %, half strides apart.  ``shape_prior`` is the template warped into
-    the image: uint8, same size as the likelihood, 255 inside, soft edge.
+    the image: uint8, same size as the likelihood, 255 inside, soft edge.  ``box`` is the tight box
+    about what is likely where the template stands, in source pixels; None where nothing is.
     """
 
     stamp_ns: int
@@ -113,6 +114,7 @@ class MatchResult:
     similarity: float
     confidence: float
     shape_prior: NDArray[np.uint8]
+    box: Box | None = None
 
     @classmethod
     def nobody(cls, stamp_ns: int, track_id: int, shape: tuple[int, ...]) -> MatchResult:

@@ -23,6 +23,7 @@ from gait_segmentation import kernels as module
 from gait_segmentation.gait_model import BankSpec, build_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import Kernels, compile_kernels, kernel
+from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.segmentation import SegmentationConfig
@@ -116,7 +117,10 @@ def test_nothing_is_compiled_or_loaded_while_people_walk(kernels: dict[str, Disp
     bank = build_bank(BankSpec(azimuths=8, phases=12, builds='average,dress'))
     compile_kernels()
     before = {name: set(kernel.signatures) for name, kernel in kernels.items()}
-    paper = PipelineConfig(segmentation=SegmentationConfig(prior='paper'))
+    paper = PipelineConfig(
+        matching=MatchingConfig(kernel='direct_access_table'),
+        segmentation=SegmentationConfig(prior='paper'),
+    )
     plays = (panned, narrow, turning, grey, leaving, two, two_close, unannounced, sunny)
     for play, chosen in (*((each, config) for each in plays), (panned, paper)):
         pipeline = Pipeline(chosen, bank)

@@ -17,13 +17,13 @@ from gait_segmentation.tracking import TrackingConfig
 from test.walkers import box_of, clip, couple, overlap, small_bank
 
 
-def pipeline(lag: int = 0) -> Pipeline:
-    config = PipelineConfig(TrackingConfig(start_rounds=3), MatchingConfig(lag=lag))
+def pipeline(lag: int = 0, kernel: str = 'events') -> Pipeline:
+    config = PipelineConfig(TrackingConfig(start_rounds=3), MatchingConfig(kernel=kernel, lag=lag))
     return Pipeline(config, small_bank())
 
 
-def run(lag: int = 0, frames: int = 16) -> list[FrameResult]:
-    pipe = pipeline(lag)
+def run(lag: int = 0, frames: int = 16, kernel: str = 'events') -> list[FrameResult]:
+    pipe = pipeline(lag, kernel)
     pipe.initialize(box_of(clip()[0]))
     results = []
     for frame in clip()[:frames]:
@@ -60,6 +60,18 @@ def test_two_runs_give_the_same_bits() -> None:
         (first,), (second,) = one.people, two.people
         assert np.array_equal(first.track.likelihood, second.track.likelihood)
         assert first.match.phase == second.match.phase
+
+
+@pytest.mark.parametrize('kernel', ['direct_access_table', 'reference'])
+def test_every_kernel_gives_the_same_bits(kernel: str) -> None:
+    for one, other in zip(run(), run(kernel=kernel), strict=True):
+        assert one.mask.tobytes() == other.mask.tobytes()
+        (first,), (second,) = one.people, other.people
+        assert first.match.shape_prior.tobytes() == second.match.shape_prior.tobytes()
+        nothing = np.zeros((1, 1), np.uint8)
+        assert replace(first.match, shape_prior=nothing) == replace(
+            second.match, shape_prior=nothing
+        )
 
 
 def test_a_lag_delays_but_loses_no_frame() -> None:

@@ -66,7 +66,9 @@ columns of the first table
   J        intersection over union in the window of 1.5 x the true box
   F        boundary measure of DAVIS (tolerance 0.8 % of the diagonal)
   error %  missegmented pixels in the window; image %: in the whole image
-  box IoU  of the tracked box with the true one; lost: frames with IoU < 0.2
+  box IoU  with the true box, of the box about what is seen; tracked: of the
+           box of the whole body, which the matcher starts from; matched: of
+           the one that it finds; lost: frames with a box IoU < 0.2
   ms       median per frame, all stages; fps: frames over the whole time in
            the pipeline, the start included
 

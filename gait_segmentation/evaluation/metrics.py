@@ -17,7 +17,7 @@ import math
 import statistics
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -30,6 +30,7 @@ from gait_segmentation.images import Window
 
 __all__ = [
     'LOST_IOU',
+    'BoxScore',
     'FrameScore',
     'boundary_f',
     'centre_distance',
@@ -59,23 +60,39 @@ RIM_PX = 4
 """Width of the ambiguous rim about a person that belongs to the person's box."""
 
 
+class BoxScore(NamedTuple):
+    """
+    How a box lies on the true one; both are NaN if the truth shows nobody.
+
+    ``iou`` is in 0..1, 0 without a box, ``centre_error`` in heights of the true box, NaN without.
+    """
+
+    iou: float
+    centre_error: float
+
+
 @dataclass(frozen=True)
 class FrameScore:
     """
     Scores of one frame.
 
     ``j`` and ``f`` in 0..1, the error rates in percent of the pixels in the window and in the
-    image.  ``box_iou`` (0..1, 0 without a box) and ``centre_error`` (in heights of the true box,
-    NaN without a box) are NaN, and ``lost`` is False, if the truth shows nobody.
+    image.  ``visible`` is the box about what is seen of the person, ``tracked`` that of the whole
+    body, which the matcher starts from, and ``matched`` the one that it finds.
     """
 
     j: float
     f: float
     error_rate: float
     error_rate_image: float
-    box_iou: float
-    centre_error: float
-    lost: bool
+    visible: BoxScore
+    tracked: BoxScore
+    matched: BoxScore
+
+    @property
+    def lost(self) -> bool:
+        """Return whether the truth shows somebody who is not in the visible box."""
+        return self.visible.iou < LOST_IOU
 
 
 def true_box(truth: NDArray[np.uint8]) -> Box | None:
@@ -179,32 +196,44 @@ def _disk(radius: int) -> NDArray[np.uint8]:
     return (rows**2 + columns**2 <= radius**2).astype(np.uint8)
 
 
-def score_frame(mask: NDArray[np.uint8], box: Box | None, truth: NDArray[np.uint8]) -> FrameScore:
+def score_box(box: Box | None, expected: Box | None) -> BoxScore:
+    """Compare a box with the true one."""
+    if expected is None:
+        return BoxScore(math.nan, math.nan)
+    if box is None:
+        return BoxScore(0.0, math.nan)
+    return BoxScore(float(box.iou(expected)), centre_distance(box, expected))
+
+
+def score_frame(
+    mask: NDArray[np.uint8],
+    box: Box | None,
+    truth: NDArray[np.uint8],
+    body: Box | None = None,
+    matched: Box | None = None,
+) -> FrameScore:
     """
     Score one frame.
 
     :param mask: (H, W) uint8, person where it is not 0.
-    :param box: the tracked box in pixels of the mask, None if nobody is tracked.
+    :param box: the box about what is seen, in pixels of the mask, None if nobody is tracked.
     :param truth: (H, W) uint8, 255 person, 0 background, else ambiguous.
+    :param body: the box of the whole body likewise; what is outside of the image does not count.
+    :param matched: the box that the matcher found.
     :raises InputError: if the mask has another shape than the truth.
     """
     if mask.shape != truth.shape:
         raise InputError(f'mask must have the shape {truth.shape} of the truth, got {mask.shape}')
     window = evaluation_window(truth)
     expected = true_box(truth)
-    iou = centre = math.nan
-    if expected is not None:
-        iou = 0.0 if box is None else float(box.iou(expected))
-        if box is not None:
-            centre = centre_distance(box, expected)
     return FrameScore(
         j=jaccard(mask[window], truth[window]),
         f=boundary_f(mask, truth),
         error_rate=error_percent(mask[window], truth[window]),
         error_rate_image=error_percent(mask, truth),
-        box_iou=iou,
-        centre_error=centre,
-        lost=bool(iou < LOST_IOU),
+        visible=score_box(box, expected),
+        tracked=score_box(body and body.clipped(truth.shape[1], truth.shape[0]), expected),
+        matched=score_box(matched, expected),
     )
 
 

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import json
-import math
 import statistics
 from collections.abc import Iterable, Mapping, Sequence as ListLike
 from dataclasses import dataclass, field
@@ -79,7 +78,6 @@ class Summary:
         ``frames`` counts the scored ones; ``ms_per_frame`` are medians, ``fps`` is frames over
         the whole time in the pipeline, the start included.
         """
-        boxed = [score.box_iou for score in self.scores if not math.isnan(score.box_iou)]
         total = sum(self.seconds)
         return {
             'frames': len(self.scores),
@@ -87,7 +85,17 @@ class Summary:
             'F': mean_known(score.f for score in self.scores),
             'error_rate': mean_known(score.error_rate for score in self.scores),
             'error_rate_image': mean_known(score.error_rate_image for score in self.scores),
-            'box_iou': mean_known(boxed),
+            'box_iou': mean_known(score.visible.iou for score in self.scores),
+            **{
+                name: {
+                    'box_iou': mean_known(score.iou for score in boxes),
+                    'centre_error': mean_known(score.centre_error for score in boxes),
+                }
+                for name, boxes in (
+                    ('tracked', [score.tracked for score in self.scores]),
+                    ('matched', [score.matched for score in self.scores]),
+                )
+            },
             'lost_frames': sum(score.lost for score in self.scores),
             'ms_per_frame': {
                 stage: statistics.median([times.get(stage, 0.0) for times in self.timings] or [0])
@@ -110,6 +118,10 @@ def mean_of(sequences: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     }
     for name in _AVERAGED:
         mean[name] = mean_known(row[name] for row in rows)
+    for name in ('tracked', 'matched'):
+        mean[name] = {
+            key: mean_known(row[name][key] for row in rows) for key in ('box_iou', 'centre_error')
+        }
     mean['tracking'] = mean_tracking(row['tracking'] for row in rows)
     return mean
 
@@ -162,7 +174,8 @@ def table(report: Mapping[str, Any]) -> str:
     """Return the report as an aligned table, one line per sequence and one for the mean."""
     kinds = {'restarts': 'restart', 'warm': 'warm'}
     again = {name: report[kind] for kind, name in kinds.items() if kind in report}
-    header = ['sequence', 'frames', 'J', 'F', 'error %', 'image %', 'box IoU', 'lost', 'ms', 'fps']
+    header = ['sequence', 'frames', 'J', 'F', 'error %', 'image %', 'box IoU']
+    header += ['tracked', 'matched', 'lost', 'ms', 'fps']
     rows = [header + [cell for name in again for cell in (f'{name} J', 'J0')]]
     lines = [*report['sequences'].items(), ('mean', report['mean'])]
     for name, numbers in lines:
@@ -174,6 +187,8 @@ def table(report: Mapping[str, Any]) -> str:
             _cell(numbers['error_rate'], 2),
             _cell(numbers['error_rate_image'], 2),
             _cell(numbers['box_iou'], 3),
+            _cell(numbers['tracked']['box_iou'], 3),
+            _cell(numbers['matched']['box_iou'], 3),
             str(numbers['lost_frames']),
             _cell(numbers['ms_per_frame']['total'], 1),
             _cell(numbers['fps'], 1),

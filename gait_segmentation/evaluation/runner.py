@@ -148,7 +148,7 @@ def _outcome(
     clip: Clip, number: int, shape: tuple[int, ...], seconds: float, result: Any
 ) -> Outcome:
     mask = np.zeros(shape, np.uint8)
-    box = None
+    box = body = matched = None
     phase = azimuth = math.nan
     timings: dict[str, float] = {}
     tracks: tuple[FoundTrack, ...] = ()
@@ -156,6 +156,7 @@ def _outcome(
     if result is not None:
         person = _person_of(result.people, truth)
         mask, box, timings = person.segmentation.mask, person.track.box, result.timings_ms
+        body, matched = person.track.body, person.match.box
         if person.match.body is not None:
             phase, azimuth = person.match.phase, person.match.azimuth
         tracks = tuple(
@@ -168,7 +169,7 @@ def _outcome(
             for each in result.people
             if each.track.state == TRACKED and each.track.box is not None
         )
-    score = None if truth is None else score_frame(mask, box, truth)
+    score = None if truth is None else score_frame(mask, box, truth, body, matched)
     return Outcome(number, mask, box, phase, azimuth, timings, seconds, score, tracks)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.errors import ConfigError
+from gait_segmentation.matching.tanimoto import KERNELS
 
 __all__ = ['MatchingConfig']
 
@@ -20,6 +21,13 @@ class MatchingConfig(StageConfig):
     :raises ConfigError: if a value is not allowed or two contradict each other.
     """
 
+    kernel: str = parameter(
+        'events',
+        'How templates are compared, to the same bits: by what changes between them, by the '
+        "paper's sorted direct access table, or by the definition.",
+        choices=tuple(KERNELS),
+        fixed=True,
+    )
     lag: int = parameter(
         0,
         'Frames by which results are delayed. 0 = filtering; more lets later frames correct '

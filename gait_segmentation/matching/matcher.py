@@ -25,6 +25,7 @@ from gait_segmentation.matching.placements import (
     Sampled,
     SearchRange,
 )
+from gait_segmentation.matching.refinement import refined_box
 from gait_segmentation.matching.sampling import warp_template
 from gait_segmentation.matching.similarities import SimilarityMaps, coded_bank, filled_up
 from gait_segmentation.matching.views import Views
@@ -72,7 +73,7 @@ class SequenceMatcher:
         self.config = config = config or MatchingConfig()
         self._bank = bank
         self._placements = grid = PlacementGrid(bank.grid, bank.fill, config)
-        self._coded = coded = coded_bank(bank, config.levels, grid.windows)
+        self._coded = coded = coded_bank(bank, config.levels, grid.windows, config.kernel)
         cost = np.round(UNIT * config.scale_cost * np.abs(np.log(grid.scales))).astype(np.int16)
         self._similarities = SimilarityMaps(coded, grid.windows, cost)
         self._searched = grid.everywhere.about(grid.center, self._reach(0.0))
@@ -181,7 +182,8 @@ class SequenceMatcher:
         similarity = self._similarities.update(sampled, searched)
         if begins:
             every = similarity[:, : searched.size]
-            best = searched.place(int(every.argmax()) % searched.size)
+            # Not the best template's, so that the order of the rows does not matter.
+            best = searched.place(int(every.max(axis=0).argmax()))
             searched, whole = searched.about(best, reach), searched
             similarity = filled_up(whole.part(every, searched))
         self._searched = searched
@@ -292,6 +294,15 @@ class SequenceMatcher:
                 body.scaled(frame.scale),
                 bank.fill,
                 frame.shape,
+            ),
+            box=refined_box(
+                images[scale],
+                bank.templates[sequence, phase],
+                self._placements.windows.part(row, column),
+                self._placements.body,
+                self._placements.transform(
+                    frame.box, float(self._placements.scales[scale]), frame.angle
+                ),
             ),
         )
 

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.matching.config import MatchingConfig
-from gait_segmentation.matching.phase_evidence import FineEvidence, fine_views
+from gait_segmentation.matching.fine_views import fine_views
+from gait_segmentation.matching.phase_evidence import FineEvidence
 from gait_segmentation.matching.phase_filter import PhaseFilter
 
 __all__ = ['NearLeg', 'PhaseFinder', 'phase_near']

@@ -149,8 +149,10 @@ class PlacementGrid:
         """
         self._fill = fill
         height, width = grid
-        self._body = fill * height
-        self.step = max(1, round(config.shift_step * self._body))
+        self.body = fill * height
+        """Height of a body on the pixel grid of the templates."""
+
+        self.step = max(1, round(config.shift_step * self.body))
         self.half = (config.scales, config.shifts_y, config.shifts_x)
         self.windows = WindowGrid(
             height, width, 2 * config.shifts_y + 1, 2 * config.shifts_x + 1, self.step
@@ -177,7 +179,7 @@ class PlacementGrid:
     @property
     def shift(self) -> float:
         """Return the distance of neighbouring shifts in body heights."""
-        return self.step / self._body
+        return self.step / self.body
 
     def placement(self, scale: float, row: float, column: float, angle: float = 0.0) -> Placement:
         """
@@ -212,9 +214,9 @@ class PlacementGrid:
         :param searched: the body heights that are wanted; the images of others are black.
         """
         rows, columns = self.windows.image_shape
-        pitch = box.height * float(self.scales[-1]) / self._body
+        pitch = box.height * float(self.scales[-1]) / self.body
         side = max(blur, antialiasing_side(pitch))
-        sides = reach(self._transform(box, float(self.scales[-1]), angle), columns, rows)
+        sides = reach(self.transform(box, float(self.scales[-1]), angle), columns, rows)
         window = region(sides, likelihood.shape, side)
         all_seen = known is None and inside(sides, likelihood.shape, 0.5)
         values, seen = smoothed(likelihood, known, window, side)
@@ -224,7 +226,7 @@ class PlacementGrid:
             return Sampled(images, masks)
         if masks is not None and seen is None:
             seen = np.full(values.shape, _ALL, np.uint8)
-        to_grid = invert(self._transform(box, 1.0, angle))
+        to_grid = invert(self.transform(box, 1.0, angle))
         origin = np.array([window[1].start, window[0].start], np.float64)
         to_grid[:, 2] += to_grid[:, :2] @ origin
         middle = np.array([columns / 2, rows / 2])
@@ -247,8 +249,8 @@ class PlacementGrid:
             masks = None
         return Sampled(images, masks)
 
-    def _transform(self, box: Box, scale: float, angle: float) -> NDArray[np.float64]:
-        """Return the transform from a padded image to the likelihood."""
+    def transform(self, box: Box, scale: float, angle: float) -> NDArray[np.float64]:
+        """Return the transform from the padded image of a body height to where the box is."""
         body = BodyFrame(box.center_x, box.center_y, box.height * scale, angle)
         rows, columns = self.windows.image_shape
         result = template_to_image(body, self.windows.height, self.windows.width, self._fill)

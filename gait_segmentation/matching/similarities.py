@@ -15,7 +15,7 @@ from gait_segmentation.gait_model.builder import quantize
 from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.path import UNIT
 from gait_segmentation.matching.placements import Sampled, SearchRange
-from gait_segmentation.matching.tanimoto import EventKernel, WindowGrid, pitch_of, polyphase
+from gait_segmentation.matching.tanimoto import KERNELS, CommonAreas, WindowGrid, pitch_of
 
 __all__ = ['CodedBank', 'SimilarityMaps', 'coded_bank', 'filled_up']
 
@@ -34,7 +34,7 @@ class CodedBank:
 
     templates: NDArray[np.uint8]
     row: NDArray[np.int32]
-    kernel: EventKernel
+    kernel: CommonAreas
     sums: tuple[NDArray[np.int32], NDArray[np.int32]]
 
     @property
@@ -44,17 +44,20 @@ class CodedBank:
 
 
 @lru_cache(maxsize=2)
-def coded_bank(bank: TemplateBank, levels: int, windows: WindowGrid) -> CodedBank:
+def coded_bank(
+    bank: TemplateBank, levels: int, windows: WindowGrid, kernel: str = 'events'
+) -> CodedBank:
     """
     Code the templates of a bank; those of the last banks are kept.
 
     :param levels: grey levels of the templates.
     :param windows: where templates are laid.
+    :param kernel: which of :data:`~gait_segmentation.matching.tanimoto.KERNELS` compares them.
     """
     templates = quantize(bank.templates, levels)
     if np.array_equal(templates, bank.templates):
         templates = bank.templates
-    made = EventKernel(templates.reshape(-1, *bank.grid), windows)
+    made = KERNELS[kernel](templates.reshape(-1, *bank.grid), windows)
     row = made.row.reshape(templates.shape[:2])
     sums = tuple(np.zeros((made.rows, size + 1), np.int32) for size in bank.grid)
     for each, axis in zip(sums, (3, 2), strict=True):
@@ -104,13 +107,12 @@ class SimilarityMaps:
         areas = self._windows.areas(images)[:, searched.rows, searched.columns]
         area = _line(areas, self._maps.shape[1])
         cost = _line(np.broadcast_to(self._cost[heights, None, None], areas.shape), len(area))
-        planes = polyphase(images, self._windows)
         lines = None if known is None else _known_lines(known)
-        common = self._common_rows(planes, searched, self._common)
+        common = self._common_rows(images, searched, self._common)
         if lines is not None:
             seen = self._between(lines, searched)
         elif known is not None:
-            seen = self._common_rows(polyphase(known, self._windows), searched, self._seen)
+            seen = self._common_rows(known, searched, self._seen)
         else:
             seen = self._coded.area[:, None].copy()
         _compare(common, area, cost, self._maps, seen)
@@ -123,11 +125,11 @@ class SimilarityMaps:
         self._maps = np.zeros((made.rows, pitch_of(placements)), np.int16)
 
     def _common_rows(
-        self, planes: NDArray[np.uint8], searched: SearchRange, out: NDArray[np.int32]
+        self, images: NDArray[np.uint8], searched: SearchRange, out: NDArray[np.int32]
     ) -> NDArray[np.int32]:
-        """Return C of all templates, see :meth:`EventKernel.common_rows`."""
+        """Return C of all templates, see :meth:`CommonAreas.common_rows`."""
         made, first = self._coded.kernel, searched.first[1:]
-        return made.common_rows(planes, first, searched.shape, self._matrix, out)
+        return made.common_rows(images, first, searched.shape, self._matrix, out)
 
     def _between(
         self, lines: tuple[int, NDArray[np.intp]], searched: SearchRange

@@ -80,8 +80,10 @@ class FakePipeline:
                 stamp_ns=stamp_ns,
                 people=(
                     SimpleNamespace(
-                        track=SimpleNamespace(track_id=1, box=box, state='tracked', features=()),
-                        match=SimpleNamespace(body=body, phase=0.25, azimuth=0.0),
+                        track=SimpleNamespace(
+                            track_id=1, box=box, body=box, state='tracked', features=()
+                        ),
+                        match=SimpleNamespace(body=body, phase=0.25, azimuth=0.0, box=box),
                         segmentation=SimpleNamespace(stamp_ns=stamp_ns, track_id=1, mask=mask),
                     ),
                 ),

@@ -142,25 +142,24 @@ def test_the_box_is_scored():
     truth = np.zeros((50, 50), np.uint8)
     truth[10:30, 10:20] = 255
     mask = truth.copy()
-    right = score_frame(mask, Box(10, 10, 10, 20), truth)
-    assert right.box_iou == 1
-    assert right.centre_error == 0
-    assert not right.lost
-    moved = score_frame(mask, Box(10, 14, 10, 20), truth)
-    assert moved.box_iou == pytest.approx(16 / 24)
-    assert moved.centre_error == pytest.approx(0.2)
+    moved, right = Box(10, 14, 10, 20), Box(10, 10, 10, 20)
+    score = score_frame(mask, right, truth, Box(-5, 10, 20, 20), moved)
+    assert score.visible == (1, 0)
+    assert score.tracked == pytest.approx((0.25, 0.375))
+    assert score.matched == pytest.approx((16 / 24, 0.2))
+    assert not score.lost
     assert score_frame(mask, Box(30, 30, 10, 20), truth).lost
     none = score_frame(mask, None, truth)
     assert none.lost
-    assert none.box_iou == 0
-    assert math.isnan(none.centre_error)
+    assert none.visible.iou == none.matched.iou == 0
+    assert math.isnan(none.visible.centre_error)
 
 
 def test_a_frame_without_a_person():
     truth = np.zeros((10, 10), np.uint8)
     empty = score_frame(np.zeros_like(truth), None, truth)
     assert (empty.j, empty.f, empty.lost) == (1, 1, False)
-    assert math.isnan(empty.box_iou)
+    assert math.isnan(empty.tracked.iou)
     mask = cv2.rectangle(truth.copy(), (2, 2), (5, 5), 255, -1)
     full = score_frame(mask, Box(2, 2, 4, 4), truth)
     assert (full.j, full.f, full.lost) == (0, 0, False)
@@ -177,7 +176,7 @@ def test_scores_are_plain_numbers_also_for_boxes_of_numpy_numbers():
     truth[10:30, 10:20] = 255
     score = score_frame(truth, Box(*np.array([10.0, 10.0, 10.0, 20.0])), truth)
     assert type(score.lost) is bool
-    assert {type(value) for value in (score.j, score.f, score.error_rate, score.box_iou)} == {
+    assert {type(value) for value in (score.j, score.f, score.error_rate, score.visible.iou)} == {
         float
     }
 

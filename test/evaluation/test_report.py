@@ -8,7 +8,7 @@ import pytest
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.attendance import Attendance
-from gait_segmentation.evaluation.metrics import FrameScore
+from gait_segmentation.evaluation.metrics import BoxScore, FrameScore
 from gait_segmentation.evaluation.report import (
     Summary,
     aligned,
@@ -25,8 +25,9 @@ from gait_segmentation.evaluation.tracking_score import FoundTrack, TrackingScor
 from gait_segmentation.geometry import Box
 
 
-def outcome(j, box_iou=0.5, total=10.0, lost=False, scored=True):
-    score = FrameScore(j, 0.5, 1.0, 0.1, box_iou, 0.0, lost)
+def outcome(j, box_iou=0.5, total=10.0, scored=True):
+    boxes = [BoxScore(box_iou / share, (share - 1) / 10) for share in (1, 2, 4)]
+    score = FrameScore(j, 0.5, 1.0, 0.1, *boxes)
     times = {'tracking': 1.0, 'matching': 2.0, 'segmentation': 3.0, 'total': total}
     return Outcome(0, None, None, 0.0, 0.0, times, 0.02, score if scored else None)
 
@@ -48,7 +49,7 @@ def report():
         first.add(outcome(j, total=total), None)
     first.add(outcome(0, scored=False), None)
     second.add(outcome(1.0, box_iou=math.nan), None)
-    second.add(outcome(0.0, box_iou=0.1, lost=True), None)
+    second.add(outcome(0.0, box_iou=0.1), None)
     rows = {'one': first.numbers(), 'two': second.numbers()}
     return {'sequences': rows, 'mean': mean_of(rows)}
 
@@ -61,11 +62,14 @@ def test_numbers_are_means_of_frames_and_medians_of_times(report):
     assert one['fps'] == pytest.approx(50)
     assert two['box_iou'] == pytest.approx(0.1)
     assert two['lost_frames'] == 1
+    assert two['tracked'] == pytest.approx({'box_iou': 0.05, 'centre_error': 0.1})
+    assert two['matched'] == pytest.approx({'box_iou': 0.025, 'centre_error': 0.3})
 
 
 def test_every_sequence_counts_the_same(report):
     assert report['mean']['J'] == pytest.approx(0.6)
     assert report['mean']['frames'] == 5
+    assert report['mean']['matched']['box_iou'] == pytest.approx((0.125 + 0.025) / 2)
     assert report['mean']['lost_frames'] == 1
     assert report['mean']['ms_per_frame']['matching'] == 2
 

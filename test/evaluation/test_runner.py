@@ -37,6 +37,7 @@ def test_every_frame_is_run_from_the_first_box_on(sequence):
     assert all(outcome.seconds == 1 for outcome in outcomes)
     assert outcomes[0].timings_ms['total'] == 6
     assert outcomes[0].phase == 0.25
+    assert outcomes[0].score.tracked.iou == outcomes[0].score.matched.iou == 1
 
 
 @pytest.mark.parametrize('lag', [1, 3, 10])
@@ -128,13 +129,13 @@ class Pair(FakePipeline):
         other[6:35, 30:40] = 255
         first = SimpleNamespace(
             track=SimpleNamespace(
-                track_id=8, box=Box(30, 6, 10, 29), state='tracked', features=()
+                track_id=8, box=Box(30, 6, 10, 29), body=None, state='tracked', features=()
             ),
             match=person.match,
             segmentation=SimpleNamespace(mask=other),
         )
         lost = SimpleNamespace(
-            track=SimpleNamespace(track_id=9, box=None, state='lost'),
+            track=SimpleNamespace(track_id=9, box=None, body=None, state='lost'),
             match=person.match,
             segmentation=SimpleNamespace(mask=np.zeros_like(other)),
         )

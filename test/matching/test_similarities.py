@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.kernels import ReferenceKernel, tanimoto
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.matching.path import UNIT
 from gait_segmentation.matching.placements import Sampled, SearchRange
 from gait_segmentation.matching.similarities import SimilarityMaps, coded_bank, filled_up
-from gait_segmentation.matching.tanimoto import WindowGrid, pitch_of
+from gait_segmentation.matching.tanimoto import KERNELS, ReferenceKernel, WindowGrid, pitch_of
 
 GRID = WindowGrid(7, 5, 3, 4, 2)
 COST = np.array([30, 0], np.int16)
@@ -31,8 +30,8 @@ def of_builds(templates):
     return TemplateBank(templates, np.arange(3, dtype=np.float32), ('b', 'a', 'b'), 0.9)
 
 
-def maps(bank):
-    coded = coded_bank(of_builds(bank), 256, GRID)
+def maps(bank, kernel='events'):
+    coded = coded_bank(of_builds(bank), 256, GRID, kernel)
     return coded, SimilarityMaps(coded, GRID, COST)
 
 
@@ -69,15 +68,18 @@ def expected(bank, images, known):
     flat = bank.reshape(-1, 7, 5)
     reference = ReferenceKernel(flat, GRID)
     seen = reference.common_area(mask() if known is None else known).astype(np.int64)
-    share = tanimoto(reference.common_area(images), GRID.areas(images)[None], seen)
+    common = reference.common_area(images)
+    union = GRID.areas(images)[None] + seen - common
+    share = np.where(union > 0, common / np.maximum(union, 1), 0.0)
     shape = *bank.shape[:2], 2, GRID.rows * GRID.columns
     return share.reshape(shape)
 
 
+@pytest.mark.parametrize('kernel', KERNELS)
 @pytest.mark.parametrize('name', MASKS)
-def test_similarities_are_those_of_the_definition(name):
+def test_similarities_are_those_of_the_definition(name, kernel):
     bank, known = templates(), MASKS[name]
-    coded, similarities = maps(bank)
+    coded, similarities = maps(bank, kernel)
     images = likelihoods() if known is None else np.minimum(likelihoods(), known)
     found = similarities.update(Sampled(images, known), ALL)
     found = found[coded.row][..., : ALL.size].reshape(3, 2, 2, -1)

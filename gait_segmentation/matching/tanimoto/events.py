@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The production kernel: templates as changes against their parents."""
+"""The default kernel: templates as changes against their parents."""
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 
 import numpy as np
@@ -12,19 +11,18 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
+from gait_segmentation.matching.tanimoto.kernel import LANES, CommonAreas, Images, Place, Shape
 from gait_segmentation.matching.tanimoto.program import PAIR, in_order, make_program
-from gait_segmentation.matching.tanimoto.windows import WindowGrid, check_templates
+from gait_segmentation.matching.tanimoto.windows import WindowGrid
 
-__all__ = ['EventKernel', 'pitch_of', 'polyphase']
+__all__ = ['EventKernel']
 
-_LANES = 192
-"""Windows that are treated at a time."""
 _RUN, _WORD = 16, 8
 """Bytes that are copied at once, and bytes of a number by which they are."""
 _CACHE_LINE = 64
 
 
-class EventKernel:
+class EventKernel(CommonAreas):
     """
     Common areas by adding up what changes from one template to the next.
 
@@ -40,26 +38,13 @@ class EventKernel:
     twins of a profile, share theirs.
     """
 
-    def __init__(self, templates: NDArray[np.uint8], grid: WindowGrid) -> None:
-        """
-        Code the templates.
-
-        :param templates: (K, height, width) uint8; the fewer grey levels, the faster.
-        :raises InputError: if they do not fit the grid.
-        """
-        check_templates(templates, grid)
-        self._grid = grid
-        pixels = templates.reshape(len(templates), -1)
-        different, first, row = np.unique(
-            np.ascontiguousarray(pixels).view(np.dtype((np.void, pixels.shape[1]))),
-            return_index=True,
-            return_inverse=True,
+    def _code(self, templates: Images) -> NDArray[np.int32]:
+        grid = self._grid
+        self._program, place = in_order(
+            make_program(templates.reshape(-1, grid.height, grid.width))
         )
-        self.rows = len(different)
-        program, place = in_order(make_program(templates[first]))
-        self.row: NDArray[np.int32] = place[row.reshape(-1)]
-        self._origins = _origins(program.pixels, grid)
-        self._program = program
+        self._origins = _origins(self._program.pixels, grid)
+        return place
 
     @property
     def events(self) -> int:
@@ -71,43 +56,12 @@ class EventKernel:
         """Return the memory the coded templates and the gathered windows take, in bytes."""
         return self._program.nbytes + self.new_matrix().nbytes
 
-    def common_area(self, images: NDArray[np.uint8]) -> NDArray[np.int32]:
-        """
-        Return C = sum of min(likelihood, template) for every template and window.
-
-        :param images: (S, *grid.image_shape) uint8.
-        :returns: (K, S, rows, columns) int32, valid until the next call.
-        :raises InputError: if the images do not fit the grid.
-        """
-        grid = self._grid
-        grid.check(images)
-        windows = len(images), grid.rows, grid.columns
-        rows = self.common_rows(polyphase(images, grid), (0, 0), windows)
-        return rows[self.row][:, : math.prod(windows)].reshape(-1, *windows)
-
-    def common_rows(
-        self,
-        planes: NDArray[np.uint8],
-        first: tuple[int, int],
-        windows: tuple[int, int, int],
-        matrix: NDArray[np.uint8] | None = None,
-        out: NDArray[np.int32] | None = None,
-    ) -> NDArray[np.int32]:
-        """
-        Return the same for some of the windows; equal templates share a row, filled up.
-
-        :param planes: from :func:`polyphase`.
-        :param first: row and column of the first window.
-        :param windows: number of images, rows and columns.
-        :param matrix: from :meth:`new_matrix`, and ``out`` from :meth:`new_rows`, of this kernel
-            or a larger one, to work in.
-        :returns: (R, N) int32, a view of ``out``, C of template k in row ``row[k]``, image by
-            image and row by row; what follows, up to :func:`pitch_of` them, is undefined.
-        """
+    def _fill(
+        self, images: Images, first: Place, windows: Shape, matrix: Images, out: NDArray[np.int32]
+    ) -> None:
         program = self._program
-        matrix = self.new_matrix() if matrix is None else matrix
-        out = self.new_rows(math.prod(windows)) if out is None else out
         flat, stride = out.reshape(-1), out.shape[1]
+        planes = _polyphase(images, self._grid)
         plane = planes.reshape(-1)[first[0] * _plane_shape(self._grid)[1] + first[1] :]
         for block, (places, offsets) in enumerate(_runs(self._grid, windows)):
             _gather(_words(plane), self._origins, places, offsets, _words(matrix))
@@ -121,26 +75,16 @@ class EventKernel:
                 program.base,
                 flat,
                 stride,
-                block * _LANES,
+                block * LANES,
             )
-        return out[1 : self.rows + 1]
 
     def new_matrix(self) -> NDArray[np.uint8]:
         """Return an array for ``matrix`` of :meth:`common_rows`, with a run to spare."""
-        size = (len(self._program.pixels) + 1) * _LANES
+        size = (len(self._program.pixels) + 1) * LANES
         memory = np.zeros(size + _CACHE_LINE, np.uint8)
         # From a cache line on, so that no row of lanes needs one more.
         first = -memory.ctypes.data % _CACHE_LINE
         return memory[first : first + size]
-
-    def new_rows(self, windows: int) -> NDArray[np.int32]:
-        """Return an array for ``out`` of :meth:`common_rows`; its first row must stay zero."""
-        return np.zeros((self.rows + 1, pitch_of(windows)), np.int32)
-
-
-def pitch_of(windows: int) -> int:
-    """Return how long a row of a number of windows is when it is filled up."""
-    return -(-windows // _LANES) * _LANES
 
 
 def _plane_shape(grid: WindowGrid) -> tuple[int, int]:
@@ -169,8 +113,8 @@ def _runs(
     planes, (height, width) = grid.step**2, _plane_shape(grid)
     images, rows, columns = windows
     blocks = []
-    for start in range(0, images * rows * columns, _LANES):
-        last = min(start + _LANES, images * rows * columns)
+    for start in range(0, images * rows * columns, LANES):
+        last = min(start + LANES, images * rows * columns)
         places, offsets, window = [], [], start
         while window < last:
             line, column = divmod(window, columns)
@@ -182,7 +126,7 @@ def _runs(
     return blocks
 
 
-def polyphase(images: NDArray[np.uint8], grid: WindowGrid) -> NDArray[np.uint8]:
+def _polyphase(images: NDArray[np.uint8], grid: WindowGrid) -> NDArray[np.uint8]:
     """
     Sort the pixels by their remainders modulo the step, so that windows are contiguous.
 
@@ -212,10 +156,10 @@ def _gather(plane, origins, places, offsets, matrix):  # type: ignore[no-untyped
     :param origins: (A,) int64, where in it the pixels of the first window are.
     :param places: (R,) int64 lanes at which the runs begin.
     :param offsets: (R,) int64, how far the runs' windows are from the first one.
-    :param matrix: words of the result, ``_LANES`` bytes a pixel and a run to spare.
+    :param matrix: words of the result, ``LANES`` bytes a pixel and a run to spare.
     """
     for pixel in range(len(origins)):
-        origin, row = origins[pixel], pixel * _LANES
+        origin, row = origins[pixel], pixel * LANES
         for run in range(len(places)):
             target, source = row + places[run], origin + offsets[run]
             matrix[target] = plane[source]
@@ -235,30 +179,30 @@ def _run_program(  # type: ignore[no-untyped-def]
     """
     Make the common areas of all templates for the gathered windows.
 
-    :param matrix: flat uint8, ``_LANES`` bytes for each pixel of the program.
+    :param matrix: flat uint8, ``LANES`` bytes for each pixel of the program.
     :param source: as the next five in :class:`EventProgram`.
     :param out: flat int32, rows of ``stride``; row 0 must be zero.
     :param first: where the windows' results begin in a row.
     """
-    total = np.empty(_LANES, np.int16)
+    total = np.empty(LANES, np.int16)
     for step in range(len(target)):
         total[:] = 0
         for pair in range(bounds[step, 0], bounds[step, 2]):
             one, two = PAIR * pair, PAIR * pair + 1
             lo_one, span_one, lo_two, span_two = lo[one], span[one], lo[two], span[two]
-            place = _LANES * np.int64(source[one])
-            values = matrix[place : place + _LANES]
-            place = _LANES * np.int64(source[two])
-            others = matrix[place : place + _LANES]
+            place = LANES * np.int64(source[one])
+            values = matrix[place : place + LANES]
+            place = LANES * np.int64(source[two])
+            others = matrix[place : place + LANES]
             if pair < bounds[step, 1]:
-                for lane in range(_LANES):
+                for lane in range(LANES):
                     change = _change(values[lane], lo_one, span_one)
                     total[lane] += change + _change(others[lane], lo_two, span_two)
             else:
-                for lane in range(_LANES):
+                for lane in range(LANES):
                     change = _change(values[lane], lo_one, span_one)
                     total[lane] -= change + _change(others[lane], lo_two, span_two)
-        old = out[base[step] * stride + first : base[step] * stride + first + _LANES]
-        new = out[target[step] * stride + first : target[step] * stride + first + _LANES]
-        for lane in range(_LANES):
+        old = out[base[step] * stride + first : base[step] * stride + first + LANES]
+        new = out[target[step] * stride + first : target[step] * stride + first + LANES]
+        for lane in range(LANES):
             new[lane] = old[lane] + total[lane]

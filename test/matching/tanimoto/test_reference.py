@@ -2,8 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import numpy as np
 
-from benchmarks.kernels import ReferenceKernel
-from gait_segmentation.matching.tanimoto import WindowGrid
+from gait_segmentation.matching.tanimoto import ReferenceKernel, WindowGrid
 
 
 def test_sums_the_smaller_of_template_and_window():
