@@ -2,18 +2,17 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Learn what tells walkers from other things that move, from synthetic ones, and say how well.
+Learn what tells walkers from other things that move, from synthetic ones.
 
 Plays synthetic walkers, a third of them cut by the image's border, and synthetic things that move
-to the search for walkers, fits a logistic regression to the measures of all matches, and prints
-its coefficients, and for several bounds of the evidence how many of other walkers and of other
-things are found, and when::
+to the search for walkers, fits a logistic regression to the measures of all matches and prints
+its coefficients; ``--write`` changes ``walking.json`` of the package.  ``--check`` plays other
+walkers and things instead and says which are found, and when::
 
-    python benchmarks/walking.py [--walkers 60] [--seeds 4] [--write]
+    python benchmarks/walking.py [--walkers 40] [--seeds 3] [--write | --check]
 
 Of the walkers' matches those count whose box overlaps the true one by an IoU of at least 0.5.
-Every clip has the same weight, and walkers all together have that of the things.  ``--write``
-changes ``walking.json`` of the package.
+Every clip has the same weight, and walkers all together have that of the things.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import pickle
+import statistics
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -46,7 +45,6 @@ from gait_segmentation.starting.finding.walking import MODEL_FILE
 
 RIGHT = 0.5
 DIRECTIONS = 10
-BOUNDS = (0.15, 0.25, 0.35, 0.5, 0.7, 1.0)
 SURE = 100.0  # evidence that nobody reaches
 RARE, USUAL = 1, 50  # percentiles of walkers between which a measure counts
 MORE = ('similarity', 'swing', 'accord', 'cover')  # measures that speak for a walker
@@ -98,13 +96,13 @@ def thing(name: str, seed: int) -> Iterator[Frame]:
     return ((image, stamp_ns, None) for image, stamp_ns in ThingClip(name, seed))
 
 
-def measured(name: str, frames: Iterable[Frame]) -> Iterator[Match]:
+def measured(name: str, frames: Iterable[Frame], seed: int = 0) -> Iterator[Match]:
     finder = WalkerFinder(default_bank(), StartingConfig(least_evidence=SURE))
     for image, stamp_ns, truth in frames:
         finder.update(image, stamp_ns)
         for box, measures in finder.judged():
             iou = 0.0 if truth is None else box.iou(truth)
-            yield Match(name, name not in THINGS, iou, measures)
+            yield Match(f'{name} {seed}', name not in THINGS, iou, measures)
 
 
 def fitted(matches: list[Match]) -> dict[str, object]:
@@ -139,35 +137,42 @@ def fitted(matches: list[Match]) -> dict[str, object]:
     }
 
 
-def found(frames: Iterable[Frame], bound: float) -> tuple[int, float] | None:
-    """Return when something is first found, and the IoU of its box."""
-    finder = WalkerFinder(default_bank(), StartingConfig(least_evidence=bound))
+def found(frames: Iterable[Frame]) -> tuple[int, float] | None:
+    """Return when something is first found, and the IoU of its box with the walker's."""
+    finder = WalkerFinder(default_bank())
     for number, (image, stamp_ns, truth) in enumerate(frames):
         for box in finder.update(image, stamp_ns):
             return number, 0.0 if truth is None else box.iou(truth)
     return None
 
 
+def check(walkers: range, seeds: range) -> None:
+    """Print which clips give a slot."""
+    right = [found(walker(seed)) for seed in walkers]
+    frames = [each[0] for each in right if each is not None and each[1] >= RIGHT]
+    mean = statistics.fmean(frames) if frames else None
+    print(f'found {len(frames)} of {len(right)} walkers, in the mean in frame {mean}')
+    names = [f'{name} {seed}' for name in THINGS for seed in seeds if found(thing(name, seed))]
+    print(f'taken for walkers {len(names)} of {len(THINGS) * len(seeds)}: {", ".join(names)}')
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
-    parser.add_argument('--walkers', type=int, default=60)
-    parser.add_argument('--seeds', type=int, default=4, help='clips of each kind of thing')
+    parser.add_argument('--walkers', type=int, default=40)
+    parser.add_argument('--seeds', type=int, default=3, help='clips of each kind of thing')
     parser.add_argument('--write', action='store_true', help='change walking.json')
     parser.add_argument('--check', action='store_true', help='play other clips')
-    parser.add_argument('--keep', type=Path, metavar='FILE', help='keep the measures in FILE')
     options = parser.parse_args()
     cv2.setNumThreads(1)
-    if options.keep is not None and options.keep.exists():
-        matches = [Match(*each) for each in pickle.loads(options.keep.read_bytes())]
-    else:
-        matches = []
-        for seed in range(options.walkers):
-            matches += measured(f'walker {seed}', walker(seed))
-        for name in THINGS:
-            for seed in range(options.seeds):
-                matches += measured(f'{name} {seed}', thing(name, seed))
-        if options.keep is not None:
-            options.keep.write_bytes(pickle.dumps([tuple(each) for each in matches]))
+    if options.check:
+        check(range(options.walkers, 2 * options.walkers), range(options.seeds, 2 * options.seeds))
+        return
+    matches: list[Match] = []
+    for seed in range(options.walkers):
+        matches += measured(f'walker {seed}', walker(seed))
+    for name in THINGS:
+        for seed in range(options.seeds):
+            matches += measured(name, thing(name, seed), seed)
     model = fitted(matches)
     if options.write:
         MODEL_FILE.write_text(json.dumps(model, indent=1) + '\n', encoding='utf-8')

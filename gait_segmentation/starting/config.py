@@ -45,7 +45,7 @@ class StartingConfig(StageConfig):
         maximum=2.0,
     )
     least_evidence: float = parameter(
-        0.5,
+        0.15,
         'Evidence from which somebody is taken for a walker: log-odds times the time for which '
         'they are seen. Lower values start earlier, higher ones make fewer errors.',
         unit='s',
