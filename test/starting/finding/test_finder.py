@@ -232,7 +232,7 @@ def test_who_moves_and_is_not_known_is_a_stranger() -> None:
 
 def test_with_more_evidence_asked_for_a_walker_is_found_later() -> None:
     ((usual, _),) = found_in_walk()
-    more = StartingConfig(least_evidence=2 * StartingConfig().least_evidence)
+    more = StartingConfig(least_evidence=1.5)
     (later, _), *_ = run(walk(), more)
     assert later > usual
 
