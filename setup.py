@@ -65,6 +65,7 @@ setup(
         NAME: ['py.typed'],
         f'{NAME}.gait_model': ['*.json'],
         f'{NAME}.segmentation': ['*.json'],
+        f'{NAME}.starting.finding': ['*.json'],
     },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),

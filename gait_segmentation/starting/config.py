@@ -37,24 +37,18 @@ class StartingConfig(StageConfig):
         minimum=12.0,
         maximum=400.0,
     )
-    watch: float = parameter(
-        0.25,
-        'How long somebody must be seen to walk. Lower values start earlier, higher ones '
-        'make fewer errors.',
-        unit='s',
-        minimum=0.1,
-        maximum=5.0,
-    )
     least_way: float = parameter(
-        0.15,
+        0.2,
         'Distance that somebody must have covered, or grown by, before getting a slot.',
         unit='body height',
         minimum=0.0,
         maximum=2.0,
     )
-    least_similarity: float = parameter(
-        0.5,
-        'Least similarity of a moving blob with the templates of walkers.',
-        minimum=0.1,
-        maximum=1.0,
+    least_evidence: float = parameter(
+        0.15,
+        'Evidence from which somebody is taken for a walker: log-odds times the time for which '
+        'they are seen. Lower values start earlier, higher ones make fewer errors.',
+        unit='s',
+        minimum=0.05,
+        maximum=100.0,
     )

@@ -123,6 +123,12 @@ class WalkerFinder:
             searched = max(searched, min(_FINEST * max(size), _LARGEST))
         return min(1.0, searched / max(size))
 
+    def judged(self) -> list[tuple[Box, dict[str, float]]]:
+        """Return tight boxes and measures of who was matched in the newest frame."""
+        assert self._size is not None
+        scale = self._scale(self._size)
+        return [(box.scaled(1 / scale), measures) for box, measures in self._watching.judged]
+
     def recall(
         self, stamp_ns: int, now: NDArray[np.uint8], window: Window, *, textured: bool = False
     ) -> Recollection | None:

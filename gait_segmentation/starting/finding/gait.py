@@ -12,10 +12,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.geometry import Box
 from gait_segmentation.results import MatchResult
 
-__all__ = ['Gait', 'Shape', 'gait_of', 'person_box']
+__all__ = ['Shape', 'measures_of', 'person_box']
 
 _ROWS, _COLUMNS, _FILL = 48, 36, 0.9
 _NEAR = 0.06
@@ -39,33 +39,8 @@ _ABOUT = np.ones((5, 5), np.uint8)
 
 _PLACE_Y, _PLACE_X = np.ogrid[:_ROWS, :_COLUMNS]
 _TRUNK, _LEGS = slice(10, 24), slice(27, 46)
-
-
-@dataclass(frozen=True)
-class Gait:
-    """
-    How a shape changes over time, seen in the frame of its body.
-
-    ``swing`` is the standard deviation of the pixels of the legs over time, as a share of the
-    legs' mean area, ``trunk`` the same of the trunk.  ``legs`` is the area of the legs over that
-    of the trunk, ``plain`` the overlap of a shape with an ellipse or a rectangle, whichever fits
-    better.  ``rigid`` is by how much the legs are more like those of the other times than like
-    those of the matched templates, as Tanimoto similarities, with what is beside them or without,
-    whichever is less: a shadow and a companion keep their shape, too.
-
-    ``steps`` is the swing of the legs of the matched templates, ``accord`` the correlation of what
-    changes at the legs with what changes there in the templates.  ``sway`` is how much of
-    ``trunk`` goes with the templates: the same correlation of the trunk, times ``trunk``.
-    """
-
-    swing: float
-    trunk: float
-    legs: float
-    plain: float
-    rigid: float
-    steps: float
-    accord: float
-    sway: float
+_UPPER, _SHIFT = slice(0, 26), 4
+"""Rows by which shapes are registered, and by how many pixels at most."""
 
 
 @dataclass(frozen=True)
@@ -74,18 +49,21 @@ class Shape:
     What moves about a body, in the body's frame.
 
     ``likelihood`` is (48, 36) uint8, the body upright in 90 % of the rows, ``template`` the same
-    of the matched template; ``plain`` how well an ellipse or a rectangle fits the shape.
+    of the matched template, ``inside`` 255 where the image shows something; ``plain`` how well an
+    ellipse or a rectangle fits the shape, and ``similarity`` that of the template.
     """
 
     likelihood: NDArray[np.uint8]
     template: NDArray[np.uint8]
+    inside: NDArray[np.uint8]
     plain: float
+    similarity: float
 
     @classmethod
-    def of(
-        cls, likelihood: NDArray[np.uint8], template: NDArray[np.uint8], body: BodyFrame
-    ) -> Shape:
-        """Cut the shape out of a likelihood image, and the template out of another one."""
+    def of(cls, likelihood: NDArray[np.uint8], result: MatchResult) -> Shape:
+        """Cut the shape out of a likelihood image, and the template that was matched there."""
+        body = result.body
+        assert body is not None
         step = body.height / (_FILL * _ROWS)
         matrix = np.array(
             [
@@ -95,50 +73,79 @@ class Shape:
         )
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         part = cv2.warpAffine(likelihood, matrix, (_COLUMNS, _ROWS), flags=flags)
-        expected = cv2.warpAffine(template, matrix, (_COLUMNS, _ROWS), flags=flags)
-        return cls(part, expected, _plainness(part > 127))
+        expected = cv2.warpAffine(result.shape_prior, matrix, (_COLUMNS, _ROWS), flags=flags)
+        whole = np.full(likelihood.shape, 255, np.uint8)
+        inside = cv2.warpAffine(whole, matrix, (_COLUMNS, _ROWS), flags=flags)
+        return cls(part, expected, inside, _plainness(part > 127), result.similarity)
 
 
-def gait_of(shapes: Sequence[Shape]) -> Gait:
+def measures_of(shapes: Sequence[Shape]) -> dict[str, float]:
     """
-    Measure the gait.
+    Measure how a shape changes over time, seen in the frame of its body.
 
-    :param shapes: of about half a second.
+    :param shapes: of about a third of a second.
+    :returns: ``similarity`` with the matched templates; ``plain``, by how much more it is like
+        an ellipse or a rectangle; ``swing``, the standard deviation of the pixels of the legs over
+        time as a share of their mean area, and ``trunk``, the same of the trunk; ``rigid``, by how
+        much the legs are more like those of the other times than like those of the templates,
+        with what is beside them or without, whichever is less: a shadow and a companion keep
+        their shape, too; ``accord``, the correlation of what changes at the legs with what
+        changes there in the templates.
     """
-    stack = np.stack([shape.likelihood for shape in shapes]).astype(np.float32)
+    # What the border hides at times does not move.
+    inside = np.min([shape.inside for shape in shapes], axis=0) == 255
+    loose = np.stack([shape.likelihood * inside for shape in shapes]).astype(np.float32)
+    stack = _registered(loose)
+    templates = np.stack([shape.template * inside for shape in shapes]).astype(np.float32)
     mean, spread = stack.mean(axis=0), stack.std(axis=0)
-    trunk, legs = float(mean[_TRUNK].sum()), float(mean[_LEGS].sum())
-    templates = np.stack([shape.template for shape in shapes]).astype(np.float32)
+    trunk, legs = (max(float(mean[part].sum()), 255.0) for part in (_TRUNK, _LEGS))
     expected = templates[:, _LEGS]
     # What lies about where some template has legs.
     swath = cv2.dilate((expected.max(axis=0) > 127).astype(np.uint8), _ABOUT)
-    change = float(spread[_TRUNK].sum()) / max(trunk, 255.0)
-    return Gait(
-        float(spread[_LEGS].sum()) / max(legs, 255.0),
-        change,
-        legs / max(trunk, 255.0),
-        float(np.median([shape.plain for shape in shapes[-3:]])),
-        _rigidity(stack[:, _LEGS], expected, swath),
-        float(expected.std(axis=0).sum()) / max(float(expected.mean(axis=0).sum()), 255.0),
-        _accord(stack[:, _LEGS] * swath, expected),
-        change * _accord(stack[:, _TRUNK], templates[:, _TRUNK]),
-    )
+    similarity = float(np.mean([shape.similarity for shape in shapes]))
+    return {
+        'similarity': similarity,
+        'swing': float(spread[_LEGS].sum()) / legs,
+        'trunk': float(spread[_TRUNK].sum()) / trunk,
+        'plain': float(np.median([shape.plain for shape in shapes[-3:]])) - similarity,
+        'rigid': _rigidity(stack[:, _LEGS], loose[:, _LEGS], expected, swath),
+        'accord': _accord(stack[:, _LEGS] * swath, expected),
+    }
+
+
+def _registered(stack: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return shapes shifted so that head and trunk lie as in the last one."""
+    last = stack[-1, _UPPER]
+    registered = []
+    for shape in stack:
+        room = cv2.copyMakeBorder(shape, *(4 * (_SHIFT,)), cv2.BORDER_CONSTANT)
+        upper = room[_UPPER.start : _UPPER.stop + 2 * _SHIFT]
+        off = cv2.matchTemplate(upper, last, cv2.TM_SQDIFF)
+        down, across = np.unravel_index(int(off.argmin()), off.shape)
+        registered.append(room[down : down + _ROWS, across : across + _COLUMNS])
+    return np.stack(registered)
 
 
 def _rigidity(
-    legs: NDArray[np.float32], templates: NDArray[np.float32], swath: NDArray[np.uint8]
+    legs: NDArray[np.float32],
+    loose: NDArray[np.float32],
+    templates: NDArray[np.float32],
+    swath: NDArray[np.uint8],
 ) -> float:
     """
     Return by how much legs are more like those of the other times than like templates.
 
     Whichever is less, of all that is there or of what lies in the swath.
+
+    :param legs: (n, h, w) float32, registered.
+    :param loose: the same where the templates were matched.
     """
-    if len(legs) < 2:
-        return 0.0
     least = math.inf
-    for shown in (legs, legs * swath):
+    for about in (np.ones_like(swath), swath):
+        shown = legs * about
         others = (shown.sum(axis=0) - shown) / (len(shown) - 1)
-        least = min(least, _similarity(shown, others) - _similarity(shown, templates))
+        own = _similarity(loose * about, templates)
+        least = min(least, _similarity(shown, others) - own)
     return least
 
 

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 
@@ -17,7 +16,6 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.finding.candidates import Candidate
 from gait_segmentation.starting.finding.scene import SceneFrame
-from gait_segmentation.starting.finding.seat import seat
 from gait_segmentation.starting.finding.watch import Watch
 
 __all__ = ['LEAST_SIGHTINGS', 'TALL', 'Watching']
@@ -40,18 +38,17 @@ _USUAL_PERIOD_S = 0.04
 _SAME = 0.4
 """Share of the smaller of two boxes that is common to boxes of the same person."""
 
-_ANEW_S = 0.3
-"""Time after which somebody who is matched in a wrong place is sought anew."""
-
-_FIRST_WAY = 0.3
-"""Share of the way asked for that somebody must have come to be matched at all."""
-
 _REST_S = 1.0
 """Time for which somebody found is not looked at again."""
 
 
 class Watching:
-    """Watches candidates in turn, until they are found to walk."""
+    """
+    Watches candidates in turn, until they are found to walk.
+
+    ``judged`` are the boxes and measures of those who were matched in the last frame, found or
+    not.
+    """
 
     def __init__(self, bank: TemplateBank, config: StartingConfig, people: int) -> None:
         """
@@ -62,8 +59,9 @@ class Watching:
         """
         self._bank, self._config = bank, config
         self._most = min(max(2 * people, _LEAST_WATCHED), _MOST_WATCHED)
-        self._watched: dict[int, list[Watch]] = {}
+        self._watched: dict[int, Watch] = {}
         self._rest: dict[int, float] = {}
+        self.judged: list[tuple[Box, dict[str, float]]] = []
 
     def forget(self) -> None:
         """Watch nobody any more."""
@@ -71,7 +69,7 @@ class Watching:
 
     def shift(self, dx: float, dy: float) -> None:
         """Move with the canvas."""
-        for watch in itertools.chain(*self._watched.values()):
+        for watch in self._watched.values():
             watch.shift(dx, dy)
 
     def keep(self, candidates: Sequence[Candidate], seconds: float) -> None:
@@ -79,7 +77,7 @@ class Watching:
         numbers = {each.number for each in candidates}
         self._rest = {number: at for number, at in self._rest.items() if at > seconds}
         self._watched = {
-            number: watches for number, watches in self._watched.items() if number in numbers
+            number: watch for number, watch in self._watched.items() if number in numbers
         }
 
     def look(
@@ -98,56 +96,41 @@ class Watching:
         :returns: tight boxes in the small image of those who are found to walk.
         """
         seconds = stamp_ns / 1e9
-        waiting: list[tuple[bool, float, int, Candidate, Watch | None]] = []
+        self.judged = []
+        waiting: list[tuple[bool, float, Candidate]] = []
         for each in candidates:
             if each.number in self._rest or _belongs(each.box, known):
                 self._watched.pop(each.number, None)
                 continue
             if each.seen != seconds or each.sightings < LEAST_SIGHTINGS:
                 continue
-            for watch in self._watched.get(each.number, ()):
-                if watch.due(seconds):
-                    waiting.append((not watch.agreed, watch.last, each.number, each, watch))
-            if each.number not in self._watched and len(self._watched) < self._most:
-                waiting.append((True, each.born, each.number, each, None))
+            watch = self._watched.get(each.number)
+            if watch is not None and watch.due(seconds):
+                waiting.append((watch.evidence == 0, watch.last, each))
+            elif watch is None and len(self._watched) < self._most:
+                waiting.append((True, each.born, each))
         found: list[Box] = []
         share = max(frame.period, _USUAL_PERIOD_S) / _SHARED_S
         matches = math.ceil(max(len(self._watched), 1) * share)
-        for _, _, number, each, begun in sorted(waiting, key=lambda entry: entry[:3]):
-            if number not in self._rest and each.distance() >= _FIRST_WAY * self._config.least_way:
-                likelihood = _apart(frame, each, candidates)
-                box = self._match(likelihood, each, begun, stamp_ns)
-                if box is not None:
-                    found.append(frame.box_in_image(box))
-                    self._rest[number] = seconds + _REST_S
-                    self._watched.pop(number)
-                matches -= 1
-            if matches == 0:
-                break
+        waiting.sort(key=lambda entry: (*entry[:2], entry[2].number))
+        for _, _, each in waiting[:matches]:
+            watch = self._match(_apart(frame, each, candidates), each, stamp_ns)
+            if watch.box is None or watch.measures is None:
+                continue
+            box = frame.box_in_image(watch.box)
+            self.judged.append((box, watch.measures))
+            if watch.walks(each, self._config):
+                found.append(box)
+                self._rest[each.number] = seconds + _REST_S
+                self._watched.pop(each.number)
         return found
 
-    def _match(
-        self,
-        likelihood: NDArray[np.uint8],
-        each: Candidate,
-        watch: Watch | None,
-        stamp_ns: int,
-    ) -> Box | None:
-        watches = self._watched.setdefault(each.number, [])
-        if watch is None:
-            watch = Watch(self._bank, self._config, each)
-            watches.append(watch)
-        box = watch.update(likelihood, each, stamp_ns)
-        if (
-            box is None
-            and watch.astray
-            and watch is watches[-1]
-            and each.seen - watch.begun >= _ANEW_S
-            and each.distance() >= self._config.least_way
-        ):
-            anew = Watch(self._bank, self._config, each, seat(likelihood, each.box))
-            watches[1:] = [anew]
-        return box
+    def _match(self, likelihood: NDArray[np.uint8], each: Candidate, stamp_ns: int) -> Watch:
+        if each.number not in self._watched:
+            self._watched[each.number] = Watch(self._bank, each, likelihood)
+        watch = self._watched[each.number]
+        watch.update(likelihood, each, stamp_ns)
+        return watch
 
 
 def _belongs(box: Box, known: Sequence[Box]) -> bool:

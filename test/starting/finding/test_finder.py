@@ -14,7 +14,7 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting import StartingConfig, WalkerFinder
-from gait_segmentation.starting.finding import finder as finding, watch
+from gait_segmentation.starting.finding import finder as finding
 from gait_segmentation.starting.finding.candidates import Candidate
 from test.walkers import box_of, clip, small_bank
 
@@ -194,7 +194,8 @@ def test_at_high_frame_rates_frames_are_left_out() -> None:
 
 def test_the_place_is_remembered_where_somebody_is_found() -> None:
     frames = clip(pan=0.0, frames=40)
-    finder = WalkerFinder(small_bank())
+    # Late enough for most of the place to have been seen.
+    finder = WalkerFinder(small_bank(), StartingConfig(least_evidence=1.0))
     for frame in frames:
         found = finder.update(frame.image, frame.stamp_ns, [])
         if found:
@@ -210,27 +211,6 @@ def test_the_place_is_remembered_where_somebody_is_found() -> None:
     assert (past.count >= 2).mean() > 0.7
     assert np.median(evidence[(truth == 255) & (past.count >= 2)]) > 0.5
     assert np.median(evidence[truth == 0]) < -0.5
-
-
-def test_a_walker_whose_body_was_sought_in_a_wrong_place_is_found(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    def found_after_a_bad_begin() -> list[tuple[int, Box]]:
-        finder, found = WalkerFinder(small_bank()), []
-        for number, frame in enumerate(clip(pan=0.0, frames=40)):
-            found += [(number, box) for box in finder.update(frame.image, frame.stamp_ns)]
-            if not finder._watching._rest and number < 14:
-                for watches in finder._watching._watched.values():
-                    first = watches[0]
-                    first._box = Box.from_center(
-                        first._blob.right + 20, first._blob.center_y - 15, 12, 30
-                    )
-        return found
-
-    assert len(found_after_a_bad_begin()) == 1
-    # What makes the difference is that it is sought anew.
-    monkeypatch.setattr(watch, '_MISSES', 1000)
-    assert found_after_a_bad_begin() == []
 
 
 def test_who_moves_and_is_not_known_is_a_stranger() -> None:
@@ -250,18 +230,20 @@ def test_who_moves_and_is_not_known_is_a_stranger() -> None:
     assert finder.strangers(last.stamp_ns + 1) is None
 
 
-def test_who_is_too_rigid_is_no_walker(monkeypatch) -> None:
-    assert found_in_walk()
-    monkeypatch.setattr(watch, '_MOST_RIGID', -1.0)
-    assert run(walk()) == []
-
-
-def test_who_is_doubtful_must_walk_for_longer(monkeypatch) -> None:
+def test_with_more_evidence_asked_for_a_walker_is_found_later() -> None:
     ((usual, _),) = found_in_walk()
-    monkeypatch.setattr(watch, '_DOUBTED', 9.0)
-    monkeypatch.setattr(watch, '_DOUBT_S', 0.24)
-    ((later, _),) = run(walk())
-    assert 1e-9 * PERIOD_NS * (later - usual) == pytest.approx(0.2, abs=0.08)
+    more = StartingConfig(least_evidence=1.5)
+    (later, _), *_ = run(walk(), more)
+    assert later > usual
+
+
+def test_who_is_matched_is_told_whether_found_or_not() -> None:
+    finder = WalkerFinder(small_bank(), StartingConfig(least_evidence=100.0))
+    told: list[Box] = []
+    for frame in clip(pan=0.0, frames=20):
+        assert finder.update(frame.image, frame.stamp_ns) == []
+        told += [box for box, _ in finder.judged() if box.iou(box_of(frame)) > 0.6]
+    assert len(told) > 3
 
 
 @pytest.mark.parametrize(('pan', 'wanted'), [(0.0, True), (2.0, True), (2.0, False)])

@@ -13,69 +13,12 @@ import pytest
 from gait_segmentation.gait_model import render_silhouette
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting import StartingConfig
-from gait_segmentation.starting.finding import watch as watching
 from gait_segmentation.starting.finding.candidates import Candidate
 from gait_segmentation.starting.finding.watch import Watch, light_bank
 from test.walkers import small_bank
 
 PERIOD = 0.04
-HEIGHT = 80.0
 TALL = 90
-
-
-def watched(
-    *,
-    speed: float = 3.0,
-    top: int = 20,
-    left: int = 20,
-    wider: float = 1.0,
-    frames: int = 30,
-    **changes: float,
-) -> list[Box]:
-    """Return where a silhouette that walks to the right is found, in which row it may begin."""
-    watch, found = None, []
-    config = StartingConfig(**changes)
-    for number in range(frames):
-        drawn = render_silhouette(0.95 * PERIOD * number, 0.0, HEIGHT)
-        likelihood = np.zeros((300, 500), np.uint8)
-        x = round(150 + left + speed * number)
-        likelihood[100 + top : 100 + top + drawn.shape[0], x : x + drawn.shape[1]] = drawn
-        likelihood = np.ascontiguousarray(likelihood[100:220, 150:390])
-        around = Box.around(likelihood > 127)
-        assert around is not None
-        seconds = 1 + PERIOD * number
-        box = Box.from_center(
-            around.center_x, around.center_y, wider * around.width, around.height
-        )
-        if watch is None:
-            candidate = Candidate(1, box, seconds, seconds)
-            watch = Watch(light_bank(small_bank()), config, candidate)
-        candidate.box, candidate.seen = box, seconds
-        candidate.note(seconds, (0.0, 0.0))
-        if watch.due(seconds):
-            place = watch.update(likelihood, candidate, round(1e9 * seconds))
-            found += [] if place is None else [place]
-    return found
-
-
-def test_a_walker_is_found_with_a_tight_box() -> None:
-    box = watched()[0]
-    assert abs(box.height - HEIGHT) < 6
-
-
-def test_who_stays_in_place_is_not_found_though_the_legs_move() -> None:
-    # Some way must be seen also of who walks in step; the box of swinging legs moves a little.
-    assert watched(speed=0.0, least_way=0.6) == []
-    assert watched(speed=0.0, least_way=0.0)
-
-
-def test_what_is_far_wider_than_a_body_is_nobody() -> None:
-    assert watched(wider=4.0) == []
-
-
-def test_who_is_cut_off_by_the_border_is_waited_for() -> None:
-    assert watched(top=-35) == []
-    assert watched(top=60) == []
 
 
 def shown(shape: np.ndarray) -> np.ndarray:
@@ -104,18 +47,27 @@ def growing(seconds: float) -> np.ndarray:
     return np.asarray(cv2.warpAffine(figure, move, (160, 120)))
 
 
-def seconds_until_found(
-    look: Callable[[float], np.ndarray], way: float, trunk: float = 0.0, seconds: float = 3.0
-) -> float | None:
-    """
-    Watch a figure that stays where it is.
+def rolling(seconds: float) -> np.ndarray:
+    """Return a box."""
+    return shown(np.full((TALL, 40), 255, np.uint8))
 
-    :param way: what it has come, in body heights.
+
+def watched(
+    look: Callable[[float], np.ndarray],
+    way: float = 0.8,
+    trunk: float = 0.0,
+    seconds: float = 2.0,
+    wider: float = 1.0,
+) -> tuple[float | None, Watch]:
+    """
+    Watch a figure that stays where it is in the picture.
+
+    :param way: what it goes in body heights a second, as if the camera went with it.
     :param trunk: by how much its trunk flickers.
-    :returns: after how many seconds it is found to walk, None if it is not.
+    :returns: after how many seconds it is found to walk, None if it is not; and the watch.
     """
     rng = np.random.default_rng(1)
-    found: Watch | None = None
+    watch: Watch | None = None
     candidate: Candidate | None = None
     for number in range(round(seconds / PERIOD)):
         now = 1 + number * PERIOD
@@ -125,38 +77,52 @@ def seconds_until_found(
         likelihood[35:60, 60:100] ^= 255 * flicker[:25, 60:100]
         box = Box.around(likelihood > 127)
         assert box is not None
-        if candidate is None or found is None:
+        box = Box.from_center(box.center_x, box.center_y, wider * box.width, box.height)
+        if candidate is None or watch is None:
             candidate = Candidate(1, box, now, now)
-            found = Watch(light_bank(small_bank()), StartingConfig(watch=0.5), candidate)
+            watch = Watch(light_bank(small_bank()), candidate, likelihood)
         candidate.box, candidate.seen = box, now
-        candidate.way.append((now, number * way * TALL * PERIOD / 1.5, 0.0, float(TALL)))
-        while len(candidate.way) > 50:
-            candidate.way.popleft()
-        if found.due(now) and found.update(likelihood, candidate, round(1e9 * now)) is not None:
-            return now - 1
-    return None
+        candidate.way.append((now, number * way * TALL * PERIOD, 0.0, float(TALL)))
+        if watch.due(now):
+            watch.update(likelihood, candidate, round(1e9 * now))
+            if watch.walks(candidate, StartingConfig()):
+                return now - 1, watch
+    assert watch is not None
+    return None, watch
 
 
-def test_who_walks_in_step_need_not_come_far(monkeypatch: pytest.MonkeyPatch) -> None:
-    found = seconds_until_found(walking, 0.12)
+def test_a_walker_is_found_soon_with_a_tight_box() -> None:
+    found, watch = watched(walking)
     assert found is not None
-    assert found < 1.5
-    assert seconds_until_found(walking, 0.0) is None
-    monkeypatch.setattr(watching, '_STEP_WAY', 1.0)
-    assert seconds_until_found(walking, 0.12) is None
+    assert found < 0.6
+    assert watch.box is not None
+    assert abs(watch.box.height - TALL) < 6
 
 
-def test_what_swings_or_grows_on_the_spot_does_not_walk_in_step() -> None:
-    for pace in (0.7, 1.2):
-        assert (
-            seconds_until_found(lambda seconds, pace=pace: swinging(pace * seconds), 0.12) is None
-        )
-        assert (
-            seconds_until_found(lambda seconds, pace=pace: growing(pace * seconds), 0.12) is None
-        )
+def test_a_box_that_comes_along_is_not_found() -> None:
+    assert watched(rolling)[0] is None
 
 
-def test_the_trunk_of_who_walks_in_step_may_change_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert seconds_until_found(walking, 0.3, trunk=0.2, seconds=2.0) is not None
-    monkeypatch.setattr(watching, '_LEAST_ACCORD', 2.0)
-    assert seconds_until_found(walking, 0.3, trunk=0.2, seconds=2.0) is None
+@pytest.mark.parametrize('look', [swinging, growing])
+def test_what_swings_or_grows_on_the_spot_is_not_found(
+    look: Callable[[float], np.ndarray],
+) -> None:
+    assert watched(look, way=0.08)[0] is None
+
+
+def test_some_way_must_be_seen() -> None:
+    assert watched(walking, way=0.0)[0] is None
+
+
+def test_what_is_far_wider_than_a_body_is_found_later() -> None:
+    (soon, _), (late, _) = watched(walking), watched(walking, wider=4.0)
+    assert soon is not None
+    assert late is None or late > soon
+
+
+def test_the_trunk_may_flicker() -> None:
+    assert watched(walking, trunk=0.2)[0] is not None
+
+
+def test_evidence_never_falls_below_zero() -> None:
+    assert watched(rolling)[1].evidence == 0
