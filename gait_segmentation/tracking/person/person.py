@@ -302,8 +302,11 @@ class Person:
 
         :param scale: size now over size in the last mask.
         """
-        goal = self.mask_height * min(max(scale, 0.85), 1.15)
-        change = 1 + _HEIGHT_RATE * (goal / self.height - 1)
+        self.grow(self.mask_height * min(max(scale, 0.85), 1.15) / self.height)
+
+    def grow(self, ratio: float) -> None:
+        """Follow a change of size: height now over height so far."""
+        change = 1 + _HEIGHT_RATE * (ratio - 1)
         self.height *= change
         self.left *= change
         self.right *= change
