@@ -196,9 +196,9 @@ def evaluate(options: argparse.Namespace) -> None:
         settings.append(f'segmentation.prior={options.prior}')
     config = PipelineConfig()
     if options.preset is not None:
-        from gait_segmentation.cli.settings import read_parameter_file
+        from gait_segmentation.cli.settings import Settings, read_parameter_file
 
-        config = read_parameter_file(preset_file(options.preset)).config
+        config = read_parameter_file(preset_file(options.preset), Settings(config)).config
     config = overridden(config, settings)
     session = Session(
         sequences=load_sequences(options.sequence, options.likelihood),

@@ -30,6 +30,9 @@ from gait_segmentation.tracking.world import World
 
 __all__ = ['MeanShiftTarget', 'start_in']
 
+_LIKELY = 0.5
+"""Log-likelihood ratio from which a pixel in the ellipse is learnt as the person."""
+
 _SETTLED = 5
 """Frames over which the likelihood's mass in the box is averaged to compare later ones with."""
 
@@ -95,6 +98,10 @@ class MeanShiftTarget(Target):
         box = person.box.shifted(-window[1].start, -window[0].start)
         shift = mean_shift(values, claim.mask, box)
         self.shift_now(shift.dx, shift.dy)
+        dx, dy = self.world.now.bodies[self.track_id]
+        x, y = person.center_x - dx, person.center_y - dy
+        to_x, to_y = self.world.now.motion.carry(x, y)
+        person.learn_pace((to_x - x, to_y - y), (dx, dy), self.world.step_s)
         if self._frames < _SETTLED:
             self._frames += 1
             self._usual += (shift.scale - self._usual) / self._frames
@@ -110,7 +117,10 @@ class MeanShiftTarget(Target):
         view = _view(record, window)
         labels = np.zeros(size_of(window), np.uint8)
         labels[box.shifted(-window[1].start, -window[0].start).slices(*labels.shape[::-1])] = 2
-        labels[(_ellipse(box, window) > 0) & (self._selector.log_ratio(view) >= 0)] = 1
+        person = _ellipse(box, window) > 0
+        if self.features:
+            person &= self._selector.log_ratio(view) >= _LIKELY
+        labels[person] = 1
         self._selector.learn(view, labels)
         self.features = self._selector.features
 

@@ -65,6 +65,12 @@ class ChannelModel:
         self._first: NDArray[np.float64] | None = None
         self.table = np.zeros(_BINS, np.float32)
 
+    def similarity(self, newest: NDArray[np.float64]) -> float:
+        """Return how alike (0..1) the person is in a frame's histograms and was at first."""
+        if self._first is None:
+            return 1.0
+        return min(float(np.sqrt(self._first * newest[PERSON]).sum()), 1.0)
+
     def learn(self, newest: NDArray[np.float64]) -> None:
         """
         Take over the histograms of a frame, the person's the less the less it is as at first.
@@ -76,8 +82,7 @@ class ChannelModel:
         current = newest[PERSON]
         if self._first is None:
             self._first = current
-        similarity = min(float(np.sqrt(self._first * current).sum()), 1.0)
-        person = self._first + similarity * (current - self._first)
+        person = self._first + self.similarity(newest) * (current - self._first)
         surroundings = np.maximum(newest[SURROUNDINGS], _DELTA)
         self.table = np.log(np.maximum(person, _DELTA) / surroundings).astype(np.float32)
         if self._has_neutral:

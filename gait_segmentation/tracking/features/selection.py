@@ -23,6 +23,9 @@ __all__ = ['FeatureSelector']
 _CHOSEN = 3
 """Features that the likelihood is made of."""
 
+_ALIKE = 0.8
+"""Mean similarity of the features with the first frame's below which nothing is learnt."""
+
 _STEP = 2
 """Every how many pixels are looked at to learn and to rank."""
 
@@ -43,16 +46,24 @@ class FeatureSelector:
         """
         Learn the histograms of a frame, and choose what tells the classes apart in it.
 
+        Nothing is learnt of what is too little like the person at first: it is somebody or
+        something else.
+
         :param view: the pixels about the person.
         :param labels: (h, w) uint8 of the same pixels: 1 person, 0 surroundings, 2 left out.
         """
         thin, labels = replace(view, step=_STEP), labels[::_STEP, ::_STEP]
+        newest = {
+            each.name: class_histograms(each.channel(thin), labels, has_neutral=each.has_neutral)
+            for each in POOL
+        }
+        alike = [model.similarity(newest[name]) for name, model in self._models.items()]
+        if sum(alike) < _ALIKE * len(alike):
+            return
         ratios: dict[str, float] = {}
-        for each in POOL:
-            model = self._models[each.name]
-            newest = class_histograms(each.channel(thin), labels, has_neutral=each.has_neutral)
-            model.learn(newest)
-            ratios[each.name] = model.variance_ratio(newest)
+        for name, model in self._models.items():
+            model.learn(newest[name])
+            ratios[name] = model.variance_ratio(newest[name])
         ranked = sorted(ratios, key=lambda name: -ratios[name])
         total = max(sum(ratios[name] for name in ranked[:_CHOSEN]), 1e-6)
         shares = [ratios[name] / total for name in ranked[:_CHOSEN]]

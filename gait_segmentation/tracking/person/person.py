@@ -185,15 +185,26 @@ class Person:
         if body is None:
             x, y = self.way(seconds)
             body = (world[0] + x, world[1] + y)
-        elif seconds >= _LEAST_STEP_S:
-            self.moves += 1
-            rate = max(0.0 if steady else _VELOCITY_RATE, 1 / self.moves)
-            x, y = (
-                (b - w) / seconds - v for b, w, v in zip(body, world, self.velocity, strict=True)
-            )
-            self.velocity = (self.velocity[0] + rate * x, self.velocity[1] + rate * y)
+        else:
+            self.learn_pace(world, body, seconds, steady=steady)
         self.shift(*body)
         return body
+
+    def learn_pace(
+        self,
+        world: tuple[float, float],
+        body: tuple[float, float],
+        seconds: float,
+        *,
+        steady: bool = False,
+    ) -> None:
+        """Learn the velocity from a shift of the body; see :meth:`move`."""
+        if seconds < _LEAST_STEP_S:
+            return
+        self.moves += 1
+        rate = max(0.0 if steady else _VELOCITY_RATE, 1 / self.moves)
+        x, y = ((b - w) / seconds - v for b, w, v in zip(body, world, self.velocity, strict=True))
+        self.velocity = (self.velocity[0] + rate * x, self.velocity[1] + rate * y)
 
     def learn_colours(
         self,
