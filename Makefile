@@ -13,8 +13,8 @@ SEED ?= $(shell od -An -N4 -tu4 /dev/urandom | tr -d ' ')
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
 
-demo: $(VENV)/demo  ## push a film of a walking woman through the three nodes
-	$(BIN)/gait_demo --out $(OUT)/demo
+demo: $(VENV)/demo  ## push a film of a walking woman through the three nodes (PRESET=paper: as published)
+	$(BIN)/gait_demo --out $(OUT)/demo $(if $(PRESET),--preset $(PRESET))
 
 test: $(VENV)/installed lint  ## check the code and run all tests
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile

@@ -148,7 +148,7 @@ class Pipeline:
         :param likelihood: a likelihood image to use in place of the tracker's, for every person:
             (H, W) uint8 or smaller with the same proportions.
         :param heat_map: where people are as others see it, (h, w) uint8 of any size, 255 = surely
-            a person: one more feature for the tracker to weigh.
+            a person: evidence beside the tracker's own.
         :returns: the results that are complete now.
         :raises InputError: if the frame cannot be used; the state is then as before.
         """

@@ -35,10 +35,10 @@ EMPTY, TRACKED, LOST = 'empty', 'tracked', 'lost'
 @dataclass(frozen=True)
 class FeatureWeight:
     """
-    How much a feature tells, and how much it is listened to.
+    How much a feature of adaptive mean shift tells, and how much it is listened to.
 
     ``variance_ratio`` is that of person against surroundings: 0.5 says nothing.  ``weight`` is
-    that of its log-likelihood ratio in the likelihood, 0 if it is not used.
+    its share of the likelihood, 0 if it is not used.
     """
 
     name: str
@@ -61,7 +61,7 @@ class TrackResult:
     ``body`` is the box of the whole body, also of what is hidden or outside of the image: what
     the matcher starts from; if not given, it is the box.  ``angle`` is its tilt in radians,
     positive when the head leans to the right; it is turned by it about its centre.  ``features``
-    are those the likelihood was made from and the others of the pool, best first.
+    are all of the pool, best first, if the likelihood is made of features.
     """
 
     stamp_ns: int

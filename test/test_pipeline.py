@@ -155,17 +155,20 @@ def test_an_outer_likelihood_takes_the_place_of_the_trackers() -> None:
     assert len(pipe.update(frame.image, frame.stamp_ns + 1)) == 1
 
 
-def test_a_heat_map_is_a_feature_of_the_tracker() -> None:
-    pipe = pipeline()
-    pipe.initialize(box_of(clip()[0]))
-    for frame in clip()[:8]:
-        [result] = pipe.update(frame.image, frame.stamp_ns, heat_map=frame.masks[0])
-    # What its features were is told with the last ranking, of every fifth frame.
-    features = {each.name: each for each in result.people[0].track.features}
-    assert features['heat map'].weight > 0.5
+def test_a_heat_map_is_evidence_beside_the_trackers_own() -> None:
+    plain, told = pipeline(), pipeline()
+    contrasts = []
+    for pipe in (plain, told):
+        pipe.initialize(box_of(clip()[0]))
+        for frame in clip()[:4]:
+            heat = frame.masks[0][::2, ::2] if pipe is told else None
+            [result] = pipe.update(frame.image, frame.stamp_ns, heat_map=heat)
+        values, inside = result.people[0].track.likelihood, frame.masks[0] > 0
+        contrasts.append(float(values[inside].mean()) - float(values[~inside].mean()))
+    assert contrasts[1] > contrasts[0] + 1
     with pytest.raises(InputError, match='heat map must be'):
-        pipe.update(frame.image, frame.stamp_ns + 1, heat_map=np.zeros((5, 5, 3), np.uint8))
-    assert len(pipe.update(frame.image, frame.stamp_ns + 1)) == 1
+        told.update(frame.image, frame.stamp_ns + 1, heat_map=np.zeros((5, 5, 3), np.uint8))
+    assert len(told.update(frame.image, frame.stamp_ns + 1)) == 1
 
 
 @pytest.mark.parametrize('lag', [0, 2])

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from tqdm import tqdm
 
 from gait_segmentation.cli.clip import CLIP_BOX, CLIP_START, demo_clip
+from gait_segmentation.cli.presets import add_preset_option, preset_file
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
 from gait_segmentation.cli.replaying.mark import png_is_marked
 from gait_segmentation.cli.signals import handled
@@ -67,6 +68,7 @@ writes to the output folder
 
 examples (after colcon build with "ros2 run gait_segmentation" in front)
   gait_demo
+  gait_demo --preset paper --out out/paper
   gait_demo --clip walk.mp4 --out out/walk
   gait_demo --clip walk.mp4 --box 400 120 80 260 --start 15 --out out/walk
   gait_demo --box auto --people 3
@@ -101,6 +103,7 @@ def parser() -> argparse.ArgumentParser:
         'with --clip without --box, people are found by their walk',
     )
     add('--people', type=int, default=1, metavar='N', help='people at a time (%(default)s)')
+    add_preset_option(made)
     add('--start', type=int, metavar='N', help='first frame played, counted from 0')
     add('--count', type=int, metavar='M', help='number of frames played (all)')
     add('--width', type=int, default=960, metavar='PX', help='width played (%(default)s)')
@@ -160,10 +163,12 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
         with ProcessGroup(os.environ, logs) as processes:
-            start_nodes(processes, box, options.people)
+            preset = None if options.preset is None else preset_file(options.preset)
+            start_nodes(processes, box, options.people, preset)
             recorder = Recorder(options.people)
             try:
-                play(processes, recorder, film, options.rate, stamps)
+                holds = '' if preset is None else 'gait_matcher'
+                play(processes, recorder, film, options.rate, stamps, holds=holds)
             finally:
                 recorder.close()
     finally:
@@ -248,14 +253,21 @@ def prepare_environment(environment: MutableMapping[str, str]) -> None:
     use_shared_memory(environment)
 
 
-def start_nodes(processes: ProcessGroup, box: Box | None, people: int = 1) -> None:
-    """Start tracker, matcher and segmenter; without a first box they find people themselves."""
+def start_nodes(
+    processes: ProcessGroup, box: Box | None, people: int = 1, preset: Path | None = None
+) -> None:
+    """
+    Start tracker, matcher and segmenter; without a first box they find people themselves.
+
+    :param preset: a parameter file for all of them.
+    """
     package = 'gait_segmentation'
     start: tuple[str, ...] = ('-p', 'starting.auto_init:=motion')
     if box is not None:
         numbers = ', '.join(f'{value:.2f}' for value in (box.x, box.y, box.width, box.height))
         start = ('-p', f'initial_box:=[{numbers}]')
-    common = ('--ros-args', *_PATIENT, '-p', f'max_people:={people}')
+    given = () if preset is None else ('--params-file', str(preset))
+    common = ('--ros-args', *given, *_PATIENT, '-p', f'max_people:={people}')
     processes.start('gait_tracker', package, 'tracker', *common, *start)
     processes.start('gait_matcher', package, 'matcher', *common)
     processes.start('gait_segmenter', package, 'segmenter', *common, *_KEEP)
@@ -268,6 +280,7 @@ def play(
     rate: float,
     stamps: Path,
     nodes: tuple[str, ...] = NODES,
+    holds: str = '',
 ) -> None:
     """
     Play the film and wait until everything has come.
@@ -275,6 +288,7 @@ def play(
     :param rate: frames per second, 0 = the film's.
     :param stamps: file for the frames' numbers and stamps.
     :param nodes: the nodes that are started.
+    :param holds: the one that may hold back the last frames for some that do not come.
     :raises ProcessError: if a process fails or the nodes do not connect.
     """
     stamps.unlink(missing_ok=True)
@@ -312,9 +326,12 @@ def play(
             bar.update(complete - shown)
             shown, came = complete, messages
             if played:
-                done = complete >= len(read_stamps(stamps))
-                if done or time.monotonic() - quiet_since > _FLOW_OUT_S:
+                quiet = time.monotonic() - quiet_since > _FLOW_OUT_S
+                if complete >= len(read_stamps(stamps)) or (quiet and not holds):
                     return
+                if quiet:
+                    recorder.deactivate(holds)
+                    holds, quiet_since = '', time.monotonic()
             time.sleep(_POLL_S)
 
 

@@ -17,6 +17,7 @@ from typing import TypeVar
 import cv2
 from tqdm import tqdm
 
+from gait_segmentation.cli.presets import add_preset_option, preset_file
 from gait_segmentation.cli.tool import check_file, make_folder, run_tool
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
@@ -89,6 +90,7 @@ examples (after colcon build with "ros2 run gait_segmentation" in front)
   gait_evaluate data/hall data/lucia --json scores.json
   gait_evaluate data/hall --json - | jq .mean.J
   gait_evaluate data/* --out out/eval --restarts
+  gait_evaluate data/* --preset paper --prior none
   gait_evaluate data/* --ablate priors --out out/eval
   gait_evaluate data/hall --set tracking.use_background=false
   gait_evaluate data/hall --init auto --set people.max_people=3
@@ -112,6 +114,7 @@ def parser() -> argparse.ArgumentParser:
         help='how people get a track: from boxes of the ground truth, or found by the pipeline '
         'itself (default: %(default)s)',
     )
+    add_preset_option(made)
     add('--prior', help='shape prior of the segmentation, e.g. none or default')
     add(
         '--set',
@@ -193,7 +196,12 @@ def evaluate(options: argparse.Namespace) -> None:
     settings = list(options.set)
     if options.prior is not None:
         settings.append(f'segmentation.prior={options.prior}')
-    config = overridden(PipelineConfig(), settings)
+    config = PipelineConfig()
+    if options.preset is not None:
+        from gait_segmentation.cli.settings import Settings, read_parameter_file
+
+        config = read_parameter_file(preset_file(options.preset), Settings(config)).config
+    config = overridden(config, settings)
     session = Session(
         sequences=load_sequences(options.sequence, options.likelihood),
         make_pipeline=lambda config: Pipeline(config, clock=time.perf_counter),

@@ -15,6 +15,8 @@ import lz4.block
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonInstanceStamped
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
 from numpy.typing import NDArray
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
@@ -30,6 +32,7 @@ from gait_segmentation.ros.messages import read_box, read_gait, stamp_of
 __all__ = ['Record', 'Recorder', 'Seen']
 
 _DEPTH = 200
+_SERVICE_S = 2.0
 
 _SLOT_TOPICS = {
     'box': (PolygonInstanceStamped, 2),
@@ -144,6 +147,13 @@ class Recorder:
         self._executor.shutdown()
         self._thread.join()
         self._node.destroy_node()
+
+    def deactivate(self, name: str) -> None:
+        """Deactivate a node, so that it publishes what it holds back."""
+        client = self._node.create_client(ChangeState, f'{name}/change_state')
+        if client.wait_for_service(_SERVICE_S):
+            transition = Transition(id=Transition.TRANSITION_DEACTIVATE)
+            client.call_async(ChangeState.Request(transition=transition))
 
     def connected(self, *nodes: str) -> bool:
         """Return whether these nodes are active and connected with each other and with this."""

@@ -11,6 +11,7 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gait_segmentation.cli.presets import add_preset_option, preset_file
 from gait_segmentation.cli.tool import FAILED, INTERRUPTED, READING, add_reading_options, run_tool
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
@@ -59,6 +60,7 @@ out), 2 if an input could not be replayed, 130 if interrupted
 examples (after colcon build with "ros2 run gait_segmentation" in front)
   gait_replay walk.mp4 --box 400 120 80 260 --overlay walk-overlay.mp4
   gait_replay bags/* --out out/replay --opengait silhouettes --jobs 2
+  gait_replay walk.mp4 --box 400 120 80 260 --preset paper
   gait_replay robot.bag --topic /camera/image_raw --set people.max_people=3
 """
 
@@ -93,6 +95,7 @@ def parser() -> argparse.ArgumentParser:
         'people are found by their motion',
     )
     add_reading_options(made, 'films: their own; folders: 30')
+    add_preset_option(made)
     add(
         '--set',
         action='append',
@@ -123,14 +126,17 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
     from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput, OverlayOutput
     from gait_segmentation.cli.replaying.job import Job
     from gait_segmentation.cli.replaying.opengait import OpenGaitOutput
-    from gait_segmentation.cli.replaying.settings import Settings, read_parameter_file
+    from gait_segmentation.cli.settings import Settings, read_parameter_file
     from gait_segmentation.geometry import Box
 
     if options.jobs < 1 or options.threads < 1:
         raise ConfigError(
             f'--jobs and --threads must be at least 1, got {options.jobs} and {options.threads}'
         )
-    settings = Settings() if options.params is None else read_parameter_file(options.params)
+    settings = Settings()
+    for path in (options.preset and preset_file(options.preset), options.params):
+        if path is not None:
+            settings = read_parameter_file(path, settings)
     several = len(options.input) > 1
     jobs = []
     for path, name in zip(options.input, names_of(options.input), strict=True):

@@ -14,6 +14,7 @@ from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.results import LOST
 from gait_segmentation.starting import Start, StartingConfig, estimate_start
 from gait_segmentation.starting.finding.recollection import Recollection
+from gait_segmentation.tracking.adaptive_mean_shift import start_in
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.person.appearance import SAME_COLOURS
 from gait_segmentation.tracking.target import Target
@@ -98,6 +99,8 @@ class Arrivals:
             takes over what is remembered of the place.
         :param box: in working pixels, in the world's newest frame.
         """
+        if config.method == 'adaptive_mean_shift':
+            return start_in(box, world.shape)
         past = self._past(world, box)
         if past is None:
             start = first_mask(world, box, self._bank, config)

@@ -15,6 +15,14 @@ __all__ = ['TrackingConfig']
 class TrackingConfig(StageConfig):
     """Parameters of the tracking stage; lengths are in body heights unless a unit is given."""
 
+    method: str = parameter(
+        'fusion',
+        'How people are followed: fusion (optical flow; a likelihood of colours, background and '
+        'motion that learns from the masks), adaptive_mean_shift (as in the paper: the likelihood '
+        'of chosen features moves and scales the box, and nothing else of this stage is used). '
+        'Tracks that have begun stay as they are.',
+        choices=('fusion', 'adaptive_mean_shift'),
+    )
     working_size: int = parameter(
         640,
         'Longest side of the working image; larger sources are scaled down. 0 = no limit.',
@@ -150,12 +158,6 @@ class TrackingConfig(StageConfig):
         'background was never seen; 0 = none.',
         minimum=0.0,
         maximum=10.0,
-    )
-    use_feature_selection: bool = parameter(
-        True,
-        'Rank further features (R, G, B, H, S, r, g, orientation of gradients) and add '
-        'those that separate person and surroundings better than joint colour and '
-        'background.',
     )
     use_propagation: bool = parameter(
         True, 'Carry the last mask forward with the motion of the body as a weak prior.'

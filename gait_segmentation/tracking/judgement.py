@@ -14,16 +14,15 @@ from gait_segmentation.colour import colour_bins
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.features import STEP, FeatureSelector, View
-from gait_segmentation.tracking.likelihood.cues import add_motion, add_propagation
-from gait_segmentation.tracking.likelihood.log_ratio import colour_log_ratio, log_ratio
+from gait_segmentation.tracking.likelihood.cues import add_heat_map, add_motion, add_propagation
+from gait_segmentation.tracking.likelihood.log_ratio import log_ratio
 from gait_segmentation.tracking.likelihood.spreading import spread_evidence
 from gait_segmentation.tracking.nearness import Nearness, nearness
 from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.records import Record, Shift
 from gait_segmentation.tracking.world import World
 
-__all__ = ['carried_template', 'judge', 'view_of']
+__all__ = ['carried_template', 'judge']
 
 _LEAST_MOTION = 0.02
 """Motion of the body relative to the world that the cue needs, in body heights."""
@@ -49,13 +48,10 @@ _UNSEEN = 0.5
 _GONE = 0.5
 """The same from which what was at a place is not there any more."""
 
-_THIN = (slice(None, None, STEP), slice(None, None, STEP))
-
 
 def judge(
     person: Person,
     world: World,
-    features: FeatureSelector,
     expected: NDArray[np.uint8],
     config: TrackingConfig,
     *,
@@ -66,8 +62,7 @@ def judge(
     Judge the pixels of the newest frame in a window about a person.
 
     :param expected: (h, w) uint8 0/255 of that window, where the person is expected.
-    :param seen: whether the person was seen until now: else nothing is known of the motion,
-        and the features are not chosen anew.
+    :param seen: whether the person was seen until now: else nothing is known of the motion.
     :param propagate: whether being expected somewhere is evidence.
     :returns: the window, its log-likelihood ratios, (h, w) float32, and how near its pixels are
         to where the person is expected; None if all of the window is outside of the image.
@@ -88,39 +83,16 @@ def judge(
         person.surroundings,
         config,
     )
-    moving = None
     if config.use_motion_cue and seen:
-        moving = _add_motion(logit, person, world, window, config.motion_weight)
-    if config.use_feature_selection:
-
-        def evidence() -> dict[str, NDArray[np.float32]]:
-            colour = colour_log_ratio(
-                np.ascontiguousarray(bins[_THIN]),
-                np.ascontiguousarray(rows[_THIN]),
-                person.person,
-                person.surroundings,
-                config.logit_limit,
-            )
-            both = logit[_THIN]
-            motion = np.zeros_like(both)
-            if moving is not None:
-                motion = np.float32(config.motion_weight) * moving[_THIN]
-            return {'colour': colour, 'background': both - motion - colour, 'motion': motion}
-
-        features.add(logit, view_of(record, window), expected if seen else None, evidence)
+        _add_motion(logit, person, world, window, config.motion_weight)
+    if record.heat is not None:
+        add_heat_map(logit, record.heat[window])
     if seen:
         _add_spread(logit, person, world, lab, window, config)
     near = nearness(expected, person.height)
     if propagate:
         add_propagation(logit, near, person.height, config.propagation_weight)
     return window, logit, near
-
-
-def view_of(record: Record, window: Window) -> View:
-    """Return what the features look at in a window of a frame."""
-    heat = None if record.heat is None else record.heat[window]
-    image = record.image
-    return View(image.bgr_about(window)[window], image.gray[window], heat=heat)
 
 
 def carried_template(person: Person, world: World, window: Window) -> NDArray[np.uint8] | None:
@@ -136,12 +108,12 @@ def carried_template(person: Person, world: World, window: Window) -> NDArray[np
 
 def _add_motion(
     logit: NDArray[np.float32], person: Person, world: World, window: Window, weight: float
-) -> NDArray[np.float32] | None:
-    """Add the evidence from motion, and note it in the newest frame; None if there is none."""
+) -> None:
+    """Add the evidence from motion, if there is any, and note it in the newest frame."""
     record = world.now
     motions = _motions(person, world)
     if motions is None:
-        return None
+        return
     earlier, motion, (dx, dy) = motions
     body = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
     moving = add_motion(logit, record.image.gray, earlier.image.gray, motion, body, window, weight)
@@ -154,7 +126,6 @@ def _add_motion(
         logit += np.float32(weight) * (kept - moving)
         moving = kept
     record.moving[person.track_id] = (window, moving)
-    return moving
 
 
 def _motions(person: Person, world: World) -> tuple[Record, WorldMotion, Shift] | None:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.images import Window, bounding_box
 from gait_segmentation.results import LOST, Feedback
-from gait_segmentation.tracking.judgement import view_of
 from gait_segmentation.tracking.person.learning import grown, working_masks
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.target import Target
@@ -56,7 +55,7 @@ def learn(
     :returns: what it told; None if the mask says nothing.
     """
     person, world = target.person, target.world
-    if feedback is None or target.state == LOST:
+    if feedback is None or target.state == LOST or not target.learns_from_masks:
         target.skip(record)
         return None
     mask, prior = working_masks(feedback, world.shape)
@@ -102,8 +101,6 @@ def _learn_all(
     """
     person, config = target.person, target.config
     mask, rate = person.mask, config.colour_rate
-    if config.use_feature_selection:
-        target.features.learn(view_of(record, window), mask[window], rate)
     lab = record.image.lab_part(window)
     person.learn_colours(lab, window, mask, person.template, rate, strange, familiar)
     bounds = bounding_box(mask)

@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, placed, shift_whole
-from gait_segmentation.results import LOST, TRACKED, TrackResult
+from gait_segmentation.results import LOST, TRACKED, FeatureWeight, TrackResult
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.features import FeatureSelector
-from gait_segmentation.tracking.judgement import carried_template, judge, view_of
+from gait_segmentation.tracking.judgement import carried_template, judge
 from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.nearness import REACH, by_distance
 from gait_segmentation.tracking.person.learning import WholeArea
@@ -64,6 +63,10 @@ class Target:
     competition for pixels.
     """
 
+    learns_from_masks = True
+    features: tuple[FeatureWeight, ...] = ()
+    """What the likelihood is made of, best first, if it is made of features."""
+
     def __init__(
         self,
         track_id: int,
@@ -95,10 +98,6 @@ class Target:
         )
         if config.use_tilt:
             self.person.tilt = self.person.angle = start.body.angle
-        self.features = FeatureSelector()
-        if config.use_feature_selection:
-            window = self.window
-            self.features.learn(view_of(record, window), start.mask[window], 1.0)
         self.person.learn_first_colours(record.image.lab, start.votes)
         record.bodies[track_id] = (0.0, 0.0)
         # Nothing has been judged yet: being expected at a place then counts.
@@ -199,7 +198,6 @@ class Target:
         judged = judge(
             person,
             self.world,
-            self.features,
             expected,
             self.config,
             seen=seen,
@@ -216,7 +214,7 @@ class Target:
         self, likelihood: NDArray[np.uint8], claim: Claim, cover: NDArray[np.uint8] | None
     ) -> None:
         """
-        See how well the person stands out, and refine the place by mean shift.
+        See how well the person stands out, and refine the place.
 
         :param likelihood: (h, w) uint8 of the working image.
         :param claim: what was made of the pixels where the person is expected.
@@ -230,6 +228,15 @@ class Target:
             if self.visibility.is_lost and not self.is_distractor:
                 self.lose()
             return
+        self._refine(values, sight, claim)
+
+    def _refine(self, values: NDArray[np.uint8], sight: Sight, claim: Claim) -> None:
+        """
+        Refine the place by mean shift, and see where the person ends.
+
+        :param values: (h, w) uint8 likelihood of the window of the claim.
+        """
+        person, window = self.person, claim.window
         if self.visibility.well and not self.accompanied:
             # Likely pixels of both would pull the person towards the other.
             self._shift_to_mean(values, sight.uncovered, window)
@@ -328,7 +335,7 @@ class Target:
             self.person.angle,
             self.state,
             self.body if seen else None,
-            self.features.features if seen else (),
+            self.features if seen else (),
         )
 
     def skip(self, record: Record) -> None:

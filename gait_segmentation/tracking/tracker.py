@@ -18,6 +18,7 @@ from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import Start, StartingConfig
 from gait_segmentation.starting.templates import starting_bank
 from gait_segmentation.tracking import group
+from gait_segmentation.tracking.adaptive_mean_shift import MeanShiftTarget
 from gait_segmentation.tracking.arrivals import Arrivals, slot_for_found
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.picture.working import working_scale, working_shape
@@ -125,7 +126,7 @@ class PeopleTracker:
 
         :param image: (H, W, 3) uint8 BGR.
         :param heat_map: where people are as others see it, (h, w) uint8 of any size, 255 = surely
-            a person: one more feature in the pool.
+            a person: evidence beside the tracker's own.
         :returns: one result for each slot.
         :raises InputError: if the image is no BGR image, the stamp is not positive or equal to
             the last one, or a box to start from lies outside of the image or is far larger (the
@@ -252,7 +253,9 @@ class PeopleTracker:
         # They may be who gets a slot now.
         self._distractors[world] = []
         number = next(self._ids) if track_id is None else track_id
-        return Target(number, world, start, self._config)
+        by_mean_shift = self._config.method == 'adaptive_mean_shift'
+        kind = MeanShiftTarget if by_mean_shift else Target
+        return kind(number, world, start, self._config)
 
     def _start(self, slot: int, image: NDArray[np.uint8], box: Box) -> None:
         self._slots[slot] = None

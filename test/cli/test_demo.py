@@ -195,6 +195,26 @@ def test_it_ends_when_frames_were_dropped(film, tmp_path: Path, monkeypatch) -> 
     assert received.asked == pytest.approx(106, abs=2)
 
 
+def test_a_node_that_holds_frames_back_is_made_to_hand_them_out(
+    film, tmp_path: Path, monkeypatch
+) -> None:
+    class Holding(Received):
+        deactivated: str = ''
+
+        def complete(self) -> int:
+            return 4 if self.deactivated else 2
+
+        def deactivate(self, name: str) -> None:
+            self.deactivated = name
+
+    clock = Clock()
+    monkeypatch.setattr(module, 'time', clock)
+    stamps, received = tmp_path / 'stamps.txt', Holding()
+    play(Played(stamps), received, open_input(film[0]), 0.0, stamps, holds='gait_matcher')
+    assert received.deactivated == 'gait_matcher'
+    assert clock.now_s == pytest.approx(5.3, abs=0.1)
+
+
 def test_it_ends_when_a_node_dies_after_the_film(film, tmp_path: Path) -> None:
     stamps = tmp_path / 'stamps.txt'
     with pytest.raises(ProcessError, match='gait_matcher ended'):

@@ -114,6 +114,29 @@ def test_parameters_reach_the_pipeline(pipeline, folder, capsys):
     assert float(capsys.readouterr().out.splitlines()[1].split()[2]) < 0.6
 
 
+def test_a_preset_is_overridden_by_other_options(pipeline, folder, tmp_path, monkeypatch, capsys):
+    file = tmp_path / 'preset.yaml'
+    file.write_text(
+        '/**:\n  ros__parameters:\n    tracking: {use_colour: false}\n'
+        '    segmentation: {prior: distance}\n'
+    )
+    monkeypatch.setattr('gait_segmentation.cli.evaluate.preset_file', {'paper': file}.get)
+    made = []
+    monkeypatch.setattr(
+        pipeline, 'Pipeline', lambda config, clock: made.append(FakePipeline(config)) or made[-1]
+    )
+    command = [str(folder), '--preset', 'paper']
+    assert main(command) == 0
+    assert main([*command, '--prior', 'none', '--set', 'tracking.use_colour=true']) == 0
+    given = [(each.config.segmentation.prior, each.config.tracking.use_colour) for each in made]
+    assert given == [('distance', False), ('none', True)]
+    with pytest.raises(SystemExit, match='2'):
+        main([str(folder), '--preset', 'papre'])
+    said = capsys.readouterr().err
+    assert 'papre' in said
+    assert 'paper' in said.split('papre')[1]
+
+
 def test_priors_are_compared(pipeline, folder, tmp_path, capsys):
     pytest.importorskip('matplotlib')
     out, scores = tmp_path / 'out', tmp_path / 'scores.json'

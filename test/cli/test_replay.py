@@ -337,3 +337,25 @@ def test_the_shipped_parameter_file_holds_the_defaults(given: list[str]) -> None
         make_jobs(parser().parse_args([given[0], *more]))[0] for more in ([], ['--params', path])
     )
     assert plain == filed
+
+
+def test_a_preset_is_what_parameter_file_and_options_begin_with(
+    given: list[str], tmp_path: Path
+) -> None:
+    file = tmp_path / 'params.yaml'
+    file.write_text('/**:\n  ros__parameters:\n    matching: {lag: 4, blur: 5}\n')
+    plain, default, paper, mine = (
+        make_jobs(parser().parse_args([given[0], *more]))[0].config
+        for more in (
+            [],
+            ['--preset', 'default'],
+            ['--preset', 'paper'],
+            ['--preset', 'paper', '--params', str(file), '--set', 'matching.blur=7'],
+        )
+    )
+    assert plain == default
+    assert paper.tracking.method == 'adaptive_mean_shift'
+    assert paper.segmentation.prior == 'paper'
+    assert paper.matching.lag > 0
+    assert (mine.matching.lag, mine.matching.blur) == (4, 7)
+    assert mine.segmentation == paper.segmentation

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ['ChannelModel', 'class_histograms', 'pixels_ratio']
+__all__ = ['ChannelModel', 'class_histograms']
 
 _SHIFT = 3
 _BINS = 256 >> _SHIFT
@@ -48,23 +48,6 @@ def class_histograms(
     return out
 
 
-def pixels_ratio(logit: NDArray[np.float32], labels: NDArray[np.uint8]) -> float:
-    """
-    Return the variance ratio of log-likelihood ratios given pixel by pixel.
-
-    It is 0 where they are no higher on the person.
-
-    :param logit: (h, w) float32.
-    :param labels: (h, w) uint8, as for :func:`class_histograms`.
-    """
-    low, high = logit[labels == SURROUNDINGS], logit[labels == PERSON]
-    if not (low.size and high.size):
-        return 0.0
-    return _variance_ratio(
-        float(low.mean()), float(low.var()), float(high.mean()), float(high.var())
-    )
-
-
 def _variance_ratio(low: float, low_spread: float, high: float, high_spread: float) -> float:
     """Return the variance ratio from means and variances of surroundings and person."""
     if high <= low:
@@ -80,26 +63,27 @@ class ChannelModel:
         """Make a model that knows nothing: all its ratios are zero."""
         self._has_neutral = has_neutral
         self._first: NDArray[np.float64] | None = None
-        self._newest = np.zeros((2, _BINS))
         self.table = np.zeros(_BINS, np.float32)
-        self.similarity = 1.0
 
-    def learn(self, newest: NDArray[np.float64], rate: float) -> None:
+    def similarity(self, newest: NDArray[np.float64]) -> float:
+        """Return how alike (0..1) the person is in a frame's histograms and was at first."""
+        if self._first is None:
+            return 1.0
+        return min(float(np.sqrt(self._first * newest[PERSON]).sum()), 1.0)
+
+    def learn(self, newest: NDArray[np.float64]) -> None:
         """
-        Move towards the histograms of a frame, the person's less the less it is as at first.
+        Take over the histograms of a frame, the person's the less the less it is as at first.
 
         :param newest: see :func:`class_histograms`.
-        :param rate: share of the newest frame.
         """
         if newest.sum(axis=1).min() <= 0:
             return
+        current = newest[PERSON]
         if self._first is None:
-            self._first, self._newest = newest[PERSON].copy(), newest.copy()
-        self._newest += rate * (newest - self._newest)
-        first, current = self._first, self._newest[PERSON]
-        self.similarity = min(float(np.sqrt(first * current).sum()), 1.0)
-        person = first + self.similarity * (current - first)
-        surroundings = np.maximum(self._newest[SURROUNDINGS], _DELTA)
+            self._first = current
+        person = self._first + self.similarity(newest) * (current - self._first)
+        surroundings = np.maximum(newest[SURROUNDINGS], _DELTA)
         self.table = np.log(np.maximum(person, _DELTA) / surroundings).astype(np.float32)
         if self._has_neutral:
             self.table[0] = 0
@@ -110,8 +94,10 @@ class ChannelModel:
             return 0.0
         means = newest @ self.table
         spreads = newest @ self.table**2 - means**2
-        return _variance_ratio(
-            means[SURROUNDINGS], spreads[SURROUNDINGS], means[PERSON], spreads[PERSON]
+        return float(
+            _variance_ratio(
+                means[SURROUNDINGS], spreads[SURROUNDINGS], means[PERSON], spreads[PERSON]
+            )
         )
 
     def log_ratio(self, channel: NDArray[np.uint8]) -> NDArray[np.float32]:

@@ -5,14 +5,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, partial
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ['NEUTRAL', 'POOL', 'ChannelFeature', 'DirectFeature', 'Feature', 'View']
+__all__ = ['NEUTRAL', 'POOL', 'Feature', 'View']
 
 NEUTRAL = 0
 """Value of a channel's pixels that say nothing, in features that have such pixels."""
@@ -29,24 +29,18 @@ Side in pixels of the neighbourhood whose gradients have an orientation, and the
 pixel of distance, below which nothing is said (12 grey levels).
 """
 
-_HEAT_LIMIT = 3.0
-
 
 @dataclass(frozen=True)
 class View:
     """
     The part of a frame in which pixels are judged.
 
-    ``bgr`` is (h, w, 3) uint8, ``gray`` (h, w) uint8.  ``evidence`` maps names to (h, w) float32
-    log-likelihood ratios that others have found for the pixels needed, e.g. the joint colour.
-    ``heat`` is (h, w) uint8, P(person) from outside of this package, None without.
-    With a ``step`` n features are needed at every n-th pixel of every n-th row only.
+    ``bgr`` is (h, w, 3) uint8, ``gray`` (h, w) uint8.  With a ``step`` n features are needed at
+    every n-th pixel of every n-th row only.
     """
 
     bgr: NDArray[np.uint8]
     gray: NDArray[np.uint8]
-    evidence: dict[str, NDArray[np.float32]] = field(default_factory=dict)
-    heat: NDArray[np.uint8] | None = None
     step: int = 1
 
     def thin(self, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -71,9 +65,9 @@ class View:
 
 
 @dataclass(frozen=True)
-class ChannelFeature:
+class Feature:
     """
-    A feature with one number per pixel, whose histograms are learnt.
+    A number for each pixel, whose histograms are learnt.
 
     ``channel`` returns the numbers of the pixels that are needed, uint8, contiguous; with
     ``has_neutral`` pixels of the value NEUTRAL say nothing.
@@ -82,21 +76,6 @@ class ChannelFeature:
     name: str
     channel: Callable[[View], NDArray[np.uint8]]
     has_neutral: bool = False
-
-
-@dataclass(frozen=True)
-class DirectFeature:
-    """
-    A feature that is a log-likelihood ratio itself.
-
-    ``log_ratio`` returns the ratios of the pixels that are needed, float32, None if not known.
-    """
-
-    name: str
-    log_ratio: Callable[[View], NDArray[np.float32] | None]
-
-
-Feature = ChannelFeature | DirectFeature
 
 
 def _plane(view: View, index: int) -> NDArray[np.uint8]:
@@ -127,24 +106,12 @@ def _orientation(view: View) -> NDArray[np.uint8]:
     return np.where(length < _LEAST_GRADIENT, NEUTRAL, np.minimum(values, 255)).astype(np.uint8)
 
 
-def _heat_map(view: View) -> NDArray[np.float32] | None:
-    """Return the logit of a likelihood image from outside, e.g. of a detector."""
-    if view.heat is None:
-        return None
-    share = (view.thin(view.heat).astype(np.float32) + np.float32(0.5)) / np.float32(256)
-    return np.clip(np.log(share / (1 - share)), -_HEAT_LIMIT, _HEAT_LIMIT)
-
-
 POOL: tuple[Feature, ...] = (
-    *(ChannelFeature(name, partial(_plane, index=index)) for index, name in enumerate('BGR')),
-    ChannelFeature('g', partial(_share, index=1)),
-    ChannelFeature('r', partial(_share, index=2)),
-    ChannelFeature('H', _hue, has_neutral=True),
-    ChannelFeature('S', lambda view: np.asarray(cv2.extractChannel(view.hsv, 1))),
-    ChannelFeature('orientation', _orientation, has_neutral=True),
-    DirectFeature('colour', lambda view: view.evidence.get('colour')),
-    DirectFeature('background', lambda view: view.evidence.get('background')),
-    DirectFeature('motion', lambda view: view.evidence.get('motion')),
-    DirectFeature('heat map', _heat_map),
+    *(Feature(name, partial(_plane, index=index)) for index, name in enumerate('BGR')),
+    Feature('g', partial(_share, index=1)),
+    Feature('r', partial(_share, index=2)),
+    Feature('H', _hue, has_neutral=True),
+    Feature('S', lambda view: np.asarray(cv2.extractChannel(view.hsv, 1))),
+    Feature('orientation', _orientation, has_neutral=True),
 )
 """All features there are."""

@@ -22,12 +22,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import BANDS, ColourModel
+from gait_segmentation.colour import ColourModel
 from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood.kernels import ratios
 
-__all__ = ['colour_log_ratio', 'likelihood_image', 'log_ratio']
+__all__ = ['likelihood_image', 'log_ratio']
 
 _LEAST_MISPLACED = 0.05
 """Misplacement of the background from which it counts, in pixels."""
@@ -78,24 +78,6 @@ def log_ratio(
         out,
     )
     return out
-
-
-def colour_log_ratio(
-    bins: NDArray[np.uint16],
-    rows: NDArray[np.float32],
-    person: ColourModel,
-    surroundings: ColourModel,
-    limit: float,
-) -> NDArray[np.float32]:
-    """
-    Return what the colours alone say, (h, w) float32 within +-limit.
-
-    :param bins: (h, w) joint colour bins.
-    :param rows: (h, w) position down the body.
-    """
-    bands = np.clip(rows * BANDS, 0, BANDS - 1).astype(np.intp)
-    values = np.log(person.table[bins, bands] / surroundings.table[bins, bands])
-    return np.clip(values, -limit, limit)
 
 
 def likelihood_image(

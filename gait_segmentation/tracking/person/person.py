@@ -199,15 +199,26 @@ class Person:
         if body is None:
             x, y = self.way(seconds)
             body = (world[0] + x, world[1] + y)
-        elif seconds >= _LEAST_STEP_S:
-            self.moves += 1
-            rate = max(0.0 if steady else _VELOCITY_RATE, 1 / self.moves)
-            x, y = (
-                (b - w) / seconds - v for b, w, v in zip(body, world, self.velocity, strict=True)
-            )
-            self.velocity = (self.velocity[0] + rate * x, self.velocity[1] + rate * y)
+        else:
+            self.learn_pace(world, body, seconds, steady=steady)
         self.shift(*body)
         return body
+
+    def learn_pace(
+        self,
+        world: tuple[float, float],
+        body: tuple[float, float],
+        seconds: float,
+        *,
+        steady: bool = False,
+    ) -> None:
+        """Learn the velocity from a shift of the body; see :meth:`move`."""
+        if seconds < _LEAST_STEP_S:
+            return
+        self.moves += 1
+        rate = max(0.0 if steady else _VELOCITY_RATE, 1 / self.moves)
+        x, y = ((b - w) / seconds - v for b, w, v in zip(body, world, self.velocity, strict=True))
+        self.velocity = (self.velocity[0] + rate * x, self.velocity[1] + rate * y)
 
     def learn_colours(
         self,
@@ -316,8 +327,11 @@ class Person:
 
         :param scale: size now over size in the last mask.
         """
-        goal = self.mask_height * min(max(scale, 0.85), 1.15)
-        change = 1 + _HEIGHT_RATE * (goal / self.height - 1)
+        self.grow(self.mask_height * min(max(scale, 0.85), 1.15) / self.height)
+
+    def grow(self, ratio: float) -> None:
+        """Follow a change of size: height now over height so far."""
+        change = 1 + _HEIGHT_RATE * (ratio - 1)
         self.height *= change
         self.left *= change
         self.right *= change

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The parameters of a replay from a ROS parameter file and from the command line."""
+"""The parameters of a pipeline from ROS parameter files: presets, and a user's own."""
 
 from __future__ import annotations
 
@@ -25,22 +25,23 @@ _UNNAMED = 'people'
 
 @dataclass(frozen=True)
 class Settings:
-    """What a parameter file says that concerns a replay."""
+    """What a parameter file says that concerns a pipeline."""
 
     config: PipelineConfig = field(default_factory=PipelineConfig)
     bank: str = ''
     box: Box | None = None
 
 
-def read_parameter_file(path: Path) -> Settings:
+def read_parameter_file(path: Path, settings: Settings | None = None) -> Settings:
     """
-    Return what a ROS parameter file says, as the nodes read it; the rest is as by default.
+    Return what a ROS parameter file says, as the nodes read it.
 
     Sections of other nodes, and parameters that only nodes have, are left out.
 
+    :param settings: what holds where the file says nothing; the defaults if None.
     :raises ConfigError: if it cannot be read, or a stage has no such parameter or value.
     """
-    settings = Settings()
+    settings = settings or Settings()
     content = read_yaml(path, ConfigError) or {}
     if not isinstance(content, dict):
         raise ConfigError(f'{path} must hold sections of nodes, got {type(content).__name__}')

@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.results import Feedback
+from gait_segmentation.tracking import PeopleTracker, TrackingConfig
+from test.walkers import box_of, clip, small_bank
+
+CONFIG = TrackingConfig(
+    method='adaptive_mean_shift', use_ego_motion=False, use_texture=False, use_tilt=False
+)
+
+
+def tracker() -> PeopleTracker:
+    return PeopleTracker(small_bank(), CONFIG)
+
+
+def test_the_box_follows_a_walker() -> None:
+    made, frames = tracker(), clip(frames=24)
+    made.initialize(box_of(frames[0]))
+    for frame in frames:
+        [track] = made.update(frame.image, frame.stamp_ns)
+        assert track.state == 'tracked'
+    assert track.box is not None
+    assert track.box.iou(box_of(frames[-1])) > 0.5
+    # What of it the likelihood is made of is told.
+    assert sum(each.weight for each in track.features) == pytest.approx(1)
+    assert len(track.features) == 8
+    inside = frames[-1].masks[0] > 0
+    height, width = track.likelihood.shape
+    assert (height, width) == inside.shape
+    assert track.likelihood[inside].mean() > track.likelihood[~inside].mean() + 60
+
+
+def test_masks_teach_nothing() -> None:
+    one, other = tracker(), tracker()
+    frames = clip()
+    for made in (one, other):
+        made.initialize(box_of(frames[0]))
+    for frame in frames[:6]:
+        [first] = one.update(frame.image, frame.stamp_ns)
+        [second] = other.update(frame.image, frame.stamp_ns)
+        one.learn([Feedback(frame.stamp_ns, 1, frame.masks[0], None, frame.masks[0])])
+        assert np.array_equal(first.likelihood, second.likelihood)
+        assert first.box == second.box
+
+
+def test_the_box_shrinks_with_the_person() -> None:
+    made, frame = tracker(), clip()[0]
+    box = box_of(frame)
+    made.initialize(box)
+    for number in range(40):
+        size = 1 - 0.008 * number
+        [track] = made.update(zoomed(frame.image, box, size), 1 + number)
+    assert track.body is not None
+    assert track.body.height / box.height == pytest.approx(size, abs=0.1)
+
+
+def zoomed(image: np.ndarray, box: Box, factor: float) -> np.ndarray:
+    """Return an image scaled about the middle of a box."""
+    matrix = cv2.getRotationMatrix2D((box.center_x, box.center_y), 0, factor)
+    size = image.shape[1::-1]
+    return np.asarray(cv2.warpAffine(image, matrix, size, borderMode=cv2.BORDER_REFLECT))
+
+
+@pytest.mark.parametrize(
+    'box', [Box(-20, 50, 60, 150), Box(318, 100, 60, 150), Box(100, 80, 1, 1), Box(0, 0, 900, 900)]
+)
+def test_odd_boxes_are_no_problem(box: Box) -> None:
+    made = tracker()
+    made.initialize(box)
+    for frame in clip()[:5]:
+        [track] = made.update(frame.image, frame.stamp_ns)
+        assert track.likelihood.dtype == np.uint8
