@@ -1,12 +1,10 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Banks from real silhouettes: reading, registration, period, heel contacts and templates.
+Banks from real silhouettes: reading, registration and templates.
 
 The practice is that of the gait silhouette volumes of Makihara and colleagues: silhouettes are
-scaled by their smoothed height, centred on their smoothed median column, and the period is where
-their normalised autocorrelation peaks.  In profile the two halves of a stride look alike, so the
-first peak is a step and the stride is two of them.
+scaled by their smoothed height and centred on their smoothed median column.
 """
 
 from __future__ import annotations
@@ -25,6 +23,12 @@ from gait_segmentation.errors import BankError, SequenceError
 from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_grey
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.gait_model.builder import BankSpec, quantize
+from gait_segmentation.gait_model.gait_cycle import (
+    cycle_templates,
+    find_contacts,
+    find_step,
+    smooth,
+)
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
 
 __all__ = [
@@ -36,34 +40,7 @@ __all__ = [
 ]
 
 _FINE = 3  # samples a template pixel and direction, of which its mean is taken
-SHORTEST_STEP, LONGEST_STEP = 5, 60  # frames
 _PROFILE = 0.3  # sine of the largest angle between a profile view and the exact side view
-
-
-@dataclass(frozen=True)
-class Cycle:
-    """
-    The rhythm of a sequence of silhouettes.
-
-    :param step: frames from one heel contact to the next of the other leg; a stride is two.
-    :param contacts: frames of the heel contacts, fractional and ascending.
-    """
-
-    step: float
-    contacts: NDArray[np.float64]
-
-    def phase(self, frame: NDArray[np.float64], first: float = 0.0) -> NDArray[np.float64]:
-        """
-        Return the phase of frames in strides, growing over the sequence.
-
-        :param frame: frames, fractional ones too.
-        :param first: phase of the first contact, 0 or 0.5.
-        """
-        steps = np.arange(len(self.contacts), dtype=np.float64)
-        inside = np.interp(frame, self.contacts, steps)
-        before = np.minimum(frame - self.contacts[0], 0.0) / self.step
-        after = np.maximum(frame - self.contacts[-1], 0.0) / self.step
-        return first + (inside + before + after) / 2
 
 
 def read_silhouettes(folder: str | os.PathLike[str]) -> NDArray[np.uint8]:
@@ -149,15 +126,6 @@ def _on_one_ground(masks: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
     return result
 
 
-def _smooth(values: NDArray[np.float64], window: float) -> NDArray[np.float64]:
-    """Average over a centred window that shrinks at the ends."""
-    half = min(max(round(window / 2), 0), (len(values) - 1) // 2)
-    sums = np.concatenate([[0.0], np.cumsum(values)])
-    index = np.arange(len(values))
-    reach = np.minimum(half, np.minimum(index, len(values) - 1 - index))
-    return (sums[index + reach + 1] - sums[index - reach]) / (2 * reach + 1)
-
-
 def register_silhouettes(
     masks: NDArray[np.uint8], grid: tuple[int, int], fill: float, window: float = 15.0
 ) -> NDArray[np.uint8]:
@@ -176,7 +144,7 @@ def register_silhouettes(
         tops.append(float(rows[0]))
         bottoms.append(float(rows[-1] + 1))
         medians.append(_median_column(mask))
-    top, bottom, axis = (_smooth(np.array(values), window) for values in (tops, bottoms, medians))
+    top, bottom, axis = (smooth(np.array(values), window) for values in (tops, bottoms, medians))
     fine = (grid[0] * _FINE, grid[1] * _FINE)
     result = np.empty((len(masks), *grid), dtype=np.uint8)
     for k, mask in enumerate(masks):
@@ -186,121 +154,6 @@ def register_silhouettes(
         warped = cv2.warpAffine(mask, matrix, fine[::-1], flags=flags)
         result[k] = cv2.resize(warped, (grid[1], grid[0]), interpolation=cv2.INTER_AREA)
     return result
-
-
-def autocorrelation(registered: NDArray[np.uint8], longest: int) -> NDArray[np.float64]:
-    """
-    Return the normalised autocorrelation of a registered sequence.
-
-    The mean silhouette is taken off first, or the trunk would hide the rhythm of the legs.
-
-    :param registered: (N, rows, columns) uint8.
-    :param longest: largest lag.
-    :returns: (longest + 1,) float64, 1 at lag 0.
-    """
-    flat = registered.reshape(len(registered), -1).astype(np.float64)
-    flat = flat - flat.mean(axis=0)
-    product = flat @ flat.T
-    energy = np.diag(product)
-    result = np.empty(longest + 1)
-    for lag in range(longest + 1):
-        end = len(flat) - lag
-        scale = math.sqrt(float(energy[:end].sum() * energy[lag:].sum()))
-        result[lag] = float(np.trace(product, offset=lag)) / scale if scale > 0 else 0.0
-    return result
-
-
-def _vertex(values: NDArray[np.float64], at: int) -> float:
-    """Return the place of a peak between samples, by the parabola through three of them."""
-    if not 0 < at < len(values) - 1:
-        return float(at)
-    left, middle, right = values[at - 1 : at + 2]
-    bend = left - 2 * middle + right
-    return at + (0.5 * float((left - right) / bend) if bend < 0 else 0.0)
-
-
-def find_step(registered: NDArray[np.uint8], profile: bool = True) -> float:
-    """
-    Find the period of the steps.
-
-    :param registered: (N, rows, columns) uint8.
-    :param profile: whether the walker is seen from the side, so that the two halves of a stride
-        look alike; else the silhouettes repeat only after a whole stride.
-    :returns: frames a step; a stride is two steps.
-    :raises BankError: if the sequence is shorter than a stride or nothing in it repeats.
-    """
-    longest = min(2 * LONGEST_STEP, len(registered) - 4)
-    if longest < 2 * SHORTEST_STEP:
-        raise BankError(
-            f'a sequence needs at least {2 * SHORTEST_STEP + 4} silhouettes, got {len(registered)}'
-        )
-    values = autocorrelation(registered, longest)
-    inner = np.arange(SHORTEST_STEP, longest)
-    peaks = inner[(values[inner] >= values[inner - 1]) & (values[inner] > values[inner + 1])]
-    if peaks.size == 0 or values[peaks].max() < 0.1:
-        raise BankError(
-            f'{len(registered)} silhouettes show no period: one stride at least of a person '
-            'walking past is needed'
-        )
-    # In profile the peaks at a step and at a stride are about as high; the first one is meant.
-    strong = peaks[values[peaks] >= (0.5 if profile else 0.8) * values[peaks].max()]
-    step = _vertex(values, int(strong[0])) / (1 if profile else 2)
-    twice = round(2 * step)
-    near = [k for k in peaks if abs(int(k) - twice) <= max(2, round(0.2 * step))]
-    if near:
-        # The stride's peak is the same period measured over twice the time.
-        step = _vertex(values, int(max(near, key=lambda k: values[k]))) / 2
-    if step > LONGEST_STEP:
-        raise BankError(
-            f'a step must take at most {LONGEST_STEP} frames, the silhouettes repeat after '
-            f'{step:.1f}: is the frame rate very high?'
-        )
-    return step
-
-
-def step_width(registered: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """
-    Return how wide the legs are apart in every frame, in columns.
-
-    It is the spread (root mean square over the columns) of the lowest fifth of the body, which
-    has no jumps where an extreme pixel comes and goes.
-    """
-    rows = np.flatnonzero(registered.any(axis=(0, 2)))
-    lowest = rows[-1] + 1 - max((rows[-1] + 1 - rows[0]) // 5, 1)
-    mass = registered[:, lowest : rows[-1] + 1].sum(axis=1, dtype=np.float64)
-    columns = np.arange(registered.shape[2], dtype=np.float64)
-    total = np.maximum(mass.sum(axis=1), 1e-9)
-    mean = (mass @ columns) / total
-    spread = (mass * (columns - mean[:, None]) ** 2).sum(axis=1) / total
-    return np.sqrt(spread)
-
-
-def find_contacts(registered: NDArray[np.uint8], step: float) -> Cycle:
-    """
-    Find the heel contacts: where the legs are farthest apart.
-
-    :param registered: (N, rows, columns) uint8.
-    :param step: frames a step.
-    :raises BankError: if there are fewer than three, which is one stride.
-    """
-    width = _smooth(step_width(registered), step / 8)
-    frames = np.arange(len(width))
-    wave = np.sum((width - width.mean()) * np.exp(-2j * np.pi * frames / step))
-    # The wave's crests are at first + k * step; each contact is sought round its crest.
-    first = (-float(np.angle(wave)) / (2 * np.pi) * step) % step
-    contacts = []
-    for crest in np.arange(first, len(width) - 0.5, step):
-        low = max(math.ceil(crest - step / 4), 0)
-        high = min(math.floor(crest + step / 4) + 1, len(width))
-        peak = low + int(np.argmax(width[low:high]))
-        inside = low < peak < high - 1
-        contacts.append(_vertex(width, peak) if inside else float(crest))
-    if len(contacts) < 3:
-        raise BankError(
-            f'{len(registered)} silhouettes with a step every {step:.1f} frames hold fewer than '
-            'three heel contacts; at least one whole stride is needed'
-        )
-    return Cycle(step, np.array(contacts))
 
 
 @dataclass(frozen=True)
@@ -337,41 +190,6 @@ class SilhouetteSequence:
             raise BankError(f"first_contact must be 'right' or 'left', got {self.first_contact!r}")
         if not math.isfinite(self.azimuth):
             raise BankError(f'azimuth must be a finite number, got {self.azimuth!r}')
-
-
-def _moment(registered: NDArray[np.float64], frame: float) -> NDArray[np.float64]:
-    """Interpolate linearly between two frames."""
-    before = min(math.floor(frame), len(registered) - 2)
-    share = frame - before
-    return (1 - share) * registered[before] + share * registered[before + 1]
-
-
-def cycle_templates(
-    registered: NDArray[np.uint8], cycle: Cycle, phases: int, first: float = 0.0
-) -> NDArray[np.uint8]:
-    """
-    Resample a sequence to the phases of one stride; several strides are averaged.
-
-    :param registered: (N, rows, columns) uint8.
-    :param cycle: its rhythm.
-    :param phases: number of phases.
-    :param first: phase of the first heel contact.
-    :returns: (phases, rows, columns) uint8, soft where strides differ.
-    :raises BankError: if a phase is not in the sequence.
-    """
-    frames = np.arange(len(registered), dtype=np.float64)
-    phase = cycle.phase(frames, first)
-    values = registered.astype(np.float64)
-    result = np.empty((phases, *registered.shape[1:]), dtype=np.uint8)
-    for k in range(phases):
-        low = math.ceil(phase[0] - k / phases - 1e-9)
-        high = math.floor(phase[-1] - k / phases + 1e-9)
-        if high < low:
-            raise BankError(f'the silhouettes do not cover phase {k / phases:.2f} of a stride')
-        moments = np.interp(np.arange(low, high + 1) + k / phases, phase, frames)
-        mean = np.mean([_moment(values, moment) for moment in moments], axis=0)
-        result[k] = np.floor(mean + 0.5).astype(np.uint8)
-    return result
 
 
 def bank_from_silhouettes(

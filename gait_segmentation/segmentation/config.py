@@ -157,7 +157,8 @@ class SegmentationConfig(StageConfig):
     )
     paper_search: float = parameter(
         0.01,
-        "By how much the local search reduces the paper prior's distance (at least one pixel).",
+        "How far the local search looks for less of the paper prior's distance (at least one "
+        'pixel).',
         minimum=0.0,
         maximum=0.2,
     )

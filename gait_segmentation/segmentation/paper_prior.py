@@ -83,8 +83,9 @@ def paper_terms(
         config.paper_orientation * _WRONG_WORD * height,
         search + max(reach, depth),
     )
-    # In the continuum this is the least value in a disk about each pixel, the grey erosion.
-    near -= np.float32(search)
+    side = 2 * round(search) + 1
+    disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    near = np.asarray(cv2.erode(near, disk), np.float32)
     # The middle of a limb is as much inside as that of the trunk.
     near *= np.where(inside[part], np.float32(1 / depth), np.float32(1 / reach))
     np.clip(near, 0, 1, out=near)

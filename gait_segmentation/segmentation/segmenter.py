@@ -14,6 +14,7 @@ from gait_segmentation.geometry import BodyFrame, Box, check_body
 from gait_segmentation.images import check_image
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.alignment import align
+from gait_segmentation.segmentation.carried import Carried
 from gait_segmentation.segmentation.components import fill_holes, keep_supported
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.energy import contrast_links, distance_links
@@ -56,12 +57,9 @@ class Segmenter:
         :raises VocabularyError: if the configuration names a vocabulary that cannot be used.
         """
         self._config = config or SegmentationConfig()
-        self._colours = LearntColours()
         # Also for other priors: the configuration may be exchanged, and a bad file is told now.
         self._vocabulary = _vocabulary(self._config)
-        self._track_id = 0
-        self._fit = 1.0
-        self._last: Box | None = None
+        self.reset()
 
     @property
     def config(self) -> SegmentationConfig:
@@ -79,7 +77,8 @@ class Segmenter:
         self._colours = LearntColours()
         self._track_id = 0
         self._fit = 1.0
-        self._last = None
+        self._carried = Carried()
+        self._last: Box | None = None
 
     def update(
         self,
@@ -139,6 +138,7 @@ class Segmenter:
         assert found is not None
         self._last = found.shifted(window[1].start, window[0].start)
         self._judge(match.similarity, labels, evidence)
+        self._carried.learn(evidence, place)
         if self.config.use_refinement:
             labels = refine(source, labels, logit, self.config.contrast)
         mask = np.zeros((height, width), np.uint8)
@@ -184,7 +184,9 @@ class Segmenter:
         support = evidence.astype(np.float32) / np.float32(255)
         if terms.psi is not None:
             support = (support + prior / np.float32(255)) / 2
-        known = None if terms.psi is None else prior > 127
+        known = None
+        if terms.psi is not None:
+            known = (prior > 127) | self._carried.at(body, prior.shape)
         labels = keep_supported(labels, support, known, body.height)
         labels = fill_holes(labels, self.config.hole_area * body.height**2)
         return labels, logit
