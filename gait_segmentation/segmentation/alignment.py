@@ -153,7 +153,6 @@ def _search(
 ) -> NDArray[np.float64]:
     """Climb along one axis after the other, in steps that get smaller."""
     best = np.zeros(5)
-    tried = np.zeros(5)
     most = _gain(sums, runs, counts, center, best)
     step = _STEP * spans
     halved = 0
@@ -162,18 +161,18 @@ def _search(
         for axis in range(5):
             for sign in (-1.0, 1.0):
                 while True:
-                    tried[:] = best
-                    tried[axis] += sign * step[axis]
-                    if abs(tried[axis]) > _FARTHEST * spans[axis]:
-                        break
-                    away = 0.0
-                    for k in range(5):
-                        away += (tried[k] / spans[k]) ** 2
-                    gain = _gain(sums, runs, counts, center, tried) - cost * away
+                    before = best[axis]
+                    best[axis] += sign * step[axis]
+                    gain = -np.inf
+                    if abs(best[axis]) <= _FARTHEST * spans[axis]:
+                        away = 0.0
+                        for k in range(5):
+                            away += (best[k] / spans[k]) ** 2
+                        gain = _gain(sums, runs, counts, center, best) - cost * away
                     if gain <= most:
+                        best[axis] = before
                         break
                     most = gain
-                    best[:] = tried
                     better = True
         if not better:
             if halved == _HALVINGS:
