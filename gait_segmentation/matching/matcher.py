@@ -148,7 +148,7 @@ class SequenceMatcher:
             self._origin_ns = stamp_ns
         self._take_in(likelihood, known, box, scale, angle)
         if len(self._waiting) > self.config.lag:
-            belief = self._phase.beliefs(len(self._waiting))[0]
+            belief = self._phase.belief(len(self._waiting))
             results.append(self._emit(self._path.follow(), 0, belief))
             self._waiting.popleft()
         return results

@@ -96,6 +96,10 @@ class PhaseFinder:
         """Return (frames, P) float64, probabilities of the phases in the last frames."""
         return self._clock.beliefs(frames)
 
+    def belief(self, frames: int) -> NDArray[np.float64]:
+        """Return (P,) float64, the same of the first of them."""
+        return self._clock.belief(frames)
+
 
 _FRAMES = 20
 _LONGEST_S = 0.8

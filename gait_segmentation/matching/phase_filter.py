@@ -10,6 +10,7 @@ they are found together with the phase.
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,6 +43,8 @@ _UNLIKELY = 3e-3
 """Views and placements believed in less than this are not looked at."""
 _ANYWHERE = 0.01
 """Share of the belief that is spread over all views and placements when the views are moved."""
+_LATER_S = 0.5
+"""Time after which frames tell nothing more of an earlier one, as synthetic walkers show."""
 _FLOOR = float(np.exp(-12.0))
 """No frame is worth more than this."""
 
@@ -168,7 +171,19 @@ class PhaseFilter:
         :param frames: how many, at most as many as are kept.
         :returns: (frames, P) float64, the newest last; each adds up to 1.
         """
+        return self._smoothed(list(self._steps)[-frames:])
+
+    def belief(self, frames: int) -> NDArray[np.float64]:
+        """
+        Return the probabilities of the phases in the first of the last frames, (P,) float64.
+
+        What comes more than half a second later tells nothing more of it.
+        """
         steps = list(self._steps)[-frames:]
+        last = steps[0].seconds + _LATER_S
+        return self._smoothed([step for step in steps if step.seconds <= last])[0]
+
+    def _smoothed(self, steps: Sequence[_Step]) -> NDArray[np.float64]:
         result = np.empty((len(steps), self._phases))
         later: NDArray[np.float64] | None = None
         for index in range(len(steps) - 1, -1, -1):
