@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -16,7 +16,7 @@ from gait_segmentation.gait_model.bank import TemplateBank, extents
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting.hypothesis import Hypothesis
 
-__all__ = ['VIEWS', 'fit_views', 'starting_bank']
+__all__ = ['VIEWS', 'fit_views']
 
 VIEWS = (0.0, np.pi / 4, np.pi / 2, 3 * np.pi / 4, np.pi)
 """Directions of walking; towards and away from the camera look the same to a silhouette."""
@@ -38,26 +38,6 @@ _MOST_BEYOND = 1.2
 
 _TALLER = (1.0, 1.4, 2.0, 2.8)
 """Bodies tried that reach beyond the border of the image, in heights of the box."""
-
-
-def starting_bank(bank: TemplateBank, builds: str) -> TemplateBank:
-    """
-    Return the part of a bank that first masks are estimated with.
-
-    Builds that differ from another by their gait alone would only give its clothes more votes.
-
-    :param builds: names separated by commas; a bank that has none of them is returned whole.
-    """
-    names = {name.strip() for name in builds.split(',')}
-    chosen = [k for k, build in enumerate(bank.builds) if build in names]
-    if len(chosen) in (0, bank.sequences):
-        return bank
-    return replace(
-        bank,
-        templates=bank.templates[chosen],
-        azimuth=bank.azimuth[chosen],
-        builds=tuple(bank.builds[k] for k in chosen),
-    )
 
 
 def fit_views(

@@ -53,12 +53,6 @@ class TrackingConfig(StageConfig):
         minimum=40,
         maximum=400,
     )
-    start_builds: str = parameter(
-        'average,rucksack,dress',
-        'Builds of the bank that the first mask is estimated with, separated by commas; all of a '
-        'bank that has none of them.',
-        fixed=True,
-    )
     start_rounds: int = parameter(
         3, 'Rounds of the estimate of the first mask.', minimum=1, maximum=20
     )

@@ -16,7 +16,6 @@ from gait_segmentation.geometry import Box, check_body, check_start_box
 from gait_segmentation.images import check_image, check_map, check_stamp
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import Start, StartingConfig
-from gait_segmentation.starting.templates import starting_bank
 from gait_segmentation.tracking import group
 from gait_segmentation.tracking.adaptive_mean_shift import MeanShiftTarget
 from gait_segmentation.tracking.arrivals import Arrivals, slot_for_found
@@ -53,14 +52,12 @@ class PeopleTracker:
         """
         Make a tracker that tracks nobody.
 
-        :param bank: the templates; people are found and first masks estimated with those of
-            ``tracking.start_builds``.
+        :param bank: the templates that people are found and first masks estimated with.
         :param max_people: number of slots.
         :param starting: how people are found without a box.
         """
         self._config = tracking or TrackingConfig()
-        self._bank = starting_bank(bank, self._config.start_builds)
-        self._arrivals = Arrivals(self._bank, starting or StartingConfig(), max_people)
+        self._arrivals = Arrivals(bank, starting or StartingConfig(), max_people)
         self._ids = count(1)
         self._slots: list[Target | None] = [None] * max_people
         self._boxes: list[Box] = []

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.gait_model import BankSpec, build_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting.hypothesis import Hypothesis
-from gait_segmentation.starting.templates import fit_views, starting_bank
+from gait_segmentation.starting.templates import fit_views
 from test.walkers import small_bank
 
 SHAPE = (120, 90)
@@ -104,24 +103,3 @@ def test_leaning_templates_fill_the_box_and_keep_their_height() -> None:
     template = laid(leaning)[int(leaning.weight.argmax())] > 127
     head, feet = np.nonzero(template[12:30])[1].mean(), np.nonzero(template[85:108])[1].mean()
     assert head > feet + 15
-
-
-def test_some_builds_alone_start() -> None:
-    spec = BankSpec(height=48, width=32, azimuths=2, phases=4, builds='average,coat,dress')
-    bank = build_bank(spec)
-    part = starting_bank(bank, 'dress, average,rucksack')
-    assert set(part.builds) == {'average', 'dress'}
-    for index, build in enumerate(part.builds):
-        same = [
-            k
-            for k in range(bank.sequences)
-            if bank.builds[k] == build and bank.azimuth[k] == part.azimuth[index]
-        ]
-        assert len(same) == 1
-        np.testing.assert_array_equal(part.templates[index], bank.templates[same[0]])
-
-
-def test_a_bank_of_other_builds_starts_whole() -> None:
-    bank = small_bank()
-    assert starting_bank(bank, 'somebody else') is bank
-    assert starting_bank(bank, bank.builds[0]) is bank
