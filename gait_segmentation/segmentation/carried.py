@@ -15,8 +15,9 @@ __all__ = ['Carried']
 _SIDE, _FILL = 96, 0.75
 """Rows and columns of the map of the body, and the share of them that its height takes."""
 
-_RATE = 0.1
-"""Share of a frame in the running mean: what is likely from now on counts after seven frames."""
+_RATE = 0.05
+"""Share of a frame in the running mean: what is likely from now on counts after fourteen frames,
+in which a wide thing that stays behind has moved on."""
 
 
 class Carried:

@@ -222,10 +222,10 @@ def test_a_bag_in_the_hand_stays_once_it_was_seen_for_some_time() -> None:
     apart[bag] = 255
     likely = 20 + apart // 255 * np.uint8(215)
     assert not segmenter.update(picture(), likely, match()).mask[bag].any()
-    for stamp in range(2, 12):
+    for stamp in range(2, 22):
         with_arm = 20 + joined // 255 * np.uint8(215)
         segmenter.update(picture(), with_arm, match(stamp=stamp))
-    assert segmenter.update(picture(), likely, match(stamp=12)).mask[bag].mean() > 200
+    assert segmenter.update(picture(), likely, match(stamp=22)).mask[bag].mean() > 200
 
 
 def test_where_somebody_was_seen_is_forgotten_while_nobody_is() -> None:
