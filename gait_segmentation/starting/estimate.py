@@ -27,7 +27,7 @@ from gait_segmentation.starting.first_scene import FirstScene, first_scene
 from gait_segmentation.starting.hypothesis import Hypothesis
 from gait_segmentation.starting.templates import fit_views
 
-__all__ = ['Start', 'estimate_start']
+__all__ = ['Start', 'estimate_start', 'in_view']
 
 _FIRST_SHARE, _LATER_SHARE, _FIRST_ROUNDS = 0.3, 0.7, 2
 _LIKELIHOOD_PRIOR, _CUT_PRIOR = 0.5, 0.45
@@ -111,7 +111,7 @@ def estimate_start(
         nothing is known.
     """
     shape = lab.shape[:2]
-    box = _in_view(box, shape)
+    box = in_view(box, shape)
     box, (cut_top, cut_bottom, cut_left, cut_right) = _at_borders(box, shape)
     window = _window(box, shape)
     part = lab[window]
@@ -184,7 +184,7 @@ def _window(box: Box, shape: tuple[int, int]) -> tuple[slice, slice]:
     return area.slices(shape[1], shape[0])
 
 
-def _in_view(box: Box, shape: tuple[int, int]) -> Box:
+def in_view(box: Box, shape: tuple[int, int]) -> Box:
     """
     Return a box moved so that a pixel of it is in an image of the given (h, w).
 

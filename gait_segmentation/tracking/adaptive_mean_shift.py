@@ -18,6 +18,7 @@ from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.images import Window, size_of
 from gait_segmentation.results import TRACKED
 from gait_segmentation.starting import Start
+from gait_segmentation.starting.estimate import in_view
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector, View
@@ -33,6 +34,9 @@ __all__ = ['MeanShiftTarget', 'start_in']
 _LIKELY = 0.5
 """Log-likelihood ratio from which a pixel in the ellipse is learnt as the person."""
 
+_LEAST_MASS = 1e-3
+"""Mass by which nothing can be compared."""
+
 _SETTLED = 5
 """Frames over which the likelihood's mass in the box is averaged to compare later ones with."""
 
@@ -44,8 +48,9 @@ def start_in(box: Box, shape: tuple[int, int]) -> Start:
     :param box: in working pixels.
     :param shape: (h, w) of the working image.
     """
+    box = in_view(box, shape)
     mask = _ellipse(box, (slice(0, shape[0]), slice(0, shape[1])))
-    body = BodyFrame(box.center_x, box.center_y, box.height)
+    body = BodyFrame(box.center_x, box.center_y, max(box.height, 1.0))
     return Start(mask, mask / np.float32(255), box, body, 0.0, 0.0)
 
 
@@ -106,7 +111,8 @@ class MeanShiftTarget(Target):
             self._frames += 1
             self._usual += (shift.scale - self._usual) / self._frames
         else:
-            person.grow(shift.scale / self._usual)
+            # Without anything likely there is no size.
+            person.grow(min(max(shift.scale / max(self._usual, _LEAST_MASS), 0.5), 2.0))
         self._learn(self.world.now)
 
     def _learn(self, record: Record) -> None:

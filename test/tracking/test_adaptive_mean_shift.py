@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.geometry import Box
+from gait_segmentation.geometry import Box, check_matched_box
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 from test.walkers import box_of, clip, small_bank
@@ -77,3 +77,16 @@ def test_odd_boxes_are_no_problem(box: Box) -> None:
     for frame in clip()[:5]:
         [track] = made.update(frame.image, frame.stamp_ns)
         assert track.likelihood.dtype == np.uint8
+
+
+@pytest.mark.parametrize(
+    'box', [Box(-0.5, 0.015, 1, 0.46), Box(59.9, 59.9, 1, 1), Box(10, 10, 0.01, 0.01)]
+)
+def test_a_box_of_less_than_a_pixel_or_at_the_border_is_no_problem(box: Box) -> None:
+    made, rng = tracker(), np.random.default_rng(0)
+    made.initialize(box)
+    for number in range(1, 9):
+        noise = rng.integers(0, 256, (60, 60, 3), np.uint8)
+        [track] = made.update(noise, number * 40_000_000)
+        if track.body is not None:
+            check_matched_box(track.body, (60, 60))

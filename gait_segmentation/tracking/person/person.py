@@ -331,7 +331,7 @@ class Person:
 
     def grow(self, ratio: float) -> None:
         """Follow a change of size: height now over height so far."""
-        change = 1 + _HEIGHT_RATE * (ratio - 1)
+        change = max(1 + _HEIGHT_RATE * (ratio - 1), 1 / self.height)
         self.height *= change
         self.left *= change
         self.right *= change
