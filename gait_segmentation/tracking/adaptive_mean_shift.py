@@ -59,19 +59,12 @@ class MeanShiftTarget(Target):
 
     learns_from_masks = False
 
-    def __init__(
-        self,
-        track_id: int,
-        world: World,
-        start: Start,
-        config: TrackingConfig,
-        record: Record | None = None,
-    ) -> None:
-        """Begin with the box of a start; see :func:`start_in`."""
-        super().__init__(track_id, world, start, config, record)
+    def __init__(self, track_id: int, world: World, start: Start, config: TrackingConfig) -> None:
+        """Begin with the box of a start in the world's newest frame; see :func:`start_in`."""
+        super().__init__(track_id, world, start, config)
         self._selector = FeatureSelector()
         self._usual, self._frames = 1.0, 0
-        self._learn(world.now if record is None else record)
+        self._learn(world.now)
 
     @property
     def box(self) -> Box:
