@@ -60,7 +60,7 @@ EPILOG = """\
 writes to the output folder
   masks/NNNN.png     the silhouettes, named by the frame's number in the film
   overlay.mp4        the film with outline, box, direction and phase
-  contact_sheet.png  30 frames of the person with outline
+  contact_sheet.png  28 frames of the person with outline
   phase.png          gait phase and direction over time
   report.json        frames in and out, dropped, fps, latency from the frame's
                      stamp to its mask, frames tracked
@@ -148,13 +148,11 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from rclpy.signals import SignalHandlerOptions
 
     from gait_segmentation.cli.demo_output import (
-        FilmImages,
         make_report,
-        write_film,
         write_masks,
         write_phase,
+        write_pictures,
         write_report,
-        write_sheet,
     )
     from gait_segmentation.cli.recorder import Recorder
 
@@ -178,10 +176,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     lost = len(published) - len(frames)
     if lost:
         print(f'gait_demo: {lost_frames(lost, recorder.dropped(), logs)}', file=sys.stderr)
-    images = FilmImages(film)
-    write_masks(options.out / 'masks', frames)
-    write_film(options.out / 'overlay.mp4', frames, images, options.rate or film.fps)
-    write_sheet(options.out / 'contact_sheet.png', frames, images)
+    out = options.out
+    write_masks(out / 'masks', frames)
+    rate = options.rate or film.fps
+    write_pictures(out / 'overlay.mp4', out / 'contact_sheet.png', frames, film, rate)
     write_phase(options.out / 'phase.png', frames)
     topics = {topic: recorder.received(topic) for topic in recorder.topics}
     report = make_report(len(published), frames, topics)

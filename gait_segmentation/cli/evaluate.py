@@ -22,11 +22,10 @@ from gait_segmentation.cli.tool import check_file, make_folder, run_tool
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.evaluation.ablation import (
-    compare_priors,
-    ingredient_table,
-    leave_one_out,
+    ABLATIONS,
+    compare,
+    comparison_table,
     plot_priors,
-    prior_table,
 )
 from gait_segmentation.evaluation.report import table, tracking_table, write_json
 from gait_segmentation.evaluation.session import Session, load_sequences
@@ -137,7 +136,7 @@ def parser() -> argparse.ArgumentParser:
     )
     add(
         '--ablate',
-        choices=('priors', 'ingredients'),
+        choices=tuple(ABLATIONS),
         help='compare the shape priors, or leave out one ingredient (use_... parameter) at a time',
     )
     add(
@@ -217,16 +216,12 @@ def evaluate(options: argparse.Namespace) -> None:
         compile_kernels()
     report = session.evaluate(config, options.out)
     say(f'{table(report)}\n\n{tracking_table(report)}')
-    if options.ablate == 'priors':
-        priors = compare_priors(session, config, report)
-        say(f'\n{prior_table(priors)}')
-        if options.out is not None:
-            plot_priors(options.out / 'priors.png', priors)
-        report['priors'] = priors
-    elif options.ablate == 'ingredients':
-        reports = leave_one_out(session, config)
-        say(f'\n{ingredient_table(report, reports)}')
-        report['ingredients'] = reports
+    if options.ablate is not None:
+        found = compare(session, config, report, options.ablate)
+        say(f'\n{comparison_table(options.ablate, report, found)}')
+        if options.ablate == 'priors' and options.out is not None:
+            plot_priors(options.out / 'priors.png', found)
+        report[options.ablate] = found
     if to_output:
         print(json.dumps(report, indent=2))
     elif options.json is not None:
