@@ -153,8 +153,8 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
                 config=overridden(settings.config, options.set),
                 outputs={kind: place for kind, place in places.items() if place is not None},
                 reading={each: getattr(options, each) for each in READING},
-                bank=options.bank or settings.bank,
-                box=Box(*options.box) if options.box is not None else settings.box,
+                bank=options.bank or settings.bank.bank,
+                box=Box(*options.box) if options.box is not None else settings.start.box(),
                 threads=options.threads,
             )
         )
