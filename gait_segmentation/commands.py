@@ -116,8 +116,8 @@ def _run_node(name: str) -> int:
     if not _arguments_are_text(f'gait_{name}'):
         return FAILED
     try:
-        # Not if there is anything to be said of the command line first.
-        if sys.argv[1:2] in ([], ['--ros-args']):
+        # Not if there is anything to be said of the command line first: ``--`` ends ROS's own.
+        if sys.argv[1:2] in ([], ['--ros-args']) and '--' not in sys.argv:
             _imported('gait_segmentation.ros.participant', '', 0).take_part_early()
         return int(_imported(f'gait_segmentation.nodes.{name}_node', '', 0).main())
     except ModuleNotFoundError as error:

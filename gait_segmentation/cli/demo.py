@@ -21,7 +21,7 @@ from gait_segmentation.cli.presets import add_preset_option, preset_file
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
 from gait_segmentation.cli.replaying.mark import png_is_marked
 from gait_segmentation.cli.signals import handled
-from gait_segmentation.cli.tool import make_folder, run_tool
+from gait_segmentation.cli.tool import command_parser, make_folder, run_tool
 from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box, check_start_box
@@ -86,12 +86,7 @@ class _Help(argparse.RawDescriptionHelpFormatter):
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    made = argparse.ArgumentParser(
-        prog='gait_demo',
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=_Help,
-    )
+    made = command_parser('gait_demo', DESCRIPTION, EPILOG, _Help)
     add = made.add_argument
     add('--out', type=Path, default=Path('out/demo'), help='output folder (%(default)s)')
     add('--clip', type=Path, metavar='FILE', help='a film, folder of images or bag of your own')

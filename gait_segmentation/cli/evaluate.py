@@ -17,8 +17,14 @@ from typing import TypeVar
 import cv2
 from tqdm import tqdm
 
-from gait_segmentation.cli.presets import add_preset_option, preset_file
-from gait_segmentation.cli.tool import check_file, make_folder, run_tool
+from gait_segmentation.cli.presets import preset_file
+from gait_segmentation.cli.tool import (
+    add_config_options,
+    check_file,
+    command_parser,
+    make_folder,
+    run_tool,
+)
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.evaluation.ablation import (
@@ -98,12 +104,7 @@ examples (after colcon build with "ros2 run gait_segmentation" in front)
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    made = argparse.ArgumentParser(
-        prog='gait_evaluate',
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    made = command_parser('gait_evaluate', DESCRIPTION, EPILOG)
     add = made.add_argument
     add('sequence', nargs='+', type=Path, metavar='SEQUENCE_DIR', help='sequence folders')
     add(
@@ -113,15 +114,8 @@ def parser() -> argparse.ArgumentParser:
         help='how people get a track: from boxes of the ground truth, or found by the pipeline '
         'itself (default: %(default)s)',
     )
-    add_preset_option(made)
+    add_config_options(made)
     add('--prior', help='shape prior of the segmentation, e.g. none or default')
-    add(
-        '--set',
-        action='append',
-        default=[],
-        metavar='STAGE.PARAM=VALUE',
-        help='change a parameter, e.g. matching.lag=15; may be repeated',
-    )
     add(
         '--restarts',
         action='store_true',

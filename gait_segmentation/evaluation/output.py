@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.drawing import Image, draw_label, draw_outline
+from gait_segmentation.drawing import Image, draw_label, draw_outline, track_colour
 from gait_segmentation.evaluation.metrics import true_box
 from gait_segmentation.evaluation.runner import Outcome
 from gait_segmentation.evaluation.sequence import Sequence
@@ -28,7 +28,7 @@ from gait_segmentation.sheets import (
 
 __all__ = ['SequenceOutput', 'tile', 'write_image']
 
-FOUND = (60, 255, 60)
+FOUND = track_colour(1)
 """Colour of the outline of the mask that was found."""
 
 TRUE = (255, 90, 255)

@@ -24,7 +24,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from gait_segmentation.cli.tool import READING, add_reading_options
+from gait_segmentation.cli.tool import READING, add_reading_options, command_parser
 from gait_segmentation.errors import GaitSegmentationError, SequenceError
 from gait_segmentation.files.output_files import keep_apart, named, problem_of
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, open_input
@@ -60,12 +60,7 @@ examples (after colcon build with "ros2 run gait_segmentation" in front)
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    made = argparse.ArgumentParser(
-        prog='gait_source',
-        description=_DESCRIPTION,
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    made = command_parser('gait_source', _DESCRIPTION, _EPILOG)
     add = made.add_argument
     add(
         'input',
