@@ -114,15 +114,12 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _show(options: argparse.Namespace) -> None:
-    _say(run(options), options.out)
-
-
-def _say(report: Mapping[str, Any], out: Path) -> None:
+    report = run(options)
     latency = report['latency_ms']
     print(
         f'{report["frames_out"]} of {report["frames_in"]} frames at {report["fps"]:.1f} fps, '
         f'{report["tracked_frames"]} with a silhouette; latency {latency["p50"]:.0f} ms, '
-        f'95 % within {latency["p95"]:.0f} ms; see {out}'
+        f'95 % within {latency["p95"]:.0f} ms; see {options.out}'
     )
 
 

@@ -85,7 +85,7 @@ def _in_turn(
             with tqdm(
                 total=total, unit='frame', desc=job.bag.name, disable=None, leave=False
             ) as bar:
-                reports.append(replay(job, bank, stop, force=force, progress=bar.update))
+                reports.append(replay(job, bank, stop.is_set, force=force, progress=bar.update))
             if stop.is_set():
                 break
     return reports
@@ -131,4 +131,4 @@ def _work(job: Job, force: bool) -> Report:
         with _WORKER['done'].get_lock():
             _WORKER['done'].value += 1
 
-    return replay(job, _WORKER['bank'], _WORKER['halt'], force=force, progress=count)
+    return replay(job, _WORKER['bank'], _WORKER['halt'].is_set, force=force, progress=count)
