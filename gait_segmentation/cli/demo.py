@@ -21,7 +21,7 @@ from gait_segmentation.cli.presets import add_preset_option, preset_file
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
 from gait_segmentation.cli.replaying.mark import png_is_marked
 from gait_segmentation.cli.signals import handled
-from gait_segmentation.cli.tool import command_parser, make_folder, run_tool
+from gait_segmentation.cli.tool import POLL_S, command_parser, make_folder, run_tool
 from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box, check_start_box
@@ -41,7 +41,6 @@ _START_TIMEOUT_S = 900.0
 _PRELOADED = 1 << 30
 """Bytes of frames that are decoded beforehand; longer films are while they are played."""
 _FLOW_OUT_S = 5.0
-_POLL_S = 0.05
 
 # A demonstration on a busy computer is to be late rather than to have gaps.
 _PATIENT = ('-p', 'backlog:=90')
@@ -292,7 +291,7 @@ def play(
             print(f'gait_demo: {name} is ready', file=sys.stderr)
         if time.monotonic() > deadline:
             raise ProcessError(f'the nodes did not connect within {_START_TIMEOUT_S:g} s')
-        time.sleep(_POLL_S)
+        time.sleep(POLL_S)
     source = [str(film.path), '--width', str(film.size[0]), '--start', str(film.start)]
     source += ['--wait-for', str(min(len(nodes), 2)), '--stamps', str(stamps)]
     if film.total is not None and 3 * math.prod(film.size) * film.total <= _PRELOADED:
@@ -322,7 +321,7 @@ def play(
                 if quiet:
                     recorder.deactivate(holds)
                     holds, quiet_since = '', time.monotonic()
-            time.sleep(_POLL_S)
+            time.sleep(POLL_S)
 
 
 def lost_frames(lost: int, dropped: Mapping[str, int], logs: Path) -> str:

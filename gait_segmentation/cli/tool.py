@@ -24,6 +24,7 @@ from gait_segmentation.kernel_cache import mend_kernel_cache
 __all__ = [
     'FAILED',
     'INTERRUPTED',
+    'POLL_S',
     'READING',
     'add_config_options',
     'add_reading_options',
@@ -37,6 +38,9 @@ __all__ = [
 
 READING = ('topic', 'width', 'start', 'count', 'rate', 'max_pixels')
 """Options that are arguments of :func:`gait_segmentation.inputs.open_input`."""
+
+POLL_S = 0.05
+"""How often commands look whether what they wait for is so."""
 
 _OUTPUT = 'standard output'
 

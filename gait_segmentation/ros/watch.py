@@ -21,13 +21,15 @@ from typing import Any
 import numpy as np
 from numba import carray, cfunc, types
 
+from gait_segmentation.ros.ending import LONGEST_S
+
 __all__ = ['HUNG', 'UNCLOSED', 'Watch']
 
 HUNG, UNCLOSED = 70, 71
 """Exit codes: of a process that did not turn any more, and of one that a signal did not end."""
 
 _TICK_MS = 100
-_LONGEST_S, _SAY_S, _STILL_S = 4.0, 10.0, 20.0
+_SAY_S, _STILL_S = 10.0, 20.0
 _STDERR = 2
 
 # What both threads know, as 64-bit numbers; times are in ticks.  At the end a struct pollfd, the
@@ -97,7 +99,7 @@ class Watch:
         self,
         name: str,
         *,
-        longest_s: float = _LONGEST_S,
+        longest_s: float = LONGEST_S,
         say_s: float = _SAY_S,
         still_s: float = _STILL_S,
     ) -> None:
