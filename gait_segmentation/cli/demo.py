@@ -268,7 +268,6 @@ def play(
     film: ImageSource,
     rate: float,
     stamps: Path,
-    nodes: tuple[str, ...] = NODES,
     holds: str = '',
 ) -> None:
     """
@@ -276,7 +275,6 @@ def play(
 
     :param rate: frames per second, 0 = the film's.
     :param stamps: file for the frames' numbers and stamps.
-    :param nodes: the nodes that are started.
     :param holds: the one that may hold back the last frames for some that do not come.
     :raises ProcessError: if a process fails or the nodes do not connect.
     """
@@ -284,8 +282,8 @@ def play(
     print('gait_demo: starting the nodes (the first time, a minute or two)', file=sys.stderr)
     deadline = time.monotonic() + _START_TIMEOUT_S
     ready: set[str] = set()
-    while not recorder.connected(*nodes):
-        processes.check_running(*nodes)
+    while not recorder.connected(*NODES):
+        processes.check_running(*NODES)
         for name in recorder.active() - ready:
             ready.add(name)
             print(f'gait_demo: {name} is ready', file=sys.stderr)
@@ -293,7 +291,7 @@ def play(
             raise ProcessError(f'the nodes did not connect within {_START_TIMEOUT_S:g} s')
         time.sleep(POLL_S)
     source = [str(film.path), '--width', str(film.size[0]), '--start', str(film.start)]
-    source += ['--wait-for', str(min(len(nodes), 2)), '--stamps', str(stamps)]
+    source += ['--wait-for', '2', '--stamps', str(stamps)]
     if film.total is not None and 3 * math.prod(film.size) * film.total <= _PRELOADED:
         source.append('--preload')
     # For the processes to be done with finding the camera before it starts.
@@ -307,7 +305,7 @@ def play(
         shown = came = 0
         quiet_since = time.monotonic()
         while True:
-            processes.check_running(*nodes)
+            processes.check_running(*NODES)
             played = processes.ended('gait_source')
             complete, messages = recorder.complete(), recorder.messages()
             if messages > came or not played:
