@@ -17,16 +17,21 @@ from typing import TypeVar
 import cv2
 from tqdm import tqdm
 
-from gait_segmentation.cli.presets import add_preset_option, preset_file
-from gait_segmentation.cli.tool import check_file, make_folder, run_tool
+from gait_segmentation.cli.presets import preset_file
+from gait_segmentation.cli.tool import (
+    add_config_options,
+    check_file,
+    command_parser,
+    make_folder,
+    run_tool,
+)
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.evaluation.ablation import (
-    compare_priors,
-    ingredient_table,
-    leave_one_out,
+    ABLATIONS,
+    compare,
+    comparison_table,
     plot_priors,
-    prior_table,
 )
 from gait_segmentation.evaluation.report import table, tracking_table, write_json
 from gait_segmentation.evaluation.session import Session, load_sequences
@@ -99,12 +104,7 @@ examples (after colcon build with "ros2 run gait_segmentation" in front)
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    made = argparse.ArgumentParser(
-        prog='gait_evaluate',
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    made = command_parser('gait_evaluate', DESCRIPTION, EPILOG)
     add = made.add_argument
     add('sequence', nargs='+', type=Path, metavar='SEQUENCE_DIR', help='sequence folders')
     add(
@@ -114,15 +114,8 @@ def parser() -> argparse.ArgumentParser:
         help='how people get a track: from boxes of the ground truth, or found by the pipeline '
         'itself (default: %(default)s)',
     )
-    add_preset_option(made)
+    add_config_options(made)
     add('--prior', help='shape prior of the segmentation, e.g. none or default')
-    add(
-        '--set',
-        action='append',
-        default=[],
-        metavar='STAGE.PARAM=VALUE',
-        help='change a parameter, e.g. matching.lag=15; may be repeated',
-    )
     add(
         '--restarts',
         action='store_true',
@@ -137,7 +130,7 @@ def parser() -> argparse.ArgumentParser:
     )
     add(
         '--ablate',
-        choices=('priors', 'ingredients'),
+        choices=tuple(ABLATIONS),
         help='compare the shape priors, or leave out one ingredient (use_... parameter) at a time',
     )
     add(
@@ -217,16 +210,12 @@ def evaluate(options: argparse.Namespace) -> None:
         compile_kernels()
     report = session.evaluate(config, options.out)
     say(f'{table(report)}\n\n{tracking_table(report)}')
-    if options.ablate == 'priors':
-        priors = compare_priors(session, config, report)
-        say(f'\n{prior_table(priors)}')
-        if options.out is not None:
-            plot_priors(options.out / 'priors.png', priors)
-        report['priors'] = priors
-    elif options.ablate == 'ingredients':
-        reports = leave_one_out(session, config)
-        say(f'\n{ingredient_table(report, reports)}')
-        report['ingredients'] = reports
+    if options.ablate is not None:
+        found = compare(session, config, report, options.ablate)
+        say(f'\n{comparison_table(options.ablate, report, found)}')
+        if options.ablate == 'priors' and options.out is not None:
+            plot_priors(options.out / 'priors.png', found)
+        report[options.ablate] = found
     if to_output:
         print(json.dumps(report, indent=2))
     elif options.json is not None:

@@ -157,11 +157,9 @@ class Recorder:
 
     def connected(self, *nodes: str) -> bool:
         """Return whether these nodes are active and connected with each other and with this."""
-        alone = len(nodes) == 1
         with self._lock:
             return set(nodes) <= self._active and all(
-                self._subscribers.get(f'/{topic}', 0)
-                >= (topic in self._topics if alone else count)
+                self._subscribers.get(f'/{topic}', 0) >= count
                 for topic, count in self._connected.items()
             )
 

@@ -72,8 +72,8 @@ class Outcome:
     """
     What the pipeline made of one frame.
 
-    ``mask`` is (H, W) uint8 0/255 and ``box`` the tracked box, both in source pixels; ``phase``
-    and ``azimuth`` are NaN if nobody is tracked.  ``timings_ms`` is by stage, ``seconds`` the
+    ``mask`` is (H, W) uint8 0/255 and ``box`` the tracked box, both in source pixels; ``phase`` is
+    NaN if nobody is tracked.  ``timings_ms`` is by stage, ``seconds`` the
     duration of the call that took the frame in.  ``score`` is None without ground truth.
 
     With several slots these are of the one whose mask has the greatest J, of the first if there
@@ -84,7 +84,6 @@ class Outcome:
     mask: NDArray[np.uint8]
     box: Box | None
     phase: float
-    azimuth: float
     timings_ms: dict[str, float]
     seconds: float
     score: FrameScore | None
@@ -149,7 +148,7 @@ def _outcome(
 ) -> Outcome:
     mask = np.zeros(shape, np.uint8)
     box = body = matched = None
-    phase = azimuth = math.nan
+    phase = math.nan
     timings: dict[str, float] = {}
     tracks: tuple[FoundTrack, ...] = ()
     truth = clip.truth(number)
@@ -158,7 +157,7 @@ def _outcome(
         mask, box, timings = person.segmentation.mask, person.track.box, result.timings_ms
         body, matched = person.track.body, person.match.box
         if person.match.body is not None:
-            phase, azimuth = person.match.phase, person.match.azimuth
+            phase = person.match.phase
         tracks = tuple(
             FoundTrack(
                 each.track.track_id,
@@ -170,7 +169,7 @@ def _outcome(
             if each.track.state == TRACKED and each.track.box is not None
         )
     score = None if truth is None else score_frame(mask, box, truth, body, matched)
-    return Outcome(number, mask, box, phase, azimuth, timings, seconds, score, tracks)
+    return Outcome(number, mask, box, phase, timings, seconds, score, tracks)
 
 
 def _person_of(people: Any, truth: NDArray[np.uint8] | None) -> Any:

@@ -45,7 +45,6 @@ class CameraNode(GaitNode):
         ('tracking', TrackingConfig),
         ('starting', StartingConfig),
     )
-    with_initial_box = True
 
     tracks: Sequence[TrackResult] = ()
     """What the diagnostics report."""
@@ -54,14 +53,15 @@ class CameraNode(GaitNode):
 
     def make_intake(self) -> None:
         """Prepare the intake of frames and first boxes."""
+        start = self.parameters.get(StartConfig)
         self.tracks = ()
         self.intake = Intake(
             reset=self.start_over,
             initialize=self.stage.initialize,
             warn=self.warnings.warn,
             slots=self.parameters.get(PeopleConfig).max_people,
-            initial_box=self.parameters.initial_box,
-            initial_stamp_ns=self.parameters.get(StartConfig).initial_box_stamp,
+            initial_box=start.box(),
+            initial_stamp_ns=start.initial_box_stamp,
         )
 
     def taken(self, frame: CameraMessage) -> tuple[NDArray[np.uint8], int]:

@@ -7,7 +7,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gait_segmentation.config import StageConfig, parameter
+from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.files.encoded_images import MOST_PIXELS
+from gait_segmentation.geometry import Box
 
 __all__ = [
     'OF_NODES',
@@ -79,8 +81,15 @@ class CameraConfig(StageConfig):
 
 @dataclass(frozen=True)
 class StartConfig(StageConfig):
-    """Parameters of nodes that start tracks; ``initial_box`` is declared beside them."""
+    """Parameters of nodes that start tracks."""
 
+    initial_box: tuple[float, ...] = parameter(
+        (0.0, 0.0, 0.0, 0.0),
+        'Tight box of the person to track from the beginning: x and y of the top left corner, '
+        'width and height. All zero = wait for init_roi.',
+        unit='px',
+        fixed=True,
+    )
     initial_box_stamp: int = parameter(
         0,
         'Stamp of the frame that initial_box belongs to: it is applied at the first frame that '
@@ -89,6 +98,22 @@ class StartConfig(StageConfig):
         minimum=0,
         fixed=True,
     )
+
+    def __post_init__(self) -> None:
+        """Refuse what makes no box, too."""
+        super().__post_init__()
+        self.box()
+
+    def box(self) -> Box | None:
+        """
+        Return the box, None if there is none.
+
+        :raises ConfigError: if the numbers make none.
+        """
+        try:
+            return Box(*self.initial_box) if any(self.initial_box) else None
+        except InputError as error:
+            raise ConfigError(f'initial_box: {error}') from error
 
 
 @dataclass(frozen=True)

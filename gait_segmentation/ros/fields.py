@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from gait_segmentation.results import MatchResult, TrackResult
 
 __all__ = [
+    'DEPTH',
     'GAIT_NAMES',
     'Corners',
     'Joints',
@@ -34,6 +35,12 @@ __all__ = [
 ]
 
 Kind = TypeVar('Kind')
+
+DEPTH = 30
+"""
+Frames that a publisher keeps for a reader that is slow to acknowledge; as many may wait for their
+other parts.
+"""
 
 GAIT_NAMES = ('gait_phase', 'view_azimuth')
 """

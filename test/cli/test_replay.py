@@ -184,7 +184,7 @@ def test_an_interruption_leaves_a_bag_that_can_be_read(given: list[str], tmp_pat
     walks = tmp_path / 'walks'
     more = ['--csv', str(table), '--opengait', str(walks)]
     (job,) = make_jobs(parser().parse_args([*given, *more]))
-    report = replay(job, small_bank(), StopAfter(3))
+    report = replay(job, small_bank(), StopAfter(3).is_set)
     assert (report.interrupted, report.frames) == (True, 3)
     assert sorted(report.left) == [
         tmp_path / 'out/walk.partial',
@@ -193,7 +193,7 @@ def test_an_interruption_leaves_a_bag_that_can_be_read(given: list[str], tmp_pat
     ]
     assert len(images(tmp_path / 'out/walk.partial', '/mask')) == 3
     assert len((tmp_path / 'table.partial.csv').read_text().splitlines()) == 4
-    assert replay(job, small_bank(), threading.Event()).frames == FRAMES
+    assert replay(job, small_bank(), threading.Event().is_set).frames == FRAMES
     assert sorted(p.name for p in tmp_path.iterdir()) == ['out', 'table.csv', 'walks']
     assert [p.name for p in (tmp_path / 'out').iterdir()] == ['walk']
     assert [p.name for p in walks.iterdir()] == ['walk']
@@ -206,7 +206,7 @@ def test_a_failure_leaves_no_half_outputs(given: list[str], tmp_path: Path, monk
     (job,) = make_jobs(parser().parse_args(given))
     monkeypatch.setattr(Pipeline, 'flush', fail)
     with pytest.raises(ZeroDivisionError):
-        replay(job, small_bank(), threading.Event())
+        replay(job, small_bank(), threading.Event().is_set)
     assert [p.name for p in (tmp_path / 'out').iterdir()] == ['walk.partial']
     assert len(images(tmp_path / 'out/walk.partial', '/mask')) == FRAMES
 

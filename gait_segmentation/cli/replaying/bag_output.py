@@ -28,6 +28,7 @@ from gait_segmentation.cli.replaying.output import Output, Replayed
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.inputs import Frame
 from gait_segmentation.ros.fields import (
+    DEPTH,
     Corners,
     gait_joints,
     matched_corners,
@@ -59,7 +60,6 @@ _MARK = 'gait_replay'
 """Of the entry in the metadata that says which input a bag was made of."""
 
 _FOREVER = QosTime(2147483647, 4294967295)
-_DEPTH = 30
 
 
 class _Written(NamedTuple):
@@ -221,7 +221,7 @@ class BagOutput(Output):
     def _connect(self, topic: str, kind: str, latched: bool = False) -> None:
         qos = Qos(
             QosHistory.KEEP_LAST,
-            1 if latched else _DEPTH,
+            1 if latched else DEPTH,
             QosReliability.RELIABLE,
             QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
             _FOREVER,

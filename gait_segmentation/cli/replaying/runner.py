@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from typing import Protocol
 
 import cv2
 
@@ -23,20 +22,13 @@ from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.inputs import DamagedError, ImageSource
 from gait_segmentation.pipeline import Pipeline
 
-__all__ = ['Stop', 'replay']
-
-
-class Stop(Protocol):
-    """Says whether to break off."""
-
-    def is_set(self) -> bool:
-        """Return whether to break off."""
+__all__ = ['replay']
 
 
 def replay(
     job: Job,
     bank: TemplateBank,
-    stop: Stop,
+    stop: Callable[[], bool],
     *,
     force: bool = False,
     progress: Callable[[], object] = lambda: None,
@@ -44,7 +36,7 @@ def replay(
     """
     Replay an input into those of its outputs that are not there yet.
 
-    :param stop: looked at after every frame.
+    :param stop: says whether to break off, asked after every frame.
     :param force: make all outputs anew.
     :param progress: called after every frame.
     :returns: how it went; errors of the input and of writing are reported, not raised.
@@ -87,7 +79,7 @@ def _run(
     report: Report,
     outputs: list[Output],
     results: Iterator[Replayed],
-    stop: Stop,
+    stop: Callable[[], bool],
     progress: Callable[[], object],
 ) -> bool:
     """Feed the outputs and return whether the end was reached."""
@@ -99,7 +91,7 @@ def _run(
             report.frames += 1
             report.seen += any(each.track.box is not None for each in replayed.result.people)
             progress()
-            if stop.is_set():
+            if stop():
                 report.interrupted = True
                 return False
     except DamagedError as error:
