@@ -23,7 +23,7 @@ from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult, TrackResult
 from gait_segmentation.ros.config import BankConfig, NodeConfig, SizeConfig
 from gait_segmentation.ros.endpoints import LATCHED
-from gait_segmentation.ros.fields import DEPTH, slot_topic, slot_topics
+from gait_segmentation.ros.fields import slot_topic, slot_topics
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_box, stamp_of
@@ -33,6 +33,9 @@ from gait_segmentation.ros.running import run_node
 from gait_segmentation.ros.waiting import nothing_from, unpublished
 
 __all__ = ['MatcherNode', 'main']
+
+_KEPT = 64
+"""Likelihoods kept while their box has not come, and the other way round."""
 
 _TOPICS = {'box': PolygonInstanceStamped, 'likelihood': Image}
 
@@ -82,7 +85,7 @@ class MatcherNode(GaitNode):
         )
         topics = slot_topics(_TOPICS, self._slots)
         self._topics = list(topics)
-        self._join = ExactJoin({'gait_tracker': topics}, DEPTH)
+        self._join = ExactJoin({'gait_tracker': topics}, _KEPT)
         self.input(RegionOfInterest, 'image_size', self._sized, LATCHED)
         for topic, kind in topics.items():
             self.input(kind, topic, partial(self._part, topic))
