@@ -105,7 +105,7 @@ def _learn_all(
     person.learn_colours(lab, window, mask, person.template, rate, strange, familiar)
     bounds = bounding_box(mask)
     margin = grown(mask, person.height, bounds)
-    person.learn_place(mask, body, bounds, record.rows.get(target.track_id))
+    person.learn_place(mask, body, bounds)
     if config.use_tilt:
         person.learn_angle(mask, bounds)
     target.memory.learn_look(person, record, bounds)

@@ -28,7 +28,6 @@ from gait_segmentation.tracking.recovery.visibility import (
     ALONE,
     Sight,
     Visibility,
-    likely_rows,
     visible_box,
 )
 from gait_segmentation.tracking.world import World
@@ -236,15 +235,11 @@ class Target:
 
         :param values: (h, w) uint8 likelihood of the window of the claim.
         """
-        person, window = self.person, claim.window
+        window = claim.window
         if self.visibility.well and not self.accompanied:
             # Likely pixels of both would pull the person towards the other.
             self._shift_to_mean(values, sight.uncovered, window)
         self._show(values, sight, claim)
-        center = (person.center_x - window[1].start, person.center_y - window[0].start)
-        rows = likely_rows(values, claim.near, center, person.height, person.angle)
-        if rows is not None:
-            self.world.now.rows[self.track_id] = rows
 
     def _shift_to_mean(
         self, values: NDArray[np.uint8], reference: NDArray[np.uint8], window: Window
