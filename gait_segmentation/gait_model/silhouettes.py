@@ -56,7 +56,7 @@ def read_silhouettes(folder: str | os.PathLike[str]) -> NDArray[np.uint8]:
     :raises BankError: if there are no silhouettes, an image cannot be read, is white up to its
         corners or empty between others, or sizes differ otherwise.
     """
-    images = _named_masks(Path(folder))
+    images = read_masks(folder)
     paths = [path for path, _ in images]
     listed = images_in(Path(folder))
     for path in listed[listed.index(paths[0]) : listed.index(paths[-1])]:
@@ -74,17 +74,15 @@ def read_silhouettes(folder: str | os.PathLike[str]) -> NDArray[np.uint8]:
     )
 
 
-def read_masks(folder: str | os.PathLike[str]) -> list[NDArray[np.uint8]]:
+def read_masks(folder: str | os.PathLike[str]) -> list[tuple[Path, NDArray[np.uint8]]]:
     """
     Read the silhouettes of a folder, of any sizes; images without one are left out.
 
-    :returns: (height, width) uint8 0/255 each, none of them empty.
+    :param folder: folder of images; grey values of 128 and more are the person.
+    :returns: the file and the mask, (height, width) uint8 0/255, of each; none is empty.
     :raises BankError: if there are none, an image cannot be read, or is white up to its corners.
     """
-    return [mask for _, mask in _named_masks(Path(folder))]
-
-
-def _named_masks(folder: Path) -> list[tuple[Path, NDArray[np.uint8]]]:
+    folder = Path(folder)
     if not folder.is_dir():
         raise BankError(f'{folder} is not a folder of silhouettes')
     files = images_in(folder)

@@ -122,7 +122,8 @@ def test_masks_of_any_size_are_read_without_those_of_nobody(tmp_path, masks):
     for n, mask in enumerate([masks[0], 0 * masks[1], masks[2][:-2]]):
         cv2.imwrite(str(tmp_path / f'{n}.png'), mask)
     found = read_masks(tmp_path)
-    assert [mask.shape for mask in found] == [masks[0].shape, masks[2][:-2].shape]
+    assert [path.name for path, _ in found] == ['0.png', '2.png']
+    assert [mask.shape for _, mask in found] == [masks[0].shape, masks[2][:-2].shape]
 
 
 SPEC = BankSpec(height=48, width=32, phases=10)
