@@ -206,9 +206,12 @@ def _odd(aim: Aim, about: Header) -> Image:
     return aim.one_of((image_message(pixels, about), _grey(aim, about, aim.one_of(sizes))))
 
 
+_BOXES = ('box', 'body')
+
+
 def _part(name: str, aim: Aim, about: Header) -> Any:
     """Return a good message for a topic of a person."""
-    if name.endswith('box'):
+    if name in _BOXES:
         return _box(about, _FINE)
     if name == 'gait':
         fields = {'position': [1.0, 0.0], 'velocity': [6.0, 0.0], 'effort': [0.9, 0.7]}
@@ -218,8 +221,8 @@ def _part(name: str, aim: Aim, about: Header) -> Any:
 
 _SETS = {
     'matcher': ('box', 'likelihood'),
-    'segmenter': ('likelihood', 'matched_box', 'shape_prior', 'gait'),
-    'feedback': ('mask', 'shape_prior', 'matched_box'),
+    'segmenter': ('likelihood', 'body', 'shape_prior', 'gait'),
+    'feedback': ('mask', 'shape_prior', 'body'),
 }
 """The topics of a person that a node joins."""
 
@@ -261,13 +264,13 @@ for _target, _names in _SETS.items():
             _part(_name, _blank, Header()),
             lambda aim, change, target=_target, name=_name: _send_set(target, aim, name, change),
         )
-        for _how, _points in _CORNERS.items() if _name.endswith('box') else ():
+        for _how, _points in _CORNERS.items() if _name in _BOXES else ():
             kind(f'{_target}: {_name} {_how}', 0.6)(
                 lambda aim, target=_target, name=_name, points=_points: _send_set(
                     target, aim, name, lambda part: _box(part.header, points)
                 )
             )
-        if _name != 'gait' and not _name.endswith('box'):
+        if _name not in ('gait', *_BOXES):
             kind(f'{_target}: odd {_name}', 2.0)(
                 lambda aim, target=_target, name=_name: _send_set(
                     target, aim, name, lambda part: _odd(aim, part.header)
