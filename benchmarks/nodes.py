@@ -38,7 +38,7 @@ MODULES = {
 }
 STYLES = {'split': NODES, 'single': ('gait_pipeline',)}
 
-LINKS = {'box': 1, 'likelihood': 2, 'body': 2, 'shape_prior': 2, 'mask': 1}
+LINKS = {'box': 1, 'likelihood': 2, 'matched_box': 2, 'shape_prior': 2, 'mask': 1}
 """Subscribers that the topics of a person have when the three nodes are connected."""
 
 PERSON = 0.62

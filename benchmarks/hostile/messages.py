@@ -206,7 +206,7 @@ def _odd(aim: Aim, about: Header) -> Image:
     return aim.one_of((image_message(pixels, about), _grey(aim, about, aim.one_of(sizes))))
 
 
-_BOXES = ('box', 'body')
+_BOXES = ('box', 'matched_box')
 
 
 def _part(name: str, aim: Aim, about: Header) -> Any:
@@ -221,8 +221,8 @@ def _part(name: str, aim: Aim, about: Header) -> Any:
 
 _SETS = {
     'matcher': ('box', 'likelihood'),
-    'segmenter': ('likelihood', 'body', 'shape_prior', 'gait'),
-    'feedback': ('mask', 'shape_prior', 'body'),
+    'segmenter': ('likelihood', 'matched_box', 'shape_prior', 'gait'),
+    'feedback': ('mask', 'shape_prior', 'matched_box'),
 }
 """The topics of a person that a node joins."""
 

@@ -32,13 +32,13 @@ _ANSWERS = [f'split/{topic}' for topic in _TRACKED] + [
     f'single/{topic}'
     for topic in (
         *_TRACKED,
-        *('person_0/body', 'person_0/shape_prior', 'person_0/gait', 'person_0/mask'),
+        *('person_0/matched_box', 'person_0/shape_prior', 'person_0/gait', 'person_0/mask'),
         *('mask', 'labels'),
     )
 ]
 """The topics on which every good frame is to be answered once: of the tracker, the pipeline."""
 
-_KINDS = {'box': PolygonInstanceStamped, 'body': PolygonInstanceStamped, 'gait': JointState}
+_KINDS = {'box': PolygonInstanceStamped, 'matched_box': PolygonInstanceStamped, 'gait': JointState}
 """Types of the topics of a person that are no images."""
 
 _TO_CAMERA = {
@@ -50,7 +50,7 @@ _TO_SPLIT = {
     'image_size': (RegionOfInterest, 1),
     'person_0/box': (PolygonInstanceStamped, 1),
     'person_0/likelihood': (Image, 2),
-    'person_0/body': (PolygonInstanceStamped, 2),
+    'person_0/matched_box': (PolygonInstanceStamped, 2),
     'person_0/shape_prior': (Image, 2),
     'person_0/gait': (JointState, 1),
     'person_0/mask': (Image, 1),

@@ -31,7 +31,7 @@ __all__ = ['SegmenterNode', 'main']
 _TOPICS = {
     'gait_tracker': {'likelihood': Image},
     'gait_matcher': {
-        'body': PolygonInstanceStamped,
+        'matched_box': PolygonInstanceStamped,
         'shape_prior': Image,
         'gait': JointState,
     },
@@ -45,7 +45,7 @@ class SegmenterNode(GaitNode):
     """
     Cut people out of the images of a camera, with what gait_tracker and gait_matcher found.
 
-    Reads image, person_K/likelihood, person_K/body, person_K/shape_prior and
+    Reads image, person_K/likelihood, person_K/matched_box, person_K/shape_prior and
     person_K/gait; publishes mask (everybody), labels (who is where) and person_K/mask.
     """
 
@@ -145,7 +145,9 @@ def read_match(parts: Parts, slot: int) -> MatchResult:
 
     :raises InputError: if a message cannot be read.
     """
-    box, prior, gait = (parts[slot_topic(slot, name)] for name in ('body', 'shape_prior', 'gait'))
+    box, prior, gait = (
+        parts[slot_topic(slot, name)] for name in ('matched_box', 'shape_prior', 'gait')
+    )
     walk = read_gait(gait)
     return MatchResult(
         stamp_ns=stamp_of(box.header),

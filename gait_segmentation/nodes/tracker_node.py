@@ -32,7 +32,7 @@ __all__ = ['TrackerNode', 'main']
 _FEEDBACK_KEPT = 30
 """Feedback that may be incomplete or wait; the tracker itself keeps fewer frames to learn from."""
 
-_FEEDBACK = {'mask': Image, 'shape_prior': Image, 'body': PolygonInstanceStamped}
+_FEEDBACK = {'mask': Image, 'shape_prior': Image, 'matched_box': PolygonInstanceStamped}
 
 
 class TrackerNode(CameraNode):

@@ -23,9 +23,9 @@ __all__ = [
     'TEMPLATE_NAMES',
     'Corners',
     'Joints',
-    'body_corners',
     'gait_joints',
     'matched_corners',
+    'refined_corners',
     'slot_topic',
     'slot_topics',
     'tilted_corners',
@@ -84,13 +84,20 @@ def track_corners(track: TrackResult) -> Corners:
     return () if track.body is None else tilted_corners(track.body, track.angle)
 
 
-def body_corners(match: MatchResult) -> Corners:
-    """Return what ``body`` says: a rectangle along the body's axis, as high and half as wide."""
-    return () if match.body is None else match.body.corners(match.body.height / 2)
-
-
 def matched_corners(match: MatchResult) -> Corners:
-    """Return what ``matched_box`` says of a match."""
+    """
+    Return what ``matched_box`` says: a rectangle along the body's axis, as high as the body.
+
+    It is as wide as the refined box, or half as wide as high where there is none.
+    """
+    if match.body is None:
+        return ()
+    height = match.body.height
+    return match.body.corners(height / 2 if match.box is None else match.box.width)
+
+
+def refined_corners(match: MatchResult) -> Corners:
+    """Return what ``refined_box`` says of a match."""
     return () if match.box is None else match.box.corners()
 
 

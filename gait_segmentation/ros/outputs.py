@@ -17,7 +17,12 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import Image, JointState, RegionOfInterest
 
 from gait_segmentation.ros.endpoints import LATCHED
-from gait_segmentation.ros.fields import body_corners, matched_corners, slot_topic, track_corners
+from gait_segmentation.ros.fields import (
+    matched_corners,
+    refined_corners,
+    slot_topic,
+    track_corners,
+)
 from gait_segmentation.ros.messages import box_message, gait_message, image_message
 from gait_segmentation.ros.vision import detection_types, detections_message
 
@@ -124,15 +129,18 @@ class MatchOutputs(_Outputs):
         """Make the publishers."""
         super().__init__(node)
         for slot in range(slots):
-            self._make(PolygonInstanceStamped, slot_topic(slot, 'body'))
             self._make(PolygonInstanceStamped, slot_topic(slot, 'matched_box'))
+            self._make(PolygonInstanceStamped, slot_topic(slot, 'refined_box'))
             self._make(JointState, slot_topic(slot, 'gait'))
             self._make(Image, slot_topic(slot, 'shape_prior'))
 
     def publish(self, matches: Sequence[MatchResult], header: Header) -> None:
         """Publish the results of a frame."""
         for slot, match in enumerate(matches):
-            for name, corners in (('body', body_corners), ('matched_box', matched_corners)):
+            for name, corners in (
+                ('matched_box', matched_corners),
+                ('refined_box', refined_corners),
+            ):
                 box = corners(match), match.track_id, header
                 self._publish(slot_topic(slot, name), box_message, *box)
             self._publish(slot_topic(slot, 'gait'), gait_message, match, header)

@@ -33,8 +33,8 @@ TIMEOUT_S = 300.0
 OUTPUTS = {
     'person_0/box': PolygonInstanceStamped,
     'person_0/likelihood': Image,
-    'person_0/body': PolygonInstanceStamped,
     'person_0/matched_box': PolygonInstanceStamped,
+    'person_0/refined_box': PolygonInstanceStamped,
     'person_0/shape_prior': Image,
     'person_0/gait': JointState,
     'person_0/mask': Image,

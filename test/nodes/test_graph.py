@@ -68,8 +68,8 @@ def test_one_output_for_each_input_with_its_header(graph: Graph) -> None:
     nobody = graph.feed(frame(0), frame(1))
     assert not any(mask.any() for mask in masks(nobody))
     assert all(not m.polygon.polygon.points for m in nobody['person_0/box'])
-    assert all(not m.polygon.polygon.points for m in nobody['person_0/body'])
     assert all(not m.polygon.polygon.points for m in nobody['person_0/matched_box'])
+    assert all(not m.polygon.polygon.points for m in nobody['person_0/refined_box'])
     assert all(not m.name for m in nobody['person_0/gait'])
 
     tracked = graph.track(2, 6)
@@ -77,7 +77,7 @@ def test_one_output_for_each_input_with_its_header(graph: Graph) -> None:
         assert (message.encoding, message.height, message.width) == ('mono8', 120, 160)
         assert len(box.polygon.polygon.points) == 4
         assert box.polygon.id == 1
-    for message, mask in zip(tracked['person_0/matched_box'], masks(tracked), strict=True):
+    for message, mask in zip(tracked['person_0/refined_box'], masks(tracked), strict=True):
         assert read_box(message)[0].iou(Box.around(mask)) > 0.6
     for mask, labels, own in zip(
         tracked['mask'], tracked['labels'], tracked['person_0/mask'], strict=True

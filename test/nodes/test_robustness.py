@@ -207,7 +207,7 @@ ABSURD = {
 @pytest.mark.parametrize('size', [None, (2**32 - 1, 120)], ids=['no size', 'huge size'])
 def test_the_matcher_answers_boxes_that_make_no_sense(bench: Bench, size) -> None:
     node = bench.add(MatcherNode)
-    bench.record_outputs('person_0/body', 'person_0/shape_prior', 'person_0/gait')
+    bench.record_outputs('person_0/matched_box', 'person_0/shape_prior', 'person_0/gait')
     if size is not None:
         sizes = bench.publisher(RegionOfInterest, 'image_size', 1, LATCHED)
         sizes.publish(RegionOfInterest(width=size[0], height=size[1]))
@@ -281,7 +281,7 @@ def test_the_segmenter_knows_what_the_tracker_has_skipped(bench: Bench, capfd) -
         node._part('image', frame(index, first_s=first_s))
         if answered:
             node._part('person_0/likelihood', image_message(black, about))
-            node._part('person_0/body', box_message((), 0, about))
+            node._part('person_0/matched_box', box_message((), 0, about))
             node._part('person_0/shape_prior', image_message(black, about))
             node._part('person_0/gait', JointState(header=about))
 
@@ -299,7 +299,7 @@ def test_the_segmenter_knows_what_the_tracker_has_skipped(bench: Bench, capfd) -
 def connected(bench: Bench) -> None:
     """Wait until everybody reads what the others publish."""
     readers = {
-        'person_0/box': 1, 'person_0/likelihood': 2, 'person_0/body': 2,
+        'person_0/box': 1, 'person_0/likelihood': 2, 'person_0/matched_box': 2,
         'person_0/shape_prior': 2, 'person_0/gait': 1, 'person_0/mask': 1,
     }  # fmt: skip
     for node in bench.nodes:

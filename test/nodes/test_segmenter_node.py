@@ -52,7 +52,7 @@ class Cutter:
         inside[body.slices(*size)] = 255
         self.node._part('image', frame(index, size) if image is None else image)
         self.node._part('person_0/likelihood', image_message(inside, about))
-        self.node._part('person_0/body', box_message((box or body).corners(), 7, about))
+        self.node._part('person_0/matched_box', box_message((box or body).corners(), 7, about))
         self.node._part('person_0/shape_prior', image_message(inside, about))
         self.node._part('person_0/gait', JointState(header=about))
         self.bench.settle()
@@ -140,7 +140,7 @@ def test_silence_upstream_is_said_as_such_and_is_no_reason_for_more_room(
     empty = image_message(np.zeros((60, 80), np.uint8), header(0))
     node._part('image', frame(0))
     node._part('person_0/likelihood', empty)
-    node._part('person_0/body', box_message((), 0, header(0)))
+    node._part('person_0/matched_box', box_message((), 0, header(0)))
     node._part('person_0/shape_prior', empty)
     node._part('person_0/gait', JointState(header=header(0)))
     for index in range(1, 8):
@@ -177,7 +177,7 @@ def test_what_waited_when_a_node_was_disabled_is_not_missed(bench: Bench) -> Non
     def rest(index: int) -> None:
         empty.header = header(index)
         node._part('person_0/likelihood', empty)
-        node._part('person_0/body', box_message((), 0, header(index)))
+        node._part('person_0/matched_box', box_message((), 0, header(index)))
         node._part('person_0/shape_prior', empty)
         node._part('person_0/gait', JointState(header=header(index)))
 

@@ -53,7 +53,7 @@ def test_feedback_of_one_stamp_is_learnt(bench: Bench, monkeypatch) -> None:
     camera = bench.publisher(Image, 'image', 1)
     masks = bench.publisher(Image, 'person_0/mask', 1)
     priors = bench.publisher(Image, 'person_0/shape_prior', 1)
-    matched = bench.publisher(PolygonInstanceStamped, 'person_0/body', 1)
+    matched = bench.publisher(PolygonInstanceStamped, 'person_0/matched_box', 1)
     bench.feed(camera, [frame(0)])
     learnt = []
     monkeypatch.setattr(node.stage, 'learn', learnt.append)
@@ -79,7 +79,7 @@ def test_feedback_that_does_not_fit_is_ignored(bench: Bench) -> None:
     camera = bench.publisher(Image, 'image', 1)
     masks = bench.publisher(Image, 'person_0/mask', 1)
     priors = bench.publisher(Image, 'person_0/shape_prior', 1)
-    matched = bench.publisher(PolygonInstanceStamped, 'person_0/body', 1)
+    matched = bench.publisher(PolygonInstanceStamped, 'person_0/matched_box', 1)
     bench.feed(camera, [frame(0)])
     wrong = np.full((10, 10), 255, np.uint8)
     matched.publish(box_message(((0, 0), (9, 0), (9, 9), (0, 9)), 1, header(0)))

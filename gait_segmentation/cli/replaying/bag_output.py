@@ -28,9 +28,9 @@ from gait_segmentation.cli.replaying.output import Output, Replayed
 from gait_segmentation.inputs import Frame
 from gait_segmentation.ros.fields import (
     Corners,
-    body_corners,
     gait_joints,
     matched_corners,
+    refined_corners,
     slot_topic,
     slot_topics,
     track_corners,
@@ -46,8 +46,8 @@ _SIZE = 'sensor_msgs/msg/RegionOfInterest'
 _SLOT_TOPICS = {
     'box': _BOX,
     'likelihood': _IMAGE,
-    'body': _BOX,
     'matched_box': _BOX,
+    'refined_box': _BOX,
     'shape_prior': _IMAGE,
     'gait': _GAIT,
     'mask': _IMAGE,
@@ -193,8 +193,8 @@ class BagOutput(Output):
             messages = {
                 'box': make.box(track_corners(track), track.track_id, header),
                 'likelihood': make.image(track.likelihood, header),
-                'body': make.box(body_corners(match), match.track_id, header),
                 'matched_box': make.box(matched_corners(match), match.track_id, header),
+                'refined_box': make.box(refined_corners(match), match.track_id, header),
                 'shape_prior': make.image(match.shape_prior, header),
                 'gait': make.gait(match, header),
                 'mask': make.image(person.segmentation.mask, header),

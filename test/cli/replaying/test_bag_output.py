@@ -19,8 +19,8 @@ SHAPE = (240, 320)
 TOPICS = {
     '/person_0/box': 'geometry_msgs/msg/PolygonInstanceStamped',
     '/person_0/likelihood': 'sensor_msgs/msg/Image',
-    '/person_0/body': 'geometry_msgs/msg/PolygonInstanceStamped',
     '/person_0/matched_box': 'geometry_msgs/msg/PolygonInstanceStamped',
+    '/person_0/refined_box': 'geometry_msgs/msg/PolygonInstanceStamped',
     '/person_0/shape_prior': 'sensor_msgs/msg/Image',
     '/person_0/gait': 'sensor_msgs/msg/JointState',
     '/person_0/mask': 'sensor_msgs/msg/Image',
@@ -91,7 +91,7 @@ def test_messages_are_those_of_the_nodes(tmp_path: Path) -> None:
     from sensor_msgs.msg import RegionOfInterest
     from std_msgs.msg import Header
 
-    from gait_segmentation.ros.fields import body_corners, matched_corners, track_corners
+    from gait_segmentation.ros.fields import matched_corners, refined_corners, track_corners
     from gait_segmentation.ros.messages import box_message, gait_message, image_message
 
     output = BagOutput(tmp_path / 'walk', 1)
@@ -105,8 +105,8 @@ def test_messages_are_those_of_the_nodes(tmp_path: Path) -> None:
         '/image_size': RegionOfInterest(height=240, width=320),
         '/person_0/box': box_message(track_corners(person.track), 7, header),
         '/person_0/likelihood': image_message(person.track.likelihood, header),
-        '/person_0/body': box_message(body_corners(person.match), 7, header),
         '/person_0/matched_box': box_message(matched_corners(person.match), 7, header),
+        '/person_0/refined_box': box_message(refined_corners(person.match), 7, header),
         '/person_0/shape_prior': image_message(person.match.shape_prior, header),
         '/person_0/gait': gait_message(person.match, header),
         '/person_0/mask': image_message(person.segmentation.mask, header),
