@@ -97,7 +97,7 @@ examples (after colcon build with "ros2 run gait_segmentation" in front)
   gait_evaluate data/* --out out/eval --restarts
   gait_evaluate data/* --preset paper --prior none
   gait_evaluate data/* --ablate priors --out out/eval
-  gait_evaluate data/hall --set tracking.use_background=false
+  gait_evaluate data/hall --set tracking.use_background=false --bank mine.npz
   gait_evaluate data/hall --init auto --set people.max_people=3
 """
 
@@ -116,6 +116,7 @@ def parser() -> argparse.ArgumentParser:
     )
     add_config_options(made)
     add('--prior', help='shape prior of the segmentation, e.g. none or default')
+    add('--bank', metavar='FILE', help='template bank, as gait_bank writes it')
     add(
         '--restarts',
         action='store_true',
@@ -180,6 +181,7 @@ def evaluate(options: argparse.Namespace) -> None:
     if options.out is not None:
         make_folder('--out', options.out)
     # Here, so that --help does not wait for the kernels to be loaded.
+    from gait_segmentation.gait_model import TemplateBank
     from gait_segmentation.kernels import compile_kernels
     from gait_segmentation.pipeline import Pipeline, PipelineConfig
 
@@ -195,9 +197,10 @@ def evaluate(options: argparse.Namespace) -> None:
 
         config = read_parameter_file(preset_file(options.preset), Settings(config)).config
     config = overridden(config, settings)
+    bank = TemplateBank.load(options.bank) if options.bank is not None else None
     session = Session(
         sequences=load_sequences(options.sequence, options.likelihood),
-        make_pipeline=lambda config: Pipeline(config, clock=time.perf_counter),
+        make_pipeline=lambda config: Pipeline(config, bank=bank, clock=time.perf_counter),
         clock=time.perf_counter,
         restarts=options.restarts,
         warm=options.warm,

@@ -38,6 +38,7 @@ _SLOT_TOPICS = {
     'box': (PolygonInstanceStamped, 2),
     'likelihood': (Image, 3),
     'matched_box': (PolygonInstanceStamped, 3),
+    'refined_box': (PolygonInstanceStamped, 1),
     'shape_prior': (Image, 3),
     'gait': (JointState, 2),
     'mask': (Image, 2),

@@ -58,7 +58,7 @@ class PipelineNode(CameraNode):
         self.make_intake()
         slots = config.people.max_people
         self._track = TrackOutputs(self, slots)
-        self._match = MatchOutputs(self, self.bank, slots)
+        self._match = MatchOutputs(self, slots)
         self._segmentation = SegmentationOutputs(self, slots)
         self._debug = DebugOutput(self)
 

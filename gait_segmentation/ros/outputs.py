@@ -17,14 +17,18 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import Image, JointState, RegionOfInterest
 
 from gait_segmentation.ros.endpoints import LATCHED
-from gait_segmentation.ros.fields import matched_corners, slot_topic, track_corners
+from gait_segmentation.ros.fields import (
+    matched_corners,
+    refined_corners,
+    slot_topic,
+    track_corners,
+)
 from gait_segmentation.ros.messages import box_message, gait_message, image_message
 from gait_segmentation.ros.vision import detection_types, detections_message
 
 if TYPE_CHECKING:
     from std_msgs.msg import Header
 
-    from gait_segmentation.gait_model import TemplateBank
     from gait_segmentation.results import MatchResult, TrackResult
     from gait_segmentation.ros.lifecycle import GaitNode
     from gait_segmentation.segmentation import PeopleMasks
@@ -119,28 +123,30 @@ class TrackOutputs(_Outputs):
 
 
 class MatchOutputs(_Outputs):
-    """Matched box, shape prior and gait of every slot."""
+    """Body, matched box, shape prior and gait of every slot."""
 
-    def __init__(self, node: GaitNode, bank: TemplateBank, slots: int) -> None:
+    def __init__(self, node: GaitNode, slots: int) -> None:
         """Make the publishers."""
         super().__init__(node)
-        self._bank = bank
         for slot in range(slots):
             self._make(PolygonInstanceStamped, slot_topic(slot, 'matched_box'))
+            self._make(PolygonInstanceStamped, slot_topic(slot, 'refined_box'))
             self._make(JointState, slot_topic(slot, 'gait'))
             self._make(Image, slot_topic(slot, 'shape_prior'))
 
     def publish(self, matches: Sequence[MatchResult], header: Header) -> None:
         """Publish the results of a frame."""
         for slot, match in enumerate(matches):
-            self._publish(slot_topic(slot, 'matched_box'), self._box, match, header)
+            for name, corners in (
+                ('matched_box', matched_corners),
+                ('refined_box', refined_corners),
+            ):
+                box = corners(match), match.track_id, header
+                self._publish(slot_topic(slot, name), box_message, *box)
             self._publish(slot_topic(slot, 'gait'), gait_message, match, header)
             self._publish(
                 slot_topic(slot, 'shape_prior'), image_message, match.shape_prior, header
             )
-
-    def _box(self, match: MatchResult, header: Header) -> PolygonInstanceStamped:
-        return box_message(matched_corners(match, self._bank), match.track_id, header)
 
 
 class SegmentationOutputs(_Outputs):

@@ -13,7 +13,6 @@ from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.ros.outputs import MatchOutputs, SegmentationOutputs, TrackOutputs
 from gait_segmentation.segmentation import PeopleMasks
-from test.walkers import small_bank
 
 SLOTS = 2
 HEADER = Header(frame_id='camera')
@@ -65,9 +64,9 @@ def test_only_what_is_heard_is_published() -> None:
     TrackOutputs(node, SLOTS).publish(_tracks(), (6, 8), HEADER)
     # The size is kept for those who come later.
     assert node.topics == ['image_size', 'person_1/likelihood']
-    node = _Node('person_0/gait', 'person_1/matched_box')
-    MatchOutputs(node, small_bank(), SLOTS).publish(_matches(), HEADER)
-    assert node.topics == ['person_0/gait', 'person_1/matched_box']
+    node = _Node('person_0/gait', 'person_1/refined_box')
+    MatchOutputs(node, SLOTS).publish(_matches(), HEADER)
+    assert node.topics == ['person_0/gait', 'person_1/refined_box']
     node = _Node('labels', 'mask', 'person_1/mask')
     SegmentationOutputs(node, SLOTS).publish(_masks(), HEADER)
     assert node.topics == ['mask', 'person_1/mask', 'labels']
@@ -99,9 +98,9 @@ def test_empty_answers_are_one_image_for_all_who_listen() -> None:
     assert {(each.width, each.height, any(each.data)) for each in messages} == {(8, 6, False)}
     assert all(each is messages[0] for each in messages)
     assert messages[0].header == HEADER
-    node = _Node('person_0/gait', 'person_1/shape_prior', 'person_1/matched_box')
-    MatchOutputs(node, small_bank(), SLOTS).blank((6, 8), HEADER)
-    assert sorted(node.topics) == ['person_0/gait', 'person_1/matched_box', 'person_1/shape_prior']
+    node = _Node('person_0/gait', 'person_1/shape_prior', 'person_1/refined_box')
+    MatchOutputs(node, SLOTS).blank((6, 8), HEADER)
+    assert sorted(node.topics) == ['person_0/gait', 'person_1/refined_box', 'person_1/shape_prior']
     node = _Node('person_0/likelihood', 'person_1/box')
     outputs = TrackOutputs(node, SLOTS)
     outputs.publish(_tracks(), (60, 80), HEADER)
@@ -115,5 +114,5 @@ def test_nothing_is_made_for_nobody() -> None:
     node: Any = _Node()
     # Of more memory than there is.
     SegmentationOutputs(node, SLOTS).blank((1 << 31, 1 << 31), HEADER)
-    MatchOutputs(node, small_bank(), SLOTS).blank((1 << 31, 1 << 31), HEADER)
+    MatchOutputs(node, SLOTS).blank((1 << 31, 1 << 31), HEADER)
     assert node.published == []

@@ -48,7 +48,7 @@ def replay(
         cv2.setNumThreads(job.threads)
         source = job.source()
         box = _scaled_box(job, source)
-        for output in _outputs(job, source, bank, force):
+        for output in _outputs(job, source, force):
             outputs.append(output)
         results = results_of(source, Pipeline(job.config, bank), box, report.note)
         with closing(ahead(results)) as found:
@@ -115,12 +115,12 @@ def _scaled_box(job: Job, source: ImageSource) -> Box | None:
     return box
 
 
-def _outputs(job: Job, source: ImageSource, bank: TemplateBank, force: bool) -> Iterator[Output]:
+def _outputs(job: Job, source: ImageSource, force: bool) -> Iterator[Output]:
     """Begin the outputs that are wanted and not there yet."""
     for kind, path in job.missing(force=force).items():
         if kind is BagOutput:
             slots = job.config.people.max_people
-            yield BagOutput(path, bank, slots, digest_of(job.input))
+            yield BagOutput(path, slots, digest_of(job.input))
         elif kind is OverlayOutput:
             yield OverlayOutput(path, source.size, source.fps)
         else:
