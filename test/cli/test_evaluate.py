@@ -161,6 +161,7 @@ def test_ingredients_are_left_out(pipeline, folder, tmp_path, capsys):
         (['--prior', 'hard'], 'prior must be one of none, distance, default'),
         (['--threads', '0'], '--threads must be at least 1, got 0'),
         (['--likelihood', 'heat'], 'heat is missing'),
+        (['--heat-map', 'heat'], 'heat is missing, no heat maps'),
         (['--json', '/nowhere/at/all.json'], 'cannot be written'),
         (['--out', '/dev/null/at/all'], '--out /dev/null/at/all: nothing can be written'),
     ],
