@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,51 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 
-__all__ = ['heat_map_of']
+__all__ = ['HeatMap', 'HeatMaps', 'heat_map_of']
+
+_MOST_KEPT = 16
+"""Maps kept whose frames have not come."""
+
+
+@dataclass(frozen=True)
+class HeatMap:
+    """Where people are as others see it: (h, w) uint8 of any size, and the stamp of its frame."""
+
+    values: NDArray[np.uint8]
+    stamp_ns: int
+
+
+class HeatMaps:
+    """The newest heat maps, which may come before their frames or after."""
+
+    def __init__(self) -> None:
+        """Begin without a map."""
+        self._maps: deque[HeatMap] = deque(maxlen=_MOST_KEPT)
+
+    def clear(self) -> None:
+        """Forget all maps."""
+        self._maps.clear()
+
+    def add(self, heat_map: NDArray[Any], stamp_ns: int) -> None:
+        """
+        Take in a map; the array may be changed afterwards.
+
+        :raises InputError: see :func:`heat_map_of`.
+        """
+        values = heat_map_of(heat_map)
+        if np.shares_memory(values, heat_map):
+            values = values.copy()
+        self._maps.append(HeatMap(values, stamp_ns))
+
+    def newest(self, stamp_ns: int, age_s: float) -> HeatMap | None:
+        """
+        Return the newest map up to a stamp, None if all are older than an age.
+
+        :param age_s: in seconds; with 0 only the map of the very frame will do.
+        """
+        least = stamp_ns - round(age_s * 1e9)
+        fitting = [each for each in self._maps if least <= each.stamp_ns <= stamp_ns]
+        return max(fitting, key=lambda each: each.stamp_ns, default=None)
 
 
 def heat_map_of(array: NDArray[Any]) -> NDArray[np.uint8]:

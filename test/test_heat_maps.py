@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.heat_maps import heat_map_of
+from gait_segmentation.heat_maps import HeatMaps, heat_map_of
 
 
 @pytest.mark.parametrize(
@@ -39,3 +39,28 @@ def test_every_kind_of_map_comes_out_alike(array):
 def test_what_is_no_map_is_refused(array, message):
     with pytest.raises(InputError, match=message):
         heat_map_of(array)
+
+
+def one(value: int) -> np.ndarray:
+    return np.full((2, 2), value, np.uint8)
+
+
+def test_the_newest_map_up_to_a_frame_counts_if_it_is_not_too_old():
+    maps = HeatMaps()
+    for value, stamp_ns in ((1, 10), (3, 30), (2, 20)):
+        maps.add(one(value), stamp_ns)
+    found = {stamp: maps.newest(stamp, 25e-9) for stamp in (9, 10, 29, 30, 55, 56)}
+    values = {stamp: None if each is None else each.values[0, 0] for stamp, each in found.items()}
+    assert values == {9: None, 10: 1, 29: 2, 30: 3, 55: 3, 56: None}
+    assert maps.newest(31, 0) is None
+    maps.clear()
+    assert maps.newest(30, 1) is None
+
+
+def test_a_map_may_be_changed_after_it_was_given():
+    maps, heat = HeatMaps(), one(7)
+    maps.add(heat, 1)
+    heat[:] = 9
+    found = maps.newest(1, 0)
+    assert found is not None
+    assert found.values[0, 0] == 7

@@ -11,16 +11,18 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, body_window
+from gait_segmentation.images import Window
 from gait_segmentation.results import LOST
 from gait_segmentation.starting import Start, StartingConfig, estimate_start
 from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.adaptive_mean_shift import start_in
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
 from gait_segmentation.tracking.person.appearance import SAME_COLOURS
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
 
-__all__ = ['Arrivals', 'first_mask', 'slot_for_found']
+__all__ = ['Arrival', 'Arrivals', 'first_mask', 'slot_for_found']
 
 _ABOUT = 0.3
 """How far about somebody found the place is remembered, in body heights."""
@@ -32,6 +34,10 @@ wider is more than one body."""
 _ANOTHER_BOX = 0.07
 """Distance of head and feet of the first mask from those of the box, in heights of the box, from
 which somebody found is looked at once more, in the box of the mask."""
+
+
+Arrival = tuple[Start, HeatMapCue]
+"""The first mask of somebody, and what is known of the heat map."""
 
 
 class Arrivals:
@@ -91,41 +97,48 @@ class Arrivals:
         """Return where people without a slot may be, (h, w) uint8 of any size, None if nowhere."""
         return self._finder.strangers(stamp_ns)
 
-    def look_at(self, world: World, box: Box, config: TrackingConfig) -> Start:
+    def look_at(self, world: World, box: Box, config: TrackingConfig) -> Arrival:
         """
         Estimate a first mask before what the camera has seen of the place; the box may be off.
 
         :param world: in which the person is well seen; it forgets what is under the mask and
             takes over what is remembered of the place.
         :param box: in working pixels, in the world's newest frame.
+        :returns: it, and what the box says of a heat map of that frame.
         """
+        cue, heat = HeatMapCue(), world.now.heat
         if config.method == 'adaptive_mean_shift':
-            return start_in(box, world.shape)
-        past = self._past(world, box)
-        if past is None:
-            start = first_mask(world, box, self._bank, config)
-            world.clear(start.mask)
-            return start
-        lab = world.now.image.lab_about(past.window)[past.window]
-        evidence = np.zeros(world.shape, np.float32)
-        evidence[past.window] = past.evidence(lab, config.shadow_floor)
+            return start_in(box, world.shape), cue
+        past, window = self._past(world, box), _about(box, world)
+        evidence = None if past is None and heat is None else np.zeros(world.shape, np.float32)
+        if evidence is not None and past is not None:
+            lab = world.now.image.lab_about(window)[window]
+            evidence[window] = past.evidence(lab, config.shadow_floor)
+        if evidence is not None and heat is not None and not world.now.heat_frames:
+            cue.begin(heat, box, window)
+            evidence[window] += cue.evidence(heat[window])
         start = first_mask(world, box, self._bank, config, evidence)
-        tight = Box.around(start.mask)
+        tight = None if evidence is None else Box.around(start.mask)
         if tight is not None:
             off = abs(tight.y - box.y), abs(tight.bottom - box.bottom)
             if max(off) > _ANOTHER_BOX * box.height:
                 start = first_mask(world, tight, self._bank, config, evidence)
         world.clear(start.mask)
-        world.recall(past)
-        return start
+        if past is not None:
+            world.recall(past)
+        return start, cue
 
     def _past(self, world: World, box: Box) -> Recollection | None:
         """Return what the place about a box in working pixels looked like before."""
-        area = body_window(box.center_x, box.center_y, box.height, box)
-        area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
-        window = area.slices(world.shape[1], world.shape[0])
-        image = world.now.image
+        window, image = _about(box, world), world.now.image
         return self._finder.recall(image.stamp_ns, image.bgr, window, textured=image.textured)
+
+
+def _about(box: Box, world: World) -> Window:
+    """Return the rows and columns about a box in working pixels."""
+    area = body_window(box.center_x, box.center_y, box.height, box)
+    area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
+    return area.slices(world.shape[1], world.shape[0])
 
 
 def first_mask(

@@ -1,0 +1,184 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+The cue from a heat map: what its values mean for one person, learnt from where they were.
+
+A heat map's own numbers are not believed: networks are overconfident, and a map may be inverted,
+shifted, late or of another camera.  For every grade of it the shares of the person's pixels and of
+those about them that have it are learnt, and the evidence of a pixel is the log of their ratio::
+
+    L(v) = ln (p(v | person) + floor) / (p(v | other) + floor)
+
+A map that agrees with the person counts much, one that has nothing to do with them nothing, and an
+inverted one is used the other way round.  How far it is off is where it correlates best with what
+all else says of the pixels, in the mean over some frames.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.images import Window, shifted_part, size_of
+from gait_segmentation.tracking.records import Shift
+
+__all__ = ['HeatMapCue']
+
+_GRADE = 16
+"""Values of a map that are taken for one grade."""
+
+_FLOOR = 0.03
+"""Share of the pixels of either kind that may have any value, which limits the evidence."""
+
+_RATE = 0.1
+"""Share by which what is known of the grades moves towards the newest mask."""
+
+_FILLED = 0.5
+"""Share of a tight box that is the person."""
+
+_SMALL = 24
+"""Height of the body in pixels when the map is laid on it."""
+
+_REACH = 0.6
+"""How far off a map may be, in body heights."""
+
+_FIT_RATE = 0.4
+"""Share by which the correlations move towards those of the newest frame."""
+
+
+class HeatMapCue:
+    """What the values of a heat map say of one person."""
+
+    def __init__(self) -> None:
+        """Begin without having seen a map."""
+        self._shares: NDArray[np.float64] | None = None
+        self._fit: NDArray[np.float64] | None = None
+        self._off: Shift = (0.0, 0.0)
+
+    def begin(self, heat: NDArray[np.uint8], box: Box, window: Window) -> None:
+        """
+        Learn from a tight box alone: what of it is not as beside it is the person.
+
+        :param heat: (H, W) uint8, the map.
+        :param window: rows and columns about the box.
+        """
+        inside = np.zeros(heat.shape, np.float32)
+        inside[box.slices(heat.shape[1], heat.shape[0])] = 1
+        within, other = _shares(heat[window], inside[window])
+        person = np.maximum(within - (1 - _FILLED) * other, 0)
+        if person.any() and other.any():
+            self._shares = np.stack([person / person.sum(), other])
+
+    def place(
+        self,
+        heat: NDArray[np.uint8],
+        window: Window,
+        likely: NDArray[np.float32],
+        height: float,
+        moved: Shift = (0.0, 0.0),
+    ) -> None:
+        """
+        Find how far the map is off.
+
+        :param heat: (H, W) uint8, the map.
+        :param likely: (h, w) float32 of the window in 0..1, how likely its pixels are by all else.
+        :param height: of the body in pixels.
+        :param moved: how far the person went since the frame of the map.
+        """
+        scale, reach = _SMALL / height, math.ceil(_REACH * _SMALL)
+        rows, columns = (round(scale * each) for each in size_of(window))
+        if not (rows and columns):
+            return
+        left, top = window[1].start - moved[0], window[0].start - moved[1]
+        corner = left - reach / scale, top - reach / scale
+        about = _reduced(heat, scale, corner, (columns + 2 * reach, rows + 2 * reach))
+        fit = cv2.matchTemplate(
+            about, _reduced(likely, scale, (0.0, 0.0), (columns, rows)), cv2.TM_CCOEFF_NORMED
+        )
+        # Where the map is the same all over it is told by nothing.
+        fit = np.where(np.isfinite(fit), np.clip(fit, -1, 1), 0).astype(np.float64)
+        self._fit = fit if self._fit is None else self._fit + _FIT_RATE * (fit - self._fit)
+        row, column = divmod(int(np.argmax(self._fit)), self._fit.shape[1])
+        self._off = (0.0, 0.0)
+        if self._fit[row, column] > self._fit[reach, reach]:
+            x, y = _peak(self._fit[row], column), _peak(self._fit[:, column], row)
+            self._off = (x - reach) / scale, (y - reach) / scale
+
+    def part(
+        self, heat: NDArray[np.uint8], window: Window, moved: Shift = (0.0, 0.0)
+    ) -> NDArray[np.uint8]:
+        """
+        Return a window of the map, (h, w) uint8, put where it belongs.
+
+        :param heat: (H, W) uint8, the map.
+        :param moved: see :meth:`place`.
+        """
+        dx, dy = (round(there - off) for there, off in zip(moved, self._off, strict=True))
+        return shifted_part(heat, dx, dy, window)
+
+    def evidence(self, values: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """
+        Return the log-likelihood ratios of the person, 0 if nothing is known of the map.
+
+        :param values: (h, w) uint8, a part of the map; the result is as large, float32.
+        """
+        if self._shares is None:
+            return np.zeros(values.shape, np.float32)
+        person, other = self._shares + _FLOOR
+        table = np.repeat(np.log(person / other), _GRADE).astype(np.float32)
+        return np.asarray(table[values])
+
+    def learn(
+        self, values: NDArray[np.uint8], person: NDArray[np.floating[Any] | np.uint8]
+    ) -> None:
+        """
+        Learn where the person was.
+
+        :param values: (h, w) uint8, a part of the map.
+        :param person: (h, w), 0 elsewhere; what is greatest is surely the person.
+        """
+        shares = _shares(values, person)
+        if not shares.any(axis=1).all():
+            return
+        if self._shares is None:
+            self._shares = shares
+        else:
+            self._shares += _RATE * (shares - self._shares)
+
+
+def _shares(
+    values: NDArray[np.uint8], person: NDArray[np.floating[Any] | np.uint8]
+) -> NDArray[np.float64]:
+    """Return which share of the person and of the rest has each grade, (2, grades)."""
+    grades = (values // _GRADE).ravel()
+    weight = person.ravel() / max(float(person.max(initial=0)), 1e-9)
+    count = 256 // _GRADE
+    sums = np.stack([np.bincount(grades, each, count) for each in (weight, 1 - weight)])
+    return sums / np.maximum(sums.sum(axis=1, keepdims=True), 1e-9)
+
+
+def _reduced(
+    image: NDArray[Any], scale: float, corner: tuple[float, float], size: tuple[int, int]
+) -> NDArray[np.float32]:
+    """Return a part of an image at a smaller scale, its rim outside of it, (h, w) float32."""
+    side = 2 * round(0.5 / scale) + 1
+    move = np.array([[1 / scale, 0, corner[0]], [0, 1 / scale, corner[1]]])
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    soft = cv2.blur(image, (side, side))
+    small = cv2.warpAffine(soft, move, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(small, np.float32)
+
+
+def _peak(values: Sequence[float] | NDArray[np.float64], at: int) -> float:
+    """Return where the parabola through the greatest of some values and its neighbours peaks."""
+    if not 0 < at < len(values) - 1:
+        return float(at)
+    before, here, after = (float(value) for value in values[at - 1 : at + 2])
+    bend = before - 2 * here + after
+    return at + (0.5 * (before - after) / bend if bend < 0 else 0.0)
