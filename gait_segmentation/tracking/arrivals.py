@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""People who are found by their walk: their first masks, and the slots they get."""
+"""People found by their walk or in heat maps: their first masks, and the slots they get."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, body_window
+from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window
 from gait_segmentation.results import LOST
 from gait_segmentation.starting import Start, StartingConfig, estimate_start
@@ -18,6 +19,7 @@ from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.adaptive_mean_shift import start_in
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
+from gait_segmentation.tracking.map_finder import MapFinder
 from gait_segmentation.tracking.person.appearance import SAME_COLOURS
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
@@ -41,7 +43,7 @@ Arrival = tuple[Start, HeatMapCue]
 
 
 class Arrivals:
-    """Finds people by their walk, and estimates their first masks from what was there before."""
+    """Finds people, and estimates their first masks from what was there before."""
 
     def __init__(self, bank: TemplateBank, config: StartingConfig, people: int = 1) -> None:
         """
@@ -65,16 +67,19 @@ class Arrivals:
 
         self._config = config
         self._finder = WalkerFinder(self._bank, config, self._people)
+        self._map_finder = MapFinder(self._bank)
 
     def reset(self) -> None:
         """Forget what was seen."""
         self._finder.reset()
+        self._map_finder.reset()
 
     def find(
         self,
         image: NDArray[np.uint8],
         stamp_ns: int,
         occupied: Sequence[Box],
+        heat_map: HeatMap | None = None,
         *,
         wanted: bool = True,
     ) -> Sequence[Box]:
@@ -83,6 +88,7 @@ class Arrivals:
 
         :param image: (H, W, 3) uint8 BGR.
         :param occupied: boxes of people known already, in source pixels.
+        :param heat_map: where people are as others see it, if of this frame.
         :param wanted: whether there is a slot for anybody; if not, what moves is followed only.
         """
         taken = [
@@ -91,7 +97,13 @@ class Arrivals:
             )
             for box in occupied
         ]
-        return self._finder.update(image, stamp_ns, taken, wanted=wanted)
+        found = self._finder.update(image, stamp_ns, taken, wanted=wanted)
+        if heat_map is None or not wanted or self.config.auto_init == 'none':
+            return found
+        longest = max(image.shape[:2])
+        least = self.config.least_height * max(1.0, longest / self.config.search_size)
+        known = [*occupied, *found]
+        return [*found, *self._map_finder.update(heat_map, image.shape[:2], known, least)]
 
     def strangers(self, stamp_ns: int) -> NDArray[np.uint8] | None:
         """Return where people without a slot may be, (h, w) uint8 of any size, None if nowhere."""
@@ -110,23 +122,38 @@ class Arrivals:
         if config.method == 'adaptive_mean_shift':
             return start_in(box, world.shape), cue
         past, window = self._past(world, box), _about(box, world)
-        evidence = None if past is None and heat is None else np.zeros(world.shape, np.float32)
+        evidence = None if past is None else np.zeros(world.shape, np.float32)
         if evidence is not None and past is not None:
             lab = world.now.image.lab_about(window)[window]
             evidence[window] = past.evidence(lab, config.shadow_floor)
-        if evidence is not None and heat is not None and not world.now.heat_frames:
+        start = self._estimate(world, box, config, evidence)
+        if heat is not None and not world.now.heat_frames:
+            cue.place(heat, window, start.votes[window], box.height)
             cue.begin(heat, box, window)
-            evidence[window] += cue.evidence(heat[window])
+            if cue.weight:
+                evidence = np.zeros(world.shape, np.float32) if evidence is None else evidence
+                evidence[window] += cue.evidence(cue.part(heat, window))
+                start = self._estimate(world, box, config, evidence)
+        world.clear(start.mask)
+        if past is not None:
+            world.recall(past)
+        return start, cue
+
+    def _estimate(
+        self,
+        world: World,
+        box: Box,
+        config: TrackingConfig,
+        evidence: NDArray[np.float32] | None,
+    ) -> Start:
+        """Estimate a first mask, once more if what is known shows that the box was off."""
         start = first_mask(world, box, self._bank, config, evidence)
         tight = None if evidence is None else Box.around(start.mask)
         if tight is not None:
             off = abs(tight.y - box.y), abs(tight.bottom - box.bottom)
             if max(off) > _ANOTHER_BOX * box.height:
                 start = first_mask(world, tight, self._bank, config, evidence)
-        world.clear(start.mask)
-        if past is not None:
-            world.recall(past)
-        return start, cue
+        return start
 
     def _past(self, world: World, box: Box) -> Recollection | None:
         """Return what the place about a box in working pixels looked like before."""

@@ -253,7 +253,9 @@ class PeopleTracker:
             return []
         occupied = [target.body for target in self._targets() if target.state == TRACKED]
         wanted = wanted and not self._given
-        return self._arrivals.find(image, self._stamp_ns, occupied, wanted=wanted)
+        heat = self._heat_map
+        heat = heat if heat is not None and heat.stamp_ns == self._stamp_ns else None
+        return self._arrivals.find(image, self._stamp_ns, occupied, heat, wanted=wanted)
 
     def _welcome(self, world: World, start: Start, heat_map: HeatMapCue) -> None:
         """Start somebody found in a slot, if there is one."""

@@ -9,9 +9,9 @@ those about them that have it are learnt, and the evidence of a pixel is the log
 
     L(v) = ln (p(v | person) + floor) / (p(v | other) + floor)
 
-A map that agrees with the person counts much, one that has nothing to do with them nothing, and an
-inverted one is used the other way round.  How far it is off is where it correlates best with what
-all else says of the pixels, in the mean over some frames.
+How far a map is off is where it correlates best with what all else says of the pixels, in the
+mean over some frames, and how well it does there is how much it counts.  One that has nothing to
+do with the person counts nothing, and an inverted one is used the other way round.
 """
 
 from __future__ import annotations
@@ -52,6 +52,13 @@ _FIT_RATE = 0.4
 """Share by which the correlations move towards those of the newest frame."""
 
 
+_STRANGE, _TRUSTED = 0.6, 0.8
+"""
+Correlation up to which a map has nothing to do with the person, and from which it counts in full:
+another person's silhouette comes to at most the first, a map three frames late to the second.
+"""
+
+
 class HeatMapCue:
     """What the values of a heat map say of one person."""
 
@@ -60,17 +67,19 @@ class HeatMapCue:
         self._shares: NDArray[np.float64] | None = None
         self._fit: NDArray[np.float64] | None = None
         self._off: Shift = (0.0, 0.0)
+        self.weight = 0.0
+        """How much the map counts, 0 to 1."""
 
     def begin(self, heat: NDArray[np.uint8], box: Box, window: Window) -> None:
         """
         Learn from a tight box alone: what of it is not as beside it is the person.
 
-        :param heat: (H, W) uint8, the map.
+        :param heat: (H, W) uint8, the map, which is placed already.
         :param window: rows and columns about the box.
         """
         inside = np.zeros(heat.shape, np.float32)
         inside[box.slices(heat.shape[1], heat.shape[0])] = 1
-        within, other = _shares(heat[window], inside[window])
+        within, other = _shares(self.part(heat, window), inside[window])
         person = np.maximum(within - (1 - _FILLED) * other, 0)
         if person.any() and other.any():
             self._shares = np.stack([person / person.sum(), other])
@@ -84,7 +93,7 @@ class HeatMapCue:
         moved: Shift = (0.0, 0.0),
     ) -> None:
         """
-        Find how far the map is off.
+        Find how far the map is off, and how much it counts.
 
         :param heat: (H, W) uint8, the map.
         :param likely: (h, w) float32 of the window in 0..1, how likely its pixels are by all else.
@@ -104,10 +113,14 @@ class HeatMapCue:
         # Where the map is the same all over it is told by nothing.
         fit = np.where(np.isfinite(fit), np.clip(fit, -1, 1), 0).astype(np.float64)
         self._fit = fit if self._fit is None else self._fit + _FIT_RATE * (fit - self._fit)
-        row, column = divmod(int(np.argmax(self._fit)), self._fit.shape[1])
+        # An inverted map tells as much.
+        size = np.abs(self._fit)
+        row, column = divmod(int(np.argmax(size)), size.shape[1])
+        best = size[row, column]
+        self.weight = float(np.clip((best - _STRANGE) / (_TRUSTED - _STRANGE), 0, 1))
         self._off = (0.0, 0.0)
-        if self._fit[row, column] > self._fit[reach, reach]:
-            x, y = _peak(self._fit[row], column), _peak(self._fit[:, column], row)
+        if best > size[reach, reach]:
+            x, y = _peak(size[row], column), _peak(size[:, column], row)
             self._off = (x - reach) / scale, (y - reach) / scale
 
     def part(
@@ -128,10 +141,10 @@ class HeatMapCue:
 
         :param values: (h, w) uint8, a part of the map; the result is as large, float32.
         """
-        if self._shares is None:
+        if self._shares is None or not self.weight:
             return np.zeros(values.shape, np.float32)
         person, other = self._shares + _FLOOR
-        table = np.repeat(np.log(person / other), _GRADE).astype(np.float32)
+        table = np.repeat(self.weight * np.log(person / other), _GRADE).astype(np.float32)
         return np.asarray(table[values])
 
     def learn(

@@ -35,6 +35,13 @@ def spoilt(how: str) -> np.ndarray:
     }[how]
 
 
+def seated(heat: np.ndarray) -> HeatMapCue:
+    """Return what is known of a map that was laid on the person."""
+    cue = HeatMapCue()
+    cue.place(heat, WINDOW, body()[WINDOW].astype(np.float32) / 255, HEIGHT)
+    return cue
+
+
 def logits(cue: HeatMapCue, heat: np.ndarray) -> tuple[float, float]:
     """Return the mean evidence on the person and elsewhere in the window."""
     found, person = cue.evidence(cue.part(heat, WINDOW)), body()[WINDOW] > 0
@@ -44,7 +51,8 @@ def logits(cue: HeatMapCue, heat: np.ndarray) -> tuple[float, float]:
 @pytest.mark.parametrize('taught', ['box', 'mask'])
 @pytest.mark.parametrize('how', ['good', 'inverted', 'soft'])
 def test_a_map_that_tells_the_person_counts_whatever_its_values_are(how, taught):
-    cue, heat = HeatMapCue(), spoilt(how)
+    heat = spoilt(how)
+    cue = seated(heat)
     if taught == 'box':
         cue.begin(heat, BOX, WINDOW)
     else:
@@ -57,7 +65,8 @@ def test_a_map_that_tells_the_person_counts_whatever_its_values_are(how, taught)
 @pytest.mark.parametrize('taught', ['box', 'mask'])
 @pytest.mark.parametrize('how', ['constant', 'empty', 'noise'])
 def test_a_map_that_tells_nothing_counts_nothing(how, taught):
-    cue, heat = HeatMapCue(), spoilt(how)
+    heat = spoilt(how)
+    cue = seated(heat)
     if taught == 'box':
         cue.begin(heat, BOX, WINDOW)
     else:
@@ -73,7 +82,7 @@ def test_nothing_is_said_before_anything_is_learnt():
 
 
 def test_trust_goes_when_the_map_turns_wrong():
-    cue = HeatMapCue()
+    cue = seated(body())
     cue.learn(body()[WINDOW], body()[WINDOW])
     before = logits(cue, body())
     for _ in range(30):
@@ -101,6 +110,17 @@ def test_a_map_that_is_right_is_not_moved():
     for _ in range(3):
         cue.place(heat, WINDOW, likely, HEIGHT)
     assert np.shares_memory(cue.part(heat, WINDOW), heat)
+
+
+def test_a_map_that_correlates_little_counts_nothing_whatever_was_learnt():
+    cue, heat = seated(body()), np.zeros(SHAPE, np.uint8)
+    heat[:, :90] = 255
+    cue.learn(body()[WINDOW], body()[WINDOW])
+    assert cue.weight == 1
+    for _ in range(10):
+        cue.place(heat, WINDOW, body()[WINDOW].astype(np.float32) / 255, HEIGHT)
+    assert cue.weight == 0
+    assert not cue.evidence(cue.part(heat, WINDOW)).any()
 
 
 def test_an_old_map_is_carried_along():
