@@ -13,14 +13,13 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import InputError, SequenceError
+from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.metrics import FrameScore, jaccard, score_frame
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.tracking_score import FoundTrack
 from gait_segmentation.evaluation.truth import PERSON, read_mask
-from gait_segmentation.files.image_files import read_unchanged
+from gait_segmentation.files.image_files import read_heat_map
 from gait_segmentation.geometry import Box
-from gait_segmentation.heat_maps import heat_map_of
 from gait_segmentation.results import TRACKED
 
 __all__ = [
@@ -267,15 +266,3 @@ def heat_maps_of(
     if not any(path.exists() for path in paths.values()):
         raise SequenceError(f'{folder} has no heat map of a frame, such as {paths[min(paths)]}')
     return lambda number: read_heat_map(paths[number]) if paths[number].exists() else None
-
-
-def read_heat_map(path: Path) -> NDArray[np.uint8]:
-    """
-    Read a heat map as (h, w) uint8.
-
-    :raises SequenceError: if it cannot be read, or is in colours.
-    """
-    try:
-        return heat_map_of(read_unchanged(path))
-    except InputError as error:
-        raise SequenceError(f'{path}: {error}') from error

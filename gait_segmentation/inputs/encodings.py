@@ -181,21 +181,22 @@ def read_mono8(message: ImageLike) -> NDArray[np.uint8]:
     return np.ascontiguousarray(pixels(message))
 
 
-def read_heat_map(message: ImageLike) -> NDArray[np.uint8]:
+def read_heat_map(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8]:
     """
     Read a heat map of ``mono8``, ``8UC1``, ``mono16`` or ``32FC1`` (0..1).
 
+    :param most: pixels it may have.
     :returns: (height, width) uint8, contiguous.
     :raises InputError: see :func:`pixels` and :func:`heat_map_of`.
     """
     if message.encoding == '32FC1':
-        return heat_map_of(_samples(message, Encoding(1, None, 4), 'f', MOST_PIXELS))
+        return heat_map_of(_samples(message, Encoding(1, None, 4), 'f', most))
     if message.encoding not in ('mono8', '8UC1', 'mono16'):
         raise InputError(
             'heat map encoding must be mono8, 8UC1, mono16 or 32FC1, got '
             f'{message.encoding[:_SHOWN]!r}'
         )
-    return heat_map_of(pixels(message))
+    return heat_map_of(pixels(message, most))
 
 
 def read_compressed(message: CompressedImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8]:
