@@ -77,7 +77,7 @@ class HeatMapCue:
         :param heat: (H, W) uint8, the map, which is placed already.
         :param window: rows and columns about the box.
         """
-        inside = np.zeros(heat.shape, np.float32)
+        inside = np.zeros(heat.shape, np.uint8)
         inside[box.slices(heat.shape[1], heat.shape[0])] = 1
         within, other = _shares(self.part(heat, window), inside[window])
         person = np.maximum(within - (1 - _FILLED) * other, 0)
@@ -147,14 +147,12 @@ class HeatMapCue:
         table = np.repeat(self.weight * np.log(person / other), _GRADE).astype(np.float32)
         return np.asarray(table[values])
 
-    def learn(
-        self, values: NDArray[np.uint8], person: NDArray[np.floating[Any] | np.uint8]
-    ) -> None:
+    def learn(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
         """
         Learn where the person was.
 
         :param values: (h, w) uint8, a part of the map.
-        :param person: (h, w), 0 elsewhere; what is greatest is surely the person.
+        :param person: (h, w) uint8, non-zero on the person.
         """
         shares = _shares(values, person)
         if not shares.any(axis=1).all():
@@ -165,25 +163,29 @@ class HeatMapCue:
             self._shares += _RATE * (shares - self._shares)
 
 
-def _shares(
-    values: NDArray[np.uint8], person: NDArray[np.floating[Any] | np.uint8]
-) -> NDArray[np.float64]:
+def _shares(values: NDArray[np.uint8], person: NDArray[np.uint8]) -> NDArray[np.float64]:
     """Return which share of the person and of the rest has each grade, (2, grades)."""
-    grades = (values // _GRADE).ravel()
-    weight = person.ravel() / max(float(person.max(initial=0)), 1e-9)
-    count = 256 // _GRADE
-    sums = np.stack([np.bincount(grades, each, count) for each in (weight, 1 - weight)])
-    return sums / np.maximum(sums.sum(axis=1, keepdims=True), 1e-9)
+    parts = person, cv2.compare(person, 0, cv2.CMP_EQ)
+    bins, range_ = [256 // _GRADE], [0.0, 256.0]
+    counts = [cv2.calcHist([values], [0], part, bins, range_).ravel() for part in parts]
+    sums = np.stack(counts).astype(np.float64)
+    return sums / np.maximum(sums.sum(axis=1, keepdims=True), 1)
 
 
 def _reduced(
-    image: NDArray[Any], scale: float, corner: tuple[float, float], size: tuple[int, int]
+    image: NDArray[Any], scale: float, corner: Shift, size: tuple[int, int]
 ) -> NDArray[np.float32]:
     """Return a part of an image at a smaller scale, its rim outside of it, (h, w) float32."""
     side = 2 * round(0.5 / scale) + 1
-    move = np.array([[1 / scale, 0, corner[0]], [0, 1 / scale, corner[1]]])
+    # What the part is made of, as far as it is inside.
+    (left, top), (columns, rows) = corner, size
+    x = min(max(int(left) - side, 0), image.shape[1] - 1)
+    y = min(max(int(top) - side, 0), image.shape[0] - 1)
+    right = max(math.ceil(left + columns / scale) + side, x + 1)
+    bottom = max(math.ceil(top + rows / scale) + side, y + 1)
+    move = np.array([[1 / scale, 0, left - x], [0, 1 / scale, top - y]])
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    soft = cv2.blur(image, (side, side))
+    soft = cv2.blur(image[y:bottom, x:right], (side, side))
     small = cv2.warpAffine(soft, move, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(small, np.float32)
 
