@@ -23,9 +23,19 @@ def generate_launch_description() -> LaunchDescription:
                 default_value=str(Path(__file__).with_name('.venv') / 'bin/python'),
                 description='Python of the environment that has mediapipe',
             ),
-            Node(package='gait_segmentation', executable='gait_pipeline', remappings=[('image', image)]),
+            Node(
+                package='gait_segmentation',
+                executable='gait_pipeline',
+                remappings=[('image', image)],
+            ),
             ExecuteProcess(
-                cmd=[LaunchConfiguration('python'), script, '--ros-args', '-r', ['image:=', image]],
+                cmd=[
+                    LaunchConfiguration('python'),
+                    script,
+                    '--ros-args',
+                    '-r',
+                    ['image:=', image],
+                ],
                 output='screen',
             ),
         ]

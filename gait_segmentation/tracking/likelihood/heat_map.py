@@ -52,10 +52,10 @@ _FIT_RATE = 0.4
 """Share by which the correlations move towards those of the newest frame."""
 
 
-_STRANGE, _TRUSTED = 0.6, 0.8
+_STRANGE, _TRUSTED = 0.65, 0.8
 """
 Correlation up to which a map has nothing to do with the person, and from which it counts in full:
-another person's silhouette comes to at most the first, a map three frames late to the second.
+another person's silhouette rarely comes to the first, a map three frames late to the second.
 """
 
 
