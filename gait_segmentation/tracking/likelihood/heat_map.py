@@ -43,7 +43,7 @@ _FILLED = 0.5
 """Share of a tight box that is the person."""
 
 _SMALL = 24
-"""Height of the body in pixels when the map is laid on it."""
+"""Height in pixels to which a taller body is reduced when the map is laid on it."""
 
 _REACH = 0.6
 """How far off a map may be, in body heights."""
@@ -100,7 +100,8 @@ class HeatMapCue:
         :param height: of the body in pixels.
         :param moved: how far the person went since the frame of the map.
         """
-        scale, reach = _SMALL / height, math.ceil(_REACH * _SMALL)
+        # Nobody is enlarged: a box of less than a pixel would make an image of gigabytes.
+        scale, reach = min(_SMALL / height, 1.0), math.ceil(_REACH * _SMALL)
         rows, columns = (round(scale * each) for each in size_of(window))
         if not (rows and columns):
             return

@@ -1,5 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+import cv2
 import numpy as np
 import pytest
 
@@ -121,6 +122,14 @@ def test_a_map_that_correlates_little_counts_nothing_whatever_was_learnt():
         cue.place(heat, WINDOW, body()[WINDOW].astype(np.float32) / 255, HEIGHT)
     assert cue.weight == 0
     assert not cue.evidence(cue.part(heat, WINDOW)).any()
+
+
+def test_a_body_of_a_tenth_of_a_pixel_makes_no_huge_image(monkeypatch):
+    sizes = []
+    match = cv2.matchTemplate
+    monkeypatch.setattr(cv2, 'matchTemplate', lambda *a: sizes.append(a[0].size) or match(*a))
+    HeatMapCue().place(body(), WINDOW, body()[WINDOW].astype(np.float32) / 255, 0.1)
+    assert sizes == [130 * 130]
 
 
 def test_an_old_map_is_carried_along():
