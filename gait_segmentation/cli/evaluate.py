@@ -141,6 +141,13 @@ def parser() -> argparse.ArgumentParser:
         help="take SEQUENCE_DIR/NAME/NNNN.png (grey) as likelihood in place of the tracker's",
     )
     add(
+        '--heat-map',
+        default='',
+        metavar='NAME',
+        help='take SEQUENCE_DIR/NAME/NNNN.png (grey, any size) as heat maps beside the '
+        "tracker's own likelihood; frames may go without",
+    )
+    add(
         '--json',
         type=Path,
         metavar='FILE',
@@ -199,12 +206,13 @@ def evaluate(options: argparse.Namespace) -> None:
     config = overridden(config, settings)
     bank = TemplateBank.load(options.bank) if options.bank is not None else None
     session = Session(
-        sequences=load_sequences(options.sequence, options.likelihood),
+        sequences=load_sequences(options.sequence, options.likelihood, options.heat_map),
         make_pipeline=lambda config: Pipeline(config, bank=bank, clock=time.perf_counter),
         clock=time.perf_counter,
         restarts=options.restarts,
         warm=options.warm,
         likelihood=options.likelihood,
+        heat_map=options.heat_map,
         progress=_shown,
         auto=options.init == 'auto',
         fixed=frozenset(setting.partition('=')[0].strip() for setting in settings),

@@ -97,6 +97,13 @@ def parser() -> argparse.ArgumentParser:
         help='tight box of a person in the first frame, in pixels of the input; without it, '
         'people are found by their motion',
     )
+    add(
+        '--heat-map',
+        default='',
+        metavar='DIR|TOPIC',
+        help='heat maps of people as evidence beside the own: a folder of grey images named by '
+        'frame number (from 0) or stamp in ns, or a topic of the bag',
+    )
     add_reading_options(made, 'films: their own; folders: 30')
     add_config_options(made)
     add('--params', type=Path, metavar='FILE', help='ROS parameter file, as for the nodes')
@@ -152,6 +159,7 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
                 bank=options.bank or settings.bank.bank,
                 box=Box(*options.box) if options.box is not None else settings.start.box(),
                 threads=options.threads,
+                heat_map=options.heat_map,
             )
         )
     return jobs
@@ -186,6 +194,8 @@ def _replay_all(options: argparse.Namespace) -> int:
 
     wanted = make_jobs(options)
     given = (*options.input, options.params, wanted[0].bank)
+    if options.heat_map and Path(options.heat_map).is_dir():
+        given = (*given, options.heat_map)
     read = [Path(each) for each in given if each]
     for job in wanted:
         job.check(read, force=options.force)

@@ -10,7 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from gait_segmentation.evaluation.metrics import start_box
-from gait_segmentation.evaluation.runner import Clip, Runnable, likelihoods_of, run
+from gait_segmentation.evaluation.runner import (
+    Clip,
+    Runnable,
+    heat_maps_of,
+    likelihoods_of,
+    run,
+)
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.geometry import Box
 
@@ -58,13 +64,14 @@ def run_restarts(
     *,
     clock: Callable[[], float],
     likelihood_name: str = '',
+    heat_map_name: str = '',
     warm: bool = False,
 ) -> Iterator[StartScore]:
     """
     Start anew from the true box (with its ambiguous rim) at every tenth frame, for 14 frames.
 
     :param make_pipeline: makes a pipeline that has seen nothing.
-    :param likelihood_name: see :func:`run_sequence`.
+    :param likelihood_name: see :func:`run_sequence`; ``heat_map_name`` likewise.
     :param warm: whether the pipeline sees the frames before as well, from the clip's first one.
     """
     likelihood = likelihoods_of(sequence, likelihood_name)
@@ -78,6 +85,7 @@ def run_restarts(
             {first: (box,)},
             clock=clock,
             likelihood=likelihood,
+            heat_map=heat_maps_of(sequence, heat_map_name),
         )
         scores = [
             outcome.score.j

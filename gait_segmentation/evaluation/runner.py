@@ -18,6 +18,7 @@ from gait_segmentation.evaluation.metrics import FrameScore, jaccard, score_fram
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.tracking_score import FoundTrack
 from gait_segmentation.evaluation.truth import PERSON, read_mask
+from gait_segmentation.files.image_files import read_heat_map
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import TRACKED
 
@@ -26,6 +27,7 @@ __all__ = [
     'Outcome',
     'Runnable',
     'check_truth',
+    'heat_maps_of',
     'likelihoods_of',
     'run',
     'run_sequence',
@@ -43,6 +45,7 @@ class Runnable(Protocol):
         image: NDArray[np.uint8],
         stamp_ns: int,
         likelihood: NDArray[np.uint8] | None = None,
+        heat_map: NDArray[np.uint8] | None = None,
     ) -> list[Any]:
         """Take in a frame, return the results that are complete."""
 
@@ -98,6 +101,7 @@ def run(
     *,
     clock: Callable[[], float],
     likelihood: Callable[[int], NDArray[np.uint8]] | None = None,
+    heat_map: Callable[[int], NDArray[np.uint8] | None] | None = None,
 ) -> Iterator[Outcome]:
     """
     Give the frames of a clip to a pipeline and score what comes back, frame by frame.
@@ -110,6 +114,7 @@ def run(
         are to be tracked from there on, empty if the pipeline finds people by itself.
     :param clock: seconds, for the durations.
     :param likelihood: makes the likelihood image to use in a frame in place of the tracker's.
+    :param heat_map: makes the heat map to use in a frame beside it, None where there is none.
     """
     numbers = list(numbers)
     starts = {numbers[0]: (box,)} if isinstance(box, Box) else box
@@ -120,8 +125,9 @@ def run(
         image = clip.image(number)
         stamp = clip.stamp_ns(number)
         given = None if likelihood is None else likelihood(number)
+        heat = None if heat_map is None else heat_map(number)
         started = clock()
-        results = pipeline.update(image, stamp, given)
+        results = pipeline.update(image, stamp, given, heat)
         waiting[stamp] = (number, image.shape[:2], clock() - started)
         yield from _finished(results, waiting, clip)
     yield from _finished(pipeline.flush(), waiting, clip)
@@ -202,6 +208,7 @@ def run_sequence(
     *,
     clock: Callable[[], float],
     likelihood_name: str = '',
+    heat_map_name: str = '',
     auto: bool = False,
 ) -> Iterator[Outcome]:
     """
@@ -209,6 +216,8 @@ def run_sequence(
 
     :param likelihood_name: folder beside ``frames`` with the likelihood images (NNNN.png, grey)
         to use in place of the tracker's, empty for the tracker's.
+    :param heat_map_name: the same with heat maps of any size to use beside it, which frames may
+        go without.
     :param auto: give no boxes; the pipeline must find people by itself.
     :raises SequenceError: if an image is missing or corrupt.
     """
@@ -219,6 +228,7 @@ def run_sequence(
         {} if auto else sequence.starts,
         clock=clock,
         likelihood=likelihoods_of(sequence, likelihood_name),
+        heat_map=heat_maps_of(sequence, heat_map_name),
     )
 
 
@@ -235,3 +245,23 @@ def likelihoods_of(sequence: Sequence, name: str) -> Callable[[int], NDArray[np.
     if not folder.is_dir():
         raise SequenceError(f'{folder} is missing, no likelihood images to read')
     return lambda number: read_mask(folder / f'{sequence.frames[number].stem}.png', sequence.size)
+
+
+def heat_maps_of(
+    sequence: Sequence, name: str
+) -> Callable[[int], NDArray[np.uint8] | None] | None:
+    """
+    Return what reads the heat map of a frame, None for an empty name.
+
+    :param name: of the folder beside ``frames``.
+    :raises SequenceError: if there is no such folder, or no map of any frame in it.
+    """
+    if not name:
+        return None
+    folder: Path = sequence.folder / name
+    if not folder.is_dir():
+        raise SequenceError(f'{folder} is missing, no heat maps to read')
+    paths = {each: folder / f'{path.stem}.png' for each, path in sequence.frames.items()}
+    if not any(path.exists() for path in paths.values()):
+        raise SequenceError(f'{folder} has no heat map of a frame, such as {paths[min(paths)]}')
+    return lambda number: read_heat_map(paths[number]) if paths[number].exists() else None

@@ -18,6 +18,7 @@ from gait_segmentation.starting import Start
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.judgement import carried_template, judge
+from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
 from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.nearness import REACH, by_distance
 from gait_segmentation.tracking.person.learning import WholeArea
@@ -73,11 +74,13 @@ class Target:
         start: Start,
         config: TrackingConfig,
         record: Record | None = None,
+        heat_map: HeatMapCue | None = None,
     ) -> None:
         """
         Begin with the first mask.
 
         :param record: the frame of it, the world's newest if None.
+        :param heat_map: what is known of the heat map, if anything.
         """
         record = world.now if record is None else record
         self.track_id = track_id
@@ -95,6 +98,8 @@ class Target:
             start.mask,
             *new_colours(config),
         )
+        if heat_map is not None:
+            self.person.heat_map = heat_map
         if config.use_tilt:
             self.person.tilt = self.person.angle = start.body.angle
         self.person.learn_first_colours(record.image.lab, start.votes)

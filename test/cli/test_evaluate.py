@@ -179,6 +179,7 @@ def test_ingredients_are_left_out(pipeline, folder, tmp_path, capsys):
         (['--bank', 'none.npz'], 'cannot read the bank none.npz'),
         (['--threads', '0'], '--threads must be at least 1, got 0'),
         (['--likelihood', 'heat'], 'heat is missing'),
+        (['--heat-map', 'heat'], 'heat is missing, no heat maps'),
         (['--json', '/nowhere/at/all.json'], 'cannot be written'),
         (['--out', '/dev/null/at/all'], '--out /dev/null/at/all: nothing can be written'),
     ],

@@ -68,6 +68,34 @@ def test_every_frame_has_the_pipelines_results(given: list[str], tmp_path: Path)
                 assert bool(message.name) == (when != stamp(BROKEN))
 
 
+def test_heat_maps_of_a_folder_are_used(given: list[str], tmp_path: Path, capsys) -> None:
+    folder = tmp_path / 'maps'
+    folder.mkdir()
+    for index, frame in enumerate(clip()[:FRAMES]):
+        heat = frame.masks[0]
+        if index == 2:
+            heat = cv2.merge([heat, 255 - heat, heat])
+        cv2.imwrite(str(folder / f'{index:04d}.png'), heat)
+    assert main([*given, '--heat-map', str(folder)]) == 0
+    assert 'the heat map of frame 2 is left out' in capsys.readouterr().err
+    pipeline = Pipeline(bank=small_bank())
+    pipeline.initialize(clip()[0].boxes[0])
+    expected = []
+    for index, frame in enumerate(clip()[:FRAMES]):
+        if index != BROKEN:
+            heat = None if index == 2 else frame.masks[0]
+            (result,) = pipeline.update(frame.image, stamp(index), heat_map=heat)
+            expected.append(result.mask)
+    found = images(tmp_path / 'out/walk', '/mask')
+    found.pop(BROKEN)
+    np.testing.assert_array_equal([image[:, :, 0] for image in found], expected)
+
+
+def test_a_missing_folder_of_heat_maps_is_said(given: list[str], capsys) -> None:
+    assert main([*given, '--heat-map', '/nowhere']) == 2
+    assert 'topic /nowhere is not there' in capsys.readouterr().err
+
+
 def test_nobody_seen_is_said(given: list[str], capsys) -> None:
     assert main([given[0], *given[-2:], '--count', '3']) == 0
     said = capsys.readouterr()

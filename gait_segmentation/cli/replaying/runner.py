@@ -20,6 +20,7 @@ from gait_segmentation.files.output_files import named, problem_of
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.inputs import DamagedError, ImageSource
+from gait_segmentation.inputs.heat_maps import open_heat_maps
 from gait_segmentation.pipeline import Pipeline
 
 __all__ = ['replay']
@@ -50,7 +51,8 @@ def replay(
         box = _scaled_box(job, source)
         for output in _outputs(job, source, force):
             outputs.append(output)
-        results = results_of(source, Pipeline(job.config, bank), box, report.note)
+        maps = open_heat_maps(job.heat_map, job.input) if job.heat_map else None
+        results = results_of(source, Pipeline(job.config, bank), box, report.note, maps)
         with closing(ahead(results)) as found:
             complete = _run(report, outputs, found, stop, progress)
         for output in outputs:

@@ -23,6 +23,7 @@ from gait_segmentation.images import (
     size_of,
 )
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
 from gait_segmentation.tracking.person.extent import axis_tilt, extent_of
 from gait_segmentation.tracking.person.samples import samples
 
@@ -86,6 +87,7 @@ class Person:
     rest: tuple[float, float] = (0.0, 0.0)
     learnt: int = 0
     learnt_anew: int = 0
+    heat_map: HeatMapCue = field(default_factory=HeatMapCue)
     moves: int = 0
 
     def __post_init__(self) -> None:
