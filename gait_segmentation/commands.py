@@ -22,6 +22,7 @@ __all__ = [
     'bank',
     'demo',
     'evaluate',
+    'localizer',
     'matcher',
     'pipeline',
     'replay',
@@ -52,6 +53,7 @@ _OF_ROS = (
     'sensor_msgs',
     'std_msgs',
     'std_srvs',
+    'visualization_msgs',
 )
 """Modules that come with ROS 2, and not from this package's other requirements."""
 
@@ -178,6 +180,7 @@ replay = partial(_run_tool, 'replay')
 warm_up = partial(_run_tool, 'warm_up')
 tracker = partial(_run_node, 'tracker')
 matcher = partial(_run_node, 'matcher')
+localizer = partial(_run_node, 'localizer')
 segmenter = partial(_run_node, 'segmenter')
 pipeline = partial(_run_node, 'pipeline')
 source = partial(_run_node, 'source')
