@@ -24,6 +24,7 @@ NODES = {
     'split': ('gait_tracker', 'gait_matcher', 'gait_segmenter'),
     'single': ('gait_pipeline',),
 }
+PICTURES = ('debug_image', 'debug_image/compressed')
 TRUTH = ['true', 'false']
 
 ARGUMENTS = [
@@ -151,7 +152,7 @@ def _node(name, given):
         remappings=[
             ('image', image),
             ('image/compressed', f'{image}/compressed'),
-            ('debug_image', f'{name}/debug_image' if pictures else 'debug_image'),
+            *((each, f'{name}/{each}') for each in PICTURES if pictures),
         ],
         arguments=['--ros-args', '--log-level', given['log_level'], *enclave],
         output='screen',

@@ -176,7 +176,7 @@ def test_a_rectified_image_has_the_camera_of_p(bench: Bench) -> None:
     assert places.show(0)['person_0/pose'][0].pose.pose.position.z == pytest.approx(4, abs=0.02)
 
 
-class Unknown(Exception):
+class UnknownError(Exception):
     pass
 
 
@@ -184,7 +184,7 @@ def tf2(monkeypatch: pytest.MonkeyPatch, lookup: Any) -> list[str]:
     """Put a module in the place of tf2_ros; return what becomes of its listener."""
     events: list[str] = []
     module: Any = ModuleType('tf2_ros')
-    module.TransformException = Unknown
+    module.TransformException = UnknownError
     module.Buffer = lambda: SimpleNamespace(lookup_transform=lookup)
     module.TransformListener = lambda *_, **__: SimpleNamespace(
         unregister=lambda: events.append('closed')
@@ -202,7 +202,7 @@ def test_tf_says_where_the_ground_is(bench: Bench, monkeypatch, capfd) -> None:
     def lookup(target: str, source: str, when: Any) -> Any:
         assert (target, source) == ('odom', 'head_camera')
         if when.nanoseconds:  # Only the newest is there.
-            raise Unknown('too new')
+            raise UnknownError('too new')
         return SimpleNamespace(transform=known)
 
     events = tf2(monkeypatch, lookup)
@@ -219,7 +219,7 @@ def test_tf_says_where_the_ground_is(bench: Bench, monkeypatch, capfd) -> None:
 
 def test_a_way_that_tf_does_not_know_is_said(bench: Bench, monkeypatch, capfd) -> None:
     def lookup(*_: Any) -> Any:
-        raise Unknown('odom does not exist')
+        raise UnknownError('odom does not exist')
 
     tf2(monkeypatch, lookup)
     places = Places(bench, ground_frame='odom')

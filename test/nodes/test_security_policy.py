@@ -39,6 +39,8 @@ SOMETIMES = {
     '/clock',  # use_sim_time: true
     '/gait_tracker/debug_image',  # as the launch file names it, beside /debug_image
     '/gait_matcher/debug_image',
+    '/gait_tracker/debug_image/compressed',
+    '/gait_matcher/debug_image/compressed',
     '/rosout',  # not where logging to it is switched off
 }
 """What only some configurations have."""
