@@ -6,9 +6,9 @@ Latency from a frame's stamp to its mask over DDS, as somebody who subscribes to
 
 A synthetic walker, 0.62 of the image high, walks to and fro before gait_source, which publishes
 at 30 frames per second as a camera does; the three nodes (split) or gait_pipeline (single) run
-with their defaults, but for ``-p``, in processes of their own.  With ``--people`` they find people by themselves
-in scenes of 640 x 480 in which these come, cross, go and come back, with a second of nothing but
-noise between.  Needs ROS 2; leave the machine alone meanwhile::
+with their defaults, but for ``-p``, in processes of their own.  With ``--people`` they find people
+by themselves in scenes of 640 x 480 in which these come, cross, go and come back, with a second of
+nothing but noise between.  Needs ROS 2; leave the machine alone meanwhile::
 
     python benchmarks/latency.py [--seconds 60] [--sizes 640x480 1280x720] [--json FILE]
         [--plot docs/images/latency.png] [--rate 15] [-p matching.kernel:=direct_access_table ...]
@@ -29,7 +29,6 @@ import json
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 

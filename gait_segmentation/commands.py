@@ -22,6 +22,7 @@ __all__ = [
     'bank',
     'demo',
     'evaluate',
+    'localizer',
     'matcher',
     'pipeline',
     'replay',
@@ -166,6 +167,7 @@ replay = partial(_run_tool, 'replay')
 warm_up = partial(_run_tool, 'warm_up')
 tracker = partial(_run_node, 'tracker')
 matcher = partial(_run_node, 'matcher')
+localizer = partial(_run_node, 'localizer')
 segmenter = partial(_run_node, 'segmenter')
 pipeline = partial(_run_node, 'pipeline')
 source = partial(_run_node, 'source')

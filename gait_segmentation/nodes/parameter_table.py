@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from gait_segmentation.config import Parameter, StageConfig, parameters_of
+from gait_segmentation.nodes.localizer_node import LocalizerNode
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
@@ -28,7 +29,8 @@ from gait_segmentation.ros.names import qualified
 __all__ = ['markdown', 'parameter_file', 'with_tables']
 
 NODES: dict[str, type[GaitNode]] = {
-    node.name: node for node in (TrackerNode, MatcherNode, SegmenterNode, PipelineNode)
+    node.name: node
+    for node in (TrackerNode, MatcherNode, SegmenterNode, LocalizerNode, PipelineNode)
 }
 
 _WIDTH = 99

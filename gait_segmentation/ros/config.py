@@ -16,7 +16,9 @@ __all__ = [
     'BankConfig',
     'CameraConfig',
     'DetectionConfig',
+    'LocalizerNodeConfig',
     'NodeConfig',
+    'PipelineNodeConfig',
     'SegmenterNodeConfig',
     'SizeConfig',
     'StartConfig',
@@ -167,6 +169,41 @@ class SegmenterNodeConfig(StageConfig):
 
 
 @dataclass(frozen=True)
+class LocalizerNodeConfig(StageConfig):
+    """Parameters of what the localization takes in."""
+
+    ground_frame: str = parameter(
+        '',
+        'Frame of tf with z up and z = 0 on the ground, such as odom: tells where the camera is, '
+        'and speeds while it moves. Empty = localization.camera_height and camera_pitch tell it.',
+        fixed=True,
+    )
+    rectified: bool = parameter(
+        False,
+        'The images are rectified: of camera_info P is meant, instead of K and D.',
+        fixed=True,
+    )
+    depth_tolerance: float = parameter(
+        0.05,
+        'How far the stamps of an image and of its depth image may be apart.',
+        unit='s',
+        minimum=0.0,
+        maximum=1.0,
+    )
+
+
+@dataclass(frozen=True)
+class PipelineNodeConfig(StageConfig):
+    """Parameters of the pipeline's node."""
+
+    localize: bool = parameter(
+        False,
+        'Locate people as gait_localizer does.',
+        fixed=True,
+    )
+
+
+@dataclass(frozen=True)
 class BankConfig(StageConfig):
     """Parameters of nodes that use the templates."""
 
@@ -184,6 +221,8 @@ OF_NODES: tuple[type[StageConfig], ...] = (
     DetectionConfig,
     SizeConfig,
     SegmenterNodeConfig,
+    LocalizerNodeConfig,
+    PipelineNodeConfig,
     BankConfig,
 )
 """All of them."""

@@ -174,6 +174,10 @@ class GaitNode(LifecycleNode):
         self._inputs.append(made)
         self.camera_topic = made.topic
 
+    def keep_input(self, taken: Any) -> None:
+        """Have something with a method ``close`` closed at the deactivation."""
+        self._inputs.append(taken)
+
     def accept(self, stamp_ns: int) -> bool:
         """Return whether a frame is to be taken in; without a stamp it is refused."""
         if stamp_ns <= 0:

@@ -146,7 +146,7 @@ def test_the_life_cycle_can_be_repeated_and_leaves_nothing(bench: Bench) -> None
         assert node.state == 'unconfigured'
         assert bench.probe.count_subscribers('image') == 0
         node.trigger_configure()
-        assert (node.state, len(node._outputs)) == ('inactive', 4)
+        assert (node.state, len(node._outputs)) == ('inactive', 5)
         node.trigger_activate()
         if not cycle:
             bench.record_outputs('person_0/box')

@@ -6,12 +6,19 @@ from __future__ import annotations
 
 from typing import Any
 
+import cv2
 import numpy as np
+import pytest
 from std_msgs.msg import Header
 
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
-from gait_segmentation.ros.outputs import MatchOutputs, SegmentationOutputs, TrackOutputs
+from gait_segmentation.ros.outputs import (
+    DebugOutput,
+    MatchOutputs,
+    SegmentationOutputs,
+    TrackOutputs,
+)
 from gait_segmentation.segmentation import PeopleMasks
 
 SLOTS = 2
@@ -116,3 +123,36 @@ def test_nothing_is_made_for_nobody() -> None:
     SegmentationOutputs(node, SLOTS).blank((1 << 31, 1 << 31), HEADER)
     MatchOutputs(node, SLOTS).blank((1 << 31, 1 << 31), HEADER)
     assert node.published == []
+
+
+def test_compressed_images_are_made_for_those_who_listen_alone() -> None:
+    node: Any = _Node('mask/compressed')
+    outputs = SegmentationOutputs(node, SLOTS)
+    outputs.publish(_masks(), HEADER)
+    outputs.blank((6, 8), HEADER)
+    outputs.blank((0, 0), HEADER)
+    assert node.topics == ['mask/compressed'] * 3
+    mask, black, empty = (message for _, message in node.published)
+    assert (mask.format, mask.header) == ('mono8; png compressed ', HEADER)
+    np.testing.assert_array_equal(_decoded(mask), GREY)
+    np.testing.assert_array_equal(_decoded(black), np.zeros((6, 8)))
+    assert len(empty.data) == 0
+
+
+@pytest.mark.parametrize('heard', ['debug_image', 'debug_image/compressed'])
+def test_a_picture_goes_out_as_it_is_listened_to(heard: str) -> None:
+    node: Any = _Node(heard)
+    outputs = DebugOutput(node)
+    assert outputs.wanted
+    picture = np.full((16, 16, 3), (10, 120, 200), np.uint8)
+    outputs.publish(picture, HEADER)
+    ((topic, message),) = node.published
+    assert topic == heard
+    if heard != 'debug_image':
+        assert message.format == 'bgr8; jpeg compressed bgr8'
+        np.testing.assert_allclose(_decoded(message), picture, atol=4)
+    assert not DebugOutput(_Node()).wanted  # type: ignore[arg-type]
+
+
+def _decoded(message: Any) -> np.ndarray:
+    return cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_UNCHANGED)
