@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.synthetic.perspective import PATHS, RATE, Shot, film
+from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.localization import CameraPose, Localizer, Location, PinholeCamera
@@ -114,7 +115,7 @@ def locate(found: Sequence[Found], camera: str, noise: float | None, seed: int =
     return errors
 
 
-def main() -> None:
+def main() -> int:
     """Print the report."""
     parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
     parser.add_argument('--noise', type=float, default=0.01, help='of depth, as a share of it')
@@ -128,7 +129,8 @@ def main() -> None:
             found = list((true_matches if given.true else found_matches)(shots))
             for name, noise in (('depth', given.noise), ('ground', None)):
                 print(f'{walk:9} {camera:6} {name:7}', locate(found, camera, noise), flush=True)
+    return 0
 
 
 if __name__ == '__main__':
-    main()
+    sys.exit(run_tool('localization.py', main))
