@@ -13,14 +13,14 @@ from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.results import LOST
 from gait_segmentation.starting import Start, StartingConfig, estimate_start
-from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.adaptive_mean_shift import start_in
+from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.person.appearance import SAME_COLOURS
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
 
-__all__ = ['Arrivals', 'first_mask', 'slot_for_found']
+__all__ = ['Arrivals', 'slot_for_found']
 
 _ABOUT = 0.3
 """How far about somebody found the place is remembered, in body heights."""
@@ -101,56 +101,61 @@ class Arrivals:
         """
         if config.method == 'adaptive_mean_shift':
             return start_in(box, world.shape)
-        past = self._past(world, box)
-        if past is None:
-            start = first_mask(world, box, self._bank, config)
-            world.clear(start.mask)
-            return start
-        lab = world.now.image.lab_about(past.window)[past.window]
-        evidence = np.zeros(world.shape, np.float32)
-        evidence[past.window] = past.evidence(lab, config.shadow_floor)
-        start = first_mask(world, box, self._bank, config, evidence)
+        past = self._finder.past(world.now.image.stamp_ns)
+        known = None if past is None else past.background(world.shape)
+        evidence = None if known is None else _evidence(world, box, known, config)
+        start = self._estimated(world, box, evidence, config)
         tight = Box.around(start.mask)
-        if tight is not None:
+        if evidence is not None and tight is not None:
             off = abs(tight.y - box.y), abs(tight.bottom - box.bottom)
             if max(off) > _ANOTHER_BOX * box.height:
-                start = first_mask(world, tight, self._bank, config, evidence)
+                start = self._estimated(world, tight, evidence, config)
         world.clear(start.mask)
-        world.recall(past)
+        if known is not None:
+            world.adopt(known)
         return start
 
-    def _past(self, world: World, box: Box) -> Recollection | None:
-        """Return what the place about a box in working pixels looked like before."""
-        area = body_window(box.center_x, box.center_y, box.height, box)
-        area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
-        window = area.slices(world.shape[1], world.shape[0])
-        image = world.now.image
-        return self._finder.recall(image.stamp_ns, image.bgr, window, textured=image.textured)
+    def _estimated(
+        self, world: World, box: Box, evidence: NDArray[np.float32] | None, config: TrackingConfig
+    ) -> Start:
+        return estimate_start(
+            world.now.image.lab,
+            box,
+            self._bank,
+            height=config.start_height,
+            rounds=config.start_rounds,
+            left_out=config.start_left_out,
+            use_tilt=config.use_tilt,
+            evidence=evidence,
+        )
+
+    def new_world(
+        self, source: tuple[int, int], height: float, stamp_ns: int, config: TrackingConfig
+    ) -> World:
+        """Make a world for a person of the given height, who is seen as the place was before."""
+        world = World.for_person(source, height, config)
+        past = self._finder.past(stamp_ns)
+        if past is not None:
+            world.see_as(*past.levels())
+        return world
 
 
-def first_mask(
-    world: World,
-    box: Box,
-    bank: TemplateBank,
-    config: TrackingConfig,
-    evidence: NDArray[np.float32] | None = None,
-) -> Start:
+def _evidence(
+    world: World, box: Box, known: BackgroundModel, config: TrackingConfig
+) -> NDArray[np.float32]:
     """
-    Estimate the first mask of a person in the newest frame of a world.
+    Return log-odds that pixels about a box are not what is known there, 0 elsewhere.
 
-    :param box: in working pixels.
-    :param evidence: (h, w) float32 of the working image, what is known of its pixels, if anything.
+    :param known: the background in the newest frame.
+    :returns: (h, w) float32 of the working image.
     """
-    return estimate_start(
-        world.now.image.lab,
-        box,
-        bank,
-        height=config.start_height,
-        rounds=config.start_rounds,
-        left_out=config.start_left_out,
-        use_tilt=config.use_tilt,
-        evidence=evidence,
-    )
+    area = body_window(box.center_x, box.center_y, box.height, box)
+    area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
+    window = area.slices(world.shape[1], world.shape[0])
+    evidence = np.zeros(world.shape, np.float32)
+    lab = world.now.image.lab_part(window)
+    evidence[window] = known.evidence(lab, window, config.shadow_floor)
+    return evidence
 
 
 def slot_for_found(
