@@ -29,10 +29,6 @@ _WIDEST = 0.6
 """Width of the place of somebody known in which nobody is looked for, in body heights: what is
 wider is more than one body."""
 
-_ANOTHER_BOX = 0.07
-"""Distance of head and feet of the first mask from those of the box, in heights of the box, from
-which somebody found is looked at once more, in the box of the mask."""
-
 
 class Arrivals:
     """Finds people by their walk, and estimates their first masks from what was there before."""
@@ -104,21 +100,7 @@ class Arrivals:
         past = self._finder.past(world.now.image.stamp_ns)
         known = None if past is None else past.background(world.shape)
         evidence = None if known is None else _evidence(world, box, known, config)
-        start = self._estimated(world, box, evidence, config)
-        tight = Box.around(start.mask)
-        if evidence is not None and tight is not None:
-            off = abs(tight.y - box.y), abs(tight.bottom - box.bottom)
-            if max(off) > _ANOTHER_BOX * box.height:
-                start = self._estimated(world, tight, evidence, config)
-        world.clear(start.mask)
-        if known is not None:
-            world.adopt(known)
-        return start
-
-    def _estimated(
-        self, world: World, box: Box, evidence: NDArray[np.float32] | None, config: TrackingConfig
-    ) -> Start:
-        return estimate_start(
+        start = estimate_start(
             world.now.image.lab,
             box,
             self._bank,
@@ -128,6 +110,10 @@ class Arrivals:
             use_tilt=config.use_tilt,
             evidence=evidence,
         )
+        world.clear(start.mask)
+        if known is not None:
+            world.adopt(known)
+        return start
 
     def new_world(
         self, source: tuple[int, int], height: float, stamp_ns: int, config: TrackingConfig

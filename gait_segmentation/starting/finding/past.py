@@ -25,8 +25,11 @@ from gait_segmentation.tracking.picture.working import WorkingImage
 
 __all__ = ['Past']
 
-_PERIOD_S = 0.12
-"""Time between two frames that are learnt."""
+_PERIOD_S, _LONGEST_S, _SHARE = 0.12, 0.36, 0.1
+"""
+Time between two frames that are learnt: least, most, and as a share of the time for which the
+place is known, since the longer it is, the less one more tells.
+"""
 
 _LARGEST = 640
 """Longest side of what is learnt."""
@@ -49,7 +52,7 @@ class Past:
         self._exposure, self._contrast = Exposure(), Contrast()
         self._model = BackgroundModel(self._shape)
         self._motion = WorldMotion()
-        self.learnt = 0.0
+        self.learnt = self._begun = 0.0
         self._newest: tuple[NDArray[np.uint8], SceneFrame] | None = None
 
     def update(self, image: NDArray[np.uint8], frame: SceneFrame, seconds: float) -> None:
@@ -62,8 +65,9 @@ class Past:
         self._newest = image, frame
         if frame.step is not None:
             self._motion = WorldMotion.over([self._motion, WorldMotion(frame.step)])
-        if seconds - self.learnt >= _PERIOD_S:
-            self.learnt = seconds
+        wait = min(max(_PERIOD_S, _SHARE * (self.learnt - self._begun)), _LONGEST_S)
+        if seconds - self.learnt >= wait:
+            self._begun, self.learnt = self._begun or seconds, seconds
             lab, hidden = self._follow()
             self._model.measure_noise(lab, hidden, [self._every])
             self._model.learn(lab, hidden)

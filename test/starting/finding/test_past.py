@@ -106,6 +106,21 @@ def test_few_frames_are_learnt_and_the_newest_is_only_looked_at() -> None:
     assert past.background(SHAPE).count.max() == 2
 
 
+def test_a_place_known_for_long_is_learnt_less_often() -> None:
+    past = Past(SHAPE)
+    image, frame = walking(0)
+    times = []
+    for number in range(300):
+        seconds = 1 + 0.04 * number
+        past.update(image, frame, seconds)
+        if past.learnt == seconds:
+            times.append(seconds)
+    gaps = np.diff(times)
+    # To the next frame.
+    assert gaps[:8].max() < 0.17
+    assert 0.35 < gaps[-8:].min() <= gaps[-8:].max() < 0.41
+
+
 def test_it_is_known_at_the_size_of_who_asks() -> None:
     past = Past((480, 640))
     _, frame = walking(0)
