@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import kernel
+from gait_segmentation.starting.finding.heads import columns_of_people
 
 __all__ = ['Blob', 'find_blobs']
 
@@ -23,6 +24,15 @@ _OVERLAP = 0.4
 
 _DISTANCE = 0.25
 """Most that they may be apart, in heights of both together."""
+
+_LEAST_BODY, _LEAST_ASPECT, _MOST_ASPECT = 14, 1.5, 5.0
+"""Height in pixels, and height over width, of parts that may be whole bodies."""
+
+_CROWD, _SMALL = 4, 0.4
+"""
+Number of such parts from which they are taken for several people rather than for pieces of one,
+and the height of a piece, as a share of that of what it is put to.
+"""
 
 
 @dataclass(frozen=True)
@@ -44,7 +54,7 @@ def find_blobs(
     evidence: NDArray[np.uint8], moving: NDArray[np.uint8]
 ) -> tuple[list[Blob], NDArray[np.uint8], NDArray[np.uint8]]:
     """
-    Find the blobs of a frame.
+    Find the blobs of a frame.  People who touch are a blob each if their heads are apart.
 
     :param evidence: (h, w) uint8, non-zero where something is that is no background.
     :param moving: (h, w) uint8, non-zero where something moves now.
@@ -61,6 +71,7 @@ def find_blobs(
     parts.sort(key=lambda k: -stats[k, cv2.CC_STAT_AREA])
     parts = parts[:_MOST_PARTS]
     boxes = [Box(*(float(v) for v in stats[k, :4])) for k in parts]
+    count = _split(labels, parts, boxes, count)
     groups = _merged(boxes)
     table = np.zeros(count, np.int32)
     for number, members in enumerate(groups):
@@ -91,6 +102,36 @@ def find_blobs(
     return sorted(blobs, key=lambda blob: -blob.area), filled, owners
 
 
+def _split(labels: NDArray[np.uint16], parts: list[int], boxes: list[Box], count: int) -> int:
+    """
+    Give each of several people in one part a label and a box of their own.
+
+    :param labels, parts, boxes: of the parts; changed.
+    :param count: number of labels so far.
+    :returns: number of labels now.
+    """
+    for index in range(len(parts)):
+        window = boxes[index].slices(labels.shape[1], labels.shape[0])
+        people = columns_of_people(labels[window] == parts[index])
+        for first, last in people[1:]:
+            place = window[0], slice(window[1].start + first, window[1].start + last)
+            mine = labels[place] == parts[index]
+            labels[place][mine] = count
+            parts.append(count)
+            boxes.append(_box_of(mine).shifted(place[1].start, place[0].start))
+            count += 1
+        if len(people) > 1:
+            box = _box_of(labels[window] == parts[index])
+            boxes[index] = box.shifted(window[1].start, window[0].start)
+    return count
+
+
+def _box_of(part: NDArray[np.bool_]) -> Box:
+    rows, columns = np.flatnonzero(part.any(axis=1)), np.flatnonzero(part.any(axis=0))
+    height, width = rows[-1] + 1 - rows[0], columns[-1] + 1 - columns[0]
+    return Box(float(columns[0]), float(rows[0]), float(width), float(height))
+
+
 def _range(counts: NDArray[np.int32], trim: float) -> tuple[int, int]:
     """Return from where to where the entries go, without a share at either end."""
     total = np.cumsum(counts)
@@ -101,29 +142,38 @@ def _range(counts: NDArray[np.int32], trim: float) -> tuple[int, int]:
 
 def _merged(boxes: list[Box]) -> list[list[int]]:
     """Group parts that lie above each other."""
+    crowd = sum(_upright(box) for box in boxes) >= _CROWD
     groups = [([index], box) for index, box in enumerate(boxes)]
     merged = True
     while merged:
         merged = False
         for first in range(len(groups)):
             for second in range(len(groups) - 1, first, -1):
-                if _belong(groups[first][1], groups[second][1]):
+                if _belong(groups[first][1], groups[second][1], crowd):
                     members, box = groups.pop(second)
                     groups[first] = (groups[first][0] + members, groups[first][1].union(box))
                     merged = True
     return [members for members, _ in groups]
 
 
-def _belong(a: Box, b: Box) -> bool:
-    """Tell whether two parts are of one body."""
+def _belong(a: Box, b: Box, crowd: bool) -> bool:
+    """Tell whether two parts are of one body; in a crowd not if neither is much smaller."""
     across = min(a.right, b.right) - max(a.x, b.x)
     if across < _OVERLAP * min(a.width, b.width):
+        return False
+    if crowd and min(a.height, b.height) > _SMALL * max(a.height, b.height):
         return False
     both = a.union(b)
     if both.width > 1.2 * both.height and across < 0.8 * min(a.width, b.width):
         return False
     apart = max(a.y, b.y) - min(a.bottom, b.bottom)
     return apart < _DISTANCE * both.height
+
+
+def _upright(box: Box) -> bool:
+    """Tell whether a part may be a whole body."""
+    aspect = box.height / box.width
+    return box.height >= _LEAST_BODY and _LEAST_ASPECT <= aspect <= _MOST_ASPECT
 
 
 @kernel(
