@@ -94,6 +94,7 @@ setup(
             'gait_bank = gait_segmentation.commands:bank',
             'gait_demo = gait_segmentation.commands:demo',
             'gait_evaluate = gait_segmentation.commands:evaluate',
+            'gait_localizer = gait_segmentation.commands:localizer',
             'gait_matcher = gait_segmentation.commands:matcher',
             'gait_pipeline = gait_segmentation.commands:pipeline',
             'gait_replay = gait_segmentation.commands:replay',

@@ -136,6 +136,9 @@ class Listener:
         self.arrived.setdefault(stamp_ns, time.time())
 
     def _receive(self, topic: str, data: bytes) -> None:
+        if len(data) < _HEADER.size:
+            # Cut off by whoever else publishes there.
+            return
         seconds, nanoseconds, length = _HEADER.unpack_from(data)
         frame_id = data[_HEADER.size : _HEADER.size + length].rstrip(b'\0').decode('latin1')
         with self.changed:

@@ -15,6 +15,7 @@ backward if the phase is less than the one before, by up to half a stride.  ``se
 the first second.
 
 ``--delays`` also lets results wait for later frames (``matching.lag``), up to the whole clip.
+``--set matching.rate_cost=1`` changes parameters of the matching, not of what is tracked.
 ``--plots`` draws docs/images/phase_path.png (also of real clips, ``--clips SEQUENCE_DIR ...``),
 phase_confidence.png and, with ``--delays``, phase_delay.png.
 """
@@ -22,6 +23,7 @@ phase_confidence.png and, with ``--delays``, phase_delay.png.
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import itertools
 import json
 import math
@@ -40,13 +42,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.bars import holds
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.config import overridden
 from gait_segmentation.evaluation.report import aligned
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.gait_model import FIGURES, default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
-from gait_segmentation.pipeline import Pipeline
+from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.results import MatchResult, TrackResult
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -201,14 +204,14 @@ def summary(walks: list[Walk], rows: list[dict[str, dict[str, float]]]) -> dict[
     return result
 
 
-def delayed(walks: list[Walk], count: int) -> dict[str, Any]:
+def delayed(walks: list[Walk], config: MatchingConfig, count: int) -> dict[str, Any]:
     """Match with results that wait for later frames; delay in seconds -> scores."""
     found = {}
     for delay in DELAYS:
         rows = []
         for each in walks:
             lag = WHOLE if math.isinf(delay) else round(delay * each.fps)
-            matcher = SequenceMatcher(default_bank(), MatchingConfig(lag=lag))
+            matcher = SequenceMatcher(default_bank(), dataclasses.replace(config, lag=lag))
             results = match(matcher, each)
             rows.append({kind: scores(results, kind, each, count) for kind in KINDS[1:]})
         found['whole clip' if math.isinf(delay) else f'{delay:g}'] = summary(walks, rows)
@@ -300,11 +303,13 @@ def main() -> int:
         '--clips', type=Path, nargs='+', default=[], metavar='DIR', help='sequences for --plots'
     )
     parser.add_argument('--seed', type=int, default=1)
+    parser.add_argument('--set', action='append', default=[], metavar='matching.PARAM=VALUE')
     arguments = parser.parse_args()
+    config = overridden(PipelineConfig(), arguments.set).matching
     cv2.setNumThreads(1)
     compile_kernels()
     bank = default_bank()
-    matcher = SequenceMatcher(bank)
+    matcher = SequenceMatcher(bank, config)
     walks = [
         walk(degrees, number, 100 * arguments.seed + len(WALKS) * place + number)
         for place, degrees in enumerate(AZIMUTHS)
@@ -331,7 +336,7 @@ def main() -> int:
     for entry in report['reliability']:
         print(entry)
     if arguments.delays:
-        report['delays'] = delayed(walks, bank.phases)
+        report['delays'] = delayed(walks, config, bank.phases)
         table = [['delay s', 'view', 'path RMS %', 'clock RMS %']]
         for delay, views in report['delays'].items():
             for name, values in views.items():

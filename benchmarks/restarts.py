@@ -26,14 +26,14 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.nodes import MODULES, Listener, write_clip
-from gait_segmentation.cli.demo import prepare_environment
+from benchmarks.bars import holds
+from benchmarks.nodes import STYLES, Listener, session, wait, write_clip
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
 from gait_segmentation.cli.tool import run_tool
 
@@ -47,7 +47,6 @@ STACKS = 100
 """Lines of the stacks of all threads, about."""
 
 MARK = 'GAIT_RESTARTS'
-SEGMENTS = Path('/dev/shm')
 
 
 @dataclass
@@ -63,36 +62,28 @@ class Outcome:
 class Stage:
     """The nodes, the source and somebody who listens."""
 
-    def __init__(self, processes: ProcessGroup, nodes: tuple[str, ...], frames: Path) -> None:
+    def __init__(
+        self, processes: ProcessGroup, listener: Listener, nodes: tuple[str, ...], frames: Path
+    ) -> None:
         """Start everything and wait until frames are answered."""
-        self.processes = processes
-        self.nodes = nodes
+        self.processes, self.listener, self.nodes = processes, listener, nodes
         for name in nodes:
             self.start(name)
-        self.listener = Listener()
         processes.start(
             'gait_source', 'gait_segmentation.nodes.source_node', str(frames),
             '--rate', str(RATE), '--loop', '--preload',
         )  # fmt: skip
-        if not self.wait(self.answered_after(time.time_ns()), START_TIMEOUT_S):
+        if not self.answers_after(time.time_ns(), START_TIMEOUT_S):
             raise ProcessError('no frame was answered')
 
     def start(self, name: str) -> None:
         """Start a node."""
         self.processes.start(name, 'gait_segmentation', name.removeprefix('gait_'))
 
-    def answered_after(self, stamp_ns: int) -> Callable[[], bool]:
-        """Return what tells whether a frame that was shown after a time has been answered."""
-        return lambda: max(list(self.listener.arrived), default=0) > stamp_ns
-
-    def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
-        """Wait until something is so; return whether it is."""
-        deadline = time.monotonic() + timeout_s
-        while not done():
-            if time.monotonic() > deadline:
-                return False
-            time.sleep(POLL_S)
-        return True
+    def answers_after(self, stamp_ns: int, timeout_s: float) -> bool:
+        """Wait until a frame that was shown after a time is answered; return whether it is."""
+        arrived = self.listener.arrived
+        return wait(lambda: max(list(arrived), default=0) > stamp_ns, timeout_s, POLL_S)
 
     def kill(self, name: str, outcome: Outcome) -> None:
         """Kill a node, start it again and wait for its first answer."""
@@ -101,7 +92,7 @@ class Stage:
         began_ns = time.time_ns()
         self.signal(name, signal.SIGKILL)
         self.start(name)
-        if self.wait(self.answered_after(began_ns), HUNG_S):
+        if self.answers_after(began_ns, HUNG_S):
             newest = min(stamp for stamp in list(self.listener.arrived) if stamp > began_ns)
             outcome.times_s.append(self.listener.arrived[newest] - began_ns / 1e9)
             return
@@ -113,7 +104,8 @@ class Stage:
         if self.processes.ended(name):
             return True
         os.kill(self.processes.pid(name), number)
-        return number == signal.SIGUSR1 or self.wait(lambda: self.processes.ended(name), TERM_S)
+        ended = partial(self.processes.ended, name)
+        return number == signal.SIGUSR1 or wait(ended, TERM_S, POLL_S)
 
     def examine(self, name: str, outcome: Outcome) -> None:
         """Print what a node that says nothing does, and end all nodes, which may wait for it."""
@@ -126,7 +118,7 @@ class Stage:
                 outcome.deaf += 1
                 self.signal(each, signal.SIGKILL)
             self.start(each)
-        self.wait(self.answered_after(time.time_ns()), START_TIMEOUT_S)
+        self.answers_after(time.time_ns(), START_TIMEOUT_S)
 
 
 def left(mark: str) -> list[int]:
@@ -142,36 +134,18 @@ def left(mark: str) -> list[int]:
     return found
 
 
-def segments_mib() -> float:
-    """Return the size of what Fast DDS has in shared memory."""
-    return sum(each.stat().st_size for each in SEGMENTS.glob('fastrtps_*')) / 2**20
-
-
 def measure(nodes: tuple[str, ...], kills: int, seed: int) -> dict[str, Outcome]:
     """Kill each of some nodes that work together a number of times."""
-    import rclpy
-    from rclpy.signals import SignalHandlerOptions
-
     chance = random.Random(seed)
     outcomes = {name: Outcome() for name in nodes}
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        with (
-            tempfile.TemporaryDirectory() as folder,
-            ProcessGroup(os.environ, Path(folder)) as all_,
-        ):
-            write_clip(Path(folder), SIZE, FRAMES)
-            stage = Stage(all_, nodes, Path(folder) / 'frames')
-            try:
-                for _ in range(kills):
-                    for name in nodes:
-                        time.sleep(STEADY_S + chance.random())
-                        all_.check_running(*nodes, 'gait_source')
-                        stage.kill(name, outcomes[name])
-            finally:
-                stage.listener.close()
-    finally:
-        rclpy.try_shutdown()
+    with tempfile.TemporaryDirectory() as folder, session() as (processes, listener, _):
+        write_clip(Path(folder), SIZE, FRAMES)
+        stage = Stage(processes, listener, nodes, Path(folder) / 'frames')
+        for _ in range(kills):
+            for name in nodes:
+                time.sleep(STEADY_S + chance.random())
+                processes.check_running(*nodes, 'gait_source')
+                stage.kill(name, outcomes[name])
     return outcomes
 
 
@@ -185,28 +159,19 @@ def main() -> int:
     add('--seed', type=int, default=1)
     add('--styles', nargs='+', choices=('split', 'single'), default=['split', 'single'])
     options = parser.parse_args()
-    prepare_environment(os.environ)
     # An installed package has it.
     os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
     mark = os.environ[MARK] = str(os.getpid())
-    print(f'seed {options.seed}, {segments_mib():.0f} MiB in shared memory before', flush=True)
-    groups = {'split': tuple(MODULES)[:3], 'single': tuple(MODULES)[3:]}
+    print(f'seed {options.seed}', flush=True)
     fine = True
     for style in options.styles:
-        for name, found in measure(groups[style], options.kills, options.seed).items():
+        for name, found in measure(STYLES[style], options.kills, options.seed).items():
             times = found.times_s or [float('inf')]
-            holds = max(times) <= BAR_S and not found.hung
-            fine &= holds
-            print(
-                f'{"ok  " if holds else "MISS"} {name:14} {len(found.times_s):4} back, median '
-                f'{statistics.median(times):5.2f} s, worst {max(times):5.2f} s (bar {BAR_S:g} s), '
-                f'{found.hung} hung, {found.deaf} of them deaf to SIGTERM',
-                flush=True,
-            )
-    orphans = left(mark)
-    fine &= not orphans
-    print(f'{"MISS" if orphans else "ok  "} {len(orphans)} processes left')
-    print(f'     {segments_mib():.0f} MiB in shared memory after')
+            about = f'(median {statistics.median(times):.2f}, {len(found.times_s)} back)'
+            fine &= holds(f'{name}, worst time in s', max(times), BAR_S, more=about)
+            deaf = f'({found.deaf} deaf to SIGTERM)'
+            fine &= holds(f'{name}, hung', found.hung, 0, more=deaf)
+    fine &= holds('processes left', len(left(mark)), 0)
     return 0 if fine else 1
 
 

@@ -10,7 +10,7 @@ second person who crosses, poles and benches in front.  Prints how many clips a 
 mean and worst J, and which one is the worst.  Usage::
 
     python benchmarks/robustness.py FOLDER ... [--kinds two hidden ...] [--boxes 3] [--each]
-        [--set STAGE.PARAMETER=VALUE] [--sheets DIR] [--json FILE] [--processes N]
+        [--set STAGE.PARAMETER=VALUE] [--json FILE] [--processes N]
 
 Single clips may go one of two ways with a box one pixel larger: ``--boxes N`` runs every clip
 with N start boxes moved a little, which says more than one run of each.
@@ -37,16 +37,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.variants import KINDS, PAIRED, MadeClip, moved_boxes, variants_of
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.config import overridden
-from gait_segmentation.evaluation.output import TILE_SIZE, tile, write_image
 from gait_segmentation.evaluation.report import aligned
-from gait_segmentation.evaluation.runner import Outcome, run
+from gait_segmentation.evaluation.runner import run
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.session import load_sequences
-from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
-from gait_segmentation.sheets import contact_sheet, region_about
-
-TILES = 28
 
 
 @dataclass(frozen=True)
@@ -80,23 +75,9 @@ def score_of(options: argparse.Namespace, kind: str, clip: MadeClip) -> Score:
     js = []
     for start in moved_boxes(clip, options.boxes) or [clip]:
         pipeline = Pipeline(config)
-        outcomes = list(run(pipeline, start, start.numbers, start.box, clock=time.perf_counter))
+        outcomes = run(pipeline, start, start.numbers, start.box, clock=time.perf_counter)
         js.append(statistics.fmean(each.score.j for each in outcomes if each.score is not None))
-    if options.sheets is not None:
-        name = clip.name.replace('/', '_')
-        write_image(options.sheets / f'{kind}_{name}.png', sheet_of(clip, outcomes))
     return Score(kind, clip.name, tuple(js))
-
-
-def sheet_of(clip: MadeClip, outcomes: list[Outcome]) -> cv2.typing.MatLike:
-    step = max(1, -(-len(outcomes) // TILES))
-    tiles = []
-    for outcome in outcomes[::step]:
-        image = clip.image(outcome.number)
-        box = outcome.box or Box(0, 0, image.shape[1], image.shape[0])
-        region = region_about(box, 1.5 * max(box.height, box.width), TILE_SIZE)
-        tiles.append(tile(image, outcome, clip.truth(outcome.number), region))
-    return contact_sheet(tiles, 7)
 
 
 def main() -> int:
@@ -111,15 +92,12 @@ def main() -> int:
     add('--boxes', type=int, default=0, help='start boxes a clip, moved a little')
     add('--each', action='store_true', help='print every clip, too')
     add('--set', action='append', default=[], metavar='STAGE.PARAMETER=VALUE')
-    add('--sheets', type=Path, metavar='DIR', help='a contact sheet of each clip')
     add('--json', type=Path, metavar='FILE', help='write the figures here')
     add('--processes', type=int, default=2)
     options = parser.parse_args()
     # Before all that takes long.
     overridden(PipelineConfig(), options.set)
     load_sequences(map(Path, options.folders))
-    if options.sheets is not None:
-        options.sheets.mkdir(parents=True, exist_ok=True)
     kinds = options.kinds or [*KINDS, *PAIRED]
     singles = [(folder,) for folder in options.folders]
     jobs = [

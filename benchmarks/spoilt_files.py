@@ -27,7 +27,7 @@ from test.inputs.bags import (
 )
 from test.walkers import small_bank
 
-__all__ = ['KINDS', 'MUTATIONS', 'PLACES', 'command_of', 'make_inputs', 'mutate']
+__all__ = ['CHANGES', 'KINDS', 'MUTATIONS', 'PLACES', 'command_of', 'make_inputs', 'mutate']
 
 _CLIP = SyntheticConfig(seed=6, frames=4, width=96, height=80, person_height=50.0)
 _ALONE = {
@@ -199,7 +199,7 @@ def _forbidden(rng: Random, path: Path) -> None:
     path.chmod(0)
 
 
-_CHANGES: dict[str, Callable[[Random, bytes], bytes]] = {
+CHANGES: dict[str, Callable[[Random, bytes], bytes]] = {
     'flip': _flip,
     'replace': _replace,
     'truncate': lambda rng, data: data[: rng.randrange(len(data) + 1)],
@@ -218,7 +218,7 @@ _REPLACEMENTS: dict[str, Callable[[Random, Path], object]] = {
     'missing': lambda rng, path: None,
     'forbidden': _forbidden,
 }
-MUTATIONS = (*[*_CHANGES] * 2, *_REPLACEMENTS, 'name')
+MUTATIONS = (*[*CHANGES] * 2, *_REPLACEMENTS, 'name')
 """What may have become of a file."""
 
 
@@ -235,8 +235,8 @@ def mutate(path: Path, how: str, rng: Random) -> Path:
     if how == 'name':
         moved = chosen.rename(chosen.with_name(rng.choice(_NAMES) + chosen.suffix))
         return moved if chosen == path else path
-    if how in _CHANGES:
-        chosen.write_bytes(_CHANGES[how](rng, chosen.read_bytes()))
+    if how in CHANGES:
+        chosen.write_bytes(CHANGES[how](rng, chosen.read_bytes()))
     else:
         chosen.unlink()
         _REPLACEMENTS[how](rng, chosen)

@@ -20,6 +20,7 @@ import argparse
 import contextlib
 import inspect
 import itertools
+import math
 import statistics
 import sys
 import tempfile
@@ -33,6 +34,7 @@ from tqdm import tqdm
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from benchmarks.bars import holds
 from benchmarks.synthetic import SyntheticFrame
 from benchmarks.synthetic.scenes import SCENES, scene
 from gait_segmentation.cli.tool import check_file, run_tool
@@ -58,20 +60,13 @@ SKIPPED = 10
 
 
 class Bar(NamedTuple):
-    """What a score must be at most, or at least; None counts as met, ``missing`` must be 0."""
+    """What a score must be at most, or at least; None counts as 0, ``missing`` must be 0."""
 
     what: str
     score: str
     value: float
     least: bool = False
     missing: str = ''
-
-    def met(self, scores: Numbers) -> bool:
-        """Tell whether scores meet it."""
-        found = scores[self.score]
-        if self.least:
-            return found is not None and found >= self.value
-        return not (self.missing and scores[self.missing]) and (found or 0) <= self.value
 
 
 LOCK = Bar('lock', 'lock_seconds', 1.0, missing='never_locked')
@@ -119,27 +114,17 @@ def evaluate(
 
 
 def check(name: str, init: str, numbers: Numbers, bars: Iterable[Bar]) -> list[Numbers]:
-    scores = numbers['tracking']
-    return [
-        {
-            'scene': name,
-            'init': init,
-            'what': bar.what,
-            'measured': scores[bar.score],
-            'bar': f'{">=" if bar.least else "<="} {bar.value:g}',
-            'met': bar.met(scores),
-        }
-        for bar in bars
-    ]
-
-
-def bar_table(bars: list[Numbers]) -> str:
-    rows = [['scene', 'init', 'what', 'measured', 'bar', '']]
+    """Print what was measured beside its bars, and return it."""
+    scores, found = numbers['tracking'], []
     for bar in bars:
-        *words, value, limit, met = bar.values()
-        shown = '-' if value is None else f'{value:.3f}'.removesuffix('.000')
-        rows.append([*words, shown, limit, 'met' if met else 'MISSED'])
-    return aligned(rows)
+        value = scores[bar.score]
+        if value is None or (bar.missing and scores[bar.missing]):
+            value = math.inf if scores.get(bar.missing) else 0
+        met = holds(f'{name}, {init}, {bar.what}', value, bar.value, least=bar.least)
+        found.append(
+            {'scene': name, 'init': init, 'what': bar.what, 'measured': value, 'met': met}
+        )
+    return found
 
 
 def started(
@@ -195,7 +180,7 @@ def speed(config: PipelineConfig, frames: list[SyntheticFrame], threads: int) ->
     return len(frames) / taken
 
 
-def main() -> None:
+def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__.split('\n\n')[0],
         epilog='\n'.join(f'{name:16}{inspect.getdoc(make)}' for name, make in SCENES.items()),
@@ -247,7 +232,6 @@ def main() -> None:
                 found = [report[init]['sequences'][each.name] for each in data]
                 mean = {'tracking': mean_tracking(numbers['tracking'] for numbers in found)}
                 report['bars'] += check('mean of data', init, mean, MEAN_BARS[init])
-    print(bar_table(report['bars']))
     if not options.no_cost:
         frames = list(scene('five'))
         report['ms_per_frame'] = rows = cost(config, frames)
@@ -257,6 +241,7 @@ def main() -> None:
             print(f'whole pipeline, OpenCV threads: {threads}: {rate:.1f} frames/s (>= 20)')
     if options.json is not None:
         write_json(options.json, report)
+    return 0 if all(bar['met'] for bar in report['bars']) else 1
 
 
 if __name__ == '__main__':

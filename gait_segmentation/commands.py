@@ -22,6 +22,7 @@ __all__ = [
     'bank',
     'demo',
     'evaluate',
+    'localizer',
     'matcher',
     'pipeline',
     'replay',
@@ -40,20 +41,8 @@ _LOST_IN = ('_raw_object_cache', '__del__')
 """Beginnings of names of functions that the compiler (llvmlite) and the interpreter call back."""
 _AGAIN_S = 0.02
 
-_OF_ROS = (
-    'ament_index_python',
-    'builtin_interfaces',
-    'diagnostic_msgs',
-    'geometry_msgs',
-    'lifecycle_msgs',
-    'rcl_interfaces',
-    'rclpy',
-    'rosgraph_msgs',
-    'sensor_msgs',
-    'std_msgs',
-    'std_srvs',
-)
-"""Modules that come with ROS 2, and not from this package's other requirements."""
+_OF_ROS = ('ament_', 'rcl', 'rosgraph_'), ('_interfaces', '_msgs', '_srvs')
+"""Beginnings and ends of names of modules that come with ROS 2, and not from requirements."""
 
 _OF_TOOLS = ('lz4', 'matplotlib', 'mcap', 'rosbags', 'tqdm', 'zstandard')
 """Modules that only the command line tools and readers of bags need."""
@@ -116,8 +105,8 @@ def _run_node(name: str) -> int:
     if not _arguments_are_text(f'gait_{name}'):
         return FAILED
     try:
-        # Not if there is anything to be said of the command line first.
-        if sys.argv[1:2] in ([], ['--ros-args']):
+        # Not if there is anything to be said of the command line first: ``--`` ends ROS's own.
+        if sys.argv[1:2] in ([], ['--ros-args']) and '--' not in sys.argv:
             _imported('gait_segmentation.ros.participant', '', 0).take_part_early()
         return int(_imported(f'gait_segmentation.nodes.{name}_node', '', 0).main())
     except ModuleNotFoundError as error:
@@ -131,7 +120,7 @@ def _without(name: str, error: ModuleNotFoundError) -> int:
     :raises ModuleNotFoundError: if it is something else that is missing.
     """
     missing = (error.name or '').partition('.')[0]
-    if missing in _OF_ROS:
+    if missing.startswith(_OF_ROS[0]) or missing.endswith(_OF_ROS[1]):
         what = (
             f'there is no ROS 2 for this Python (no module {error.name}): source its setup, such '
             "as /opt/ros/jazzy/setup.bash, or pip install '.[ros]'"
@@ -178,6 +167,7 @@ replay = partial(_run_tool, 'replay')
 warm_up = partial(_run_tool, 'warm_up')
 tracker = partial(_run_node, 'tracker')
 matcher = partial(_run_node, 'matcher')
+localizer = partial(_run_node, 'localizer')
 segmenter = partial(_run_node, 'segmenter')
 pipeline = partial(_run_node, 'pipeline')
 source = partial(_run_node, 'source')

@@ -13,6 +13,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
+from array import array
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -57,6 +58,8 @@ class Parameter:
         """Say in words which values are allowed."""
         if self.choices is not None:
             return 'one of ' + ', '.join(self.choices)
+        if self.type is tuple:
+            return f'{len(self.default)} finite numbers'
         kind = {bool: 'true or false', int: 'an integer', float: 'a number', str: 'a string'}
         words = kind[self.type]
         if self.minimum is not None and self.maximum is not None:
@@ -71,8 +74,11 @@ class Parameter:
         """
         Return what a value stands for, of the parameter's type where there is no doubt.
 
-        An integer stands for a number, and ``off``, which YAML 1.1 reads as false, for ``none``.
+        An integer stands for a number, a list for a tuple, and ``off``, which YAML 1.1 reads as
+        false, for ``none``.
         """
+        if self.type is tuple and isinstance(value, list | array):
+            return tuple(float(each) if type(each) is int else each for each in value)
         if self.type is float and type(value) is int:
             try:
                 return float(value)
@@ -92,6 +98,11 @@ class Parameter:
             right = isinstance(value, float) and math.isfinite(value)
         elif self.type is int:
             right = isinstance(value, int) and not isinstance(value, bool)
+        elif self.type is tuple:
+            right = isinstance(value, tuple) and len(value) == len(self.default)
+            right = right and all(
+                isinstance(each, float) and math.isfinite(each) for each in value
+            )
         else:
             right = isinstance(value, self.type)
         if right and self.choices is not None:
@@ -101,7 +112,8 @@ class Parameter:
         if right and self.maximum is not None:
             right = value <= self.maximum
         if not right:
-            raise ConfigError(f'{self.name} must be {self.allowed()}, got {value!r}')
+            shown = list(value) if isinstance(value, tuple) else value
+            raise ConfigError(f'{self.name} must be {self.allowed()}, got {shown!r}')
 
     def parsed(self, text: str) -> bool | int | float | str:
         """
@@ -129,7 +141,8 @@ def parameter(
     """
     Declare one parameter of a stage.
 
-    :param default: its default; its type (bool, int, float or str) is the parameter's type.
+    :param default: its default; its type (bool, int, float, str, or a tuple of floats)
+        is that of the parameter.
     :param description: what raising or switching it does, one or two sentences.
     :param unit: unit of the value, empty if it has none.
     :param minimum: smallest value allowed.

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,12 +130,20 @@ class Pipeline:
         """Start a new track at the next frame from a tight box in source pixels."""
         self.tracker.initialize(box)
 
+    def add_heat_map(self, heat_map: NDArray[Any], stamp_ns: int) -> None:
+        """
+        Take in where people are as others see it; see :meth:`PeopleTracker.add_heat_map`.
+
+        :raises InputError: if it is no heat map.
+        """
+        self.tracker.add_heat_map(heat_map, stamp_ns)
+
     def update(
         self,
         image: NDArray[np.uint8],
         stamp_ns: int,
         likelihood: NDArray[np.uint8] | None = None,
-        heat_map: NDArray[np.uint8] | None = None,
+        heat_map: NDArray[Any] | None = None,
     ) -> list[FrameResult]:
         """
         Take in a frame.
@@ -147,8 +155,8 @@ class Pipeline:
         :param stamp_ns: its stamp; one that goes backwards resets everything.
         :param likelihood: a likelihood image to use in place of the tracker's, for every person:
             (H, W) uint8 or smaller with the same proportions.
-        :param heat_map: where people are as others see it, (h, w) uint8 of any size, 255 = surely
-            a person: evidence beside the tracker's own.
+        :param heat_map: where people are as others see it in this frame: evidence beside the
+            tracker's own, see :meth:`add_heat_map`.
         :returns: the results that are complete now.
         :raises InputError: if the frame cannot be used; the state is then as before.
         """
@@ -161,7 +169,7 @@ class Pipeline:
         image: NDArray[np.uint8],
         stamp_ns: int,
         likelihood: NDArray[np.uint8] | None = None,
-        heat_map: NDArray[np.uint8] | None = None,
+        heat_map: NDArray[Any] | None = None,
     ) -> list[FrameResult]:
         """
         Take in a frame as :meth:`update` does, but leave learning from the results for later.

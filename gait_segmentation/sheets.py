@@ -14,7 +14,24 @@ from gait_segmentation.drawing import BACKDROP, Image
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 
-__all__ = ['contact_sheet', 'crop', 'region_about']
+__all__ = [
+    'COLUMNS',
+    'TILES',
+    'TILE_HEIGHT',
+    'TILE_SIZE',
+    'contact_sheet',
+    'crop',
+    'region_about',
+]
+
+TILES, COLUMNS = 28, 7
+"""Frames on a contact sheet of somebody, and in a row of it."""
+
+TILE_SIZE = (200, 256)
+"""Width and height of one of them in pixels."""
+
+TILE_HEIGHT = 1.35
+"""Height of the region shown, in heights of the person."""
 
 
 def region_about(box: Box, height: float, size: tuple[int, int]) -> Box:

@@ -24,6 +24,7 @@ NODES = {
     'split': ('gait_tracker', 'gait_matcher', 'gait_segmenter'),
     'single': ('gait_pipeline',),
 }
+PICTURES = ('debug_image', 'debug_image/compressed')
 TRUTH = ['true', 'false']
 
 ARGUMENTS = [
@@ -82,6 +83,32 @@ ARGUMENTS = [
         description='restart nodes that die',
     ),
     DeclareLaunchArgument(
+        'localize',
+        default_value='false',
+        choices=TRUTH,
+        description='also say where people are in metres: gait_localizer, or in gait_pipeline',
+    ),
+    DeclareLaunchArgument(
+        'camera_info',
+        default_value='',
+        description="topic of the camera's calibration; empty = camera_info beside image",
+    ),
+    DeclareLaunchArgument(
+        'depth', default_value='depth', description='topic of depth images registered to image'
+    ),
+    DeclareLaunchArgument(
+        'rviz',
+        default_value='false',
+        choices=TRUTH,
+        description='start rviz2 with config/gait_segmentation.rviz; for Foxglove import '
+        'config/foxglove_layout.json',
+    ),
+    DeclareLaunchArgument(
+        'rviz_frame',
+        default_value='camera_optical_frame',
+        description='frame_id of the images, in which rviz2 shows people',
+    ),
+    DeclareLaunchArgument(
         'enclaves',
         default_value='',
         description='path of the SROS2 enclaves, which are named like the nodes, such as /gait '
@@ -107,14 +134,31 @@ def _nodes(context):
         raise ValueError(f'params_file:={given["params_file"]} is no file')
     # Nor would it mention a misspelt argument. Arguments of a file that includes this one are no
     # mistake.
-    known = [*given, 'input', 'topic', 'rate', 'width', 'loop', 'keep_stamps']
+    known = [*given, 'input', 'topic', 'rate', 'width', 'loop', 'keep_stamps', 'driver', 'device']
     others = [name for name in context.launch_configurations if name not in known]
     slips = [
         LogInfo(msg=f'there is no argument {name}: did you mean {meant[0]}?')
         for name in others
         if (meant := get_close_matches(name, known, n=1, cutoff=0.75))
     ]
-    return [*slips, *(_node(name, given) for name in NODES[given['style']])]
+    names = list(NODES[given['style']])
+    if given['localize'] == 'true' and given['style'] == 'split':
+        names.append('gait_localizer')
+    shown = [_rviz(given)] if given['rviz'] == 'true' else []
+    return [*slips, *(_node(name, given) for name in names), *shown]
+
+
+def _rviz(given):
+    view = str(shared_file('config/gait_segmentation.rviz'))
+    space = given['namespace'].strip('/')
+    topics = ('debug_image', 'markers', 'person_0/pose')
+    return Node(
+        package='rviz2',
+        executable='rviz2',
+        arguments=['-d', view, '-f', given['rviz_frame']],
+        remappings=[(f'/{each}', f'/{space}/{each}') for each in topics if space],
+        parameters=[{'use_sim_time': given['use_sim_time'] == 'true'}],
+    )
 
 
 def _numbers(given, name, count):
@@ -137,11 +181,13 @@ def _node(name, given):
         parameters['max_people'] = int(_numbers(given, 'max_people', 1)[0])
     if given['initial_box']:
         parameters['initial_box'] = _numbers(given, 'initial_box', 4)
+    if given['localize'] == 'true' and name == 'gait_pipeline':
+        parameters['localize'] = True
     # Given with or without the suffix that image_transport appends.
     image = given['image'].removesuffix('/compressed')
     enclave = ['--enclave', f'{given["enclaves"].rstrip("/")}/{name}'] if given['enclaves'] else []
-    # Three nodes side by side need three names for their pictures.
-    pictures = given['style'] == 'split' and name != 'gait_segmenter'
+    # Nodes side by side need names of their own for their pictures.
+    pictures = name in ('gait_tracker', 'gait_matcher')
     return Node(
         package=PACKAGE,
         executable=name,
@@ -151,7 +197,9 @@ def _node(name, given):
         remappings=[
             ('image', image),
             ('image/compressed', f'{image}/compressed'),
-            ('debug_image', f'{name}/debug_image' if pictures else 'debug_image'),
+            ('camera_info', given['camera_info'] or str(Path(image).with_name('camera_info'))),
+            ('depth', given['depth']),
+            *((each, f'{name}/{each}') for each in PICTURES if pictures),
         ],
         arguments=['--ros-args', '--log-level', given['log_level'], *enclave],
         output='screen',

@@ -157,7 +157,9 @@ def test_every_command_runs_its_module(name: str, monkeypatch) -> None:
     assert all(Path(ROOT / f'{each.replace(".", "/")}.py').is_file() for each in found)
 
 
-@pytest.mark.parametrize('given', [['--help'], ['image.png'], ['-r', 'a:=b']])
+@pytest.mark.parametrize(
+    'given', [['--help'], ['image.png'], ['-r', 'a:=b'], ['--ros-args', '--', 'image.png']]
+)
 def test_a_node_that_may_say_something_of_its_command_line_does_not_appear(
     given: list[str], monkeypatch
 ) -> None:

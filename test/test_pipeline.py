@@ -167,7 +167,7 @@ def test_a_heat_map_is_evidence_beside_the_trackers_own() -> None:
         contrasts.append(float(values[inside].mean()) - float(values[~inside].mean()))
     assert contrasts[1] > contrasts[0] + 1
     with pytest.raises(InputError, match='heat map must be'):
-        told.update(frame.image, frame.stamp_ns + 1, heat_map=np.zeros((5, 5, 3), np.uint8))
+        told.update(frame.image, frame.stamp_ns + 1, heat_map=np.zeros((5, 5, 2), np.uint8))
     assert len(told.update(frame.image, frame.stamp_ns + 1)) == 1
 
 

@@ -42,7 +42,8 @@ view, as gait_replay --masks writes them.  They have one size, or each is cut
 out by its box.  Images before the walker comes and after they are gone may be
 empty.  The period is estimated; phase 0 is where the legs are farthest
 apart.  Which leg is in front then cannot be seen in profile: --first-contact
-tells it.
+tells it.  Several walkers are several builds, which are all matched, or with
+--average one, the mean of all who walk in the same direction.
 
 Azimuth is the direction of walking: 0 to the right in the image, 90 away from
 the camera, 180 to the left, -90 towards the camera.
@@ -51,6 +52,7 @@ examples (after colcon build with "ros2 run gait_segmentation" in front):
   gait_bank build bank.npz
   gait_bank build side.npz --azimuths 2 --builds average,coat
   gait_bank build mine.npz --from walk1 walk2 --azimuth 180 0 --mirror
+  gait_bank build mean.npz --from anna ben cleo --azimuth 180 --mirror --average
 """
 
 _DRAWN = ('builds', 'azimuths', 'elevation')
@@ -96,6 +98,11 @@ def _parser() -> argparse.ArgumentParser:
     )
     source.add_argument(
         '--mirror', action='store_true', help='add the mirror image of every folder'
+    )
+    source.add_argument(
+        '--average',
+        action='store_true',
+        help='average the walkers of each direction into one; without it, they are kept apart',
     )
     add_spec_options(build, BankSpec, 'the bank')
     show = commands.add_parser(
@@ -158,8 +165,8 @@ def _build(options: argparse.Namespace) -> None:
         raise BankError(f'cannot write the bank {output}: {output.parent} is not a folder')
     of_folders = options.azimuth is not None or options.first_contact is not None
     keep_apart([('the bank', output)], map(Path, options.folders or ()))
-    if options.folders is None and (of_folders or options.mirror):
-        raise BankError('--azimuth, --first-contact and --mirror belong to --from')
+    if options.folders is None and (of_folders or options.mirror or options.average):
+        raise BankError('--azimuth, --first-contact, --mirror and --average belong to --from')
     drawn = [f'--{name}' for name in _DRAWN if name in given]
     if options.folders is not None and drawn:
         raise BankError(f'{", ".join(drawn)}: only a bank without --from has them')
@@ -175,7 +182,11 @@ def _build(options: argparse.Namespace) -> None:
                 for folder, azimuth, name in zip(folders, azimuths, _names(folders), strict=True)
             ]
             bank = bank_from_silhouettes(
-                sequences, spec, mirror=options.mirror, progress=bar.update
+                sequences,
+                spec,
+                mirror=options.mirror,
+                average=options.average,
+                progress=bar.update,
             )
     bank.save(output)
     if options.folders is None:

@@ -21,7 +21,7 @@ from gait_segmentation.cli.presets import add_preset_option, preset_file
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
 from gait_segmentation.cli.replaying.mark import png_is_marked
 from gait_segmentation.cli.signals import handled
-from gait_segmentation.cli.tool import make_folder, run_tool
+from gait_segmentation.cli.tool import POLL_S, command_parser, make_folder, run_tool
 from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box, check_start_box
@@ -41,7 +41,6 @@ _START_TIMEOUT_S = 900.0
 _PRELOADED = 1 << 30
 """Bytes of frames that are decoded beforehand; longer films are while they are played."""
 _FLOW_OUT_S = 5.0
-_POLL_S = 0.05
 
 # A demonstration on a busy computer is to be late rather than to have gaps.
 _PATIENT = ('-p', 'backlog:=90')
@@ -60,7 +59,7 @@ EPILOG = """\
 writes to the output folder
   masks/NNNN.png     the silhouettes, named by the frame's number in the film
   overlay.mp4        the film with outline, box, direction and phase
-  contact_sheet.png  30 frames of the person with outline
+  contact_sheet.png  28 frames of the person with outline
   phase.png          gait phase and direction over time
   report.json        frames in and out, dropped, fps, latency from the frame's
                      stamp to its mask, frames tracked
@@ -86,12 +85,7 @@ class _Help(argparse.RawDescriptionHelpFormatter):
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    made = argparse.ArgumentParser(
-        prog='gait_demo',
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=_Help,
-    )
+    made = command_parser('gait_demo', DESCRIPTION, EPILOG, _Help)
     add = made.add_argument
     add('--out', type=Path, default=Path('out/demo'), help='output folder (%(default)s)')
     add('--clip', type=Path, metavar='FILE', help='a film, folder of images or bag of your own')
@@ -119,15 +113,12 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _show(options: argparse.Namespace) -> None:
-    _say(run(options), options.out)
-
-
-def _say(report: Mapping[str, Any], out: Path) -> None:
+    report = run(options)
     latency = report['latency_ms']
     print(
         f'{report["frames_out"]} of {report["frames_in"]} frames at {report["fps"]:.1f} fps, '
         f'{report["tracked_frames"]} with a silhouette; latency {latency["p50"]:.0f} ms, '
-        f'95 % within {latency["p95"]:.0f} ms; see {out}'
+        f'95 % within {latency["p95"]:.0f} ms; see {options.out}'
     )
 
 
@@ -148,13 +139,11 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     from rclpy.signals import SignalHandlerOptions
 
     from gait_segmentation.cli.demo_output import (
-        FilmImages,
         make_report,
-        write_film,
         write_masks,
         write_phase,
+        write_pictures,
         write_report,
-        write_sheet,
     )
     from gait_segmentation.cli.recorder import Recorder
 
@@ -178,10 +167,10 @@ def run(options: argparse.Namespace) -> dict[str, Any]:
     lost = len(published) - len(frames)
     if lost:
         print(f'gait_demo: {lost_frames(lost, recorder.dropped(), logs)}', file=sys.stderr)
-    images = FilmImages(film)
-    write_masks(options.out / 'masks', frames)
-    write_film(options.out / 'overlay.mp4', frames, images, options.rate or film.fps)
-    write_sheet(options.out / 'contact_sheet.png', frames, images)
+    out = options.out
+    write_masks(out / 'masks', frames)
+    rate = options.rate or film.fps
+    write_pictures(out / 'overlay.mp4', out / 'contact_sheet.png', frames, film, rate)
     write_phase(options.out / 'phase.png', frames)
     topics = {topic: recorder.received(topic) for topic in recorder.topics}
     report = make_report(len(published), frames, topics)
@@ -279,7 +268,6 @@ def play(
     film: ImageSource,
     rate: float,
     stamps: Path,
-    nodes: tuple[str, ...] = NODES,
     holds: str = '',
 ) -> None:
     """
@@ -287,7 +275,6 @@ def play(
 
     :param rate: frames per second, 0 = the film's.
     :param stamps: file for the frames' numbers and stamps.
-    :param nodes: the nodes that are started.
     :param holds: the one that may hold back the last frames for some that do not come.
     :raises ProcessError: if a process fails or the nodes do not connect.
     """
@@ -295,16 +282,16 @@ def play(
     print('gait_demo: starting the nodes (the first time, a minute or two)', file=sys.stderr)
     deadline = time.monotonic() + _START_TIMEOUT_S
     ready: set[str] = set()
-    while not recorder.connected(*nodes):
-        processes.check_running(*nodes)
+    while not recorder.connected(*NODES):
+        processes.check_running(*NODES)
         for name in recorder.active() - ready:
             ready.add(name)
             print(f'gait_demo: {name} is ready', file=sys.stderr)
         if time.monotonic() > deadline:
             raise ProcessError(f'the nodes did not connect within {_START_TIMEOUT_S:g} s')
-        time.sleep(_POLL_S)
+        time.sleep(POLL_S)
     source = [str(film.path), '--width', str(film.size[0]), '--start', str(film.start)]
-    source += ['--wait-for', str(min(len(nodes), 2)), '--stamps', str(stamps)]
+    source += ['--wait-for', '2', '--stamps', str(stamps)]
     if film.total is not None and 3 * math.prod(film.size) * film.total <= _PRELOADED:
         source.append('--preload')
     # For the processes to be done with finding the camera before it starts.
@@ -318,7 +305,7 @@ def play(
         shown = came = 0
         quiet_since = time.monotonic()
         while True:
-            processes.check_running(*nodes)
+            processes.check_running(*NODES)
             played = processes.ended('gait_source')
             complete, messages = recorder.complete(), recorder.messages()
             if messages > came or not played:
@@ -332,7 +319,7 @@ def play(
                 if quiet:
                     recorder.deactivate(holds)
                     holds, quiet_since = '', time.monotonic()
-            time.sleep(_POLL_S)
+            time.sleep(POLL_S)
 
 
 def lost_frames(lost: int, dropped: Mapping[str, int], logs: Path) -> str:

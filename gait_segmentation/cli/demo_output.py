@@ -8,7 +8,7 @@ import json
 import math
 import platform
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -30,22 +30,24 @@ from gait_segmentation.drawing import (
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.files.output_files import write_file, write_picture
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs import Frame, ImageSource
-from gait_segmentation.sheets import contact_sheet, crop, region_about
+from gait_segmentation.inputs import ImageSource
+from gait_segmentation.sheets import (
+    COLUMNS,
+    TILE_HEIGHT,
+    TILE_SIZE,
+    TILES,
+    contact_sheet,
+    crop,
+    region_about,
+)
 
 __all__ = [
-    'FilmImages',
     'Shown',
     'make_report',
-    'write_film',
     'write_masks',
     'write_phase',
-    'write_sheet',
+    'write_pictures',
 ]
-
-_SHEET_FRAMES = 30
-_SHEET_COLUMNS = 10
-_TILE = (150, 225)
 
 
 @dataclass(frozen=True)
@@ -77,52 +79,50 @@ def write_masks(folder: Path, frames: Sequence[Shown]) -> None:
         write_file(folder / f'{shown.number:04d}.png', mask_png(shown.record.mask))
 
 
-class FilmImages:
-    """The images of a film by number, read again as they are asked for: all take much memory."""
-
-    def __init__(self, film: ImageSource) -> None:
-        """Take the film."""
-        self._film = film
-        self._frames: Iterator[Frame] = iter(())
-        self._last: Frame | None = None
-
-    def __getitem__(self, number: int) -> NDArray[np.uint8]:
-        """Return an image; it is quick if they are asked for in their order."""
-        if self._last is None or number < self._last.number:
-            self._frames = self._film.frames()
-            self._last = next(self._frames)
-        while self._last.number < number:
-            self._last = next(self._frames)
-        if self._last.image is None:
-            raise SequenceError(f'frame {number} cannot be read any more: {self._last.problem}')
-        return self._last.image
-
-
-def write_film(path: Path, frames: Sequence[Shown], images: FilmImages, fps: float) -> None:
+def write_pictures(
+    overlay: Path, sheet: Path, frames: Sequence[Shown], film: ImageSource, fps: float
+) -> None:
     """
-    Write a film with outline, box, view and phase, and read it again to be sure.
+    Write a film with outline, box, view and phase, and a contact sheet of who is seen longest.
 
-    :raises SequenceError: if it cannot be written or read.
+    The images are read again, in their order: all at once would take much memory.
+
+    :raises SequenceError: if a file cannot be written, or the film not be read again.
     """
     if not frames:
         raise SequenceError('there are no frames to write a film of')
-    height, width = images[frames[0].number].shape[:2]
-    film = Film(path, (width, height), fps)
-    for shown in frames:
-        picture = images[shown.number].copy()
-        labels = shown.record.labels
-        for slot, person in sorted(shown.record.people.items()):
-            if person.box is not None:
-                draw_person(
-                    picture,
-                    mask=person_mask(labels, slot),
-                    box=person.box,
-                    track_id=person.track_id,
-                    phase=person.phase,
-                    azimuth=person.azimuth,
-                )
-        film.add(picture, shown.number)
-    film.close()
+    shown = {each.number: each for each in frames}
+    slot, tiles = longest(frames), []
+    seen = [each.number for each in frames if each.record.person(slot).box] or list(shown)
+    places = np.linspace(0, len(seen) - 1, min(TILES, len(seen)))
+    chosen = {seen[round(place)] for place in places}
+    made = Film(overlay, film.size, fps)
+    for frame in film.frames():
+        if frame.number not in shown:
+            continue
+        if frame.image is None:
+            raise SequenceError(f'frame {frame.number} cannot be read any more: {frame.problem}')
+        each = shown[frame.number]
+        made.add(_drawn(frame.image.copy(), each.record), frame.number)
+        if frame.number in chosen:
+            tiles.append(_tile(frame.image, each, slot))
+    made.close()
+    write_picture(sheet, contact_sheet(tiles, COLUMNS))
+
+
+def _drawn(picture: NDArray[np.uint8], record: Record) -> NDArray[np.uint8]:
+    labels = record.labels
+    for slot, person in sorted(record.people.items()):
+        if person.box is not None:
+            draw_person(
+                picture,
+                mask=person_mask(labels, slot),
+                box=person.box,
+                track_id=person.track_id,
+                phase=person.phase,
+                azimuth=person.azimuth,
+            )
+    return picture
 
 
 def longest(frames: Sequence[Shown]) -> int:
@@ -136,31 +136,18 @@ def longest(frames: Sequence[Shown]) -> int:
     return min(counts, key=lambda slot: (-counts[slot], slot), default=0)
 
 
-def write_sheet(path: Path, frames: Sequence[Shown], images: FilmImages) -> None:
-    """
-    Write a contact sheet of the person seen longest: about 30 frames with outline.
-
-    :raises SequenceError: if the file cannot be written.
-    """
-    slot = longest(frames)
-    tracked = [shown for shown in frames if shown.record.person(slot).box] or list(frames)
-    places = np.linspace(0, len(tracked) - 1, min(_SHEET_FRAMES, len(tracked)))
-    chosen = [tracked[index] for index in dict.fromkeys(places.round().astype(int).tolist())]
-    tiles = []
-    for shown in chosen:
-        person = shown.record.person(slot)
-        image = images[shown.number]
-        box = person.box or Box(0, 0, image.shape[1], image.shape[0])
-        tall = 1.25 * max(box.height, box.width * _TILE[1] / _TILE[0])
-        region = region_about(box, tall, _TILE)
-        # Cropped and enlarged first, so that the outline is drawn at full sharpness.
-        tile = crop(image, region, _TILE)
-        mask = person_mask(shown.record.labels, slot)
-        draw_outline(tile, crop(mask, region, _TILE), track_colour(person.track_id))
-        phase = '' if math.isnan(person.phase) else f' {person.phase:.2f}'
-        draw_label(tile, f'{shown.number}{phase}', (2, 2))
-        tiles.append(tile)
-    write_picture(path, contact_sheet(tiles, _SHEET_COLUMNS))
+def _tile(image: NDArray[np.uint8], shown: Shown, slot: int) -> NDArray[np.uint8]:
+    """Return a crop of a frame about somebody, with outline, number and phase."""
+    person = shown.record.person(slot)
+    box = person.box or Box(0, 0, image.shape[1], image.shape[0])
+    region = region_about(box, TILE_HEIGHT * max(box.height, box.width), TILE_SIZE)
+    # Cropped and enlarged first, so that the outline is drawn at full sharpness.
+    tile = crop(image, region, TILE_SIZE)
+    mask = person_mask(shown.record.labels, slot)
+    draw_outline(tile, crop(mask, region, TILE_SIZE), track_colour(person.track_id))
+    phase = '' if math.isnan(person.phase) else f' {person.phase:.2f}'
+    draw_label(tile, f'{shown.number}{phase}', (2, 2))
+    return tile
 
 
 def write_phase(path: Path, frames: Sequence[Shown]) -> None:

@@ -17,16 +17,21 @@ from typing import TypeVar
 import cv2
 from tqdm import tqdm
 
-from gait_segmentation.cli.presets import add_preset_option, preset_file
-from gait_segmentation.cli.tool import check_file, make_folder, run_tool
+from gait_segmentation.cli.presets import preset_file
+from gait_segmentation.cli.tool import (
+    add_config_options,
+    check_file,
+    command_parser,
+    make_folder,
+    run_tool,
+)
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.evaluation.ablation import (
-    compare_priors,
-    ingredient_table,
-    leave_one_out,
+    ABLATIONS,
+    compare,
+    comparison_table,
     plot_priors,
-    prior_table,
 )
 from gait_segmentation.evaluation.report import table, tracking_table, write_json
 from gait_segmentation.evaluation.session import Session, load_sequences
@@ -92,19 +97,14 @@ examples (after colcon build with "ros2 run gait_segmentation" in front)
   gait_evaluate data/* --out out/eval --restarts
   gait_evaluate data/* --preset paper --prior none
   gait_evaluate data/* --ablate priors --out out/eval
-  gait_evaluate data/hall --set tracking.use_background=false
+  gait_evaluate data/hall --set tracking.use_background=false --bank mine.npz
   gait_evaluate data/hall --init auto --set people.max_people=3
 """
 
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    made = argparse.ArgumentParser(
-        prog='gait_evaluate',
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    made = command_parser('gait_evaluate', DESCRIPTION, EPILOG)
     add = made.add_argument
     add('sequence', nargs='+', type=Path, metavar='SEQUENCE_DIR', help='sequence folders')
     add(
@@ -114,15 +114,9 @@ def parser() -> argparse.ArgumentParser:
         help='how people get a track: from boxes of the ground truth, or found by the pipeline '
         'itself (default: %(default)s)',
     )
-    add_preset_option(made)
+    add_config_options(made)
     add('--prior', help='shape prior of the segmentation, e.g. none or default')
-    add(
-        '--set',
-        action='append',
-        default=[],
-        metavar='STAGE.PARAM=VALUE',
-        help='change a parameter, e.g. matching.lag=15; may be repeated',
-    )
+    add('--bank', metavar='FILE', help='template bank, as gait_bank writes it')
     add(
         '--restarts',
         action='store_true',
@@ -137,7 +131,7 @@ def parser() -> argparse.ArgumentParser:
     )
     add(
         '--ablate',
-        choices=('priors', 'ingredients'),
+        choices=tuple(ABLATIONS),
         help='compare the shape priors, or leave out one ingredient (use_... parameter) at a time',
     )
     add(
@@ -145,6 +139,13 @@ def parser() -> argparse.ArgumentParser:
         default='',
         metavar='NAME',
         help="take SEQUENCE_DIR/NAME/NNNN.png (grey) as likelihood in place of the tracker's",
+    )
+    add(
+        '--heat-map',
+        default='',
+        metavar='NAME',
+        help='take SEQUENCE_DIR/NAME/NNNN.png (grey, any size) as heat maps beside the '
+        "tracker's own likelihood; frames may go without",
     )
     add(
         '--json',
@@ -187,6 +188,7 @@ def evaluate(options: argparse.Namespace) -> None:
     if options.out is not None:
         make_folder('--out', options.out)
     # Here, so that --help does not wait for the kernels to be loaded.
+    from gait_segmentation.gait_model import TemplateBank
     from gait_segmentation.kernels import compile_kernels
     from gait_segmentation.pipeline import Pipeline, PipelineConfig
 
@@ -202,13 +204,15 @@ def evaluate(options: argparse.Namespace) -> None:
 
         config = read_parameter_file(preset_file(options.preset), Settings(config)).config
     config = overridden(config, settings)
+    bank = TemplateBank.load(options.bank) if options.bank is not None else None
     session = Session(
-        sequences=load_sequences(options.sequence, options.likelihood),
-        make_pipeline=lambda config: Pipeline(config, clock=time.perf_counter),
+        sequences=load_sequences(options.sequence, options.likelihood, options.heat_map),
+        make_pipeline=lambda config: Pipeline(config, bank=bank, clock=time.perf_counter),
         clock=time.perf_counter,
         restarts=options.restarts,
         warm=options.warm,
         likelihood=options.likelihood,
+        heat_map=options.heat_map,
         progress=_shown,
         auto=options.init == 'auto',
         fixed=frozenset(setting.partition('=')[0].strip() for setting in settings),
@@ -217,16 +221,12 @@ def evaluate(options: argparse.Namespace) -> None:
         compile_kernels()
     report = session.evaluate(config, options.out)
     say(f'{table(report)}\n\n{tracking_table(report)}')
-    if options.ablate == 'priors':
-        priors = compare_priors(session, config, report)
-        say(f'\n{prior_table(priors)}')
-        if options.out is not None:
-            plot_priors(options.out / 'priors.png', priors)
-        report['priors'] = priors
-    elif options.ablate == 'ingredients':
-        reports = leave_one_out(session, config)
-        say(f'\n{ingredient_table(report, reports)}')
-        report['ingredients'] = reports
+    if options.ablate is not None:
+        found = compare(session, config, report, options.ablate)
+        say(f'\n{comparison_table(options.ablate, report, found)}')
+        if options.ablate == 'priors' and options.out is not None:
+            plot_priors(options.out / 'priors.png', found)
+        report[options.ablate] = found
     if to_output:
         print(json.dumps(report, indent=2))
     elif options.json is not None:

@@ -38,6 +38,7 @@ _SLOT_TOPICS = {
     'box': (PolygonInstanceStamped, 2),
     'likelihood': (Image, 3),
     'matched_box': (PolygonInstanceStamped, 3),
+    'refined_box': (PolygonInstanceStamped, 1),
     'shape_prior': (Image, 3),
     'gait': (JointState, 2),
     'mask': (Image, 2),
@@ -157,11 +158,9 @@ class Recorder:
 
     def connected(self, *nodes: str) -> bool:
         """Return whether these nodes are active and connected with each other and with this."""
-        alone = len(nodes) == 1
         with self._lock:
             return set(nodes) <= self._active and all(
-                self._subscribers.get(f'/{topic}', 0)
-                >= (topic in self._topics if alone else count)
+                self._subscribers.get(f'/{topic}', 0) >= count
                 for topic, count in self._connected.items()
             )
 

@@ -11,8 +11,16 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gait_segmentation.cli.presets import add_preset_option, preset_file
-from gait_segmentation.cli.tool import FAILED, INTERRUPTED, READING, add_reading_options, run_tool
+from gait_segmentation.cli.presets import preset_file
+from gait_segmentation.cli.tool import (
+    FAILED,
+    INTERRUPTED,
+    READING,
+    add_config_options,
+    add_reading_options,
+    command_parser,
+    run_tool,
+)
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
 
@@ -67,12 +75,7 @@ examples (after colcon build with "ros2 run gait_segmentation" in front)
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    made = argparse.ArgumentParser(
-        prog='gait_replay',
-        description=DESCRIPTION,
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    made = command_parser('gait_replay', DESCRIPTION, EPILOG)
     add = made.add_argument
     add('input', nargs='+', type=Path, metavar='INPUT', help='films, folders of images, bags')
     add(
@@ -94,15 +97,15 @@ def parser() -> argparse.ArgumentParser:
         help='tight box of a person in the first frame, in pixels of the input; without it, '
         'people are found by their motion',
     )
-    add_reading_options(made, 'films: their own; folders: 30')
-    add_preset_option(made)
     add(
-        '--set',
-        action='append',
-        default=[],
-        metavar='STAGE.PARAM=VALUE',
-        help='change a parameter, e.g. matching.lag=15; may be repeated',
+        '--heat-map',
+        default='',
+        metavar='DIR|TOPIC',
+        help='heat maps of people as evidence beside the own: a folder of grey images named by '
+        'frame number (from 0) or stamp in ns, or a topic of the bag',
     )
+    add_reading_options(made, 'films: their own; folders: 30')
+    add_config_options(made)
     add('--params', type=Path, metavar='FILE', help='ROS parameter file, as for the nodes')
     add('--bank', default='', metavar='FILE', help='template bank, as gait_bank writes it')
     add('--jobs', type=int, default=1, metavar='N', help='inputs at a time (%(default)s)')
@@ -153,9 +156,10 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
                 config=overridden(settings.config, options.set),
                 outputs={kind: place for kind, place in places.items() if place is not None},
                 reading={each: getattr(options, each) for each in READING},
-                bank=options.bank or settings.bank,
-                box=Box(*options.box) if options.box is not None else settings.box,
+                bank=options.bank or settings.bank.bank,
+                box=Box(*options.box) if options.box is not None else settings.start.box(),
                 threads=options.threads,
+                heat_map=options.heat_map,
             )
         )
     return jobs
@@ -190,6 +194,8 @@ def _replay_all(options: argparse.Namespace) -> int:
 
     wanted = make_jobs(options)
     given = (*options.input, options.params, wanted[0].bank)
+    if options.heat_map and Path(options.heat_map).is_dir():
+        given = (*given, options.heat_map)
     read = [Path(each) for each in given if each]
     for job in wanted:
         job.check(read, force=options.force)

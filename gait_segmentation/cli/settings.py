@@ -11,9 +11,8 @@ from typing import Any
 from gait_segmentation.config import parameters_of, replaced, stages_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.files.reading import read_yaml
-from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import PipelineConfig
-from gait_segmentation.ros.config import OF_NODES
+from gait_segmentation.ros.config import OF_NODES, BankConfig, StartConfig
 from gait_segmentation.ros.names import misnamed, qualified
 
 __all__ = ['Settings', 'read_parameter_file']
@@ -28,8 +27,8 @@ class Settings:
     """What a parameter file says that concerns a pipeline."""
 
     config: PipelineConfig = field(default_factory=PipelineConfig)
-    bank: str = ''
-    box: Box | None = None
+    start: StartConfig = field(default_factory=StartConfig)
+    bank: BankConfig = field(default_factory=BankConfig)
 
 
 def read_parameter_file(path: Path, settings: Settings | None = None) -> Settings:
@@ -69,8 +68,9 @@ def _names(config: PipelineConfig) -> list[str]:
         for stage, values in stages_of(config).items()
     ]
     groups += [('', kind) for kind in OF_NODES]
-    own = [qualified(group, about.name) for group, kind in groups for about in parameters_of(kind)]
-    return ['initial_box', *own]
+    return [
+        qualified(group, about.name) for group, kind in groups for about in parameters_of(kind)
+    ]
 
 
 def _flat(values: Any, prefix: str = '') -> dict[str, Any]:
@@ -84,13 +84,10 @@ def _flat(values: Any, prefix: str = '') -> dict[str, Any]:
 
 
 def _changed(settings: Settings, name: str, value: Any) -> Settings:
-    if name == 'bank':
-        return replace(settings, bank=str(value))
-    if name == 'initial_box':
-        numbers = [float(each) for each in value] if isinstance(value, list) else []
-        if len(numbers) != 4:
-            raise ConfigError(f'initial_box must be 4 numbers, got {value!r}')
-        return replace(settings, box=Box(*numbers) if any(numbers) else None)
+    for field_name in ('start', 'bank'):
+        own = getattr(settings, field_name)
+        if name in (about.name for about in parameters_of(own)):
+            return replace(settings, **{field_name: replace(own, **{name: value})})
     given, _, parameter = name.rpartition('.')
     stage = given or _UNNAMED
     if stage not in stages_of(settings.config):

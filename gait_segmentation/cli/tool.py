@@ -13,6 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
+from gait_segmentation.cli.presets import add_preset_option
 from gait_segmentation.commands import FAILED, INTERRUPTED
 from gait_segmentation.config import StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
@@ -23,10 +24,13 @@ from gait_segmentation.kernel_cache import mend_kernel_cache
 __all__ = [
     'FAILED',
     'INTERRUPTED',
+    'POLL_S',
     'READING',
+    'add_config_options',
     'add_reading_options',
     'add_spec_options',
     'check_file',
+    'command_parser',
     'make_folder',
     'run_tool',
     'spec_of',
@@ -34,6 +38,9 @@ __all__ = [
 
 READING = ('topic', 'width', 'start', 'count', 'rate', 'max_pixels')
 """Options that are arguments of :func:`gait_segmentation.inputs.open_input`."""
+
+POLL_S = 0.05
+"""How often commands look whether what they wait for is so."""
 
 _OUTPUT = 'standard output'
 
@@ -100,6 +107,30 @@ class _Output:
 def _drop_output() -> None:
     """Let what is still to be flushed go nowhere."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def command_parser(
+    name: str,
+    description: str,
+    epilog: str,
+    formatter: type[argparse.HelpFormatter] = argparse.RawDescriptionHelpFormatter,
+) -> argparse.ArgumentParser:
+    """Return a parser whose texts are shown as they are."""
+    return argparse.ArgumentParser(
+        prog=name, description=description, epilog=epilog, formatter_class=formatter
+    )
+
+
+def add_config_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that name a preset and change single parameters."""
+    add_preset_option(parser)
+    parser.add_argument(
+        '--set',
+        action='append',
+        default=[],
+        metavar='STAGE.PARAM=VALUE',
+        help='change a parameter, e.g. matching.lag=15; may be repeated',
+    )
 
 
 def add_reading_options(parser: argparse.ArgumentParser, rate: str) -> None:

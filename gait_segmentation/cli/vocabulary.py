@@ -9,19 +9,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from tqdm import tqdm
 
 from gait_segmentation.cli.tool import add_spec_options, spec_of
 from gait_segmentation.files.output_files import keep_apart, write_picture
+from gait_segmentation.gait_model import build_bank
 from gait_segmentation.gait_model.silhouettes import read_masks
 from gait_segmentation.segmentation.vocabulary import VocabularyError
 from gait_segmentation.segmentation.vocabulary_picture import draw_vocabulary
 from gait_segmentation.segmentation.vocabulary_training import (
+    MODEL,
     Silhouette,
     VocabularySpec,
     bank_silhouettes,
     learn_vocabulary,
     mask_silhouettes,
-    model_bank,
 )
 
 __all__ = ['add_parser', 'run']
@@ -33,10 +35,11 @@ segmentation.prior is 'paper'; name the file in segmentation.vocabulary to use
 it.  Learning needs scikit-learn: pip install scikit-learn
 
 Without --from, the silhouettes are drawn from the package's gait model (576:
-6 builds, 16 views, 6 phases).  With --from, they are the images in the folders:
-grey value 128 or more is the person, of any size and in any order; images
-without anybody are left out.  A few hundred of varied people, views and phases
-are needed for words that fit everybody.
+6 builds, 16 views, 6 phases).  With --from, they are the images in the folders,
+laid out as for "gait_bank build --from" or in any other order and of any sizes:
+grey values of 128 and more are the person, all of the body in view.  Images with
+nobody, or somebody less than 16 pixels tall, are left out.  A few hundred of
+varied people, views and phases are needed for words that fit everybody.
 
 examples (after colcon build with "ros2 run gait_segmentation" in front):
   gait_bank vocabulary words.json --picture words.png
@@ -63,7 +66,9 @@ def add_parser(commands: Any) -> argparse.ArgumentParser:
         '--from', dest='folders', nargs='+', metavar='FOLDER', help='folders of silhouettes'
     )
     made.add_argument('--picture', metavar='FILE', help='write a picture of the words, too')
-    made.add_argument('--quiet', action='store_true', help='no line about the result')
+    made.add_argument(
+        '--quiet', action='store_true', help='no progress bar and no line about the result'
+    )
     add_spec_options(made, VocabularySpec, 'the words')
     return made
 
@@ -84,8 +89,10 @@ def run(options: argparse.Namespace) -> None:
     for path in (output, picture or output):
         if not path.parent.is_dir():
             raise VocabularyError(f'cannot write {path}: {path.parent} is not a folder')
-    silhouettes, source = _silhouettes(options.folders)
-    vocabulary = learn_vocabulary(silhouettes, spec, source)
+    with tqdm(unit='sequence', disable=options.quiet or None, leave=False) as bar:
+        silhouettes, source = _silhouettes(options.folders, bar)
+        bar.set_description(f'learning from {len(silhouettes)} silhouettes')
+        vocabulary = learn_vocabulary(silhouettes, spec, source)
     vocabulary.save(output)
     if picture is not None:
         chosen = np.linspace(0, len(silhouettes) - 1, _SHOWN + 2).astype(int)[1:-1]
@@ -99,10 +106,19 @@ def run(options: argparse.Namespace) -> None:
         )
 
 
-def _silhouettes(folders: list[str] | None) -> tuple[list[Silhouette], str]:
+def _silhouettes(folders: list[str] | None, bar: tqdm[Any]) -> tuple[list[Silhouette], str]:
     """Return the silhouettes to learn from, and in words where they are from."""
     if folders is None:
-        bank = model_bank()
+        bar.reset(len(MODEL.build_names) * MODEL.azimuths)
+        bank = build_bank(MODEL, bar.update)
         return list(bank_silhouettes(bank)), f'gait model, {bank.provenance["model"]}'
-    found = [s for folder in folders for s in mask_silhouettes(read_masks(folder))]
+    bar.reset(len(folders))
+    found: list[Silhouette] = []
+    for folder in folders:
+        masks = [mask for _, mask in read_masks(folder)]
+        try:
+            found += mask_silhouettes(masks)
+        except VocabularyError as error:
+            raise VocabularyError(f'{folder}: {error}') from error
+        bar.update()
     return found, 'folders ' + ', '.join(Path(folder).name for folder in folders)

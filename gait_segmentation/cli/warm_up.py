@@ -4,14 +4,13 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterable, Iterator
 from typing import Any
 
 # Whose imports are all modules with kernels that nodes call.
 import gait_segmentation.pipeline  # noqa: F401
-from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.cli.tool import command_parser, run_tool
 from gait_segmentation.kernels import Kernels, compile_kernels
 
 __all__ = ['main']
@@ -56,13 +55,7 @@ def _progress(kernels: Iterable[Any]) -> Iterator[Any]:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
-    parser = argparse.ArgumentParser(
-        prog='gait_warm_up',
-        description=_DESCRIPTION,
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.parse_args(arguments)
+    command_parser('gait_warm_up', _DESCRIPTION, _EPILOG).parse_args(arguments)
     return run_tool('gait_warm_up', _run)
 
 

@@ -14,84 +14,70 @@ from gait_segmentation.evaluation.report import aligned
 from gait_segmentation.evaluation.session import Session
 from gait_segmentation.files.output_files import writing
 
-__all__ = ['compare_priors', 'ingredient_table', 'leave_one_out', 'plot_priors', 'prior_table']
+__all__ = ['ABLATIONS', 'compare', 'comparison_table', 'plot_priors']
 
 
-def compare_priors(
-    session: Session, config: Any, base: Mapping[str, Any]
+def priors(config: Any) -> dict[str, Any]:
+    """Return a pipeline's configuration with each shape prior there is."""
+    about = {about.name: about for about in parameters_of(config.segmentation)}['prior']
+    return {
+        prior: replaced(config, 'segmentation', 'prior', prior) for prior in about.choices or ()
+    }
+
+
+def ingredients(config: Any) -> dict[str, Any]:
+    """Return it without each ``use_...`` parameter that is on, by ``stage.parameter``."""
+    return {
+        f'{stage}.{about.name}': replaced(config, stage, about.name, False)
+        for stage, values in stages_of(config).items()
+        for about in parameters_of(values)
+        if about.type is bool and about.name.startswith('use_') and getattr(values, about.name)
+    }
+
+
+ABLATIONS = {'priors': priors, 'ingredients': ingredients}
+"""What makes the configurations to compare of the one that is used."""
+
+
+def compare(
+    session: Session, config: Any, base: Mapping[str, Any], ablation: str
 ) -> dict[str, dict[str, Any]]:
     """
-    Evaluate every shape prior there is, everything else as configured.
+    Evaluate the configurations of an ablation.
 
     :param base: the report of ``config`` itself, not run again.
-    :returns: prior -> report.
+    :param ablation: one of :data:`ABLATIONS`.
+    :returns: the reports by name.
     """
-    reports = {}
-    about = {a.name: a for a in parameters_of(config.segmentation)}['prior']
-    for prior in about.choices or ():
-        if prior == config.segmentation.prior:
-            reports[prior] = dict(base)
-        else:
-            changed = replaced(config, 'segmentation', 'prior', prior)
-            reports[prior] = session.evaluate(changed, name=prior)
-    return reports
+    return {
+        name: dict(base) if changed == config else session.evaluate(changed, name=name)
+        for name, changed in ABLATIONS[ablation](config).items()
+    }
 
 
-def leave_one_out(session: Session, config: Any) -> dict[str, dict[str, Any]]:
+def comparison_table(
+    title: str, base: Mapping[str, Any], reports: Mapping[str, Mapping[str, Any]]
+) -> str:
     """
-    Switch off each ``use_...`` parameter that is on, one at a time.
-
-    :returns: ``stage.parameter`` -> report.
-    """
-    reports = {}
-    for stage, values in stages_of(config).items():
-        for about in parameters_of(values):
-            if (
-                about.type is bool
-                and about.name.startswith('use_')
-                and getattr(values, about.name)
-            ):
-                name = f'{stage}.{about.name}'
-                changed = replaced(config, stage, about.name, False)
-                reports[name] = session.evaluate(changed, name=f'no {name}')
-    return reports
-
-
-def prior_table(reports: Mapping[str, Mapping[str, Any]]) -> str:
-    """Return the means of each prior as an aligned table."""
-    restarts = any('restarts' in report for report in reports.values())
-    rows = [['prior', 'error %', 'J', 'F'] + (['restart J'] if restarts else [])]
-    for prior, report in reports.items():
-        mean = report['mean']
-        row = [prior, f'{mean["error_rate"]:.2f}', f'{mean["J"]:.4f}', f'{mean["F"]:.4f}']
-        rows.append(row + ([_number(report['restarts']['J'], '.4f')] if restarts else []))
-    return aligned(rows)
-
-
-def ingredient_table(base: Mapping[str, Any], reports: Mapping[str, Mapping[str, Any]]) -> str:
-    """
-    Return what the means lose without each ingredient as an aligned table, worst loss first.
+    Return the means, and what they lose against a base, as an aligned table, worst loss first.
 
     The last column names the sequence that loses most.
+
+    :param title: of the names.
     """
-    restarts = 'restarts' in base
-    header = ['without', 'J', 'delta J'] + (['restart J', 'delta'] if restarts else [])
-    mean = base['mean']
-    first = ['(nothing left out)', f'{mean["J"]:.4f}', '']
-    rows = [[*header, 'who suffers']]
-    rows.append(first + ([_number(base['restarts']['J'], '.4f'), ''] if restarts else []) + [''])
+    again = 'restarts' in base
+    rows = [
+        [title, 'error %', 'J', 'F', 'delta J', *(['restart J'] if again else []), 'who suffers']
+    ]
     for name, report in sorted(reports.items(), key=lambda item: item[1]['mean']['J']):
-        row = [name, f'{report["mean"]["J"]:.4f}', f'{report["mean"]["J"] - mean["J"]:+.4f}']
-        if restarts:
-            again, before = report['restarts']['J'], base['restarts']['J']
-            delta = None if again is None or before is None else again - before
-            row += [_number(again, '.4f'), _number(delta, '+.4f')]
+        mean = report['mean']
+        row = [name, f'{mean["error_rate"]:.2f}', f'{mean["J"]:.4f}', f'{mean["F"]:.4f}']
+        row.append(f'{mean["J"] - base["mean"]["J"]:+.4f}')
+        if again:
+            j = report['restarts']['J']
+            row.append('-' if j is None else f'{j:.4f}')
         rows.append([*row, _worst(base, report)])
     return aligned(rows)
-
-
-def _number(value: float | None, digits: str) -> str:
-    return '-' if value is None else format(value, digits)
 
 
 def _worst(base: Mapping[str, Any], report: Mapping[str, Any]) -> str:

@@ -9,34 +9,30 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.drawing import Image, draw_label, draw_outline
+from gait_segmentation.drawing import Image, draw_label, draw_outline, track_colour
 from gait_segmentation.evaluation.metrics import true_box
 from gait_segmentation.evaluation.runner import Outcome
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.truth import PERSON
 from gait_segmentation.files.output_files import write_picture, writing
 from gait_segmentation.geometry import Box
-from gait_segmentation.sheets import contact_sheet, crop, region_about
+from gait_segmentation.sheets import (
+    COLUMNS,
+    TILE_HEIGHT,
+    TILE_SIZE,
+    TILES,
+    contact_sheet,
+    crop,
+    region_about,
+)
 
-__all__ = ['TILE_HEIGHT', 'TILE_SIZE', 'SequenceOutput', 'tile', 'write_image']
+__all__ = ['SequenceOutput', 'tile', 'write_image']
 
-TILES = 28
-"""Frames on a contact sheet."""
-
-COLUMNS = 7
-"""Frames in a row of it."""
-
-TILE_SIZE = (200, 256)
-"""Width and height of one of them in pixels."""
-
-FOUND = (60, 255, 60)
+FOUND = track_colour(1)
 """Colour of the outline of the mask that was found."""
 
 TRUE = (255, 90, 255)
 """Colour of the true outline."""
-
-TILE_HEIGHT = 1.35
-"""Height of the region shown, in heights of the person."""
 
 
 def write_image(path: Path, image: Image) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import json
 import statistics
-from collections.abc import Iterable, Mapping, Sequence as ListLike
+from collections.abc import Callable, Iterable, Mapping, Sequence as ListLike
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -170,29 +170,49 @@ def _cell(value: float | None, digits: int) -> str:
     return '-' if value is None else f'{value:.{digits}f}'
 
 
+def _time(value: float | None, never: int) -> str:
+    """Return the longest time, and how many never came."""
+    return _cell(value, 2) + (f' ({never} never)' if never else '')
+
+
+_COLUMNS: dict[str, Callable[[Mapping[str, Any]], str]] = {
+    'frames': lambda row: str(row['frames']),
+    'J': lambda row: _cell(row['J'], 4),
+    'F': lambda row: _cell(row['F'], 4),
+    'error %': lambda row: _cell(row['error_rate'], 2),
+    'image %': lambda row: _cell(row['error_rate_image'], 2),
+    'box IoU': lambda row: _cell(row['box_iou'], 3),
+    'tracked': lambda row: _cell(row['tracked']['box_iou'], 3),
+    'matched': lambda row: _cell(row['matched']['box_iou'], 3),
+    'lost': lambda row: str(row['lost_frames']),
+    'ms': lambda row: _cell(row['ms_per_frame']['total'], 1),
+    'fps': lambda row: _cell(row['fps'], 1),
+}
+_TRACKING_COLUMNS: dict[str, Callable[[Mapping[str, Any]], str]] = {
+    'people': lambda row: str(len(row['people'])) if 'people' in row else '',
+    'J': lambda row: _cell(row['J'], 4),
+    'one id': lambda row: _cell(row['J_one_id'], 4),
+    'box IoU': lambda row: _cell(row['box_iou'], 3),
+    'centre': lambda row: _cell(row['centre_error'], 3),
+    'lost': lambda row: str(row['lost_frames']),
+    'switches': lambda row: str(row['id_switches']),
+    'shared': lambda row: str(row['shared_ids']),
+    'MOTA': lambda row: _cell(row['mota'], 3),
+    'IDF1': lambda row: _cell(row['idf1'], 3),
+    'lock s': lambda row: _time(row['lock_seconds'], row['never_locked']),
+    'back s': lambda row: _time(row['recovery_seconds'], row['never_recovered']),
+    'false': lambda row: str(row['false_slots']),
+}
+
+
 def table(report: Mapping[str, Any]) -> str:
     """Return the report as an aligned table, one line per sequence and one for the mean."""
     kinds = {'restarts': 'restart', 'warm': 'warm'}
     again = {name: report[kind] for kind, name in kinds.items() if kind in report}
-    header = ['sequence', 'frames', 'J', 'F', 'error %', 'image %', 'box IoU']
-    header += ['tracked', 'matched', 'lost', 'ms', 'fps']
+    header = ['sequence', *_COLUMNS]
     rows = [header + [cell for name in again for cell in (f'{name} J', 'J0')]]
-    lines = [*report['sequences'].items(), ('mean', report['mean'])]
-    for name, numbers in lines:
-        row = [
-            name,
-            str(numbers['frames']),
-            _cell(numbers['J'], 4),
-            _cell(numbers['F'], 4),
-            _cell(numbers['error_rate'], 2),
-            _cell(numbers['error_rate_image'], 2),
-            _cell(numbers['box_iou'], 3),
-            _cell(numbers['tracked']['box_iou'], 3),
-            _cell(numbers['matched']['box_iou'], 3),
-            str(numbers['lost_frames']),
-            _cell(numbers['ms_per_frame']['total'], 1),
-            _cell(numbers['fps'], 1),
-        ]
+    for name, numbers in [*report['sequences'].items(), ('mean', report['mean'])]:
+        row = [name, *(cell(numbers) for cell in _COLUMNS.values())]
         for starts in again.values():
             scores = starts if name == 'mean' else starts['per_sequence'][name]
             row += [_cell(scores['J'], 4), _cell(scores['J0'], 4)]
@@ -203,36 +223,11 @@ def table(report: Mapping[str, Any]) -> str:
 def tracking_table(report: Mapping[str, Any]) -> str:
     """Return how people were followed as an aligned table, one line per sequence and the mean."""
     known = 'mota' in report['mean']['tracking']
-    header = ['tracking', 'people', 'J', 'one id', 'box IoU', 'centre', 'lost', 'switches']
-    header += ['shared', *(['MOTA', 'IDF1'] if known else []), 'lock s', 'back s', 'false']
-    rows = [header]
+    columns = {k: v for k, v in _TRACKING_COLUMNS.items() if known or k not in ('MOTA', 'IDF1')}
+    rows = [['tracking', *columns]]
     for name, numbers in [*report['sequences'].items(), ('mean', report['mean'])]:
-        scores = numbers['tracking']
-        row = [
-            name,
-            str(len(scores['people'])) if 'people' in scores else '',
-            _cell(scores['J'], 4),
-            _cell(scores['J_one_id'], 4),
-            _cell(scores['box_iou'], 3),
-            _cell(scores['centre_error'], 3),
-            str(scores['lost_frames']),
-            str(scores['id_switches']),
-            str(scores['shared_ids']),
-        ]
-        if known:
-            row += [_cell(scores['mota'], 3), _cell(scores['idf1'], 3)]
-        row += [
-            _time_cell(scores['lock_seconds'], scores['never_locked']),
-            _time_cell(scores['recovery_seconds'], scores['never_recovered']),
-            str(scores['false_slots']),
-        ]
-        rows.append(row)
+        rows.append([name, *(cell(numbers['tracking']) for cell in columns.values())])
     return aligned(rows) + ('' if known else f'\n({MISSING})')
-
-
-def _time_cell(value: float | None, never: int) -> str:
-    """Return the longest time, and how many never came."""
-    return _cell(value, 2) + (f' ({never} never)' if never else '')
 
 
 def write_json(path: Path, report: Mapping[str, Any]) -> None:

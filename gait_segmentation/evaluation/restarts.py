@@ -10,11 +10,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from gait_segmentation.evaluation.metrics import start_box
-from gait_segmentation.evaluation.runner import Clip, Runnable, likelihoods_of, run
+from gait_segmentation.evaluation.runner import (
+    Clip,
+    Runnable,
+    heat_maps_of,
+    likelihoods_of,
+    run,
+)
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.geometry import Box
 
-__all__ = ['Restart', 'StartScore', 'restarts_of', 'run_restarts']
+__all__ = ['StartScore', 'restarts_of', 'run_restarts']
 
 RESTART_EVERY = 10
 """Frames between the starts of the restart score."""
@@ -35,17 +41,9 @@ class StartScore:
     j0: float
 
 
-@dataclass(frozen=True)
-class Restart:
-    """A stretch of a clip to start anew in: its frames, and the box of the person in the first."""
-
-    numbers: list[int]
-    box: Box
-
-
-def restarts_of(clip: Clip) -> list[Restart]:
+def restarts_of(clip: Clip) -> list[tuple[list[int], Box]]:
     """
-    Return the stretches of the restart score.
+    Return the stretches of the restart score: their frames, and the box in the first.
 
     They are 14 frames long, from every tenth frame on that has a person in its truth and at least
     five frames to follow.
@@ -56,7 +54,7 @@ def restarts_of(clip: Clip) -> list[Restart]:
         truth = clip.truth(numbers[place])
         box = None if truth is None else start_box(truth)
         if box is not None:
-            found.append(Restart(numbers[place : place + RESTART_FRAMES], box))
+            found.append((numbers[place : place + RESTART_FRAMES], box))
     return found
 
 
@@ -66,30 +64,32 @@ def run_restarts(
     *,
     clock: Callable[[], float],
     likelihood_name: str = '',
+    heat_map_name: str = '',
     warm: bool = False,
 ) -> Iterator[StartScore]:
     """
     Start anew from the true box (with its ambiguous rim) at every tenth frame, for 14 frames.
 
     :param make_pipeline: makes a pipeline that has seen nothing.
-    :param likelihood_name: see :func:`run_sequence`.
+    :param likelihood_name: see :func:`run_sequence`; ``heat_map_name`` likewise.
     :param warm: whether the pipeline sees the frames before as well, from the clip's first one.
     """
     likelihood = likelihoods_of(sequence, likelihood_name)
-    for restart in restarts_of(sequence):
-        first = restart.numbers[0]
+    for numbers, box in restarts_of(sequence):
+        first = numbers[0]
         before = [number for number in sorted(sequence.frames) if number < first] if warm else []
         outcomes = run(
             make_pipeline(),
             sequence,
-            [*before, *restart.numbers],
-            {first: (restart.box,)},
+            [*before, *numbers],
+            {first: (box,)},
             clock=clock,
             likelihood=likelihood,
+            heat_map=heat_maps_of(sequence, heat_map_name),
         )
         scores = [
             outcome.score.j
             for outcome in outcomes
             if outcome.number >= first and outcome.score is not None
         ]
-        yield StartScore(restart.numbers[0], float(np.mean(scores)), scores[0])
+        yield StartScore(first, float(np.mean(scores)), scores[0])

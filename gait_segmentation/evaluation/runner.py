@@ -18,6 +18,7 @@ from gait_segmentation.evaluation.metrics import FrameScore, jaccard, score_fram
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.tracking_score import FoundTrack
 from gait_segmentation.evaluation.truth import PERSON, read_mask
+from gait_segmentation.files.image_files import read_heat_map
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import TRACKED
 
@@ -26,6 +27,7 @@ __all__ = [
     'Outcome',
     'Runnable',
     'check_truth',
+    'heat_maps_of',
     'likelihoods_of',
     'run',
     'run_sequence',
@@ -43,6 +45,7 @@ class Runnable(Protocol):
         image: NDArray[np.uint8],
         stamp_ns: int,
         likelihood: NDArray[np.uint8] | None = None,
+        heat_map: NDArray[np.uint8] | None = None,
     ) -> list[Any]:
         """Take in a frame, return the results that are complete."""
 
@@ -72,8 +75,8 @@ class Outcome:
     """
     What the pipeline made of one frame.
 
-    ``mask`` is (H, W) uint8 0/255 and ``box`` the tracked box, both in source pixels; ``phase``
-    and ``azimuth`` are NaN if nobody is tracked.  ``timings_ms`` is by stage, ``seconds`` the
+    ``mask`` is (H, W) uint8 0/255 and ``box`` the tracked box, both in source pixels; ``phase`` is
+    NaN if nobody is tracked.  ``timings_ms`` is by stage, ``seconds`` the
     duration of the call that took the frame in.  ``score`` is None without ground truth.
 
     With several slots these are of the one whose mask has the greatest J, of the first if there
@@ -84,7 +87,6 @@ class Outcome:
     mask: NDArray[np.uint8]
     box: Box | None
     phase: float
-    azimuth: float
     timings_ms: dict[str, float]
     seconds: float
     score: FrameScore | None
@@ -99,6 +101,7 @@ def run(
     *,
     clock: Callable[[], float],
     likelihood: Callable[[int], NDArray[np.uint8]] | None = None,
+    heat_map: Callable[[int], NDArray[np.uint8] | None] | None = None,
 ) -> Iterator[Outcome]:
     """
     Give the frames of a clip to a pipeline and score what comes back, frame by frame.
@@ -111,6 +114,7 @@ def run(
         are to be tracked from there on, empty if the pipeline finds people by itself.
     :param clock: seconds, for the durations.
     :param likelihood: makes the likelihood image to use in a frame in place of the tracker's.
+    :param heat_map: makes the heat map to use in a frame beside it, None where there is none.
     """
     numbers = list(numbers)
     starts = {numbers[0]: (box,)} if isinstance(box, Box) else box
@@ -121,8 +125,9 @@ def run(
         image = clip.image(number)
         stamp = clip.stamp_ns(number)
         given = None if likelihood is None else likelihood(number)
+        heat = None if heat_map is None else heat_map(number)
         started = clock()
-        results = pipeline.update(image, stamp, given)
+        results = pipeline.update(image, stamp, given, heat)
         waiting[stamp] = (number, image.shape[:2], clock() - started)
         yield from _finished(results, waiting, clip)
     yield from _finished(pipeline.flush(), waiting, clip)
@@ -149,7 +154,7 @@ def _outcome(
 ) -> Outcome:
     mask = np.zeros(shape, np.uint8)
     box = body = matched = None
-    phase = azimuth = math.nan
+    phase = math.nan
     timings: dict[str, float] = {}
     tracks: tuple[FoundTrack, ...] = ()
     truth = clip.truth(number)
@@ -158,7 +163,7 @@ def _outcome(
         mask, box, timings = person.segmentation.mask, person.track.box, result.timings_ms
         body, matched = person.track.body, person.match.box
         if person.match.body is not None:
-            phase, azimuth = person.match.phase, person.match.azimuth
+            phase = person.match.phase
         tracks = tuple(
             FoundTrack(
                 each.track.track_id,
@@ -170,7 +175,7 @@ def _outcome(
             if each.track.state == TRACKED and each.track.box is not None
         )
     score = None if truth is None else score_frame(mask, box, truth, body, matched)
-    return Outcome(number, mask, box, phase, azimuth, timings, seconds, score, tracks)
+    return Outcome(number, mask, box, phase, timings, seconds, score, tracks)
 
 
 def _person_of(people: Any, truth: NDArray[np.uint8] | None) -> Any:
@@ -203,6 +208,7 @@ def run_sequence(
     *,
     clock: Callable[[], float],
     likelihood_name: str = '',
+    heat_map_name: str = '',
     auto: bool = False,
 ) -> Iterator[Outcome]:
     """
@@ -210,6 +216,8 @@ def run_sequence(
 
     :param likelihood_name: folder beside ``frames`` with the likelihood images (NNNN.png, grey)
         to use in place of the tracker's, empty for the tracker's.
+    :param heat_map_name: the same with heat maps of any size to use beside it, which frames may
+        go without.
     :param auto: give no boxes; the pipeline must find people by itself.
     :raises SequenceError: if an image is missing or corrupt.
     """
@@ -220,6 +228,7 @@ def run_sequence(
         {} if auto else sequence.starts,
         clock=clock,
         likelihood=likelihoods_of(sequence, likelihood_name),
+        heat_map=heat_maps_of(sequence, heat_map_name),
     )
 
 
@@ -236,3 +245,23 @@ def likelihoods_of(sequence: Sequence, name: str) -> Callable[[int], NDArray[np.
     if not folder.is_dir():
         raise SequenceError(f'{folder} is missing, no likelihood images to read')
     return lambda number: read_mask(folder / f'{sequence.frames[number].stem}.png', sequence.size)
+
+
+def heat_maps_of(
+    sequence: Sequence, name: str
+) -> Callable[[int], NDArray[np.uint8] | None] | None:
+    """
+    Return what reads the heat map of a frame, None for an empty name.
+
+    :param name: of the folder beside ``frames``.
+    :raises SequenceError: if there is no such folder, or no map of any frame in it.
+    """
+    if not name:
+        return None
+    folder: Path = sequence.folder / name
+    if not folder.is_dir():
+        raise SequenceError(f'{folder} is missing, no heat maps to read')
+    paths = {each: folder / f'{path.stem}.png' for each, path in sequence.frames.items()}
+    if not any(path.exists() for path in paths.values()):
+        raise SequenceError(f'{folder} has no heat map of a frame, such as {paths[min(paths)]}')
+    return lambda number: read_heat_map(paths[number]) if paths[number].exists() else None

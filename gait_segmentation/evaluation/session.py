@@ -17,6 +17,7 @@ from gait_segmentation.evaluation.restarts import StartScore, restarts_of, run_r
 from gait_segmentation.evaluation.runner import (
     Runnable,
     check_truth,
+    heat_maps_of,
     likelihoods_of,
     run_sequence,
 )
@@ -29,11 +30,14 @@ Progress = Callable[[Iterable[Any], str, int], Iterator[Any]]
 """Passes on so many items of a name, and may show how far it is."""
 
 
-def load_sequences(folders: Iterable[Path], likelihood: str = '') -> list[Sequence]:
+def load_sequences(
+    folders: Iterable[Path], likelihood: str = '', heat_map: str = ''
+) -> list[Sequence]:
     """
     Open sequences to be scored.
 
     :param likelihood: folder of likelihood images that each must have, if it is not empty.
+    :param heat_map: the same of heat maps.
     :raises SequenceError: if one cannot be used, has no ground truth, or two have one name.
     """
     loaded: dict[str, Sequence] = {}
@@ -41,6 +45,7 @@ def load_sequences(folders: Iterable[Path], likelihood: str = '') -> list[Sequen
         sequence = Sequence.load(folder)
         check_truth(sequence)
         likelihoods_of(sequence, likelihood)
+        heat_maps_of(sequence, heat_map)
         if sequence.name in loaded:
             raise SequenceError(
                 f'{sequence.folder} has the same name as {loaded[sequence.name].folder}; '
@@ -58,7 +63,8 @@ class Session:
     ``make_pipeline`` makes a pipeline that has seen nothing from a configuration, ``clock`` gives
     seconds.  With ``restarts`` the report has the restart score, too, and with ``warm`` that of
     pipelines that have seen the clip from its first frame on.  ``likelihood`` is the folder
-    beside the frames with likelihood images to use, empty for the tracker's.
+    beside the frames with likelihood images to use, empty for the tracker's, and ``heat_map`` that
+    with heat maps.
 
     With ``auto`` no boxes are given and pipelines find people by themselves; without it they only
     track who is given.  Pipelines of sequences with several people have a slot for each of them.
@@ -71,6 +77,7 @@ class Session:
     restarts: bool = False
     warm: bool = False
     likelihood: str = ''
+    heat_map: str = ''
     progress: Progress = lambda items, name, total: iter(items)
     auto: bool = False
     fixed: frozenset[str] = frozenset()
@@ -98,6 +105,7 @@ class Session:
                     sequence,
                     clock=self.clock,
                     likelihood_name=self.likelihood,
+                    heat_map_name=self.heat_map,
                     warm=kind == 'warm',
                 )
                 count = len(restarts_of(sequence))
@@ -118,6 +126,7 @@ class Session:
             sequence,
             clock=self.clock,
             likelihood_name=self.likelihood,
+            heat_map_name=self.heat_map,
             auto=self.auto,
         )
         for outcome in self.progress(outcomes, title, len(sequence.numbers)):

@@ -14,8 +14,17 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.files.encoded_images import MOST_PIXELS, decode_image
 from gait_segmentation.files.reading import regular
+from gait_segmentation.heat_maps import heat_map_of
 
-__all__ = ['IMAGE_SUFFIXES', 'by_number', 'images_in', 'read_grey', 'read_image', 'read_unchanged']
+__all__ = [
+    'IMAGE_SUFFIXES',
+    'by_number',
+    'images_in',
+    'read_grey',
+    'read_heat_map',
+    'read_image',
+    'read_unchanged',
+]
 
 IMAGE_SUFFIXES = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp')
 """Endings of the files taken for images."""
@@ -55,6 +64,18 @@ def read_grey(path: Path) -> NDArray[np.uint8]:
     :raises SequenceError: if the file is not an image that can be read, or has too many pixels.
     """
     return _decoded(path, cv2.IMREAD_GRAYSCALE)
+
+
+def read_heat_map(path: Path) -> NDArray[np.uint8]:
+    """
+    Read a heat map as (h, w) uint8.
+
+    :raises SequenceError: if it cannot be read, or is in colours.
+    """
+    try:
+        return heat_map_of(read_unchanged(path))
+    except InputError as error:
+        raise SequenceError(f'{path}: {error}') from error
 
 
 def read_unchanged(path: Path) -> NDArray[np.uint8]:

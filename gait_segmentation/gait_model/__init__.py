@@ -8,13 +8,12 @@ Banks
     :class:`BankSpec`, :func:`cached_bank` does the same and keeps it in the user's cache folder.
 
 Single pictures of a walker
-    ``render_silhouette(phase, azimuth, height_px, *, build='average', elevation=0.0, fill=0.9,
-    shift=(0.0, 0.0)) -> (rows, columns) uint8`` is an anti-aliased alpha channel;
-    ``render_parts(...)``, with the same parameters, ``-> dict[str, (rows, columns) uint8]`` has
-    one alpha channel for each of :data:`PARTS` (``'head'``, ``'torso'``, ``'skirt'``,
-    ``'rucksack'``, ``'arms'``, ``'hands'``, ``'legs'``, ``'feet'``).  Images have about
-    ``height_px / fill`` rows and ``0.8 * height_px`` columns (both even); the body's axis is the
-    middle column and the ground ``height_px / 2`` below the middle row.
+    ``render_silhouette(phase, azimuth, height_px, **options) -> (rows, columns) uint8`` is an
+    anti-aliased alpha channel; ``render_parts(...)``, with the same parameters, ``-> dict[str,
+    (rows, columns) uint8]`` has one alpha channel for each of :data:`PARTS` (``'head'``,
+    ``'torso'``, ``'skirt'``, ``'rucksack'``, ``'arms'``, ``'hands'``, ``'legs'``, ``'feet'``).
+    The options (``build``, ``elevation``, ``fill``, ``shift``) are those of
+    :class:`~gait_segmentation.gait_model.render.Drawing`.
 """
 
 from __future__ import annotations

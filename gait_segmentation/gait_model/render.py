@@ -18,6 +18,7 @@ from __future__ import annotations
 import functools
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +27,14 @@ from gait_segmentation.errors import BankError
 from gait_segmentation.gait_model.body import PARTS, Body, Build, body_at, named_build
 from gait_segmentation.kernels import kernel
 
-__all__ = ['Registration', 'register', 'render_cycle', 'render_parts', 'render_silhouette']
+__all__ = [
+    'Drawing',
+    'Registration',
+    'register',
+    'render_cycle',
+    'render_parts',
+    'render_silhouette',
+]
 
 _SUPERSAMPLE = 4
 _CYCLE = 30  # phases over which a view is registered
@@ -206,45 +214,69 @@ def register(build: Build, view: View) -> Registration:
     return Registration(axis, float(top.mean() + bottom.mean()) / 2, height)
 
 
-class _Drawing:
+class Drawing:
     """A walker seen from one direction at some phases, and the grid it is drawn on."""
 
     def __init__(
         self,
         phases: ArrayLike,
-        view: View,
-        build: str | Build,
-        grid: tuple[int, int],
+        azimuth: float,
         height_px: float,
+        *,
+        build: str | Build = 'average',
+        elevation: float = 0.0,
+        grid: tuple[int, int] | None = None,
+        fill: float = 0.9,
         shift: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         """
-        Place the body, with its axis in the middle of the grid.
+        Place the body.
 
-        :param grid: rows and columns.
-        :param height_px: height of the body in pixels.
-        :param shift: (right, down) displacement in pixels.
+        :param phases: (P,) phases in cycles, 0 = heel contact of the right leg.
+        :param azimuth: see :data:`View`, as ``elevation``.
+        :param height_px: height of the body in pixels, averaged over the cycle.
+        :param build: a name of :data:`~gait_segmentation.gait_model.body.BUILDS`, or a build.
+        :param grid: rows and columns; if None about ``height_px / fill`` and ``0.8 * height_px``,
+            both even.  The body's axis is the middle column, the ground (without ``shift`` and
+            elevation) ``height_px / 2`` below the middle row at every phase.
+        :param fill: share of the rows the body takes.
+        :param shift: (right, down) displacement in pixels, for positions between pixels.
+        :raises BankError: for an unknown build or a size that is not positive.
         """
-        figure = named_build(build)
+        if not (math.isfinite(height_px) and height_px > 0):
+            raise BankError(f'height_px must be a positive number of pixels, got {height_px!r}')
+        if not 0 < fill <= 1:
+            raise BankError(f'fill must be in (0, 1], got {fill!r}')
+        figure, view = named_build(build), (float(azimuth), float(elevation))
+        rows, columns = grid or (
+            2 * math.ceil(height_px / fill / 2),
+            2 * math.ceil(height_px * 0.4),
+        )
         place = register(figure, view)
         self._body = body_at(phases, figure)
         centers, axes, self._away = project(self._body, view)
         factor = height_px / place.height * _SUPERSAMPLE
-        middle = np.array([grid[1] / 2 + shift[0], grid[0] / 2 + shift[1]]) * _SUPERSAMPLE
+        middle = np.array([columns / 2 + shift[0], rows / 2 + shift[1]]) * _SUPERSAMPLE
         self._centers = (centers - (place.center_x, place.center_y)) * factor + middle
         self._axes = axes * factor
-        self._shape = grid[0] * _SUPERSAMPLE, grid[1] * _SUPERSAMPLE
+        self._shape = rows * _SUPERSAMPLE, columns * _SUPERSAMPLE
 
-    def silhouette(self, phase: int) -> NDArray[np.uint8]:
-        """Return (rows, columns) uint8 alpha at one of the phases."""
+    def silhouette(self, phase: int = 0) -> NDArray[np.uint8]:
+        """Return (rows, columns) uint8 at one of the phases, 255 inside, anti-aliased."""
         pieces = self._body.pieces
         canvas = draw(
             self._shape, self._centers[phase], self._axes[phase], pieces, [1] * len(pieces)
         )
         return _coverage(canvas > 0)
 
-    def parts(self, phase: int) -> dict[str, NDArray[np.uint8]]:
-        """Return the same for each part of the body, what is nearer hiding what is behind."""
+    def parts(self, phase: int = 0) -> dict[str, NDArray[np.uint8]]:
+        """
+        Return the visible share of every part of the body, for painting clothes.
+
+        :returns: part -> (rows, columns) uint8, for all of
+            :data:`~gait_segmentation.gait_model.body.PARTS`; those of a pixel add up to the
+            silhouette, but for rounding.
+        """
         pieces, parts = self._body.pieces, self._body.parts
         depth = [float(self._away[phase, list(piece)].mean()) for piece in pieces]
         # Painter's order: the farthest piece first.
@@ -272,90 +304,25 @@ def render_cycle(
     phases: ArrayLike,
     azimuth: float,
     *,
-    build: str | Build = 'average',
-    elevation: float = 0.0,
     grid: tuple[int, int] = (96, 64),
     fill: float = 0.9,
+    **options: Any,
 ) -> NDArray[np.uint8]:
-    """
-    Draw the silhouettes of several phases of one view on a template grid.
-
-    :param phases: (P,) phases in cycles, 0 = heel contact of the right leg.
-    :param azimuth: see :data:`View`, as ``elevation``.
-    :param build: a name of :data:`~gait_segmentation.gait_model.body.BUILDS`, or a build.
-    :param grid: rows and columns.
-    :param fill: share of the rows the body takes.
-    :returns: (P, rows, columns) uint8, 255 inside, soft edge.
-    :raises BankError: for an unknown build.
-    """
+    """Draw (P, rows, columns) silhouettes on a template grid, see :class:`Drawing`."""
     phases = np.atleast_1d(np.asarray(phases, np.float64))
-    view = float(azimuth), float(elevation)
-    drawing = _Drawing(phases, view, build, grid, fill * grid[0])
+    drawing = Drawing(phases, azimuth, fill * grid[0], grid=grid, fill=fill, **options)
     return np.stack([drawing.silhouette(index) for index in range(len(phases))])
 
 
-def _single(
-    phase: float,
-    azimuth: float,
-    height_px: float,
-    build: str | Build,
-    elevation: float,
-    fill: float,
-    shift: tuple[float, float],
-) -> _Drawing:
-    if not (math.isfinite(height_px) and height_px > 0):
-        raise BankError(f'height_px must be a positive number of pixels, got {height_px!r}')
-    if not 0 < fill <= 1:
-        raise BankError(f'fill must be in (0, 1], got {fill!r}')
-    grid = 2 * math.ceil(height_px / fill / 2), 2 * math.ceil(height_px * 0.4)
-    return _Drawing([phase], (float(azimuth), float(elevation)), build, grid, height_px, shift)
-
-
 def render_silhouette(
-    phase: float,
-    azimuth: float,
-    height_px: float,
-    *,
-    build: str | Build = 'average',
-    elevation: float = 0.0,
-    fill: float = 0.9,
-    shift: tuple[float, float] = (0.0, 0.0),
+    phase: float, azimuth: float, height_px: float, **options: Any
 ) -> NDArray[np.uint8]:
-    """
-    Draw one walker of a given size as an anti-aliased alpha channel.
-
-    :param phase: phase in cycles, 0 = heel contact of the right leg.
-    :param azimuth: see :data:`View`, as ``elevation``.
-    :param height_px: height of the body in pixels, averaged over the cycle.
-    :param build: a name of :data:`~gait_segmentation.gait_model.body.BUILDS`, or a build.
-    :param fill: share of the image's rows the body takes.
-    :param shift: (right, down) displacement in pixels, for positions between pixels.
-    :returns: (rows, columns) uint8, both even: about ``height_px / fill`` rows and
-        ``0.8 * height_px`` columns.  The body's axis is the middle column, the ground (without
-        ``shift`` and elevation) is ``height_px / 2`` below the middle row at every phase.
-    :raises BankError: for an unknown build or a size that is not positive.
-    """
-    return _single(phase, azimuth, height_px, build, elevation, fill, shift).silhouette(0)
+    """Draw one walker of a given size, see :meth:`Drawing.silhouette`."""
+    return Drawing([phase], azimuth, height_px, **options).silhouette()
 
 
 def render_parts(
-    phase: float,
-    azimuth: float,
-    height_px: float,
-    *,
-    build: str | Build = 'average',
-    elevation: float = 0.0,
-    fill: float = 0.9,
-    shift: tuple[float, float] = (0.0, 0.0),
+    phase: float, azimuth: float, height_px: float, **options: Any
 ) -> dict[str, NDArray[np.uint8]]:
-    """
-    Draw the visible share of every part of the body, for painting clothes.
-
-    Parameters, size and registration are those of :func:`render_silhouette`.
-
-    :returns: part -> (rows, columns) uint8 alpha, for all of
-        :data:`~gait_segmentation.gait_model.body.PARTS`; the alphas of a pixel add up to that of
-        the silhouette, but for rounding.
-    :raises BankError: for an unknown build or a size that is not positive.
-    """
-    return _single(phase, azimuth, height_px, build, elevation, fill, shift).parts(0)
+    """Draw the parts of one walker, see :meth:`Drawing.parts`."""
+    return Drawing([phase], azimuth, height_px, **options).parts()

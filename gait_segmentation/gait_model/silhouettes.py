@@ -56,7 +56,7 @@ def read_silhouettes(folder: str | os.PathLike[str]) -> NDArray[np.uint8]:
     :raises BankError: if there are no silhouettes, an image cannot be read, is white up to its
         corners or empty between others, or sizes differ otherwise.
     """
-    images = _named_masks(Path(folder))
+    images = read_masks(folder)
     paths = [path for path, _ in images]
     listed = images_in(Path(folder))
     for path in listed[listed.index(paths[0]) : listed.index(paths[-1])]:
@@ -74,17 +74,15 @@ def read_silhouettes(folder: str | os.PathLike[str]) -> NDArray[np.uint8]:
     )
 
 
-def read_masks(folder: str | os.PathLike[str]) -> list[NDArray[np.uint8]]:
+def read_masks(folder: str | os.PathLike[str]) -> list[tuple[Path, NDArray[np.uint8]]]:
     """
     Read the silhouettes of a folder, of any sizes; images without one are left out.
 
-    :returns: (height, width) uint8 0/255 each, none of them empty.
+    :param folder: folder of images; grey values of 128 and more are the person.
+    :returns: the file and the mask, (height, width) uint8 0/255, of each; none is empty.
     :raises BankError: if there are none, an image cannot be read, or is white up to its corners.
     """
-    return [mask for _, mask in _named_masks(Path(folder))]
-
-
-def _named_masks(folder: Path) -> list[tuple[Path, NDArray[np.uint8]]]:
+    folder = Path(folder)
     if not folder.is_dir():
         raise BankError(f'{folder} is not a folder of silhouettes')
     files = images_in(folder)
@@ -197,6 +195,7 @@ def bank_from_silhouettes(
     spec: BankSpec | None = None,
     *,
     mirror: bool = False,
+    average: bool = False,
     progress: Callable[[], None] | None = None,
 ) -> TemplateBank:
     """
@@ -206,6 +205,8 @@ def bank_from_silhouettes(
     :param spec: grid, fill, phases and levels; its builds, azimuths and elevation do not matter.
     :param mirror: add the mirror image of every sequence, which walks the other way with right
         and left leg exchanged.
+    :param average: make one sequence of all that walk in the same direction, to whole degrees,
+        which is the mean of their templates, as in the standard gait model of the paper.
     :param progress: called after each sequence.
     :raises BankError: if there is no sequence, or one is too short or shows no period.
     """
@@ -235,6 +236,13 @@ def bank_from_silhouettes(
         if progress is not None:
             progress()
     wrapped = [math.pi - (math.pi - azimuth) % (2 * math.pi) for azimuth in azimuths]
+    if average:
+        alike: dict[int, list[int]] = {}
+        for k, azimuth in enumerate(wrapped):
+            alike.setdefault(round(math.degrees(azimuth)) % 360, []).append(k)
+        wrapped = [wrapped[each[0]] for each in alike.values()]
+        templates = [_mean([templates[k] for k in each]) for each in alike.values()]
+        names = ['average'] * len(templates)
     return TemplateBank(
         quantize(np.stack(templates), spec.levels),
         np.array(wrapped, dtype=np.float32),
@@ -242,3 +250,8 @@ def bank_from_silhouettes(
         spec.fill,
         {'source': 'silhouettes', 'sequences': '; '.join(notes)},
     )
+
+
+def _mean(templates: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
+    """Return the mean of the templates of several walkers, (phases, rows, columns) uint8."""
+    return np.asarray(np.rint(np.mean(templates, axis=0)), np.uint8)

@@ -70,6 +70,9 @@ class BagSource(ImageSource):
     metadata are missing, or it is truncated) is read from the front for as far as it goes.
     """
 
+    _read_image = staticmethod(read_bgr)
+    """Decodes an Image that is not compressed."""
+
     def __init__(self, path: Path, *, topic: str = '', **wanted: Any) -> None:
         """
         Open a bag.
@@ -139,7 +142,7 @@ class BagSource(ImageSource):
         stamp = message.header.stamp
         header_ns = int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
         compressed = self._kind == _COMPRESSED
-        read = read_compressed if compressed else read_bgr
+        read = read_compressed if compressed else self._read_image
         decode = partial(read, message, self._max_pixels)
         shape = (0, 0) if compressed else claimed_shape(message) or (0, 0)
         return Entry(header_ns, recorded_ns, message.header.frame_id, decode, shape)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.files.encoded_images import MOST_PIXELS, check_pixels, decode_image
+from gait_segmentation.heat_maps import heat_map_of
 
 __all__ = [
     'ENCODINGS',
@@ -26,6 +27,7 @@ __all__ = [
     'pixels',
     'read_bgr',
     'read_compressed',
+    'read_heat_map',
     'read_mono8',
 ]
 
@@ -107,6 +109,11 @@ def pixels(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8] | N
             f'image encoding must be one of {", ".join(ENCODINGS)}, got '
             f'{message.encoding[:_SHOWN]!r}'
         )
+    return _samples(message, encoding, 'u', most)
+
+
+def _samples(message: ImageLike, encoding: Encoding, kind: str, most: int) -> NDArray[Any]:
+    """View the samples of a message, which are unsigned (u) or floating point numbers (f)."""
     height, width, step = message.height, message.width, message.step
     if height == 0 or width == 0:
         raise InputError(f'image must have at least one pixel, got {width} x {height}')
@@ -127,10 +134,10 @@ def pixels(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8] | N
         )
     data = np.frombuffer(message.data, np.uint8)
     order = '>' if message.is_bigendian else '<'
-    kind = np.dtype(f'{order}u{encoding.sample_bytes}')
+    sample = np.dtype(f'{order}{kind}{encoding.sample_bytes}')
     shape, strides = (rows, width, encoding.channels), (step, pixel, encoding.sample_bytes)
     axes = 2 if encoding.channels == 1 else 3
-    return np.ndarray(shape[:axes], kind, data.data, 0, strides[:axes])
+    return np.ndarray(shape[:axes], sample, data.data, 0, strides[:axes])
 
 
 def read_bgr(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8]:
@@ -172,6 +179,24 @@ def read_mono8(message: ImageLike) -> NDArray[np.uint8]:
             f'image encoding must be mono8 or 8UC1, got {message.encoding[:_SHOWN]!r}'
         )
     return np.ascontiguousarray(pixels(message))
+
+
+def read_heat_map(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8]:
+    """
+    Read a heat map of ``mono8``, ``8UC1``, ``mono16`` or ``32FC1`` (0..1).
+
+    :param most: pixels it may have.
+    :returns: (height, width) uint8, contiguous.
+    :raises InputError: see :func:`pixels` and :func:`heat_map_of`.
+    """
+    if message.encoding == '32FC1':
+        return heat_map_of(_samples(message, Encoding(1, None, 4), 'f', most))
+    if message.encoding not in ('mono8', '8UC1', 'mono16'):
+        raise InputError(
+            'heat map encoding must be mono8, 8UC1, mono16 or 32FC1, got '
+            f'{message.encoding[:_SHOWN]!r}'
+        )
+    return heat_map_of(pixels(message, most))
 
 
 def read_compressed(message: CompressedImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8]:

@@ -28,8 +28,6 @@ _RATE_DIFFUSION = 0.1
 """Standard deviation by which the logarithm of the rate changes in a second."""
 _LEAST_SPACING = 1e-6
 """Least distance of the logarithms of neighbouring rates; the usual one is 0.08."""
-_PHASE_DIFFUSION = 0.02
-"""Standard deviation in strides by which the phase leaves an even walk in a second."""
 _RENEWAL = 0.02
 """Share of the belief that begins anew in a second: people stop, and the view was wrong."""
 _NOISE = 12.0
@@ -213,8 +211,7 @@ class PhaseFilter:
 
         Turns by fractions of a bin are exact in the frequency domain.
         """
-        spread = np.exp(-0.5 * (self._waves * _PHASE_DIFFUSION) ** 2 * seconds)
-        return np.asarray(np.exp(-1j * np.outer(self._rates * seconds, self._waves)) * spread)
+        return np.asarray(np.exp(-1j * np.outer(self._rates * seconds, self._waves)))
 
     def _diffused(self, belief: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
         """Let neighbouring views and placements exchange a share, in a copy."""

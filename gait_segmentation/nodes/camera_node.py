@@ -9,14 +9,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from sensor_msgs.msg import RegionOfInterest
+from sensor_msgs.msg import Image, RegionOfInterest
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.inputs.encodings import read_heat_map
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
 from gait_segmentation.ros.camera import CameraMessage, decode
 from gait_segmentation.ros.config import BankConfig, CameraConfig, DetectionConfig, StartConfig
+from gait_segmentation.ros.endpoints import image_profile
 from gait_segmentation.ros.intake import Intake
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_region, stamp_of
@@ -26,6 +28,13 @@ from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import TrackingConfig
 
 __all__ = ['CameraNode']
+
+
+_AHEAD_S = 1.0
+"""How far the stamp of a heat map may be ahead of the last image; another clock, if farther."""
+
+_MAPS = 4
+"""Heat maps that wait for the next image."""
 
 
 class CameraNode(GaitNode):
@@ -45,23 +54,25 @@ class CameraNode(GaitNode):
         ('tracking', TrackingConfig),
         ('starting', StartingConfig),
     )
-    with_initial_box = True
 
     tracks: Sequence[TrackResult] = ()
     """What the diagnostics report."""
 
     _superseded = 0
+    _stamp_ns = _map_ns = 0
+    _mapped = False
 
     def make_intake(self) -> None:
         """Prepare the intake of frames and first boxes."""
+        start = self.parameters.get(StartConfig)
         self.tracks = ()
         self.intake = Intake(
             reset=self.start_over,
             initialize=self.stage.initialize,
             warn=self.warnings.warn,
             slots=self.parameters.get(PeopleConfig).max_people,
-            initial_box=self.parameters.initial_box,
-            initial_stamp_ns=self.parameters.get(StartConfig).initial_box_stamp,
+            initial_box=start.box(),
+            initial_stamp_ns=start.initial_box_stamp,
         )
 
     def taken(self, frame: CameraMessage) -> tuple[NDArray[np.uint8], int]:
@@ -73,6 +84,8 @@ class CameraNode(GaitNode):
         """
         image, stamp_ns = decode(frame, self.parameters.get(CameraConfig)), stamp_of(frame.header)
         self.intake.take(image, stamp_ns)
+        self._stamp_ns = stamp_ns
+        self._note_maps()
         return image, stamp_ns
 
     def start_over(self) -> None:
@@ -85,6 +98,7 @@ class CameraNode(GaitNode):
         if self.stage is not None:
             self.intake.forget()
             self.tracks = ()
+        self._stamp_ns, self._mapped = 0, False
 
     def connect(self) -> None:
         """Subscribe to the camera and to first boxes."""
@@ -92,6 +106,8 @@ class CameraNode(GaitNode):
         types = detection_types()
         if types is not None:
             self.input(types.Detection2DArray, 'detections', self._detected)
+        # Best effort, which takes messages of every publisher; one that is lost is no harm.
+        self.input(Image, 'heat_map', self._heat_map, image_profile(best_effort=True))
         self.camera_input(self._image)
 
     def missing(self) -> str:
@@ -113,7 +129,8 @@ class CameraNode(GaitNode):
             'dropped detections': str(self._superseded),
         }
         camera = self.resolve_topic_name(self.camera_topic)
-        return {'camera': camera, 'people': str(tracked), **found, **dropped}
+        maps = {'heat map': 'in use' if self._mapped else 'none'}
+        return {'camera': camera, 'people': str(tracked), **found, **dropped, **maps}
 
     def _image(self, message: CameraMessage) -> None:
         stamp_ns = stamp_of(message.header)
@@ -138,3 +155,34 @@ class CameraNode(GaitNode):
         slots = self.parameters.get(PeopleConfig).max_people
         for box in new_people(boxes, self.tracks, slots, self.intake.requested):
             self.intake.request(box)
+
+    def _heat_map(self, message: Image) -> None:
+        if self.enabled:
+            self.later(lambda: self._take_heat_map(message), 'heat map', _MAPS)
+
+    def _take_heat_map(self, message: Image) -> None:
+        """Hand a heat map on, or say what is wrong with it (worker)."""
+        stamp_ns = stamp_of(message.header)
+        ahead_s = (stamp_ns - self._stamp_ns) / 1e9
+        age_s = self.parameters.get(TrackingConfig).heat_map_age
+        if self._stamp_ns and ahead_s > _AHEAD_S:
+            why = f'its stamp is {ahead_s:.3f} s ahead of the last image'
+        elif self._stamp_ns and -ahead_s > age_s:
+            why = f'it is {-ahead_s:.3f} s older than the last image (heat_map_age: {age_s:g} s)'
+        else:
+            try:
+                self.stage.add_heat_map(read_heat_map(message), stamp_ns)
+            except GaitSegmentationError as error:
+                why = str(error)
+            else:
+                self._map_ns, self._mapped = stamp_ns, True
+                return
+        self.warnings.warn('heat map', f'a heat_map is ignored: {why}')
+
+    def _note_maps(self) -> None:
+        """Say once that the heat maps have stopped (worker)."""
+        age_s = self.parameters.get(TrackingConfig).heat_map_age
+        # Those of a slow publisher are no more than late.
+        if self._mapped and self._stamp_ns - self._map_ns > 1e9 * max(age_s, _AHEAD_S):
+            self._mapped = False
+            self.warnings.warn('no heat map', 'the heat maps have stopped: going on without')

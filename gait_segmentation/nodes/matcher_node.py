@@ -47,7 +47,7 @@ class MatcherNode(GaitNode):
     Find how people walk: the path of template silhouettes that fits their likelihoods best.
 
     Reads person_K/box and person_K/likelihood, from gait_tracker or any node in its place;
-    publishes person_K/matched_box, person_K/shape_prior and person_K/gait.  The size of the images
+    publishes person_K/matched_box, refined_box, shape_prior and gait.  The size of the images
     that boxes are measured in is told on image_size, or is the likelihood's.
     """
 
@@ -70,7 +70,7 @@ class MatcherNode(GaitNode):
         )
         self._messages: HeldFrames[Parts] = HeldFrames()
         self._stamp_ns = 0
-        self._results = MatchOutputs(self, self.bank, self._slots)
+        self._results = MatchOutputs(self, self._slots)
         self._debug = DebugOutput(self)
 
     def connect(self) -> None:

@@ -17,19 +17,20 @@ from typing import Any
 import numpy as np
 
 from gait_segmentation.config import Parameter, StageConfig, parameters_of
+from gait_segmentation.nodes.localizer_node import LocalizerNode
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
-from gait_segmentation.ros.config import NodeConfig, StartConfig
+from gait_segmentation.ros.config import NodeConfig
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.names import qualified
-from gait_segmentation.ros.parameters import INITIAL_BOX
 
 __all__ = ['markdown', 'parameter_file', 'with_tables']
 
 NODES: dict[str, type[GaitNode]] = {
-    node.name: node for node in (TrackerNode, MatcherNode, SegmenterNode, PipelineNode)
+    node.name: node
+    for node in (TrackerNode, MatcherNode, SegmenterNode, LocalizerNode, PipelineNode)
 }
 
 _WIDTH = 99
@@ -61,7 +62,7 @@ def parameter_file() -> str:
         if group:
             text += f'    {group}:\n'
             indent = '      '
-        for about in _parameters(kind):
+        for about in parameters_of(kind):
             for line in textwrap.wrap(_comment(about), _WIDTH - len(indent) - 2):
                 text += f'{indent}# {line}\n'
             text += f'{indent}{about.name}: {_value(about.default)}\n'
@@ -85,15 +86,14 @@ def markdown() -> str:
             ]
             text += '\n' if text else ''
             text += f'## {title}\n\n{_row(columns)}|{"---|" * len(columns)}\n'
-        for about in _parameters(kind):
-            allowed = '4 numbers' if about.type is list else about.allowed()
+        for about in parameters_of(kind):
             unit = f' [{about.unit}]' if about.unit else ''
             fixed = f' *({when})*' if (when := _when(about)) else ''
             text += _row(
                 [
                     f'`{qualified(group, about.name)}`',
                     f'`{_value(about.default)}`{unit}',
-                    allowed,
+                    about.allowed(),
                     *([] if group else [of.replace('gait_', '')]),
                     f'{about.description}{fixed}',
                 ]
@@ -114,16 +114,10 @@ def _groups() -> dict[Group, list[str]]:
     return dict(sorted(found.items(), key=lambda item: item[0][0] != ''))
 
 
-def _parameters(kind: type[StageConfig]) -> tuple[Parameter, ...]:
-    own = parameters_of(kind)
-    return (INITIAL_BOX, *own) if kind is StartConfig else own
-
-
 def _comment(about: Parameter) -> str:
-    allowed = '4 numbers' if about.type is list else about.allowed()
     unit = f', in {about.unit}' if about.unit else ''
     fixed = f' [{when}]' if (when := _when(about)) else ''
-    return f'{about.description} ({allowed}{unit}){fixed}'
+    return f'{about.description} ({about.allowed()}{unit}){fixed}'
 
 
 def _when(about: Parameter) -> str:
@@ -136,7 +130,7 @@ def _value(value: Any) -> str:
         return str(value).lower()
     if isinstance(value, float):
         return str(np.format_float_positional(value, trim='0'))
-    if isinstance(value, list):
+    if isinstance(value, tuple):
         return '[' + ', '.join(_value(each) for each in value) + ']'
     return f"'{value}'" if isinstance(value, str) else str(value)
 

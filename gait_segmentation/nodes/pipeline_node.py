@@ -11,14 +11,19 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from std_msgs.msg import Header
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.held_frames import HeldFrames
+from gait_segmentation.localization import LocalizationConfig
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
+from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.camera import CameraMessage, claimed_shape
+from gait_segmentation.ros.config import LocalizerNodeConfig, PipelineNodeConfig
+from gait_segmentation.ros.localizing import Localizing, PeopleOutputs
 from gait_segmentation.ros.outputs import (
     DebugOutput,
     MatchOutputs,
@@ -39,14 +44,18 @@ class PipelineNode(CameraNode):
     Track people in the images of a camera and cut them out, all in one process.
 
     Reads image and init_roi (a box of somebody to track); publishes mask, labels, and what
-    gait_tracker, gait_matcher and gait_segmenter publish.
+    gait_tracker, gait_matcher and gait_segmenter publish; with localize also what gait_localizer
+    reads and publishes.
     """
 
     name = 'gait_pipeline'
     groups = (
         *CameraNode.groups,
+        ('', LocalizerNodeConfig),
+        ('', PipelineNodeConfig),
         ('matching', MatchingConfig),
         ('segmentation', SegmentationConfig),
+        ('localization', LocalizationConfig),
     )
 
     def build(self) -> None:
@@ -58,14 +67,24 @@ class PipelineNode(CameraNode):
         self.make_intake()
         slots = config.people.max_people
         self._track = TrackOutputs(self, slots)
-        self._match = MatchOutputs(self, self.bank, slots)
+        self._match = MatchOutputs(self, slots)
         self._segmentation = SegmentationOutputs(self, slots)
+        localize = self.parameters.get(PipelineNodeConfig).localize
+        self._localizing = Localizing(self) if localize else None
+        self._people = PeopleOutputs(self, slots, located=localize)
         self._debug = DebugOutput(self)
+
+    def connect(self) -> None:
+        """Subscribe to the camera and to first boxes, and to what the localization takes in."""
+        super().connect()
+        if self._localizing is not None:
+            self._localizing.connect()
 
     def configured(self) -> Sequence[tuple[Any, str]]:
         """Return where the configurations are."""
         stages = self.stage.tracker, self.stage.matcher, self.stage.segmenter
-        return [(self.stage.tracker, 'starting'), *((each, 'config') for each in stages)]
+        located = [] if self._localizing is None else [(self._localizing.stage, 'config')]
+        return [(self.stage.tracker, 'starting'), *((each, 'config') for each in stages), *located]
 
     def apply(self, config: StageConfig) -> None:
         """Put a changed configuration into force; with that of the matching, paths begin anew."""
@@ -104,6 +123,7 @@ class PipelineNode(CameraNode):
         self._segmentation.blank(shape, frame.header)
         for outputs in (self._track, self._match):
             outputs.blank(self._track.likelihood_shape, frame.header)
+        self._people.publish((), (), (), frame.header)
         self._debug.blank(shape, frame.header)
 
     def _publish(self, results: list[FrameResult]) -> None:
@@ -119,8 +139,16 @@ class PipelineNode(CameraNode):
             self._segmentation.publish(masks, header)
             self._track.publish(tracks, image.shape[:2], header)
             self._match.publish(matches, header)
+            self._publish_people(matches, [each.mask for each in found], header)
             if self._debug.wanted:
                 self._debug.publish(segmentation_picture(image, masks, matches), header)
+
+    def _publish_people(
+        self, matches: list[MatchResult], masks: list[NDArray[np.uint8]], header: Header
+    ) -> None:
+        where = self._localizing
+        places = () if where is None else where.locate(matches, masks, header)
+        self._people.publish(matches, masks, places, header)
 
 
 main = partial(run_node, PipelineNode)

@@ -24,7 +24,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from gait_segmentation.cli.tool import READING, add_reading_options
+from gait_segmentation.cli.tool import POLL_S, READING, add_reading_options, command_parser
 from gait_segmentation.errors import GaitSegmentationError, SequenceError
 from gait_segmentation.files.output_files import keep_apart, named, problem_of
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, open_input
@@ -36,7 +36,6 @@ from gait_segmentation.ros.participant import take_part
 __all__ = ['main', 'parser', 'publish_input']
 
 _FLOW_OUT_S = 10
-_POLL_S = 0.02
 _LONGEST_GAP_S = 5.0
 """Pauses of a recording that are kept; longer ones are taken for a new recording."""
 
@@ -60,12 +59,7 @@ examples (after colcon build with "ros2 run gait_segmentation" in front)
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    made = argparse.ArgumentParser(
-        prog='gait_source',
-        description=_DESCRIPTION,
-        epilog=_EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    made = command_parser('gait_source', _DESCRIPTION, _EPILOG)
     add = made.add_argument
     add(
         'input',
@@ -208,7 +202,7 @@ def _wait_for(node: Node, publisher: Publisher, subscribers: int, timeout_s: flo
                 f'--wait-for {subscribers}: only {connected} on {name} within {timeout_s:g} s'
                 + (f', and {others} that want another type or QoS' if others > 0 else '')
             )
-        time.sleep(_POLL_S)
+        time.sleep(POLL_S)
 
 
 def main(arguments: list[str] | None = None) -> int:

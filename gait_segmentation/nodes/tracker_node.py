@@ -18,7 +18,7 @@ from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback
 from gait_segmentation.ros.camera import CameraMessage, claimed_shape
-from gait_segmentation.ros.fields import slot_topic, slot_topics
+from gait_segmentation.ros.fields import DEPTH, slot_topic, slot_topics
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.messages import read_body, stamp_of
 from gait_segmentation.ros.outputs import DebugOutput, TrackOutputs
@@ -28,9 +28,6 @@ from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 
 __all__ = ['TrackerNode', 'main']
-
-_FEEDBACK_KEPT = 30
-"""Feedback that may be incomplete or wait; the tracker itself keeps fewer frames to learn from."""
 
 _FEEDBACK = {'mask': Image, 'shape_prior': Image, 'matched_box': PolygonInstanceStamped}
 
@@ -59,7 +56,7 @@ class TrackerNode(CameraNode):
     def connect(self) -> None:
         """Subscribe to the feedback, to the camera and to first boxes."""
         parts = slot_topics(_FEEDBACK, self._slots)
-        self._join = ExactJoin({'feedback': parts}, _FEEDBACK_KEPT)
+        self._join = ExactJoin({'feedback': parts}, DEPTH)
         for topic, kind in parts.items():
             self.input(kind, topic, partial(self._feedback, topic))
         super().connect()
@@ -85,7 +82,7 @@ class TrackerNode(CameraNode):
     def _feedback(self, part: str, message: Any) -> None:
         parts = self._join.add(part, stamp_of(message.header), message)
         if parts is not None and self.enabled:
-            dropped = self.later(lambda: self._learn(parts), 'feedback', _FEEDBACK_KEPT)
+            dropped = self.later(lambda: self._learn(parts), 'feedback', DEPTH)
             if dropped:
                 self.warnings.warn_of(
                     dropped,

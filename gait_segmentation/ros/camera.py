@@ -60,6 +60,7 @@ class CameraSubscription:
         node: GaitNode,
         config: CameraConfig,
         received: Callable[[CameraMessage], None],
+        topic: str = 'image',
     ) -> None:
         """
         Subscribe.
@@ -69,7 +70,7 @@ class CameraSubscription:
         compressed = config.image_transport == 'compressed'
         self._node = node
         self._type = CompressedImage if compressed else Image
-        self.topic = 'image/compressed' if compressed else 'image'
+        self.topic = f'{topic}/compressed' if compressed else topic
         self._received = received
         self._adapts = config.reliability == 'auto'
         self._renewal = node.create_guard_condition(self._renew)

@@ -7,14 +7,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gait_segmentation.config import StageConfig, parameter
+from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.files.encoded_images import MOST_PIXELS
+from gait_segmentation.geometry import Box
 
 __all__ = [
     'OF_NODES',
     'BankConfig',
     'CameraConfig',
     'DetectionConfig',
+    'LocalizerNodeConfig',
     'NodeConfig',
+    'PipelineNodeConfig',
     'SegmenterNodeConfig',
     'SizeConfig',
     'StartConfig',
@@ -79,8 +83,15 @@ class CameraConfig(StageConfig):
 
 @dataclass(frozen=True)
 class StartConfig(StageConfig):
-    """Parameters of nodes that start tracks; ``initial_box`` is declared beside them."""
+    """Parameters of nodes that start tracks."""
 
+    initial_box: tuple[float, ...] = parameter(
+        (0.0, 0.0, 0.0, 0.0),
+        'Tight box of the person to track from the beginning: x and y of the top left corner, '
+        'width and height. All zero = wait for init_roi.',
+        unit='px',
+        fixed=True,
+    )
     initial_box_stamp: int = parameter(
         0,
         'Stamp of the frame that initial_box belongs to: it is applied at the first frame that '
@@ -89,6 +100,22 @@ class StartConfig(StageConfig):
         minimum=0,
         fixed=True,
     )
+
+    def __post_init__(self) -> None:
+        """Refuse what makes no box, too."""
+        super().__post_init__()
+        self.box()
+
+    def box(self) -> Box | None:
+        """
+        Return the box, None if there is none.
+
+        :raises ConfigError: if the numbers make none.
+        """
+        try:
+            return Box(*self.initial_box) if any(self.initial_box) else None
+        except InputError as error:
+            raise ConfigError(f'initial_box: {error}') from error
 
 
 @dataclass(frozen=True)
@@ -142,6 +169,41 @@ class SegmenterNodeConfig(StageConfig):
 
 
 @dataclass(frozen=True)
+class LocalizerNodeConfig(StageConfig):
+    """Parameters of what the localization takes in."""
+
+    ground_frame: str = parameter(
+        '',
+        'Frame of tf with z up and z = 0 on the ground, such as odom: tells where the camera is, '
+        'and speeds while it moves. Empty = localization.camera_height and camera_pitch tell it.',
+        fixed=True,
+    )
+    rectified: bool = parameter(
+        False,
+        'The images are rectified: of camera_info P is meant, instead of K and D.',
+        fixed=True,
+    )
+    depth_tolerance: float = parameter(
+        0.05,
+        'How far the stamps of an image and of its depth image may be apart.',
+        unit='s',
+        minimum=0.0,
+        maximum=1.0,
+    )
+
+
+@dataclass(frozen=True)
+class PipelineNodeConfig(StageConfig):
+    """Parameters of the pipeline's node."""
+
+    localize: bool = parameter(
+        False,
+        'Locate people as gait_localizer does.',
+        fixed=True,
+    )
+
+
+@dataclass(frozen=True)
 class BankConfig(StageConfig):
     """Parameters of nodes that use the templates."""
 
@@ -159,6 +221,8 @@ OF_NODES: tuple[type[StageConfig], ...] = (
     DetectionConfig,
     SizeConfig,
     SegmenterNodeConfig,
+    LocalizerNodeConfig,
+    PipelineNodeConfig,
     BankConfig,
 )
 """All of them."""

@@ -15,11 +15,11 @@ from typing import NoReturn
 import rclpy
 from rclpy.signals import uninstall_signal_handlers
 
-__all__ = ['Ending', 'leave']
+__all__ = ['LONGEST_S', 'Ending', 'leave']
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
-_LONGEST_S = 5.0
-"""Time after which a process that ends at once does so without being closed."""
+LONGEST_S = 4.0
+"""Time after a signal at which a process ends without being closed."""
 
 
 class Ending:
@@ -80,7 +80,7 @@ class Ending:
 
     def _end_at_once(self) -> None:
         # What the signal has interrupted may hold a lock that the closing waits for.
-        watch = threading.Timer(_LONGEST_S, os._exit, (0,))
+        watch = threading.Timer(LONGEST_S, os._exit, (0,))
         watch.daemon = True
         watch.start()
         with suppress(Exception):

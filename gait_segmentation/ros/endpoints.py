@@ -23,14 +23,13 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 
-__all__ = ['BETWEEN_NODES', 'LATCHED', 'image_profile', 'publisher', 'subscription']
+from gait_segmentation.ros.fields import DEPTH
 
-RELIABLE_DEPTH = 30
-"""Frames that a publisher keeps for a reader that is slow to acknowledge."""
+__all__ = ['BETWEEN_NODES', 'LATCHED', 'image_profile', 'publisher', 'subscription']
 
 BETWEEN_NODES = QoSProfile(
     history=HistoryPolicy.KEEP_LAST,
-    depth=RELIABLE_DEPTH,
+    depth=DEPTH,
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.VOLATILE,
 )
@@ -49,7 +48,7 @@ def image_profile(best_effort: bool) -> QoSProfile:
     """Return the profile of a subscription to a camera."""
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
-        depth=RELIABLE_DEPTH,
+        depth=DEPTH,
         reliability=(ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE),
         durability=DurabilityPolicy.VOLATILE,
     )

@@ -12,21 +12,21 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
-import numpy as np
-
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.people import slot_name
 
 if TYPE_CHECKING:
-    from gait_segmentation.gait_model import TemplateBank
     from gait_segmentation.results import MatchResult, TrackResult
 
 __all__ = [
+    'DEPTH',
     'GAIT_NAMES',
+    'TEMPLATE_NAMES',
     'Corners',
     'Joints',
     'gait_joints',
     'matched_corners',
+    'refined_corners',
     'slot_topic',
     'slot_topics',
     'tilted_corners',
@@ -35,6 +35,12 @@ __all__ = [
 
 Kind = TypeVar('Kind')
 
+DEPTH = 30
+"""
+Frames that a publisher keeps for a reader that is slow to acknowledge; as many may wait for their
+other parts.
+"""
+
 GAIT_NAMES = ('gait_phase', 'view_azimuth')
 """
 Joints of the gait message: radians of the stride with their rate, and walking direction.
@@ -42,6 +48,9 @@ Joints of the gait message: radians of the stride with their rate, and walking d
 Their efforts say how sure they are: the probability that the phase is right, and the similarity of
 the matched template with the likelihood, both 0..1.
 """
+
+TEMPLATE_NAMES = ('template_sequence', 'template_phase')
+"""Further joints, which nobody needs to send: the numbers of the matched template in the bank."""
 
 Corners = tuple[tuple[float, float], ...]
 """Four (x, y) clockwise from the body's top left, none if nobody is tracked."""
@@ -82,22 +91,21 @@ def track_corners(track: TrackResult) -> Corners:
     return () if track.body is None else tilted_corners(track.body, track.angle)
 
 
-def matched_corners(match: MatchResult, bank: TemplateBank) -> Corners:
-    """Return what ``matched_box`` says: a rectangle about the template along the body's axis."""
+def matched_corners(match: MatchResult) -> Corners:
+    """
+    Return what ``matched_box`` says: a rectangle along the body's axis, as high as the body.
+
+    It is as wide as the refined box, or half as wide as high where there is none.
+    """
     if match.body is None:
         return ()
-    return match.body.corners(match.body.height * _relative_width(match, bank))
+    height = match.body.height
+    return match.body.corners(height / 2 if match.box is None else match.box.width)
 
 
-def _relative_width(match: MatchResult, bank: TemplateBank) -> float:
-    """Return the width of the matched template about the body's axis, in body heights."""
-    template = bank.templates[match.sequence, match.phase_index]
-    rows, columns = template.shape
-    inside = np.flatnonzero((template > 127).any(axis=0))
-    if not inside.size:
-        return 1.0
-    half = max(columns / 2 - inside[0], inside[-1] + 1 - columns / 2)
-    return float(2 * half / (rows * bank.fill))
+def refined_corners(match: MatchResult) -> Corners:
+    """Return what ``refined_box`` says of a match."""
+    return () if match.box is None else match.box.corners()
 
 
 def gait_joints(match: MatchResult) -> Joints:
@@ -105,5 +113,9 @@ def gait_joints(match: MatchResult) -> Joints:
     if match.body is None:
         return Joints((), (), (), ())
     turn = 2 * math.pi
-    positions, velocities = (turn * match.phase, match.azimuth), (turn * match.phase_rate, 0.0)
-    return Joints(GAIT_NAMES, positions, velocities, (match.confidence, match.similarity))
+    return Joints(
+        GAIT_NAMES + TEMPLATE_NAMES,
+        (turn * match.phase, match.azimuth, float(match.sequence), float(match.phase_index)),
+        (turn * match.phase_rate, 0.0, 0.0, 0.0),
+        (match.confidence, match.similarity, match.similarity, match.similarity),
+    )

@@ -53,7 +53,6 @@ class GaitNode(LifecycleNode):
     groups: ClassVar[Sequence[tuple[str, type[StageConfig]]]] = ()
     """Prefix and class of the configurations beside :class:`NodeConfig`."""
 
-    with_initial_box: ClassVar[bool] = False
     packages: ClassVar[Sequence[str]] = ()
     """Whose kernels the stage needs; of all if there is none."""
 
@@ -86,7 +85,6 @@ class GaitNode(LifecycleNode):
         self.parameters = NodeParameters(
             self,
             [('', NodeConfig), *self.groups],
-            with_initial_box=self.with_initial_box,
             changed=self._parameters_changed,
         )
         self._alarm = self.create_guard_condition(self._raise_failure)
@@ -175,6 +173,10 @@ class GaitNode(LifecycleNode):
         made = CameraSubscription(self, self.parameters.get(CameraConfig), received)
         self._inputs.append(made)
         self.camera_topic = made.topic
+
+    def keep_input(self, taken: Any) -> None:
+        """Have something with a method ``close`` closed at the deactivation."""
+        self._inputs.append(taken)
 
     def accept(self, stamp_ns: int) -> bool:
         """Return whether a frame is to be taken in; without a stamp it is refused."""

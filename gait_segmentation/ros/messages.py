@@ -8,10 +8,11 @@ import math
 import sys
 from typing import TYPE_CHECKING, NamedTuple
 
+import cv2
 import numpy as np
 from geometry_msgs.msg import Point32, PolygonInstanceStamped
 from numpy.typing import NDArray
-from sensor_msgs.msg import Image, JointState, RegionOfInterest
+from sensor_msgs.msg import CompressedImage, Image, JointState, RegionOfInterest
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
@@ -26,6 +27,7 @@ __all__ = [
     'GAIT_NAMES',
     'Gait',
     'box_message',
+    'compressed_message',
     'gait_message',
     'image_message',
     'points_of',
@@ -60,6 +62,22 @@ def image_message(image: NDArray[np.uint8], header: Header) -> Image:
     # The only fast way: assigning an array, bytes or a memoryview checks every element.
     if image.size:
         message.data.frombytes(np.ascontiguousarray(image).data.cast('B'))
+    return message
+
+
+def compressed_message(image: NDArray[np.uint8], header: Header) -> CompressedImage:
+    """
+    Make a message of a PNG from a mask, and of a JPEG from a picture; without pixels it is empty.
+
+    :param image: see :func:`image_message`; ``header`` likewise.
+    """
+    grey = image.ndim == 2
+    message = CompressedImage(header=header)
+    message.format = 'mono8; png compressed ' if grey else 'bgr8; jpeg compressed bgr8'
+    if image.size:
+        quick = [cv2.IMWRITE_PNG_COMPRESSION, 1] if grey else []
+        _, data = cv2.imencode('.png' if grey else '.jpg', image, quick)
+        message.data.frombytes(data.data.cast('B'))
     return message
 
 

@@ -14,17 +14,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from geometry_msgs.msg import PolygonInstanceStamped
 from numpy.typing import NDArray
-from sensor_msgs.msg import Image, JointState, RegionOfInterest
+from sensor_msgs.msg import CompressedImage, Image, JointState, RegionOfInterest
 
 from gait_segmentation.ros.endpoints import LATCHED
-from gait_segmentation.ros.fields import matched_corners, slot_topic, track_corners
-from gait_segmentation.ros.messages import box_message, gait_message, image_message
+from gait_segmentation.ros.fields import (
+    matched_corners,
+    refined_corners,
+    slot_topic,
+    track_corners,
+)
+from gait_segmentation.ros.messages import (
+    box_message,
+    compressed_message,
+    gait_message,
+    image_message,
+)
 from gait_segmentation.ros.vision import detection_types, detections_message
 
 if TYPE_CHECKING:
     from std_msgs.msg import Header
 
-    from gait_segmentation.gait_model import TemplateBank
     from gait_segmentation.results import MatchResult, TrackResult
     from gait_segmentation.ros.lifecycle import GaitNode
     from gait_segmentation.segmentation import PeopleMasks
@@ -40,15 +49,20 @@ class DebugOutput:
     def __init__(self, node: GaitNode) -> None:
         """Make the publisher."""
         self._image = node.output(Image, 'debug_image')
+        self._compressed = node.output(CompressedImage, 'debug_image/compressed')
 
     @property
     def wanted(self) -> bool:
         """Return whether somebody listens."""
-        return bool(self._image.get_subscription_count())
+        heard = self._image.get_subscription_count() or self._compressed.get_subscription_count()
+        return bool(heard)
 
     def publish(self, image: NDArray[np.uint8], header: Header) -> None:
         """Publish a (H, W, 3) uint8 BGR image."""
-        self._image.publish(image_message(image, header))
+        if self._image.get_subscription_count():
+            self._image.publish(image_message(image, header))
+        if self._compressed.get_subscription_count():
+            self._compressed.publish(compressed_message(image, header))
 
     def blank(self, shape: Shape, header: Header) -> None:
         """Publish a black image."""
@@ -78,13 +92,14 @@ class _Outputs:
 
     def blank(self, shape: Shape, header: Header) -> None:
         """Publish that nobody is seen; ``shape`` is that of the images, which are one message."""
-        black = None
+        images: dict[Any, Any] = {Image: image_message, CompressedImage: compressed_message}
+        black: dict[Any, Any] = {}
         for topic, kind in self._kinds.items():
             if not self._heard(topic):
                 continue
-            if kind is Image:
-                black = black or image_message(np.zeros(shape, np.uint8), header)
-            self._publishers[topic].publish(black if kind is Image else kind(header=header))
+            if kind in images and kind not in black:
+                black[kind] = images[kind](np.zeros(shape, np.uint8), header)
+            self._publishers[topic].publish(black.get(kind) or kind(header=header))
 
 
 class TrackOutputs(_Outputs):
@@ -119,28 +134,30 @@ class TrackOutputs(_Outputs):
 
 
 class MatchOutputs(_Outputs):
-    """Matched box, shape prior and gait of every slot."""
+    """Body, matched box, shape prior and gait of every slot."""
 
-    def __init__(self, node: GaitNode, bank: TemplateBank, slots: int) -> None:
+    def __init__(self, node: GaitNode, slots: int) -> None:
         """Make the publishers."""
         super().__init__(node)
-        self._bank = bank
         for slot in range(slots):
             self._make(PolygonInstanceStamped, slot_topic(slot, 'matched_box'))
+            self._make(PolygonInstanceStamped, slot_topic(slot, 'refined_box'))
             self._make(JointState, slot_topic(slot, 'gait'))
             self._make(Image, slot_topic(slot, 'shape_prior'))
 
     def publish(self, matches: Sequence[MatchResult], header: Header) -> None:
         """Publish the results of a frame."""
         for slot, match in enumerate(matches):
-            self._publish(slot_topic(slot, 'matched_box'), self._box, match, header)
+            for name, corners in (
+                ('matched_box', matched_corners),
+                ('refined_box', refined_corners),
+            ):
+                box = corners(match), match.track_id, header
+                self._publish(slot_topic(slot, name), box_message, *box)
             self._publish(slot_topic(slot, 'gait'), gait_message, match, header)
             self._publish(
                 slot_topic(slot, 'shape_prior'), image_message, match.shape_prior, header
             )
-
-    def _box(self, match: MatchResult, header: Header) -> PolygonInstanceStamped:
-        return box_message(matched_corners(match, self._bank), match.track_id, header)
 
 
 class SegmentationOutputs(_Outputs):
@@ -150,6 +167,7 @@ class SegmentationOutputs(_Outputs):
         """Make the publishers."""
         super().__init__(node)
         self._make(Image, 'mask', *(slot_topic(slot, 'mask') for slot in range(slots)), 'labels')
+        self._make(CompressedImage, 'mask/compressed')
 
     def publish(self, masks: PeopleMasks, header: Header) -> None:
         """Publish the results of a frame."""
@@ -158,3 +176,4 @@ class SegmentationOutputs(_Outputs):
         for slot, person in enumerate(masks.people):
             self._publish(slot_topic(slot, 'mask'), image_message, person.mask, header)
         self._publish('labels', image_message, masks.labels, header)
+        self._publish('mask/compressed', compressed_message, masks.mask, header)

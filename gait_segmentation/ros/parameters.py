@@ -5,8 +5,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
-from array import array
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -22,8 +20,7 @@ from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter as RclpyParameter
 
 from gait_segmentation.config import Parameter, StageConfig, parameters_of
-from gait_segmentation.errors import ConfigError, GaitSegmentationError
-from gait_segmentation.geometry import Box
+from gait_segmentation.errors import ConfigError
 from gait_segmentation.ros.names import misnamed, qualified
 from gait_segmentation.ros.transitions import state_of
 
@@ -32,27 +29,11 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
 __all__ = [
-    'INITIAL_BOX',
     'NodeParameters',
     'descriptor',
     'given_parameters',
-    'read_initial_box',
     'refuse_unknown_types',
 ]
-
-INITIAL_BOX = Parameter(
-    'initial_box',
-    list,
-    [0.0, 0.0, 0.0, 0.0],
-    'Tight box of the person to track from the beginning: x and y of the top left corner, width '
-    'and height. All zero = wait for init_roi.',
-    'px',
-    None,
-    None,
-    None,
-    fixed=True,
-)
-"""The one parameter that is a list; it stands beside :class:`StartConfig`."""
 
 Config = TypeVar('Config', bound=StageConfig)
 
@@ -64,7 +45,7 @@ _TYPES = {
     int: ParameterType.PARAMETER_INTEGER,
     float: ParameterType.PARAMETER_DOUBLE,
     str: ParameterType.PARAMETER_STRING,
-    list: ParameterType.PARAMETER_DOUBLE_ARRAY,
+    tuple: ParameterType.PARAMETER_DOUBLE_ARRAY,
 }
 
 
@@ -93,39 +74,13 @@ def descriptor(about: Parameter) -> ParameterDescriptor:
 
 
 def _constraints(about: Parameter) -> str:
-    allowed = '4 finite numbers' if about.type is list else about.allowed()
-    return f'Must be {allowed}.' + (f' {_FIXED}' if about.fixed else '')
-
-
-def _meant(about: Parameter, value: Any) -> Any:
-    """Return what a value stands for; see :meth:`Parameter.meant`."""
-    if about.type is list and isinstance(value, list | array):
-        return [float(each) if type(each) is int else each for each in value]
-    return about.meant(value)
+    return f'Must be {about.allowed()}.' + (f' {_FIXED}' if about.fixed else '')
 
 
 def given_parameters(node: Node) -> list[str]:
     """Return the names of the parameters given to a node, in files or on the command line."""
     with node.handle:
         return list(node.handle.get_parameters(RclpyParameter))
-
-
-def read_initial_box(value: Any) -> Box | None:
-    """
-    Return the box that the parameter ``initial_box`` holds, None if it is all zero.
-
-    :raises ConfigError: if it does not hold four numbers that make a box.
-    """
-    given = list(value) if isinstance(value, list | array) else value
-    numbers = [each for each in given if isinstance(each, float)] if given is not value else []
-    if len(numbers) != 4 or numbers != given or not all(math.isfinite(n) for n in numbers):
-        raise ConfigError(f'initial_box must be 4 finite numbers, got {given!r}')
-    if not any(numbers):
-        return None
-    try:
-        return Box(*numbers)
-    except GaitSegmentationError as error:
-        raise ConfigError(f'initial_box: {error}') from error
 
 
 class NodeParameters:
@@ -141,14 +96,12 @@ class NodeParameters:
         node: LifecycleNode,
         groups: Sequence[tuple[str, type[StageConfig]]],
         *,
-        with_initial_box: bool = False,
         changed: Callable[[StageConfig], None],
     ) -> None:
         """
         Declare the parameters and read their first values.
 
         :param groups: prefix and configuration class.
-        :param with_initial_box: whether to declare ``initial_box`` as well.
         :param changed: called with a new configuration after a change.
         :raises ConfigError: if a value is not allowed.
         """
@@ -160,11 +113,8 @@ class NodeParameters:
             for group, kind in self._groups
             for about in parameters_of(kind)
         }
-        if with_initial_box:
-            self._abouts[INITIAL_BOX.name] = INITIAL_BOX
         values = {name: self._declared(name, about) for name, about in self._abouts.items()}
         self._configs = self._made(values)
-        self.initial_box = read_initial_box(values.get(INITIAL_BOX.name, INITIAL_BOX.default))
         node.set_parameters_atomically(
             [RclpyParameter(name, value=value) for name, value in values.items()]
         )
@@ -185,7 +135,7 @@ class NodeParameters:
         With its own type, rclpy would refuse 1 for 1.0.
         """
         free = ParameterDescriptor(dynamic_typing=True)
-        return _meant(about, self._node.declare_parameter(name, about.default, free).value)
+        return about.meant(self._node.declare_parameter(name, about.default, free).value)
 
     def get(self, kind: type[Config]) -> Config:
         """Return the configuration of a class that is in force."""
@@ -211,16 +161,14 @@ class NodeParameters:
         read = []
         for each in parameters:
             about = self._abouts.get(each.name)
-            meant = each.value if about is None else _meant(about, each.value)
+            meant = each.value if about is None else about.meant(each.value)
             read.append(each if meant is each.value else RclpyParameter(each.name, value=meant))
         return read
 
     def _check(self, parameters: list[RclpyParameter]) -> SetParametersResult:
         try:
             self._refuse_fixed(parameters)
-            values = {each.name: each.value for each in parameters}
-            self._made(values)
-            read_initial_box(values.get(INITIAL_BOX.name, INITIAL_BOX.default))
+            self._made({each.name: each.value for each in parameters})
         except ConfigError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -245,10 +193,7 @@ class NodeParameters:
 
     def _swap(self, parameters: list[RclpyParameter]) -> None:
         before = self._configs
-        values = {each.name: each.value for each in parameters}
-        self._configs = self._made(values)
-        if INITIAL_BOX.name in values:
-            self.initial_box = read_initial_box(values[INITIAL_BOX.name])
+        self._configs = self._made({each.name: each.value for each in parameters})
         for kind, config in self._configs.items():
             if config != before[kind]:
                 self._changed(config)

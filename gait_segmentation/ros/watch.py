@@ -14,11 +14,14 @@ import atexit
 import ctypes
 import faulthandler
 import os
+import select
 import signal
 from typing import Any
 
 import numpy as np
 from numba import carray, cfunc, types
+
+from gait_segmentation.ros.ending import LONGEST_S
 
 __all__ = ['HUNG', 'UNCLOSED', 'Watch']
 
@@ -26,13 +29,13 @@ HUNG, UNCLOSED = 70, 71
 """Exit codes: of a process that did not turn any more, and of one that a signal did not end."""
 
 _TICK_MS = 100
-_LONGEST_S, _SAY_S, _STILL_S = 4.0, 10.0, 20.0
-_POLLIN, _STDERR = 1, 2
+_SAY_S, _STILL_S = 10.0, 20.0
+_STDERR = 2
 
-# What both threads know, as 64-bit numbers; times are in ticks.
-_BEATS, _ASKED, _OVER, _LONGEST, _SAY, _STILL = range(6)
-# A struct pollfd, the bytes that come from it, and addresses and lengths of texts.
-_POLLED, _BYTES, _TEXTS, _SIZE = 6, 7, 8, 14
+# What both threads know, as 64-bit numbers; times are in ticks.  At the end a struct pollfd, the
+# bytes that come from it, and addresses and lengths of three texts.
+_BEATS, _ASKED, _OVER, _LONGEST, _SAY, _STILL, _POLLED, _BYTES, _TEXTS = range(9)
+_SIZE = _TEXTS + 2 * 3
 
 _int = types.int32
 _poll = types.ExternalFunction('poll', _int(types.uintp, types.uint64, _int))
@@ -96,7 +99,7 @@ class Watch:
         self,
         name: str,
         *,
-        longest_s: float = _LONGEST_S,
+        longest_s: float = LONGEST_S,
         say_s: float = _SAY_S,
         still_s: float = _STILL_S,
     ) -> None:
@@ -121,7 +124,7 @@ class Watch:
         self._state = np.zeros(_SIZE, np.int64)
         ticks = np.array([longest_s, say_s, still_s]) * 1000 / _TICK_MS
         self._state[_LONGEST : _STILL + 1] = np.maximum(ticks, 1)
-        self._state[_POLLED] = self._heard | _POLLIN << 32
+        self._state[_POLLED] = self._heard | select.POLLIN << 32
         for place, text in enumerate(self._texts):
             about = ctypes.addressof(text), len(text.value)
             self._state[_TEXTS + 2 * place : _TEXTS + 2 * place + 2] = about

@@ -131,7 +131,8 @@ class SegmentationConfig(StageConfig):
     )
     paper_reach: float = parameter(
         0.12,
-        "Distance outside of the template's outline at which the paper prior's term is full.",
+        "Distance outside of the template's outline at which the paper prior's term is full; what "
+        'is farther is background.',
         minimum=0.005,
         maximum=0.5,
     )
@@ -148,12 +149,6 @@ class SegmentationConfig(StageConfig):
         'distance.',
         minimum=0.0,
         maximum=100.0,
-    )
-    paper_background: float = parameter(
-        0.4,
-        'Distance outside of the template from which on all is background for the paper prior.',
-        minimum=0.005,
-        maximum=10.0,
     )
     paper_search: float = parameter(
         0.01,

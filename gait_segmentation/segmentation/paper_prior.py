@@ -6,9 +6,9 @@ The oriented shape prior of Wang, Yagi and Makihara (ACCV 2009, section 4), as w
 The outline of the matched template is split into oriented templates, one for each word of a
 vocabulary over position and orientation, and each has its distance transform.  Where the image
 has an edge, the distance is that to the words the edge itself may belong to; elsewhere it is the
-distance to the outline, that of Freedman and Zhang (CVPR 2005).  It is lessened by a local search
-and where the image does not confirm the outline, and enters the n-links; pixels outside of the
-template and far from its outline are background.
+distance to the outline, that of Freedman and Zhang (CVPR 2005).  Outside of the template, pixels
+where it is above a threshold are background.  It is then lessened by a local search and where the
+image does not confirm the outline, and enters the n-links.
 """
 
 from __future__ import annotations
@@ -83,6 +83,8 @@ def paper_terms(
         config.paper_orientation * _WRONG_WORD * height,
         search + max(reach, depth),
     )
+    far = ~inside
+    far[part] &= near > reach
     side = 2 * round(search) + 1
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     near = np.asarray(cv2.erode(near, disk), np.float32)
@@ -93,10 +95,8 @@ def paper_terms(
     near[~_of_nearest(points, supported, near.shape)] *= np.float32(config.paper_unconfirmed)
     psi = np.ones(prior.shape, np.float32)
     psi[part] = near
-    away = cv2.distanceTransform((~inside).view(np.uint8), cv2.DIST_L2, 5)
     # No evidence and no cut link can outweigh it.
     never = -(_LARGEST_EVIDENCE + _LINKS * (config.contrast + config.paper_weight))
-    far = away > config.paper_background * height
     return ShapeTerms(np.where(far, np.float32(never), np.float32(0)), psi)
 
 

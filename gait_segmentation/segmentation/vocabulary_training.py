@@ -8,27 +8,28 @@ This needs scikit-learn; using a vocabulary does not.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.gait_model import FIGURES, BankSpec, TemplateBank, build_bank
+from gait_segmentation.gait_model import FIGURES, BankSpec, TemplateBank
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.segmentation.oriented_edges import silhouette_edges
 from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
 
 __all__ = [
+    'MODEL',
     'Silhouette',
     'VocabularySpec',
     'bank_silhouettes',
     'learn_vocabulary',
     'mask_silhouettes',
-    'model_bank',
     'outline_features',
 ]
 
@@ -36,7 +37,12 @@ _COVARIANCE_FLOOR = 1e-4
 _KMEANS_STARTS = 10
 _EM_STEPS = 200
 _MARGIN = 3
-_LEAST_HEIGHT = 16
+_HEIGHT, _LEAST_HEIGHT = 90, 16
+"""Height that masks are brought to, so that near and far people count alike, and their least."""
+
+MODEL = BankSpec(azimuths=16, phases=6, builds=','.join(FIGURES), levels=256)
+"""The bank whose silhouettes the shipped vocabulary is learnt from."""
+
 _POINTS_A_WORD = 10
 
 
@@ -83,11 +89,6 @@ class VocabularySpec(StageConfig):
             )
 
 
-def model_bank() -> TemplateBank:
-    """Draw the silhouettes the shipped vocabulary is learnt from: 6 builds, 16 views, 6 phases."""
-    return build_bank(BankSpec(azimuths=16, phases=6, builds=','.join(FIGURES), levels=256))
-
-
 def bank_silhouettes(bank: TemplateBank) -> Iterator[Silhouette]:
     """Yield every template of a bank."""
     height, width = bank.grid
@@ -96,31 +97,36 @@ def bank_silhouettes(bank: TemplateBank) -> Iterator[Silhouette]:
         yield Silhouette(template, body)
 
 
-def mask_silhouettes(masks: Iterable[NDArray[np.uint8]]) -> Iterator[Silhouette]:
+def mask_silhouettes(masks: Sequence[NDArray[np.uint8]]) -> list[Silhouette]:
     """
-    Yield masks of people with the bodies in them.
+    Return masks of people with the bodies in them, all of one height.
 
     The body's axis is the median column of its pixels, top and bottom are the outermost rows.
+    Who is less than 16 pixels tall is left out.
 
     :param masks: (h, w) uint8 0/255 each, none of them empty.
-    :raises VocabularyError: if a silhouette is less than 16 pixels tall.
+    :raises VocabularyError: if nobody is taller.
     """
-    for index, mask in enumerate(masks):
-        rows, columns = np.nonzero(mask)
-        height = int(rows[-1] - rows[0]) + 1
+    found, tallest = [], 0
+    for mask in masks:
+        left, top, width, height = cv2.boundingRect(mask)
+        tallest = max(tallest, height)
         if height < _LEAST_HEIGHT:
-            raise VocabularyError(
-                f'silhouettes must be at least {_LEAST_HEIGHT} px tall, number {index} has '
-                f'{height} px'
-            )
+            continue
+        factor = _HEIGHT / height
+        kind = cv2.INTER_AREA if factor < 1 else cv2.INTER_LINEAR
+        cut, size = mask[top : top + height, left : left + width], max(round(factor * width), 1)
         # A silhouette may fill its image; its outline then needs a margin to be an edge.
-        wide = np.pad(mask, _MARGIN)
-        body = BodyFrame(
-            float(np.median(columns)) + 0.5 + _MARGIN,
-            float(rows[0]) + height / 2 + _MARGIN,
-            float(height),
+        wide = np.pad(cv2.resize(cut, (size, _HEIGHT), interpolation=kind), _MARGIN)
+        axis = float(np.median(np.nonzero(wide > 127)[1])) + 0.5
+        body = BodyFrame(axis, _MARGIN + _HEIGHT / 2, float(_HEIGHT))
+        found.append(Silhouette(wide.astype(np.uint8), body))
+    if not found:
+        raise VocabularyError(
+            f'silhouettes must be at least {_LEAST_HEIGHT} px tall, the tallest of {len(masks)} '
+            f'has {tallest} px'
         )
-        yield Silhouette(wide, body)
+    return found
 
 
 def outline_features(

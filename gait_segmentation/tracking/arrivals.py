@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""People who are found by their walk: their first masks, and the slots they get."""
+"""People found by their walk or in heat maps: their first masks, and the slots they get."""
 
 from __future__ import annotations
 
@@ -11,16 +11,18 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, body_window
+from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.results import LOST
 from gait_segmentation.starting import Start, StartingConfig, estimate_start
 from gait_segmentation.tracking.adaptive_mean_shift import start_in
-from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
+from gait_segmentation.tracking.map_finder import MapFinder
 from gait_segmentation.tracking.person.appearance import SAME_COLOURS
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
 
-__all__ = ['Arrivals', 'slot_for_found']
+__all__ = ['Arrival', 'Arrivals', 'slot_for_found']
 
 _ABOUT = 0.3
 """How far about somebody found the place is remembered, in body heights."""
@@ -30,8 +32,12 @@ _WIDEST = 0.6
 wider is more than one body."""
 
 
+Arrival = tuple[Start, HeatMapCue]
+"""The first mask of somebody, and what is known of the heat map."""
+
+
 class Arrivals:
-    """Finds people by their walk, and estimates their first masks from what was there before."""
+    """Finds people, and estimates their first masks from what was there before."""
 
     def __init__(self, bank: TemplateBank, config: StartingConfig, people: int = 1) -> None:
         """
@@ -55,16 +61,19 @@ class Arrivals:
 
         self._config = config
         self._finder = WalkerFinder(self._bank, config, self._people)
+        self._map_finder = MapFinder(self._bank)
 
     def reset(self) -> None:
         """Forget what was seen."""
         self._finder.reset()
+        self._map_finder.reset()
 
     def find(
         self,
         image: NDArray[np.uint8],
         stamp_ns: int,
         occupied: Sequence[Box],
+        heat_map: HeatMap | None = None,
         *,
         wanted: bool = True,
     ) -> Sequence[Box]:
@@ -73,6 +82,7 @@ class Arrivals:
 
         :param image: (H, W, 3) uint8 BGR.
         :param occupied: boxes of people known already, in source pixels.
+        :param heat_map: where people are as others see it, if of this frame.
         :param wanted: whether there is a slot for anybody; if not, what moves is followed only.
         """
         taken = [
@@ -81,26 +91,55 @@ class Arrivals:
             )
             for box in occupied
         ]
-        return self._finder.update(image, stamp_ns, taken, wanted=wanted)
+        found = self._finder.update(image, stamp_ns, taken, wanted=wanted)
+        if heat_map is None or not wanted or self.config.auto_init == 'none':
+            return found
+        longest = max(image.shape[:2])
+        least = self.config.least_height * max(1.0, longest / self.config.search_size)
+        known = [*occupied, *found]
+        return [*found, *self._map_finder.update(heat_map, image.shape[:2], known, least)]
 
     def strangers(self, stamp_ns: int) -> NDArray[np.uint8] | None:
         """Return where people without a slot may be, (h, w) uint8 of any size, None if nowhere."""
         return self._finder.strangers(stamp_ns)
 
-    def look_at(self, world: World, box: Box, config: TrackingConfig) -> Start:
+    def look_at(self, world: World, box: Box, config: TrackingConfig) -> Arrival:
         """
         Estimate a first mask before what the camera has seen of the place; the box may be off.
 
         :param world: in which the person is well seen; it forgets what is under the mask and
             takes over what is remembered of the place.
         :param box: in working pixels, in the world's newest frame.
+        :returns: it, and what the box says of a heat map of that frame.
         """
+        cue, heat = HeatMapCue(), world.now.heat
         if config.method == 'adaptive_mean_shift':
-            return start_in(box, world.shape)
+            return start_in(box, world.shape), cue
+        area = body_window(box.center_x, box.center_y, box.height, box)
+        area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
+        window = area.slices(world.shape[1], world.shape[0])
         past = self._finder.past(world.now.image.stamp_ns)
         known = None if past is None else past.background(world.shape)
-        evidence = None if known is None else _evidence(world, box, known, config)
-        start = estimate_start(
+        evidence = np.zeros(world.shape, np.float32)
+        if known is not None:
+            lab = world.now.image.lab_part(window)
+            evidence[window] = known.evidence(lab, window, config.shadow_floor)
+        start = self._estimate(world, box, config, evidence)
+        if heat is not None and not world.now.heat_frames:
+            cue.place(heat, window, start.votes[window], box.height)
+            cue.begin(heat, box, window)
+            if cue.weight:
+                evidence[window] += cue.evidence(cue.part(heat, window))
+                start = self._estimate(world, box, config, evidence)
+        world.clear(start.mask)
+        if known is not None:
+            world.adopt(known)
+        return start, cue
+
+    def _estimate(
+        self, world: World, box: Box, config: TrackingConfig, evidence: NDArray[np.float32]
+    ) -> Start:
+        return estimate_start(
             world.now.image.lab,
             box,
             self._bank,
@@ -110,10 +149,6 @@ class Arrivals:
             use_tilt=config.use_tilt,
             evidence=evidence,
         )
-        world.clear(start.mask)
-        if known is not None:
-            world.adopt(known)
-        return start
 
     def new_world(
         self, source: tuple[int, int], height: float, stamp_ns: int, config: TrackingConfig
@@ -124,24 +159,6 @@ class Arrivals:
         if past is not None:
             world.see_as(*past.levels())
         return world
-
-
-def _evidence(
-    world: World, box: Box, known: BackgroundModel, config: TrackingConfig
-) -> NDArray[np.float32]:
-    """
-    Return log-odds that pixels about a box are not what is known there, 0 elsewhere.
-
-    :param known: the background in the newest frame.
-    :returns: (h, w) float32 of the working image.
-    """
-    area = body_window(box.center_x, box.center_y, box.height, box)
-    area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
-    window = area.slices(world.shape[1], world.shape[0])
-    evidence = np.zeros(world.shape, np.float32)
-    lab = world.now.image.lab_part(window)
-    evidence[window] = known.evidence(lab, window, config.shadow_floor)
-    return evidence
 
 
 def slot_for_found(

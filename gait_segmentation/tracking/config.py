@@ -63,6 +63,14 @@ class TrackingConfig(StageConfig):
         minimum=0.0,
         maximum=1.0,
     )
+    heat_map_age: float = parameter(
+        0.2,
+        'Age up to which the newest heat map counts where a frame has none of its own; it is '
+        'carried along with people.',
+        unit='s',
+        minimum=0.0,
+        maximum=2.0,
+    )
     colour_rate: float = parameter(
         0.15,
         'Share by which the colour histograms move towards the newest frame.',

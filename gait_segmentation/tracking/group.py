@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window, overlap, size_of, within
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.tracking.competition import Claim, compete, leave_to
@@ -35,14 +36,14 @@ def follow(
     image: NDArray[np.uint8],
     stamp_ns: int,
     config: TrackingConfig,
-    heat: NDArray[np.uint8] | None = None,
+    heat: HeatMap | None = None,
 ) -> None:
     """
     Take a frame into a world and follow its people.
 
     :param targets: all people of the world, with and without a slot.
     :param image: (H, W, 3) uint8 BGR.
-    :param heat: P(person) from elsewhere, uint8 of any size.
+    :param heat: P(person) from elsewhere, of this frame or one before.
     """
     seen = [target for target in targets if target.state == TRACKED]
     masks = [(target, target.window, target.carried_mask()) for target in seen]

@@ -14,7 +14,7 @@ from gait_segmentation.colour import colour_bins
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.likelihood.cues import add_heat_map, add_motion, add_propagation
+from gait_segmentation.tracking.likelihood.cues import add_motion, add_propagation
 from gait_segmentation.tracking.likelihood.log_ratio import log_ratio
 from gait_segmentation.tracking.likelihood.spreading import spread_evidence
 from gait_segmentation.tracking.nearness import Nearness, nearness
@@ -85,14 +85,29 @@ def judge(
     )
     if config.use_motion_cue and seen:
         _add_motion(logit, person, world, window, config.motion_weight)
-    if record.heat is not None:
-        add_heat_map(logit, record.heat[window])
     if seen:
         _add_spread(logit, person, world, lab, window, config)
+    if record.heat is not None and person.track_id > 0:
+        _add_heat_map(logit, person, world, window, seen=seen)
     near = nearness(expected, person.height)
     if propagate:
         add_propagation(logit, near, person.height, config.propagation_weight)
     return window, logit, near
+
+
+def _add_heat_map(
+    logit: NDArray[np.float32], person: Person, world: World, window: Window, *, seen: bool
+) -> None:
+    """Add the evidence from a heat map to that of all else, and note its part in the frame."""
+    record = world.now
+    assert record.heat is not None
+    moved = world.body_since(person.track_id, record.heat_frames)
+    if seen:
+        likely = np.asarray(1 / (1 + np.exp(-logit)), np.float32)
+        person.heat_map.place(record.heat, window, likely, person.height, moved)
+    part = person.heat_map.part(record.heat, window, moved)
+    record.heat_parts[person.track_id] = (window, part)
+    logit += person.heat_map.evidence(part)
 
 
 def carried_template(person: Person, world: World, window: Window) -> NDArray[np.uint8] | None:

@@ -101,11 +101,14 @@ def _learn_all(
     """
     person, config = target.person, target.config
     mask, rate = person.mask, config.colour_rate
+    if target.track_id in record.heat_parts:
+        about, values = record.heat_parts[target.track_id]
+        person.heat_map.learn(values, mask[about])
     lab = record.image.lab_part(window)
     person.learn_colours(lab, window, mask, person.template, rate, strange, familiar)
     bounds = bounding_box(mask)
     margin = grown(mask, person.height, bounds)
-    person.learn_place(mask, body, bounds, record.rows.get(target.track_id))
+    person.learn_place(mask, body, bounds)
     if config.use_tilt:
         person.learn_angle(mask, bounds)
     target.memory.learn_look(person, record, bounds)

@@ -30,10 +30,10 @@ class Record:
     ``bodies`` has the shift of each body since the frame before, by track id; a track that is not
     in it did not exist.  ``moving`` has a window for some tracks and (h, w) float32, the evidence
     (-2..2) that its pixels move with the body rather than stay.  ``heat`` is (h, w) uint8,
-    P(person) as others see it, if they do.  ``rows`` are how far up and down from the middle of
-    some tracks' bodies they are likely.  ``people`` is (h, w) uint8, non-zero where people were
-    when the frame was learnt; None before.  ``won`` has a window and (h, w) uint8
-    0/255 for some tracks: what they won of it in the competition for pixels.
+    P(person) as others see it, if they do, of ``heat_frames`` frames before; ``heat_parts`` has
+    a window for some tracks and the part of it that was put there.  ``people`` is (h, w) uint8,
+    non-zero where people were when the frame was learnt; None before.  ``won`` has a window and
+    (h, w) uint8 0/255 for some tracks: what they won of it in the competition for pixels.
     ``version`` counts what the background had learnt.  ``blank`` tells that nothing of the scene
     can be seen: something covers the lens, the picture is damaged, or it shows another place.
     """
@@ -44,11 +44,12 @@ class Record:
     version: int
     windows: list[Window]
     heat: NDArray[np.uint8] | None = None
+    heat_frames: int = 0
     blank: bool = False
     people: NDArray[np.uint8] | None = None
     bodies: dict[int, Shift] = field(default_factory=dict)
-    rows: dict[int, tuple[float, float]] = field(default_factory=dict)
     moving: dict[int, tuple[Window, NDArray[np.float32]]] = field(default_factory=dict)
+    heat_parts: dict[int, tuple[Window, NDArray[np.uint8]]] = field(default_factory=dict)
     won: dict[int, tuple[Window, NDArray[np.uint8]]] = field(default_factory=dict)
 
     def strange(

@@ -18,6 +18,7 @@ from gait_segmentation.starting import Start
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.judgement import carried_template, judge
+from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
 from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.nearness import REACH, by_distance
 from gait_segmentation.tracking.person.learning import WholeArea
@@ -28,7 +29,6 @@ from gait_segmentation.tracking.recovery.visibility import (
     ALONE,
     Sight,
     Visibility,
-    likely_rows,
     visible_box,
 )
 from gait_segmentation.tracking.world import World
@@ -74,11 +74,13 @@ class Target:
         start: Start,
         config: TrackingConfig,
         record: Record | None = None,
+        heat_map: HeatMapCue | None = None,
     ) -> None:
         """
         Begin with the first mask.
 
         :param record: the frame of it, the world's newest if None.
+        :param heat_map: what is known of the heat map, if anything.
         """
         record = world.now if record is None else record
         self.track_id = track_id
@@ -96,6 +98,8 @@ class Target:
             start.mask,
             *new_colours(config),
         )
+        if heat_map is not None:
+            self.person.heat_map = heat_map
         if config.use_tilt:
             self.person.tilt = self.person.angle = start.body.angle
         self.person.learn_first_colours(record.image.lab, start.votes)
@@ -236,15 +240,11 @@ class Target:
 
         :param values: (h, w) uint8 likelihood of the window of the claim.
         """
-        person, window = self.person, claim.window
+        window = claim.window
         if self.visibility.well and not self.accompanied:
             # Likely pixels of both would pull the person towards the other.
             self._shift_to_mean(values, sight.uncovered, window)
         self._show(values, sight, claim)
-        center = (person.center_x - window[1].start, person.center_y - window[0].start)
-        rows = likely_rows(values, claim.near, center, person.height, person.angle)
-        if rows is not None:
-            self.world.now.rows[self.track_id] = rows
 
     def _shift_to_mean(
         self, values: NDArray[np.uint8], reference: NDArray[np.uint8], window: Window

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import count
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +14,15 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_body, check_start_box
-from gait_segmentation.images import check_image, check_map, check_stamp
+from gait_segmentation.heat_maps import HeatMap, HeatMaps
+from gait_segmentation.images import check_image, check_stamp
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import Start, StartingConfig
 from gait_segmentation.tracking import group
 from gait_segmentation.tracking.adaptive_mean_shift import MeanShiftTarget
-from gait_segmentation.tracking.arrivals import Arrivals, slot_for_found
+from gait_segmentation.tracking.arrivals import Arrival, Arrivals, slot_for_found
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
 from gait_segmentation.tracking.picture.working import working_scale, working_shape
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
@@ -62,6 +65,7 @@ class PeopleTracker:
         self._slots: list[Target | None] = [None] * max_people
         self._boxes: list[Box] = []
         self._given = False
+        self._heat_maps = HeatMaps()
         self._forget()
 
     def _forget(self) -> None:
@@ -69,7 +73,7 @@ class PeopleTracker:
         self._worlds: list[World] = []
         self._distractors: dict[World, list[Target]] = {}
         self._source: tuple[int, int] | None = None
-        self._heat_map: NDArray[np.uint8] | None = None
+        self._heat_map: HeatMap | None = None
         self._stamp_ns = 0
 
     @property
@@ -97,6 +101,7 @@ class PeopleTracker:
         self._forget()
         self._boxes = []
         self._given = False
+        self._heat_maps.clear()
         self._arrivals.reset()
 
     def initialize(self, box: Box) -> None:
@@ -113,8 +118,21 @@ class PeopleTracker:
             raise InputError(f'box to start from must be a Box, got {box!r}')
         self._boxes.append(box)
 
+    def add_heat_map(self, heat_map: NDArray[Any], stamp_ns: int) -> None:
+        """
+        Take in where people are as others see it: evidence beside the tracker's own.
+
+        The newest map counts that is not older than ``heat_map_age``, carried along with people.
+
+        :param heat_map: of any size and kind, see :func:`heat_map_of`.
+        :param stamp_ns: that of the frame it was made of, which may still come or be some before.
+        :raises InputError: if it is no heat map.
+        """
+        check_stamp(stamp_ns)
+        self._heat_maps.add(heat_map, stamp_ns)
+
     def update(
-        self, image: NDArray[np.uint8], stamp_ns: int, heat_map: NDArray[np.uint8] | None = None
+        self, image: NDArray[np.uint8], stamp_ns: int, heat_map: NDArray[Any] | None = None
     ) -> list[TrackResult]:
         """
         Take in the next frame.
@@ -122,8 +140,7 @@ class PeopleTracker:
         A stamp that goes backwards or another image size forgets everybody.
 
         :param image: (H, W, 3) uint8 BGR.
-        :param heat_map: where people are as others see it, (h, w) uint8 of any size, 255 = surely
-            a person: evidence beside the tracker's own.
+        :param heat_map: that of this frame, see :meth:`add_heat_map`.
         :returns: one result for each slot.
         :raises InputError: if the image is no BGR image, the stamp is not positive or equal to
             the last one, or a box to start from lies outside of the image or is far larger (the
@@ -131,8 +148,6 @@ class PeopleTracker:
         """
         check_image(image)
         check_stamp(stamp_ns)
-        if heat_map is not None:
-            check_map(heat_map, 'heat map')
         if stamp_ns == self._stamp_ns:
             raise InputError(f'stamps must increase, got {stamp_ns} twice')
         source = (image.shape[0], image.shape[1])
@@ -142,10 +157,12 @@ class PeopleTracker:
             except InputError:
                 self._boxes.remove(box)
                 raise
+        if heat_map is not None:
+            self.add_heat_map(heat_map, stamp_ns)
         if stamp_ns < self._stamp_ns or (self._source is not None and source != self._source):
             self._forget()
         self._source, self._stamp_ns = source, stamp_ns
-        self._heat_map = heat_map
+        self._heat_map = self._heat_maps.newest(stamp_ns, self._config.heat_map_age)
         for world in self._worlds:
             people = self._everybody(world)
             group.follow(world, people, image, stamp_ns, self._config, self._heat_map)
@@ -161,7 +178,7 @@ class PeopleTracker:
         for box in found:
             world = self._world_for(image, box)
             inside = box.scaled(world.scale)
-            self._welcome(world, self._arrivals.look_at(world, inside, self._config))
+            self._welcome(world, *self._arrivals.look_at(world, inside, self._config))
         results = self._judge()
         for world in self._worlds:
             for record in world.drop_old():
@@ -236,30 +253,33 @@ class PeopleTracker:
             return []
         occupied = [target.body for target in self._targets() if target.state == TRACKED]
         wanted = wanted and not self._given
-        return self._arrivals.find(image, self._stamp_ns, occupied, wanted=wanted)
+        heat = self._heat_map
+        heat = heat if heat is not None and heat.stamp_ns == self._stamp_ns else None
+        return self._arrivals.find(image, self._stamp_ns, occupied, heat, wanted=wanted)
 
-    def _welcome(self, world: World, start: Start) -> None:
+    def _welcome(self, world: World, start: Start, heat_map: HeatMapCue) -> None:
         """Start somebody found in a slot, if there is one."""
         place = slot_for_found(self._slots, world, start)
         if place is not None:
             slot, track_id = place
-            self._slots[slot] = self._new_target(world, start, track_id)
+            self._slots[slot] = self._new_target(world, (start, heat_map), track_id)
         self._drop_empty_worlds()
 
-    def _new_target(self, world: World, start: Start, track_id: int | None = None) -> Target:
+    def _new_target(self, world: World, arrival: Arrival, track_id: int | None = None) -> Target:
         # They may be who gets a slot now.
         self._distractors[world] = []
         number = next(self._ids) if track_id is None else track_id
-        by_mean_shift = self._config.method == 'adaptive_mean_shift'
-        kind = MeanShiftTarget if by_mean_shift else Target
-        return kind(number, world, start, self._config)
+        start, heat_map = arrival
+        if self._config.method == 'adaptive_mean_shift':
+            return MeanShiftTarget(number, world, start, self._config)
+        return Target(number, world, start, self._config, heat_map=heat_map)
 
     def _start(self, slot: int, image: NDArray[np.uint8], box: Box) -> None:
         self._slots[slot] = None
         self._drop_empty_worlds()
         self._slots[slot] = self._new_target(*self._first_look(image, box))
 
-    def _first_look(self, image: NDArray[np.uint8], box: Box) -> tuple[World, Start]:
+    def _first_look(self, image: NDArray[np.uint8], box: Box) -> tuple[World, Arrival]:
         """Estimate the first mask of a person in a box that was given."""
         world = self._world_for(image, box)
         margin = self._config.box_margin

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gait_segmentation.ego_motion.estimator import MotionEstimator
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import Box
+from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.tracking.background.carried import CarriedBackground
 from gait_segmentation.tracking.background.model import BackgroundModel
@@ -122,7 +123,7 @@ class World:
         camera: bool,
         texture: bool = True,
         everywhere: bool = False,
-        heat: NDArray[np.uint8] | None = None,
+        heat: HeatMap | None = None,
     ) -> WorldMotion:
         """
         Take in a frame.
@@ -133,7 +134,7 @@ class World:
         :param camera: whether to measure the motion of the camera.
         :param texture: whether gradient energy stands for the colours that grey images lack.
         :param everywhere: whether to follow the background everywhere all the same.
-        :param heat: P(person) from elsewhere, uint8 of any size.
+        :param heat: P(person) from elsewhere, of this frame or one before.
         :returns: what moved; :meth:`body_shift` then measures the people.
         """
         frame = WorkingImage.of(
@@ -154,8 +155,6 @@ class World:
             motion = motion if shift is None else motion.then(*shift)
         if shift is not None or windows != about:
             background = self._background.ahead([*self._steps, motion], windows, background)
-        if heat is not None:
-            heat = np.asarray(cv2.resize(heat, self.shape[::-1], interpolation=cv2.INTER_LINEAR))
         blank = frame.pyramid.is_blank
         if not blank and self._is_other(frame, background, people, windows):
             if self.history and frame.pyramid.resembles(self.history[-1].image.pyramid):
@@ -165,10 +164,22 @@ class World:
                 self._estimator.leave_out()
                 background = self._background.ahead(self._steps, windows, background)
         version = self._background.version
-        record = Record(frame, motion, background, version, windows, heat, blank=blank)
+        record = Record(frame, motion, background, version, windows, blank=blank)
         self.pending.append(record)
         self.history.append(record)
+        frames = None if heat is None else self._frames_since(heat.stamp_ns)
+        if heat is not None and frames is not None:
+            size = self.shape[::-1]
+            record.heat = np.asarray(cv2.resize(heat.values, size, interpolation=cv2.INTER_LINEAR))
+            record.heat_frames = frames
         return motion
+
+    def _frames_since(self, stamp_ns: int) -> int | None:
+        """Return how many frames came after that nearest to a stamp, None if it is not kept."""
+        ages = [abs(each.image.stamp_ns - stamp_ns) for each in self.history]
+        if stamp_ns < self.history[0].image.stamp_ns:
+            return None
+        return len(ages) - 1 - ages.index(min(ages))
 
     def _is_other(
         self,
@@ -231,6 +242,10 @@ class World:
         since = frames[1:]
         motion = WorldMotion.over(each.motion for each in since)
         return frames[0], motion, body_over(since, track_id)
+
+    def body_since(self, track_id: int, frames: int) -> Shift:
+        """Return how far a body went over the last frames, at most those that are kept."""
+        return body_over(list(self.history)[len(self.history) - frames :], track_id)
 
     def since_mask(self, track_id: int) -> Shift:
         """Return how far a body went since the last frame that was learnt."""

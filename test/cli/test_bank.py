@@ -73,6 +73,9 @@ def test_build_from_silhouettes(tmp_path):
     bank = TemplateBank.load(path)
     assert bank.builds == ('walk', 'walk')
     assert bank.azimuth == pytest.approx([0, np.pi])
+    arguments += [str(folder), '--azimuth', '0', '--average']
+    assert command.main(arguments) == 0
+    assert TemplateBank.load(path).builds == ('average',)
 
 
 def test_folders_of_the_same_name_are_told_apart(tmp_path):
@@ -95,8 +98,9 @@ def test_folders_of_the_same_name_are_told_apart(tmp_path):
         (['build', 'x.npz', '--phases', '1'], 'phases must be an integer from 4 to 240, got 1'),
         (['build', 'x.npz', '--builds', 'giant'], "build must be one of .*got 'giant'"),
         (['build', 'no/where/x.npz'], 'no/where is not a folder'),
-        (['build', 'x.npz', '--azimuth', '3'], '--mirror belong to --from'),
-        (['build', 'x.npz', '--first-contact', 'left'], '--mirror belong to --from'),
+        (['build', 'x.npz', '--azimuth', '3'], '--mirror and --average belong to --from'),
+        (['build', 'x.npz', '--average'], '--mirror and --average belong to --from'),
+        (['build', 'x.npz', '--first-contact', 'left'], '--average belong to --from'),
         (
             ['build', 'x.npz', '--from', 'f', '--azimuth', '400'],
             'from -360 to 360 degrees, got 400',

@@ -9,6 +9,7 @@ import pytest
 
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.evaluate import main
+from test.walkers import small_bank
 
 from ..evaluation.fakes import FakePipeline, FakePipelineConfig, write_sequence
 
@@ -80,7 +81,7 @@ def test_without_motmetrics_its_columns_are_left_out(pipeline, folder, monkeypat
 def test_boxes_are_given_or_not(pipeline, folder, monkeypatch):
     made = []
     monkeypatch.setattr(
-        pipeline, 'Pipeline', lambda config, clock: made.append(FakePipeline(config)) or made[-1]
+        pipeline, 'Pipeline', lambda config, **_: made.append(FakePipeline(config)) or made[-1]
     )
     assert main([str(folder)]) == 0
     assert made[-1].box is not None
@@ -114,6 +115,22 @@ def test_parameters_reach_the_pipeline(pipeline, folder, capsys):
     assert float(capsys.readouterr().out.splitlines()[1].split()[2]) < 0.6
 
 
+def test_a_bank_reaches_the_pipeline(pipeline, folder, tmp_path, monkeypatch):
+    path, given = tmp_path / 'mine.npz', []
+    small_bank().save(path)
+
+    class Kept(FakePipeline):
+        def __init__(self, config, bank, clock):
+            given.append(bank)
+            super().__init__(config)
+
+    monkeypatch.setattr(pipeline, 'Pipeline', Kept)
+    assert main([str(folder)]) == 0
+    assert main([str(folder), '--bank', str(path)]) == 0
+    assert given[0] is None
+    assert given[1].templates.shape == small_bank().templates.shape
+
+
 def test_a_preset_is_overridden_by_other_options(pipeline, folder, tmp_path, monkeypatch, capsys):
     file = tmp_path / 'preset.yaml'
     file.write_text(
@@ -123,7 +140,7 @@ def test_a_preset_is_overridden_by_other_options(pipeline, folder, tmp_path, mon
     monkeypatch.setattr('gait_segmentation.cli.evaluate.preset_file', {'paper': file}.get)
     made = []
     monkeypatch.setattr(
-        pipeline, 'Pipeline', lambda config, clock: made.append(FakePipeline(config)) or made[-1]
+        pipeline, 'Pipeline', lambda config, **_: made.append(FakePipeline(config)) or made[-1]
     )
     command = [str(folder), '--preset', 'paper']
     assert main(command) == 0
@@ -159,8 +176,10 @@ def test_ingredients_are_left_out(pipeline, folder, tmp_path, capsys):
     [
         (['--set', 'tracking.gain=7'], 'gain must be a number from 0 to 1, got 7.0'),
         (['--prior', 'hard'], 'prior must be one of none, distance, default'),
+        (['--bank', 'none.npz'], 'cannot read the bank none.npz'),
         (['--threads', '0'], '--threads must be at least 1, got 0'),
         (['--likelihood', 'heat'], 'heat is missing'),
+        (['--heat-map', 'heat'], 'heat is missing, no heat maps'),
         (['--json', '/nowhere/at/all.json'], 'cannot be written'),
         (['--out', '/dev/null/at/all'], '--out /dev/null/at/all: nothing can be written'),
     ],

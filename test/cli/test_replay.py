@@ -68,6 +68,34 @@ def test_every_frame_has_the_pipelines_results(given: list[str], tmp_path: Path)
                 assert bool(message.name) == (when != stamp(BROKEN))
 
 
+def test_heat_maps_of_a_folder_are_used(given: list[str], tmp_path: Path, capsys) -> None:
+    folder = tmp_path / 'maps'
+    folder.mkdir()
+    for index, frame in enumerate(clip()[:FRAMES]):
+        heat = frame.masks[0]
+        if index == 2:
+            heat = cv2.merge([heat, 255 - heat, heat])
+        cv2.imwrite(str(folder / f'{index:04d}.png'), heat)
+    assert main([*given, '--heat-map', str(folder)]) == 0
+    assert 'the heat map of frame 2 is left out' in capsys.readouterr().err
+    pipeline = Pipeline(bank=small_bank())
+    pipeline.initialize(clip()[0].boxes[0])
+    expected = []
+    for index, frame in enumerate(clip()[:FRAMES]):
+        if index != BROKEN:
+            heat = None if index == 2 else frame.masks[0]
+            (result,) = pipeline.update(frame.image, stamp(index), heat_map=heat)
+            expected.append(result.mask)
+    found = images(tmp_path / 'out/walk', '/mask')
+    found.pop(BROKEN)
+    np.testing.assert_array_equal([image[:, :, 0] for image in found], expected)
+
+
+def test_a_missing_folder_of_heat_maps_is_said(given: list[str], capsys) -> None:
+    assert main([*given, '--heat-map', '/nowhere']) == 2
+    assert 'topic /nowhere is not there' in capsys.readouterr().err
+
+
 def test_nobody_seen_is_said(given: list[str], capsys) -> None:
     assert main([given[0], *given[-2:], '--count', '3']) == 0
     said = capsys.readouterr()
@@ -184,7 +212,7 @@ def test_an_interruption_leaves_a_bag_that_can_be_read(given: list[str], tmp_pat
     walks = tmp_path / 'walks'
     more = ['--csv', str(table), '--opengait', str(walks)]
     (job,) = make_jobs(parser().parse_args([*given, *more]))
-    report = replay(job, small_bank(), StopAfter(3))
+    report = replay(job, small_bank(), StopAfter(3).is_set)
     assert (report.interrupted, report.frames) == (True, 3)
     assert sorted(report.left) == [
         tmp_path / 'out/walk.partial',
@@ -193,7 +221,7 @@ def test_an_interruption_leaves_a_bag_that_can_be_read(given: list[str], tmp_pat
     ]
     assert len(images(tmp_path / 'out/walk.partial', '/mask')) == 3
     assert len((tmp_path / 'table.partial.csv').read_text().splitlines()) == 4
-    assert replay(job, small_bank(), threading.Event()).frames == FRAMES
+    assert replay(job, small_bank(), threading.Event().is_set).frames == FRAMES
     assert sorted(p.name for p in tmp_path.iterdir()) == ['out', 'table.csv', 'walks']
     assert [p.name for p in (tmp_path / 'out').iterdir()] == ['walk']
     assert [p.name for p in walks.iterdir()] == ['walk']
@@ -206,7 +234,7 @@ def test_a_failure_leaves_no_half_outputs(given: list[str], tmp_path: Path, monk
     (job,) = make_jobs(parser().parse_args(given))
     monkeypatch.setattr(Pipeline, 'flush', fail)
     with pytest.raises(ZeroDivisionError):
-        replay(job, small_bank(), threading.Event())
+        replay(job, small_bank(), threading.Event().is_set)
     assert [p.name for p in (tmp_path / 'out').iterdir()] == ['walk.partial']
     assert len(images(tmp_path / 'out/walk.partial', '/mask')) == FRAMES
 
@@ -234,7 +262,7 @@ def test_ctrl_c_ends_the_command(given: list[str], tmp_path: Path) -> None:
     assert 'Traceback' not in said
     assert [p.name for p in (tmp_path / 'out').iterdir()] == ['long.partial']
     with Reader(tmp_path / 'out/long.partial') as reader:
-        assert reader.message_count % 8 in (0, 1)
+        assert reader.message_count % 9 in (0, 1)
 
 
 def test_many_inputs_side_by_side_are_the_same_as_one_by_one(

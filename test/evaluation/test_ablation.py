@@ -5,11 +5,9 @@ import pytest
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.ablation import (
-    compare_priors,
-    ingredient_table,
-    leave_one_out,
+    compare,
+    comparison_table,
     plot_priors,
-    prior_table,
 )
 from gait_segmentation.evaluation.session import Session, load_sequences
 
@@ -25,25 +23,25 @@ def session(request, tmp_path):
 def test_every_prior_is_evaluated(session):
     config = FakePipelineConfig()
     base = session.evaluate(config)
-    reports = compare_priors(session, config, base)
+    reports = compare(session, config, base, 'priors')
     assert list(reports) == ['none', 'distance', 'default']
     assert reports['default'] == base
     assert reports['none']['mean']['error_rate_image'] > 0
-    lines = prior_table(reports).splitlines()
-    assert lines[0].split()[:4] == ['prior', 'error', '%', 'J']
-    assert lines[3].split()[:4] == ['default', '0.00', '1.0000', '1.0000']
+    lines = comparison_table('priors', base, reports).splitlines()
+    assert lines[0].split()[:4] == ['priors', 'error', '%', 'J']
+    assert lines[3].split()[:5] == ['default', '0.00', '1.0000', '1.0000', '+0.0000']
 
 
 def test_each_switch_is_turned_off_once(session):
     config = FakePipelineConfig()
     base = session.evaluate(config)
-    reports = leave_one_out(session, config)
+    reports = compare(session, config, base, 'ingredients')
     assert list(reports) == ['tracking.use_colour']
-    lines = ingredient_table(base, reports).splitlines()
-    assert len(lines) == 3
-    words = lines[2].split()
+    lines = comparison_table('ingredients', base, reports).splitlines()
+    assert len(lines) == 2
+    words = lines[1].split()
     assert words[0] == 'tracking.use_colour'
-    assert float(words[2]) < -0.4
+    assert float(words[4]) < -0.4
     assert words[-2] == 'walk'
     assert ('restart' in lines[0]) == session.restarts
 

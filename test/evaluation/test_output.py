@@ -44,7 +44,7 @@ def test_a_tile_shows_found_and_true_outline():
     truth[10:50, 20:40] = 255
     mask = np.roll(truth, 8, axis=1)
     score = score_frame(mask, None, truth)
-    outcome = Outcome(7, mask, None, 0.0, 0.0, {}, 0.0, score)
+    outcome = Outcome(7, mask, None, 0.0, {}, 0.0, score)
     picture = tile(image, outcome, truth, Box(0, 0, 60, 60))
     assert picture.shape == (256, 200, 3)
     found = (picture[..., 1] > 220) & (picture[..., 2] < 100)

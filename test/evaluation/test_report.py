@@ -29,7 +29,7 @@ def outcome(j, box_iou=0.5, total=10.0, scored=True):
     boxes = [BoxScore(box_iou / share, (share - 1) / 10) for share in (1, 2, 4)]
     score = FrameScore(j, 0.5, 1.0, 0.1, *boxes)
     times = {'tracking': 1.0, 'matching': 2.0, 'segmentation': 3.0, 'total': total}
-    return Outcome(0, None, None, 0.0, 0.0, times, 0.02, score if scored else None)
+    return Outcome(0, None, None, 0.0, times, 0.02, score if scored else None)
 
 
 def tracking(held):

@@ -10,9 +10,9 @@ from .fakes import FakePipeline, write_sequence
 
 def test_restarts_begin_at_every_tenth_frame_with_enough_to_follow(tmp_path):
     sequence = Sequence.load(write_sequence(tmp_path / 'a', frames=16, without_mask=(0,)))
-    assert [restart.numbers for restart in restarts_of(sequence)] == [[10, 11, 12, 13, 14, 15]]
+    assert [numbers for numbers, _ in restarts_of(sequence)] == [[10, 11, 12, 13, 14, 15]]
     sequence = Sequence.load(write_sequence(tmp_path / 'b', frames=15))
-    assert [restart.numbers for restart in restarts_of(sequence)] == [list(range(14))]
+    assert [numbers for numbers, _ in restarts_of(sequence)] == [list(range(14))]
     pipelines = []
 
     def make():

@@ -51,8 +51,8 @@ def test_late_results_are_matched_by_stamp(sequence, lag):
 class Forgetful(FakePipeline):
     """Says nothing about the first frame, and nothing about the last."""
 
-    def update(self, image, stamp_ns, likelihood=None):
-        results = super().update(image, stamp_ns, likelihood)
+    def update(self, image, stamp_ns, likelihood=None, heat_map=None):
+        results = super().update(image, stamp_ns, likelihood, heat_map)
         return [] if len(self.likelihoods) in (1, 8) else results
 
 
@@ -68,8 +68,8 @@ def test_frames_without_a_result_count_as_empty(sequence):
 class Repeating(FakePipeline):
     """Answers each frame twice, the second time without anybody, and some other frame besides."""
 
-    def update(self, image, stamp_ns, likelihood=None):
-        (result,) = super().update(image, stamp_ns, likelihood)
+    def update(self, image, stamp_ns, likelihood=None, heat_map=None):
+        (result,) = super().update(image, stamp_ns, likelihood, heat_map)
         (person,) = result.people
         nobody = SimpleNamespace(mask=np.zeros_like(person.segmentation.mask))
         again = SimpleNamespace(**vars(person) | {'segmentation': nobody})
@@ -112,6 +112,26 @@ def test_likelihoods_are_read_beside_the_frames(sequence):
         list(run_sequence(FakePipeline(), sequence, clock=ticking(), likelihood_name='heat'))
 
 
+def test_heat_maps_of_any_size_are_read_where_there_are_some(sequence):
+    folder = sequence.folder / 'map'
+    with pytest.raises(SequenceError, match='map is missing'):
+        run_sequence(FakePipeline(), sequence, clock=ticking(), heat_map_name='map')
+    folder.mkdir()
+    with pytest.raises(SequenceError, match=r'no heat map of a frame, such as .*0000\.png'):
+        run_sequence(FakePipeline(), sequence, clock=ticking(), heat_map_name='map')
+    for number in (2, 5):
+        cv2.imwrite(str(folder / f'{number:04d}.png'), np.full((4, 7), number, np.uint8))
+    pipeline = FakePipeline()
+    list(run_sequence(pipeline, sequence, clock=ticking(), heat_map_name='map'))
+    maps = pipeline.heat_maps
+    assert [None if each is None else each.tolist() for each in maps] == [
+        4 * [7 * [number]] if number in (2, 5) else None for number in range(8)
+    ]
+    cv2.imwrite(str(folder / '0003.png'), np.full((4, 7, 3), (1, 2, 3), np.uint8))
+    with pytest.raises(SequenceError, match=r'0003\.png: heat map must be grey'):
+        list(run_sequence(FakePipeline(), sequence, clock=ticking(), heat_map_name='map'))
+
+
 def test_masks_of_zeros_and_ones_are_refused(sequence):
     for path in sequence.masks.values():
         cv2.imwrite(str(path), np.minimum(cv2.imread(str(path), 0), 1))
@@ -122,8 +142,8 @@ def test_masks_of_zeros_and_ones_are_refused(sequence):
 class Pair(FakePipeline):
     """Sees somebody else in its first slot, and the red man in its second; a third is lost."""
 
-    def update(self, image, stamp_ns, likelihood=None):
-        (result,) = super().update(image, stamp_ns, likelihood)
+    def update(self, image, stamp_ns, likelihood=None, heat_map=None):
+        (result,) = super().update(image, stamp_ns, likelihood, heat_map)
         (person,) = result.people
         other = np.zeros_like(person.segmentation.mask)
         other[6:35, 30:40] = 255

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import dataclasses
 import os
 import re
 
@@ -23,15 +24,13 @@ from gait_segmentation.gait_model.silhouettes import (
 GRID, FILL = (48, 32), 0.9
 
 
-def walker(frames, stride, azimuth=np.pi, start=0.0, height=60.0):
+def walker(frames, stride, azimuth=np.pi, start=0.0, height=60.0, build='average'):
     return np.stack(
         [
-            np.where(render_silhouette(start + n / stride, azimuth, height) >= 128, 255, 0).astype(
-                np.uint8
-            )
+            255 * (render_silhouette(start + n / stride, azimuth, height, build=build) >= 128)
             for n in range(frames)
         ]
-    )
+    ).astype(np.uint8)
 
 
 @pytest.fixture(scope='module')
@@ -122,7 +121,8 @@ def test_masks_of_any_size_are_read_without_those_of_nobody(tmp_path, masks):
     for n, mask in enumerate([masks[0], 0 * masks[1], masks[2][:-2]]):
         cv2.imwrite(str(tmp_path / f'{n}.png'), mask)
     found = read_masks(tmp_path)
-    assert [mask.shape for mask in found] == [masks[0].shape, masks[2][:-2].shape]
+    assert [path.name for path, _ in found] == ['0.png', '2.png']
+    assert [mask.shape for _, mask in found] == [masks[0].shape, masks[2][:-2].shape]
 
 
 SPEC = BankSpec(height=48, width=32, phases=10)
@@ -154,6 +154,26 @@ def test_mirror(strides):
     assert bank.azimuth == pytest.approx([np.pi, 0.0])
     half = np.roll(bank.templates[0], 5, axis=0)[:, :, ::-1]
     assert tanimoto(bank.templates[1], half) > 0.95
+
+
+def test_walkers_of_one_direction_are_averaged_if_asked(strides):
+    walkers = [
+        SilhouetteSequence(strides, np.pi, 'anna'),
+        SilhouetteSequence(walker(72, 30, start=0.6, height=80.0, build='stout'), np.pi, 'bert'),
+    ]
+    spec = dataclasses.replace(SPEC, levels=256)
+    apart = bank_from_silhouettes(walkers, spec, mirror=True)
+    bank = bank_from_silhouettes(walkers, spec, mirror=True, average=True)
+    assert apart.builds == ('anna', 'anna', 'bert', 'bert')
+    assert bank.builds == ('average', 'average')
+    assert bank.azimuth == pytest.approx([np.pi, 0.0])
+    for view in (0, 1):
+        mean = apart.templates[view::2].astype(float).mean(axis=0)
+        np.testing.assert_allclose(bank.templates[view], mean, atol=0.5)
+    assert not np.array_equal(apart.templates[0], apart.templates[2])
+    # Who walks the other way is not averaged with them.
+    other = [walkers[0], SilhouetteSequence(strides[:, :, ::-1], 0.0, 'cleo')]
+    assert bank_from_silhouettes(other, spec, average=True).sequences == 2
 
 
 def test_the_leg_of_the_first_contact_shifts_by_half_a_stride(strides):

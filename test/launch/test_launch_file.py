@@ -5,23 +5,32 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 pytest.importorskip('launch_ros', reason='needs the packages launch and launch_ros')
 
-from launch.actions import DeclareLaunchArgument, LogInfo, OpaqueFunction
+from ament_index_python import packages as packages_of
+from launch.actions import (
+    DeclareLaunchArgument,
+    LogInfo,
+    OpaqueFunction,
+    SetLaunchConfiguration,
+)
 from launch.launch_description_sources import (
     get_launch_description_from_python_launch_file,
 )
 from launch.substitutions import TextSubstitution
 from launch_ros.actions import Node
+from launch_ros.utilities import evaluate_parameters
 
 import launch
 
 FOLDER = Path(__file__).parents[2] / 'launch'
 FILE = FOLDER / 'gait_segmentation.launch.py'
 REPLAY = FOLDER / 'replay.launch.py'
+CAMERA = FOLDER / 'camera.launch.py'
 SPLIT = ['gait_tracker', 'gait_matcher', 'gait_segmenter']
 
 
@@ -40,6 +49,8 @@ def started(file: Path = FILE, **arguments: str) -> list[Node]:
             nodes.append(entity)
         elif isinstance(entity, DeclareLaunchArgument):
             assert entity.description
+            entity.execute(context)
+        elif isinstance(entity, SetLaunchConfiguration):
             entity.execute(context)
         elif isinstance(entity, launch.actions.IncludeLaunchDescription | OpaqueFunction):
             made = entity.execute(context) or []
@@ -125,3 +136,68 @@ def test_the_parameter_file_exists() -> None:
     description = get_launch_description_from_python_launch_file(str(FILE))
     (argument,) = (a for a in description.get_launch_arguments() if a.name == 'params_file')
     assert Path(argument.default_value[0].text).is_file()
+
+
+def remaps(node: Node) -> dict[str, str]:
+    return {plain(source): plain(target) for source, target in node._Node__remappings}
+
+
+def parameters(node: Node) -> dict[str, Any]:
+    """Return what is given beside the parameter file."""
+    given = [each for each in node._Node__parameters if isinstance(each, dict)]
+    return evaluate_parameters(launch.LaunchContext(), given)[-1]
+
+
+def test_people_are_located_if_asked_for() -> None:
+    nodes = started(localize='true', image='/cam/image_raw', depth='/cam/depth')
+    assert names(nodes) == [*SPLIT, 'gait_localizer']
+    about = remaps(nodes[-1])
+    assert (about['camera_info'], about['depth']) == ('/cam/camera_info', '/cam/depth')
+    (single,) = started(localize='true', style='single', camera_info='/info')
+    assert remaps(single)['camera_info'] == '/info'
+    assert parameters(single)['localize'] is True
+    assert 'localize' not in parameters(nodes[-1])
+
+
+def test_rviz_shows_the_topics_of_the_namespace() -> None:
+    *_, view = started(rviz='true', namespace='/robot1', rviz_frame='eye')
+    assert names([view]) == ['rviz2']
+    words = [part.text for word in view.cmd for part in word if hasattr(part, 'text')]
+    assert words[words.index('-f') + 1] == 'eye'
+    assert Path(words[words.index('-d') + 1]).is_file()
+    assert remaps(view)['/markers'] == '/robot1/markers'
+    assert remaps(started(rviz='true')[-1]) == {}
+
+
+def installed(monkeypatch: pytest.MonkeyPatch, *packages: str) -> None:
+    def prefix(name: str) -> str:
+        if name not in packages:
+            raise packages_of.PackageNotFoundError(name)
+        return '/opt/ros/jazzy'
+
+    monkeypatch.setattr(packages_of, 'get_package_prefix', prefix)
+
+
+def test_the_camera_is_started_with_the_driver_that_is_there(monkeypatch) -> None:
+    installed(monkeypatch, 'v4l2_camera')
+    nodes = started(CAMERA, device='/dev/video2', style='single')
+    assert names(nodes) == ['gait_pipeline', 'v4l2_camera_node']
+    assert remaps(nodes[0])['image'] == '/camera/image_raw'
+    given = parameters(nodes[1])
+    assert given['video_device'] == '/dev/video2'
+    assert given['camera_frame_id'] == 'camera_optical_frame'
+    installed(monkeypatch, 'usb_cam', 'realsense2_camera')
+    nodes = started(CAMERA, device='123')
+    assert names(nodes) == [*SPLIT, 'realsense2_camera_node']
+    assert remaps(nodes[0])['depth'] == '/camera/camera/aligned_depth_to_color/image_raw'
+    assert remaps(nodes[0])['camera_info'] == '/camera/camera/color/camera_info'
+    assert parameters(nodes[-1])['serial_no'] == '123'
+    assert names(started(CAMERA, driver='usb_cam'))[-1] == 'usb_cam_node_exe'
+
+
+def test_without_a_driver_it_is_said_what_to_install(monkeypatch) -> None:
+    installed(monkeypatch)
+    with pytest.raises(ValueError, match=r'sudo apt install .*ros-\$ROS_DISTRO-v4l2-camera'):
+        started(CAMERA)
+    with pytest.raises(ValueError, match='none of usb_cam is installed'):
+        started(CAMERA, driver='usb_cam')

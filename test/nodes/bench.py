@@ -34,6 +34,7 @@ OUTPUTS = {
     'person_0/box': PolygonInstanceStamped,
     'person_0/likelihood': Image,
     'person_0/matched_box': PolygonInstanceStamped,
+    'person_0/refined_box': PolygonInstanceStamped,
     'person_0/shape_prior': Image,
     'person_0/gait': JointState,
     'person_0/mask': Image,

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import Image, RegionOfInterest
 
+from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_mono8
-from gait_segmentation.ros.messages import image_message
+from gait_segmentation.ros.fields import GAIT_NAMES, TEMPLATE_NAMES
+from gait_segmentation.ros.messages import image_message, read_box
 from test.nodes.bench import CAMERAS, OUTPUTS, STYLES, Bench, frame, header
 from test.walkers import couple
 
@@ -67,6 +69,7 @@ def test_one_output_for_each_input_with_its_header(graph: Graph) -> None:
     assert not any(mask.any() for mask in masks(nobody))
     assert all(not m.polygon.polygon.points for m in nobody['person_0/box'])
     assert all(not m.polygon.polygon.points for m in nobody['person_0/matched_box'])
+    assert all(not m.polygon.polygon.points for m in nobody['person_0/refined_box'])
     assert all(not m.name for m in nobody['person_0/gait'])
 
     tracked = graph.track(2, 6)
@@ -74,6 +77,8 @@ def test_one_output_for_each_input_with_its_header(graph: Graph) -> None:
         assert (message.encoding, message.height, message.width) == ('mono8', 120, 160)
         assert len(box.polygon.polygon.points) == 4
         assert box.polygon.id == 1
+    for message, mask in zip(tracked['person_0/refined_box'], masks(tracked), strict=True):
+        assert read_box(message)[0].iou(Box.around(mask)) > 0.6
     for mask, labels, own in zip(
         tracked['mask'], tracked['labels'], tracked['person_0/mask'], strict=True
     ):
@@ -82,7 +87,7 @@ def test_one_output_for_each_input_with_its_header(graph: Graph) -> None:
         assert mask == own
     sizes = {(m.height, m.width) for m in tracked['person_0/likelihood']}
     assert sizes == {(m.height, m.width) for m in tracked['person_0/shape_prior']}
-    assert all(list(m.name) == ['gait_phase', 'view_azimuth'] for m in tracked['person_0/gait'])
+    assert all(tuple(m.name) == GAIT_NAMES + TEMPLATE_NAMES for m in tracked['person_0/gait'])
 
 
 def unusable() -> dict[str, Image]:

@@ -14,6 +14,11 @@ NEVER = ('sklearn', 'matplotlib', 'rosbags', 'motmetrics', 'gait_segmentation.ev
 OTHERS = {
     'tracker_node': ('gait_segmentation.pipeline',),
     'matcher_node': ('gait_segmentation.segmentation', 'gait_segmentation.tracking'),
+    'localizer_node': (
+        'gait_segmentation.matching',
+        'gait_segmentation.segmentation',
+        'gait_segmentation.tracking',
+    ),
     'segmenter_node': ('gait_segmentation.matching', 'gait_segmentation.tracking'),
     'pipeline_node': (),
     'source_node': ('numba', 'gait_segmentation.gait_model', 'gait_segmentation.tracking'),

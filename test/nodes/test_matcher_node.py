@@ -14,11 +14,11 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.ros.endpoints import LATCHED
-from gait_segmentation.ros.messages import box_message, image_message, read_body
+from gait_segmentation.ros.messages import box_message, image_message, read_body, read_box
 from gait_segmentation.ros.warnings import Warnings
 from test.nodes.bench import DEEP, Bench, header
 
-OUTPUTS = ('person_0/matched_box', 'person_0/shape_prior', 'person_0/gait')
+OUTPUTS = ('person_0/matched_box', 'person_0/refined_box', 'person_0/shape_prior', 'person_0/gait')
 BOX = Box(80, 40, 60, 160)
 
 
@@ -54,7 +54,10 @@ def test_without_a_size_the_likelihood_has_that_of_the_source(bench: Bench) -> N
     door.publish(0, 1.0)
     door.wait(1)
     assert door.heights()[0] == pytest.approx(160, rel=0.2)
-    assert bench.received['person_0/matched_box'][0].polygon.id == 4
+    (box,) = bench.received['person_0/refined_box']
+    assert box.polygon.id == 4
+    # It is about what is likely, however narrow the template is.
+    assert read_box(box)[0].iou(BOX) > 0.9
 
 
 def test_the_size_can_be_given_as_parameters(bench: Bench) -> None:
@@ -130,8 +133,8 @@ def test_likelihoods_that_cannot_be_used_give_empty_outputs(bench: Bench) -> Non
     door.likelihoods.publish(image_message(np.zeros((7, 160), np.uint8), header(2)))
     door.publish(3, 0.5)
     door.wait(4)
-    points = [len(m.polygon.polygon.points) for m in bench.received['person_0/matched_box']]
-    assert points == [4, 0, 0, 4]
+    for topic in ('person_0/matched_box', 'person_0/refined_box'):
+        assert [len(m.polygon.polygon.points) for m in bench.received[topic]] == [4, 0, 0, 4]
     assert [m.header for m in bench.received['person_0/gait']] == [header(i) for i in range(4)]
 
 

@@ -26,8 +26,8 @@ def test_the_file_holds_every_parameter_at_its_default() -> None:
         for group, kind in (('', NodeConfig), *node.groups):
             for about in parameters_of(kind):
                 place = values[group] if group else values
-                assert place[about.name] == about.default
-                assert type(place[about.name]) is about.type
+                assert about.meant(place[about.name]) == about.default
+                assert type(about.meant(place[about.name])) is about.type
 
 
 def test_the_docs_hold_every_parameter_once() -> None:

@@ -13,6 +13,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from gait_segmentation.nodes.localizer_node import LocalizerNode
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
@@ -24,15 +25,22 @@ KINDS = {
     'gait_tracker': TrackerNode,
     'gait_matcher': MatcherNode,
     'gait_segmenter': SegmenterNode,
+    'gait_localizer': LocalizerNode,
     'gait_pipeline': PipelineNode,
 }
 SOMETIMES = {
     '/image/compressed',  # image_transport: compressed
     '/detections',  # with vision_msgs
     '/tracks',
+    '/people',
+    '/tf',  # with ground_frame
+    '/tf_static',
+    '/people_3d',
     '/clock',  # use_sim_time: true
     '/gait_tracker/debug_image',  # as the launch file names it, beside /debug_image
     '/gait_matcher/debug_image',
+    '/gait_tracker/debug_image/compressed',
+    '/gait_matcher/debug_image/compressed',
     '/rosout',  # not where logging to it is switched off
 }
 """What only some configurations have."""
@@ -89,7 +97,8 @@ def is_known(node: Any) -> bool:
 
 @pytest.mark.parametrize('name', KINDS)
 def test_each_node_may_do_what_it_does_and_nothing_else(bench: Bench, name: str) -> None:
-    node = bench.add(KINDS[name], max_people=2)
+    located = {'localize': True} if name == 'gait_pipeline' else {}
+    node = bench.add(KINDS[name], max_people=2, **located)
     bench.until(lambda: is_known(node), 'the graph to know the node')
     allowed, does = rules(name), real(node)
     assert set(allowed) == set(does)

@@ -146,7 +146,7 @@ def test_the_life_cycle_can_be_repeated_and_leaves_nothing(bench: Bench) -> None
         assert node.state == 'unconfigured'
         assert bench.probe.count_subscribers('image') == 0
         node.trigger_configure()
-        assert (node.state, len(node._outputs)) == ('inactive', 4)
+        assert (node.state, len(node._outputs)) == ('inactive', 5)
         node.trigger_activate()
         if not cycle:
             bench.record_outputs('person_0/box')
@@ -357,6 +357,82 @@ def test_detections_start_tracks_of_new_people_and_tracks_go_out(
     assert [message.polygon.id for message in tracks] == [0, 1, 1]
     # Somebody who is tracked is not started anew.
     assert [m.polygon.id for m in bench.received['person_0/box']] == [0, 1, 1]
+
+
+def map_message(index: int, encoding: str = 'mono8', value: float = 255) -> Image:
+    """Return a heat map of half the size with somebody where :data:`BOX` is."""
+    values = np.zeros((60, 80), np.float32)
+    left, top, width, height = (round(each / 2) for each in BOX)
+    values[top : top + height, left : left + width] = value
+    kind = np.float32 if encoding == '32FC1' else np.uint8
+    data = values.astype(kind)
+    step = data.strides[0]
+    made = Image(header=header(index), height=60, width=80, encoding=encoding, step=step)
+    made.data = data.tobytes()
+    return made
+
+
+@pytest.mark.parametrize(('encoding', 'value'), [('mono8', 255), ('32FC1', 1)])
+def test_heat_maps_start_tracks(bench: Bench, encoding: str, value: float) -> None:
+    node = bench.add(TrackerNode)
+    bench.record_outputs('person_0/box')
+    camera = bench.publisher(Image, 'image', 1)
+    maps = bench.publisher(Image, 'heat_map', 1, BEST_EFFORT)
+    for index in range(4):
+        maps.publish(map_message(index, encoding, value))
+        bench.until(lambda index=index: stamps(node) == index + 1, 'the map')
+        bench.feed(camera, [frame(index)])
+    assert boxes(bench)[-1] == 4
+    assert node.status()['heat map'] == 'in use'
+
+
+def stamps(node: TrackerNode) -> int:
+    return len({each.stamp_ns for each in node.stage._heat_maps._maps})
+
+
+def test_bad_heat_maps_are_ignored_and_the_node_goes_on(bench: Bench, monkeypatch) -> None:
+    node = bench.add(TrackerNode, initial_box=BOX)
+    bench.record_outputs('person_0/box')
+    camera = bench.publisher(Image, 'image', 1)
+    maps = bench.publisher(Image, 'heat_map', 1, BEST_EFFORT)
+    said: list[str] = []
+    monkeypatch.setattr(node.warnings, 'warn', lambda key, text: said.append(text))
+    bench.feed(camera, [frame(0)])
+    empty = Image(header=header(1), encoding='mono8')
+    later = map_message(300)
+    bad = [
+        (empty, 'at least one pixel'),
+        (map_message(1, 'rgb8'), 'must be mono8, 8UC1, mono16 or 32FC1'),
+        (map_message(1, '32FC1', np.nan), 'NaN'),
+        (map_message(1, '32FC1', 255), 'must be from 0 to 1'),
+        (later, 's ahead of the last image'),
+        (map_message(-30), 's older than the last image'),
+        (Image(), 'older than the last image'),
+    ]
+    for count, (message, why) in enumerate(bad, start=1):
+        maps.publish(message)
+        bench.until(lambda count=count: len(said) == count, why)
+        assert said[-1].startswith('a heat_map is ignored: ')
+        assert why in said[-1]
+    assert node.status()['heat map'] == 'none'
+    bench.feed(camera, [frame(1)])
+    assert boxes(bench) == [4, 4]
+
+
+def test_it_is_said_once_that_heat_maps_have_stopped(bench: Bench, monkeypatch) -> None:
+    node = bench.add(TrackerNode, initial_box=BOX)
+    bench.record_outputs('person_0/box')
+    camera = bench.publisher(Image, 'image', 1)
+    maps = bench.publisher(Image, 'heat_map', 1, BEST_EFFORT)
+    said: list[str] = []
+    monkeypatch.setattr(node.warnings, 'warn', lambda key, text: said.append(text))
+    maps.publish(map_message(0))
+    bench.until(lambda: stamps(node) == 1, 'the map')
+    bench.feed(camera, [frame(index) for index in range(3)])
+    assert not said
+    bench.feed(camera, [frame(index) for index in range(40, 43)])
+    assert said == ['the heat maps have stopped: going on without']
+    assert node.status()['heat map'] == 'none'
 
 
 def test_somebody_lost_keeps_the_id_and_has_no_box(bench: Bench) -> None:

@@ -37,7 +37,7 @@ def header(stamp_ns: int = 1) -> Header:
 
 def match(body: BodyFrame | None, phase: float = 0.25, azimuth: float = 1.0) -> MatchResult:
     prior = np.zeros((2, 2), np.uint8)
-    return MatchResult(1, 3, body, None, 0, 0, phase, 0.9, azimuth, 0.5, 0.25, prior)
+    return MatchResult(1, 3, body, None, 3, 7, phase, 0.9, azimuth, 0.5, 0.25, prior)
 
 
 @given(st.integers(1, 2**31 * 10**9 - 1))
@@ -109,7 +109,11 @@ def test_the_gait_returns(phase, azimuth) -> None:
     sent = gait_message(match(BodyFrame(1, 2, 3), phase, azimuth), header())
     found = read_gait(sent)
     assert found == (pytest.approx(phase), pytest.approx(0.9), pytest.approx(azimuth), 0.5)
-    assert list(sent.effort) == [0.25, 0.5]
+    named = dict(zip(sent.name, zip(sent.position, sent.effort, strict=True), strict=True))
+    assert named['gait_phase'][1] == 0.25
+    assert named['view_azimuth'][1] == 0.5
+    assert named['template_sequence'] == (3, 0.5)
+    assert named['template_phase'] == (7, 0.5)
 
 
 def test_nobody_has_no_gait() -> None:

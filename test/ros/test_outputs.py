@@ -6,14 +6,20 @@ from __future__ import annotations
 
 from typing import Any
 
+import cv2
 import numpy as np
+import pytest
 from std_msgs.msg import Header
 
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
-from gait_segmentation.ros.outputs import MatchOutputs, SegmentationOutputs, TrackOutputs
+from gait_segmentation.ros.outputs import (
+    DebugOutput,
+    MatchOutputs,
+    SegmentationOutputs,
+    TrackOutputs,
+)
 from gait_segmentation.segmentation import PeopleMasks
-from test.walkers import small_bank
 
 SLOTS = 2
 HEADER = Header(frame_id='camera')
@@ -65,9 +71,9 @@ def test_only_what_is_heard_is_published() -> None:
     TrackOutputs(node, SLOTS).publish(_tracks(), (6, 8), HEADER)
     # The size is kept for those who come later.
     assert node.topics == ['image_size', 'person_1/likelihood']
-    node = _Node('person_0/gait', 'person_1/matched_box')
-    MatchOutputs(node, small_bank(), SLOTS).publish(_matches(), HEADER)
-    assert node.topics == ['person_0/gait', 'person_1/matched_box']
+    node = _Node('person_0/gait', 'person_1/refined_box')
+    MatchOutputs(node, SLOTS).publish(_matches(), HEADER)
+    assert node.topics == ['person_0/gait', 'person_1/refined_box']
     node = _Node('labels', 'mask', 'person_1/mask')
     SegmentationOutputs(node, SLOTS).publish(_masks(), HEADER)
     assert node.topics == ['mask', 'person_1/mask', 'labels']
@@ -99,9 +105,9 @@ def test_empty_answers_are_one_image_for_all_who_listen() -> None:
     assert {(each.width, each.height, any(each.data)) for each in messages} == {(8, 6, False)}
     assert all(each is messages[0] for each in messages)
     assert messages[0].header == HEADER
-    node = _Node('person_0/gait', 'person_1/shape_prior', 'person_1/matched_box')
-    MatchOutputs(node, small_bank(), SLOTS).blank((6, 8), HEADER)
-    assert sorted(node.topics) == ['person_0/gait', 'person_1/matched_box', 'person_1/shape_prior']
+    node = _Node('person_0/gait', 'person_1/shape_prior', 'person_1/refined_box')
+    MatchOutputs(node, SLOTS).blank((6, 8), HEADER)
+    assert sorted(node.topics) == ['person_0/gait', 'person_1/refined_box', 'person_1/shape_prior']
     node = _Node('person_0/likelihood', 'person_1/box')
     outputs = TrackOutputs(node, SLOTS)
     outputs.publish(_tracks(), (60, 80), HEADER)
@@ -115,5 +121,38 @@ def test_nothing_is_made_for_nobody() -> None:
     node: Any = _Node()
     # Of more memory than there is.
     SegmentationOutputs(node, SLOTS).blank((1 << 31, 1 << 31), HEADER)
-    MatchOutputs(node, small_bank(), SLOTS).blank((1 << 31, 1 << 31), HEADER)
+    MatchOutputs(node, SLOTS).blank((1 << 31, 1 << 31), HEADER)
     assert node.published == []
+
+
+def test_compressed_images_are_made_for_those_who_listen_alone() -> None:
+    node: Any = _Node('mask/compressed')
+    outputs = SegmentationOutputs(node, SLOTS)
+    outputs.publish(_masks(), HEADER)
+    outputs.blank((6, 8), HEADER)
+    outputs.blank((0, 0), HEADER)
+    assert node.topics == ['mask/compressed'] * 3
+    mask, black, empty = (message for _, message in node.published)
+    assert (mask.format, mask.header) == ('mono8; png compressed ', HEADER)
+    np.testing.assert_array_equal(_decoded(mask), GREY)
+    np.testing.assert_array_equal(_decoded(black), np.zeros((6, 8)))
+    assert len(empty.data) == 0
+
+
+@pytest.mark.parametrize('heard', ['debug_image', 'debug_image/compressed'])
+def test_a_picture_goes_out_as_it_is_listened_to(heard: str) -> None:
+    node: Any = _Node(heard)
+    outputs = DebugOutput(node)
+    assert outputs.wanted
+    picture = np.full((16, 16, 3), (10, 120, 200), np.uint8)
+    outputs.publish(picture, HEADER)
+    ((topic, message),) = node.published
+    assert topic == heard
+    if heard != 'debug_image':
+        assert message.format == 'bgr8; jpeg compressed bgr8'
+        np.testing.assert_allclose(_decoded(message), picture, atol=4)
+    assert not DebugOutput(_Node()).wanted  # type: ignore[arg-type]
+
+
+def _decoded(message: Any) -> np.ndarray:
+    return cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_UNCHANGED)

@@ -134,13 +134,25 @@ def test_the_templates_own_outline_costs_next_to_nothing() -> None:
 
 def test_psi_is_saturated_and_far_pixels_are_background() -> None:
     prior = template()
-    found = terms(prior, np.full(SHAPE, 90, np.uint8), paper_background=0.1)
+    found = terms(prior, np.full(SHAPE, 90, np.uint8), paper_reach=0.1)
     assert found.psi.min() == 0
     assert found.psi.max() == 1
-    away = cv2.distanceTransform((prior <= 127).astype(np.uint8), cv2.DIST_L2, 5)
-    np.testing.assert_array_equal(found.logit < 0, away > 10)
+    away = plain_distance(silhouette_edges(prior, HEIGHT))
+    outside = prior <= 127
+    np.testing.assert_array_equal(found.logit < 0, outside & (away > 10))
     # Inside nothing is forced, however far from the outline.
-    assert (found.logit[prior > 127] == 0).all()
+    assert (found.logit[~outside] == 0).all()
+
+
+def test_the_threshold_looks_at_the_orientation_too() -> None:
+    prior = template()
+    plain, flat = (terms(prior, grey) for grey in (clutter(), np.full(SHAPE, 90, np.uint8)))
+    far, near = plain.logit < 0, flat.logit < 0
+    # A wrong orientation is farther away by up to 0.03 heights; it is never nearer.
+    assert (far >= near).all()
+    added = far & ~near
+    assert 0 < added.sum() < 0.5 * (~near).sum()
+    assert plain_distance(silhouette_edges(prior, HEIGHT))[added].min() > 0.09 * HEIGHT - 1
 
 
 def test_inside_psi_rises_as_fast_as_limbs_are_thin() -> None:

@@ -73,7 +73,7 @@ def test_a_noisy_likelihood_becomes_a_clean_mask(prior: str) -> None:
     [
         ('default', {'prior': 'paper'}),
         ('paper', {'prior': 'default'}),
-        ('paper', {'prior': 'paper', 'paper_background': 0.005}),
+        ('paper', {'prior': 'paper', 'paper_reach': 0.02}),
     ],
 )
 def test_an_exchanged_configuration_is_in_force(before: str, changes: dict[str, Any]) -> None:

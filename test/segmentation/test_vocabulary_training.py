@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import sys
 
+import cv2
 import numpy as np
 import pytest
 
@@ -58,7 +59,7 @@ def test_words_part_the_outline(silhouettes: list[Silhouette]) -> None:
 def test_a_square_has_its_outline_at_its_place() -> None:
     mask = np.zeros((120, 100), np.uint8)
     mask[10:100, 35:65] = 255
-    (silhouette,) = mask_silhouettes(mask[None])
+    (silhouette,) = mask_silhouettes([mask])
     assert silhouette.body.height == 90
     z, count = outline_features([silhouette], SPEC)
     assert count == 1
@@ -71,18 +72,32 @@ def test_a_square_has_its_outline_at_its_place() -> None:
     np.testing.assert_allclose(z[side, 2], 0.35, atol=1e-4)
 
 
+@pytest.mark.parametrize('factor', [0.4, 3])
+def test_near_and_far_people_count_alike(silhouettes: list[Silhouette], factor: float) -> None:
+    mask = np.where(silhouettes[5].mask > 127, 255, 0).astype(np.uint8)
+    large = cv2.resize(mask, None, fx=factor, fy=factor, interpolation=cv2.INTER_NEAREST)
+    (one,), (other,) = mask_silhouettes([mask]), mask_silhouettes([large])
+    assert one.body.height == other.body.height
+    z, found = (outline_features([each], SPEC)[0] for each in (one, other))
+    assert len(found) == pytest.approx(len(z), rel=0.1)
+    away = np.linalg.norm(found[:, None, :2] - z[None, :, :2], axis=2).min(axis=1)
+    assert away.max() < 0.04
+
+
 def test_a_mask_that_fills_its_image_keeps_its_outline() -> None:
-    (silhouette,) = mask_silhouettes(np.full((1, 60, 20), 255, np.uint8))
+    (silhouette,) = mask_silhouettes([np.full((60, 20), 255, np.uint8)])
     z, _ = outline_features([silhouette], SPEC)
     assert z[:, 1].min() < 0.1
     assert z[:, 1].max() > 0.9
 
 
 def test_what_is_too_little_is_refused(silhouettes: list[Silhouette]) -> None:
-    small = np.zeros((1, 40, 40), np.uint8)
-    small[0, 10:20, 10:15] = 255
-    with pytest.raises(VocabularyError, match='at least 16 px tall, number 0 has 10 px'):
-        list(mask_silhouettes(small))
+    small = np.zeros((40, 40), np.uint8)
+    small[10:20, 10:15] = 255
+    with pytest.raises(VocabularyError, match='at least 16 px tall, the tallest of 2 has 10 px'):
+        mask_silhouettes([small, small[:, 12:]])
+    large = np.full((16, 5), 255, np.uint8)
+    assert len(mask_silhouettes([small, large])) == 1
     with pytest.raises(VocabularyError, match='at least 40 outline points, got 0'):
         outline_features([], SPEC)
     with pytest.raises(ConfigError, match='words must be'):

@@ -25,12 +25,13 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 
 from gait_segmentation.cli.replaying.output import Output, Replayed
-from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.inputs import Frame
 from gait_segmentation.ros.fields import (
+    DEPTH,
     Corners,
     gait_joints,
     matched_corners,
+    refined_corners,
     slot_topic,
     slot_topics,
     track_corners,
@@ -47,6 +48,7 @@ _SLOT_TOPICS = {
     'box': _BOX,
     'likelihood': _IMAGE,
     'matched_box': _BOX,
+    'refined_box': _BOX,
     'shape_prior': _IMAGE,
     'gait': _GAIT,
     'mask': _IMAGE,
@@ -59,7 +61,6 @@ _MARK = 'gait_replay'
 """Of the entry in the metadata that says which input a bag was made of."""
 
 _FOREVER = QosTime(2147483647, 4294967295)
-_DEPTH = 30
 
 
 class _Written(NamedTuple):
@@ -129,7 +130,7 @@ class BagOutput(Output):
     option = '--out'
     files = re.compile(r'metadata\.yaml|[^/]+\.mcap')
 
-    def __init__(self, path: Path, bank: TemplateBank, slots: int, digest: str = '') -> None:
+    def __init__(self, path: Path, slots: int, digest: str = '') -> None:
         """
         Begin the bag.
 
@@ -137,7 +138,7 @@ class BagOutput(Output):
         :param digest: of the input, see :meth:`digest`.
         :raises OSError: if it cannot be written.
         """
-        self._bank, self._slots, self._digest = bank, slots, digest
+        self._slots, self._digest = slots, digest
         self._messages = Messages()
         self._shape: tuple[int, int] | None = None
         super().__init__(path)
@@ -189,11 +190,11 @@ class BagOutput(Output):
             self._write('image_size', frame, make.size(shape))
         for slot, person in enumerate(result.people):
             track, match = person.track, person.match
-            matched = matched_corners(match, self._bank)
             messages = {
                 'box': make.box(track_corners(track), track.track_id, header),
                 'likelihood': make.image(track.likelihood, header),
-                'matched_box': make.box(matched, match.track_id, header),
+                'matched_box': make.box(matched_corners(match), match.track_id, header),
+                'refined_box': make.box(refined_corners(match), match.track_id, header),
                 'shape_prior': make.image(match.shape_prior, header),
                 'gait': make.gait(match, header),
                 'mask': make.image(person.segmentation.mask, header),
@@ -221,7 +222,7 @@ class BagOutput(Output):
     def _connect(self, topic: str, kind: str, latched: bool = False) -> None:
         qos = Qos(
             QosHistory.KEEP_LAST,
-            1 if latched else _DEPTH,
+            1 if latched else DEPTH,
             QosReliability.RELIABLE,
             QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
             _FOREVER,

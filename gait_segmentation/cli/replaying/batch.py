@@ -19,14 +19,13 @@ from tqdm import tqdm
 from gait_segmentation.cli.replaying.job import Job, Report
 from gait_segmentation.cli.replaying.runner import replay
 from gait_segmentation.cli.signals import ENDING, handled
+from gait_segmentation.cli.tool import POLL_S
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.ros.compiling import compiling
 
 __all__ = ['replay_all']
-
-_POLL_S = 0.2
 
 
 def replay_all(jobs: list[Job], at_a_time: int, *, force: bool) -> tuple[list[Report], float]:
@@ -85,7 +84,7 @@ def _in_turn(
             with tqdm(
                 total=total, unit='frame', desc=job.bag.name, disable=None, leave=False
             ) as bar:
-                reports.append(replay(job, bank, stop, force=force, progress=bar.update))
+                reports.append(replay(job, bank, stop.is_set, force=force, progress=bar.update))
             if stop.is_set():
                 break
     return reports
@@ -107,7 +106,7 @@ def _side_by_side(
         futures = [pool.submit(_work, job, force) for job in jobs]
         waiting: set[Future[Report]] = set(futures)
         while waiting:
-            waiting = wait(waiting, _POLL_S, FIRST_COMPLETED).not_done
+            waiting = wait(waiting, POLL_S, FIRST_COMPLETED).not_done
             bar.update(done.value - bar.n)
             if stop.is_set():
                 halt.set()
@@ -131,4 +130,4 @@ def _work(job: Job, force: bool) -> Report:
         with _WORKER['done'].get_lock():
             _WORKER['done'].value += 1
 
-    return replay(job, _WORKER['bank'], _WORKER['halt'], force=force, progress=count)
+    return replay(job, _WORKER['bank'], _WORKER['halt'].is_set, force=force, progress=count)

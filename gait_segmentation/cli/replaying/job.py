@@ -29,7 +29,8 @@ class Job:
     An input, how to read and run it, and where its outputs go.
 
     ``outputs`` has the bag and what else is wanted; ``reading`` are arguments of
-    :func:`open_input`; ``box`` is in pixels of the input.
+    :func:`open_input`; ``box`` is in pixels of the input;
+    ``heat_map`` is a folder, or a topic of the bag.
     """
 
     input: Path
@@ -39,6 +40,7 @@ class Job:
     bank: str = ''
     box: Box | None = None
     threads: int = 1
+    heat_map: str = ''
 
     @property
     def bag(self) -> Path:

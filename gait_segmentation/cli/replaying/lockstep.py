@@ -12,9 +12,10 @@ from typing import TypeVar
 import numpy as np
 
 from gait_segmentation.cli.replaying.output import Replayed
-from gait_segmentation.errors import InputError
+from gait_segmentation.errors import GaitSegmentationError, InputError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource
+from gait_segmentation.inputs.heat_maps import RecordedMaps
 from gait_segmentation.pipeline import FrameResult, PersonResult, Pipeline
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.ros.intake import Intake
@@ -56,6 +57,7 @@ def results_of(
     pipeline: Pipeline,
     box: Box | None,
     warn: Callable[[str], None],
+    heat_maps: RecordedMaps | None = None,
 ) -> Iterator[Replayed]:
     """
     Run every frame through a pipeline.
@@ -64,6 +66,7 @@ def results_of(
 
     :param box: of the person in the first frame, in pixels of the frames.
     :param warn: told what is worth a warning.
+    :param heat_maps: those of the input, if there are any.
     :raises DamagedError: where the input breaks off, after all results of the frames before.
     """
     slots = pipeline.config.people.max_people
@@ -115,6 +118,7 @@ def results_of(
             intake.take(frame.image, frame.stamp_ns)
             yield from flushed
             flushed.clear()
+            heat_maps = _given(pipeline, heat_maps, frame, warn)
             try:
                 results = pipeline.update(frame.image, frame.stamp_ns)
                 usable = True
@@ -126,6 +130,27 @@ def results_of(
     yield from flushed
     if damage is not None:
         raise damage
+
+
+def _given(
+    pipeline: Pipeline,
+    heat_maps: RecordedMaps | None,
+    frame: Frame,
+    warn: Callable[[str], None],
+) -> RecordedMaps | None:
+    """Give the heat maps up to a frame to a pipeline, and return them; None if they break off."""
+    if heat_maps is None:
+        return None
+    try:
+        for stamp_ns, read in heat_maps(frame):
+            try:
+                pipeline.add_heat_map(read(), stamp_ns)
+            except GaitSegmentationError as error:
+                warn(f'the heat map of frame {frame.number} is left out: {error}')
+    except DamagedError as error:
+        warn(f'there are no more heat maps: {error}')
+        return None
+    return heat_maps
 
 
 def _blank(frame: Frame, slots: int, likelihood_shape: tuple[int, int]) -> FrameResult:

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import closing
-from typing import Protocol
 
 import cv2
 
@@ -21,22 +20,16 @@ from gait_segmentation.files.output_files import named, problem_of
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.inputs import DamagedError, ImageSource
+from gait_segmentation.inputs.heat_maps import open_heat_maps
 from gait_segmentation.pipeline import Pipeline
 
-__all__ = ['Stop', 'replay']
-
-
-class Stop(Protocol):
-    """Says whether to break off."""
-
-    def is_set(self) -> bool:
-        """Return whether to break off."""
+__all__ = ['replay']
 
 
 def replay(
     job: Job,
     bank: TemplateBank,
-    stop: Stop,
+    stop: Callable[[], bool],
     *,
     force: bool = False,
     progress: Callable[[], object] = lambda: None,
@@ -44,7 +37,7 @@ def replay(
     """
     Replay an input into those of its outputs that are not there yet.
 
-    :param stop: looked at after every frame.
+    :param stop: says whether to break off, asked after every frame.
     :param force: make all outputs anew.
     :param progress: called after every frame.
     :returns: how it went; errors of the input and of writing are reported, not raised.
@@ -56,9 +49,10 @@ def replay(
         cv2.setNumThreads(job.threads)
         source = job.source()
         box = _scaled_box(job, source)
-        for output in _outputs(job, source, bank, force):
+        for output in _outputs(job, source, force):
             outputs.append(output)
-        results = results_of(source, Pipeline(job.config, bank), box, report.note)
+        maps = open_heat_maps(job.heat_map, job.input) if job.heat_map else None
+        results = results_of(source, Pipeline(job.config, bank), box, report.note, maps)
         with closing(ahead(results)) as found:
             complete = _run(report, outputs, found, stop, progress)
         for output in outputs:
@@ -87,7 +81,7 @@ def _run(
     report: Report,
     outputs: list[Output],
     results: Iterator[Replayed],
-    stop: Stop,
+    stop: Callable[[], bool],
     progress: Callable[[], object],
 ) -> bool:
     """Feed the outputs and return whether the end was reached."""
@@ -99,7 +93,7 @@ def _run(
             report.frames += 1
             report.seen += any(each.track.box is not None for each in replayed.result.people)
             progress()
-            if stop.is_set():
+            if stop():
                 report.interrupted = True
                 return False
     except DamagedError as error:
@@ -123,12 +117,12 @@ def _scaled_box(job: Job, source: ImageSource) -> Box | None:
     return box
 
 
-def _outputs(job: Job, source: ImageSource, bank: TemplateBank, force: bool) -> Iterator[Output]:
+def _outputs(job: Job, source: ImageSource, force: bool) -> Iterator[Output]:
     """Begin the outputs that are wanted and not there yet."""
     for kind, path in job.missing(force=force).items():
         if kind is BagOutput:
             slots = job.config.people.max_people
-            yield BagOutput(path, bank, slots, digest_of(job.input))
+            yield BagOutput(path, slots, digest_of(job.input))
         elif kind is OverlayOutput:
             yield OverlayOutput(path, source.size, source.fps)
         else:

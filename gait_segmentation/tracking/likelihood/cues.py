@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Evidence beside colour: what moves with the body, where the last mask was, a heat map."""
+"""Evidence beside colour: what moves with the body, where the last mask was."""
 
 from __future__ import annotations
 
@@ -13,14 +13,13 @@ from gait_segmentation.images import Window
 from gait_segmentation.tracking.nearness import Nearness, by_distance
 from gait_segmentation.warping import warp_window
 
-__all__ = ['add_heat_map', 'add_motion', 'add_propagation']
+__all__ = ['add_motion', 'add_propagation']
 
 _RESIDUAL_CUT = 30
 _RESIDUAL_SIGMA = 12.0
 _RESIDUAL_LIMIT = 2.0
 _PROPAGATION_SLOPE = 0.02
 _PROPAGATION_LIMIT = 3.0
-_HEAT_LIMIT = 3.0
 
 
 def add_motion(
@@ -73,14 +72,3 @@ def add_propagation(
     """
     limit = weight * _PROPAGATION_LIMIT
     logit += by_distance(near, logit.shape, weight / (_PROPAGATION_SLOPE * height), -limit, limit)
-
-
-def add_heat_map(logit: NDArray[np.float32], heat: NDArray[np.uint8]) -> None:
-    """
-    Add the log-odds of a likelihood image from outside, as of a detector, limited to +-3.
-
-    :param logit: (h, w) float32 of a window, changed.
-    :param heat: (h, w) uint8, P(person) of the same pixels.
-    """
-    share = (heat.astype(np.float32) + np.float32(0.5)) / np.float32(256)
-    logit += np.clip(np.log(share / (1 - share)), -_HEAT_LIMIT, _HEAT_LIMIT)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import cv2
@@ -23,6 +23,7 @@ from gait_segmentation.images import (
     size_of,
 )
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
 from gait_segmentation.tracking.person.extent import axis_tilt, extent_of
 from gait_segmentation.tracking.person.samples import samples
 
@@ -86,6 +87,7 @@ class Person:
     rest: tuple[float, float] = (0.0, 0.0)
     learnt: int = 0
     learnt_anew: int = 0
+    heat_map: HeatMapCue = field(default_factory=HeatMapCue)
     moves: int = 0
 
     def __post_init__(self) -> None:
@@ -275,24 +277,15 @@ class Person:
         mask: NDArray[np.uint8],
         body: BodyFrame | None,
         bounds: Bounds | None = None,
-        likely: tuple[float, float] | None = None,
     ) -> None:
         """
         Correct place and size from a mask and the matched body.
 
-        Feet or a head that a mask misses do not make the person shorter while they are likely.
-
         :param mask: (h, w) uint8 0/255 of the working image.
         :param body: the matched body in working pixels.
         :param bounds: of the mask, if they are known.
-        :param likely: how far up and down from the middle of the body pixels are likely.
         """
         extent = extent_of(mask, (self.center_x, self.center_y), self.angle, bounds)
-        if likely is not None:
-            half = self.height / 2
-            top = min(extent.top, max(likely[0], -half))
-            bottom = max(extent.bottom, min(likely[1], half))
-            extent = replace(extent, top=top, bottom=bottom)
         cos, sin = math.cos(self.angle), math.sin(self.angle)
         tall = extent.bottom - extent.top
         template_height, template_across, template_along = tall, extent.axis, extent.middle

@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.nearness import Nearness
-from gait_segmentation.tracking.person.extent import Extent, extent_of
+from gait_segmentation.tracking.person.extent import extent_of
 
 __all__ = [
     'ALONE',
     'LOST_BELOW',
     'Sight',
     'Visibility',
-    'likely_rows',
     'visible_box',
 ]
 
@@ -38,9 +37,6 @@ _WELL = 0.75
 
 _BOX_MARGIN = 0.04
 """How far from the last mask, carried along, pixels still make the box, in body heights."""
-
-_ROWS_MARGIN = 0.1
-"""How far from it feet and head are still looked for, in body heights."""
 
 
 @dataclass(frozen=True)
@@ -145,32 +141,6 @@ class Visibility:
         self._unseen_frames = 0
 
 
-def _likely_extent(
-    values: NDArray[np.uint8],
-    near: Nearness | None,
-    reach: float,
-    center: tuple[float, float],
-    angle: float = 0.0,
-) -> tuple[int, Extent] | None:
-    """
-    Measure how far likely pixels near a mask reach from a point.
-
-    :param values: (h, w) uint8 likelihood of a window.
-    :param near: how near its pixels are to the mask, None if that is elsewhere.
-    :param reach: how far from the mask pixels count, in pixels.
-    :param center: (x, y) in the window.
-    :returns: how many pixels there are, and the extent; None if there are none.
-    """
-    if near is None:
-        return None
-    likely = (values[near.part] > 127) & (near.distance >= -max(1.0, reach))
-    count = int(np.count_nonzero(likely))
-    if count == 0:
-        return None
-    point = center[0] - near.part[1].start, center[1] - near.part[0].start
-    return count, extent_of(likely.view(np.uint8), point, angle)
-
-
 def visible_box(
     values: NDArray[np.uint8],
     mask: NDArray[np.uint8],
@@ -187,35 +157,15 @@ def visible_box(
     :param window: the window's rows and columns in the image.
     :param height: of the body in pixels.
     """
-    found = _likely_extent(values, near, _BOX_MARGIN * height, (0.0, 0.0))
-    if found is None or found[0] < LOST_BELOW * cv2.countNonZero(mask):
+    if near is None:
         return None
-    extent = found[1]
+    likely = (values[near.part] > 127) & (near.distance >= -max(1.0, _BOX_MARGIN * height))
+    if np.count_nonzero(likely) < max(1.0, LOST_BELOW * cv2.countNonZero(mask)):
+        return None
+    extent = extent_of(likely.view(np.uint8), (0.0, 0.0), 0.0)
     return Box(
-        window[1].start + extent.left,
-        window[0].start + extent.top,
+        window[1].start + near.part[1].start + extent.left,
+        window[0].start + near.part[0].start + extent.top,
         extent.right - extent.left,
         extent.bottom - extent.top,
     )
-
-
-def likely_rows(
-    values: NDArray[np.uint8],
-    near: Nearness | None,
-    center: tuple[float, float],
-    height: float,
-    angle: float,
-) -> tuple[float, float] | None:
-    """
-    Return how far up and down the body likely pixels about a mask reach, None if there are none.
-
-    :param values: (h, w) uint8 likelihood.
-    :param near: how near these pixels are to where the person is expected, None if that is
-        elsewhere.
-    :param center: (x, y) of the body's middle in these pixels.
-    :param height: of the body in pixels.
-    :param angle: tilt of the body in radians.
-    :returns: the first and the last row along the body's axis, relative to its middle.
-    """
-    found = _likely_extent(values, near, _ROWS_MARGIN * height, center, angle)
-    return None if found is None else (found[1].top, found[1].bottom)

@@ -14,13 +14,13 @@ from gait_segmentation.cli.replaying.bag_output import BagOutput, Messages
 from gait_segmentation.cli.replaying.output import Replayed
 from gait_segmentation.errors import SequenceError
 from test.cli.replaying.results import STEP_NS, replayed
-from test.walkers import small_bank
 
 SHAPE = (240, 320)
 TOPICS = {
     '/person_0/box': 'geometry_msgs/msg/PolygonInstanceStamped',
     '/person_0/likelihood': 'sensor_msgs/msg/Image',
     '/person_0/matched_box': 'geometry_msgs/msg/PolygonInstanceStamped',
+    '/person_0/refined_box': 'geometry_msgs/msg/PolygonInstanceStamped',
     '/person_0/shape_prior': 'sensor_msgs/msg/Image',
     '/person_0/gait': 'sensor_msgs/msg/JointState',
     '/person_0/mask': 'sensor_msgs/msg/Image',
@@ -41,7 +41,7 @@ def contents(path: Path) -> list[tuple[str, int, bytes]]:
 
 
 def test_the_topics_are_those_of_the_nodes(tmp_path: Path) -> None:
-    output = BagOutput(tmp_path / 'walk', small_bank(), 1)
+    output = BagOutput(tmp_path / 'walk', 1)
     for index in range(5):
         output.add(frame(index))
     output.close(complete=True)
@@ -68,7 +68,7 @@ def test_another_reader_of_mcap_finds_the_same(tmp_path: Path) -> None:
     """That of Foxglove, which checks every sum and knows types only by what the file says."""
     reader = pytest.importorskip('mcap.reader', reason='needs mcap')
     decoder = pytest.importorskip('mcap_ros2.decoder', reason='needs mcap-ros2-support')
-    output = BagOutput(tmp_path / 'walk', small_bank(), 1)
+    output = BagOutput(tmp_path / 'walk', 1)
     frames = [frame(index) for index in range(3)]
     add_all(output, frames)
     output.close(complete=True)
@@ -91,11 +91,10 @@ def test_messages_are_those_of_the_nodes(tmp_path: Path) -> None:
     from sensor_msgs.msg import RegionOfInterest
     from std_msgs.msg import Header
 
-    from gait_segmentation.ros.fields import matched_corners, track_corners
+    from gait_segmentation.ros.fields import matched_corners, refined_corners, track_corners
     from gait_segmentation.ros.messages import box_message, gait_message, image_message
 
-    bank = small_bank()
-    output = BagOutput(tmp_path / 'walk', bank, 1)
+    output = BagOutput(tmp_path / 'walk', 1)
     one = frame(3)
     output.add(one)
     output.close(complete=True)
@@ -106,7 +105,8 @@ def test_messages_are_those_of_the_nodes(tmp_path: Path) -> None:
         '/image_size': RegionOfInterest(height=240, width=320),
         '/person_0/box': box_message(track_corners(person.track), 7, header),
         '/person_0/likelihood': image_message(person.track.likelihood, header),
-        '/person_0/matched_box': box_message(matched_corners(person.match, bank), 7, header),
+        '/person_0/matched_box': box_message(matched_corners(person.match), 7, header),
+        '/person_0/refined_box': box_message(refined_corners(person.match), 7, header),
         '/person_0/shape_prior': image_message(person.match.shape_prior, header),
         '/person_0/gait': gait_message(person.match, header),
         '/person_0/mask': image_message(person.segmentation.mask, header),
@@ -124,13 +124,13 @@ def test_messages_are_those_of_the_nodes(tmp_path: Path) -> None:
 
 
 def test_what_was_written_stays_readable_when_it_is_broken_off(tmp_path: Path) -> None:
-    output = BagOutput(tmp_path / 'walk', small_bank(), 1)
+    output = BagOutput(tmp_path / 'walk', 1)
     for index in range(4):
         output.add(frame(index))
     output.close(complete=False)
     assert [p.name for p in tmp_path.iterdir()] == ['walk.partial']
     assert len(contents(tmp_path / 'walk.partial')) == 4 * len(TOPICS) + 1
-    again = BagOutput(tmp_path / 'walk', small_bank(), 1)
+    again = BagOutput(tmp_path / 'walk', 1)
     again.add(frame(0))
     again.close(complete=True)
     assert [p.name for p in tmp_path.iterdir()] == ['walk']
@@ -160,7 +160,7 @@ class FullDisk:
 
 @pytest.mark.parametrize('more', [1 << 20, -300_000], ids=['reserve', 'no reserve'])
 def test_a_full_disk_leaves_whole_messages(tmp_path: Path, more: int) -> None:
-    output = BagOutput(tmp_path / 'walk', small_bank(), 1)
+    output = BagOutput(tmp_path / 'walk', 1)
     noise = np.random.default_rng(2).integers(0, 2, (60, *SHAPE)).astype(np.uint8) * 255
     storage = output._writer.storage
     storage.bio = FullDisk(storage.bio, 300_000, output.work / 'reserve', more)
@@ -187,5 +187,5 @@ def test_a_folder_of_something_else_is_not_replaced(tmp_path: Path) -> None:
     (tmp_path / 'walk').mkdir()
     (tmp_path / 'walk/thesis.tex').write_text('years of work')
     with pytest.raises(SequenceError, match=r'holds thesis\.tex and is not replaced'):
-        BagOutput(tmp_path / 'walk', small_bank(), 1)
+        BagOutput(tmp_path / 'walk', 1)
     assert (tmp_path / 'walk/thesis.tex').exists()

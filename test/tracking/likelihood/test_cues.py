@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.ego_motion.world_motion import WorldMotion
-from gait_segmentation.tracking.likelihood.cues import add_heat_map, add_motion
+from gait_segmentation.tracking.likelihood.cues import add_motion
 from gait_segmentation.warping import warp_window
 
 WINDOW = (slice(10, 70), slice(10, 90))
@@ -57,11 +57,3 @@ def test_the_evidence_is_the_difference_of_what_the_two_motions_leave(
     expected = np.clip((stays**2 - moves**2) / (2 * 12.0**2), -2, 2)
     np.testing.assert_allclose(evidence, expected, atol=1e-5)
     np.testing.assert_allclose(logit, before + 0.6 * expected, atol=1e-5)
-
-
-def test_a_heat_map_adds_its_log_odds_within_limits() -> None:
-    logit = np.ones((1, 4), np.float32)
-    add_heat_map(logit, np.array([[0, 128, 180, 255]], np.uint8))
-    assert logit[0, [0, 3]] == pytest.approx([-2, 4])
-    assert logit[0, 1] == pytest.approx(1, abs=0.02)
-    assert logit[0, 2] == pytest.approx(1 + np.log(180.5 / 75.5), rel=1e-4)

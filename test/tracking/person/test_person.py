@@ -76,20 +76,6 @@ def test_a_single_bad_mask_cannot_change_the_size_much() -> None:
     assert state.height >= 98
 
 
-def test_feet_missed_by_masks_do_not_make_a_person_shorter_while_they_are_likely() -> None:
-    short = ellipse(100, 110, 80)
-    shrunk, kept, grown = person(), person(), person()
-    for _ in range(20):
-        shrunk.learn_place(short, BodyFrame(100, 120, 100))
-        below = 170 - kept.center_y
-        kept.learn_place(short, BodyFrame(100, 120, 100), likely=(-40.0, below))
-        grown.learn_place(short, BodyFrame(100, 120, 100), likely=(-90.0, 90.0))
-    assert shrunk.height < 95
-    assert kept.height == pytest.approx(100, abs=1.5)
-    assert kept.center_y == pytest.approx(120, abs=1.5)
-    assert grown.height < 101
-
-
 def test_a_body_that_leaves_below_keeps_its_height_and_hangs_from_the_head() -> None:
     state = person(y=180, height=100)
     for top in (140, 150, 160):

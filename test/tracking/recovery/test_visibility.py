@@ -11,7 +11,6 @@ from gait_segmentation.tracking.nearness import nearness
 from gait_segmentation.tracking.recovery.visibility import (
     Sight,
     Visibility,
-    likely_rows,
     visible_box,
 )
 
@@ -85,19 +84,3 @@ def test_the_means_are_those_of_opencv() -> None:
     sight = Sight.of(values, mask, None)
     assert sight.inside == pytest.approx(cv2.mean(values, mask)[0] / 255)
     assert sight.outside == pytest.approx(cv2.mean(values, cv2.bitwise_not(mask))[0] / 255)
-
-
-def test_rows_reach_as_far_as_likely_pixels_about_the_mask() -> None:
-    mask = block(10, 10, 20, 26)
-    values = block(10, 8, 20, 28) | block(0, 38, 30, 40)
-    near = nearness(mask, 30)
-    rows = likely_rows(values, near, (15, 20), 30, 0.0)
-    assert rows == pytest.approx((-12, 8))
-    turned = likely_rows(values.T.copy(), nearness(mask.T.copy(), 30), (20, 15), 30, -np.pi / 2)
-    assert turned == pytest.approx((-12, 8), abs=0.6)
-    assert likely_rows(block(0, 38, 30, 40), near, (15, 20), 30, 0.0) is None
-    # Far from the borders of a larger image they are the same.
-    wide = [np.pad(each, ((50, 60), (70, 80))) for each in (values, mask)]
-    for angle in (0.0, 1e-6):
-        moved = likely_rows(wide[0], nearness(wide[1], 30), (85, 70), 30, angle)
-        assert moved == pytest.approx((-12, 8), abs=1 / 16 + 1e-6)

@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A pinhole camera and where it stands."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import InputError
+
+__all__ = ['CameraPose', 'PinholeCamera']
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PinholeCamera:
+    """
+    The calibration of a camera, as OpenCV and camera_info have it.
+
+    ``fx, fy`` are the focal lengths and ``cx, cy`` the principal point in pixels, pixel centres
+    at whole numbers; ``distortion`` holds the coefficients of OpenCV's model, none or 4 to 14.
+
+    :raises InputError: if the numbers are those of no camera.
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    distortion: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what is no camera."""
+        numbers = (self.fx, self.fy, self.cx, self.cy, *self.distortion)
+        if not all(map(math.isfinite, numbers)) or min(self.fx, self.fy) <= 0:
+            raise InputError(
+                'camera_info must have finite numbers and focal lengths above zero, got '
+                f'fx {self.fx:g}, fy {self.fy:g}, cx {self.cx:g}, cy {self.cy:g}'
+            )
+        if len(self.distortion) not in (0, 4, 5, 8, 12, 14):
+            raise InputError(
+                'camera_info must have 0, 4, 5, 8, 12 or 14 distortion coefficients, got '
+                f'{len(self.distortion)}'
+            )
+
+    def check_size(self, shape: tuple[int, ...]) -> None:
+        """
+        Refuse images of another size.
+
+        :param shape: (height, width) of the image.
+        :raises InputError: if it is not the camera's.
+        """
+        if tuple(shape) != (self.height, self.width):
+            raise InputError(
+                f'camera_info is of images of {self.width} x {self.height}, but the image has '
+                f'{shape[1]} x {shape[0]}'
+            )
+
+    def rays(self, points: Floats) -> Floats:
+        """
+        Return the rays through points of the image, in the camera's frame.
+
+        :param points: (N, 2) x and y in pixels, pixel centres at whole numbers and a half.
+        :returns: (N, 3) with z = 1.
+        """
+        at = np.asarray(points, np.float64).reshape(-1, 2) - 0.5
+        if any(self.distortion) and len(at):
+            matrix = np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]])
+            flat = cv2.undistortPoints(at[:, None], matrix, np.array(self.distortion))[:, 0]
+        else:
+            flat = (at - (self.cx, self.cy)) / (self.fx, self.fy)
+        return np.column_stack([flat, np.ones(len(flat))])
+
+
+@dataclass(frozen=True)
+class CameraPose:
+    """
+    Where a camera is over the ground.
+
+    ``rotation`` (3, 3) turns vectors of the camera's frame into the ground's, ``position`` (3,)
+    is the camera there.  ``grounded`` says whether z = 0 is the ground; else it is level with the
+    camera.
+    """
+
+    rotation: Floats
+    position: Floats
+    grounded: bool
+
+    @classmethod
+    def above_ground(cls, height: float, pitch: float = 0.0) -> CameraPose:
+        """
+        Return the pose over the point below the camera, x to the front and y to the left.
+
+        :param height: height of the camera in metres; 0 = unknown.
+        :param pitch: how far it looks down, in radians.
+        """
+        cos, sin = math.cos(pitch), math.sin(pitch)
+        right, down, ahead = (0.0, -1.0, 0.0), (-sin, 0.0, -cos), (cos, 0.0, -sin)
+        return cls(np.column_stack([right, down, ahead]), np.array([0.0, 0.0, height]), height > 0)
+
+    @classmethod
+    def from_quaternion(
+        cls, position: tuple[float, float, float], turn: tuple[float, float, float, float]
+    ) -> CameraPose:
+        """
+        Return the pose that a transform from the camera's frame to the ground's means.
+
+        :param position: its translation in metres.
+        :param turn: its rotation as a quaternion x, y, z, w.
+        :raises InputError: if the camera is not above the ground or a number is not finite.
+        """
+        x, y, z, w = turn
+        length = math.hypot(x, y, z, w)
+        if not (all(map(math.isfinite, (*position, *turn))) and length > 0 and position[2] > 0):
+            raise InputError(
+                'the camera must be above the ground_frame, with a finite transform, got the '
+                f'position {position} and the rotation {turn}'
+            )
+        x, y, z, w = (each / length for each in turn)
+        rotation = [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+        return cls(np.array(rotation), np.array(position, np.float64), True)

@@ -1,0 +1,294 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From masks, matched templates and a calibrated camera to places, headings and speeds."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.localization.camera import CameraPose, PinholeCamera
+from gait_segmentation.localization.config import LocalizationConfig
+from gait_segmentation.localization.depth import DepthImage, distance_by_depth
+from gait_segmentation.results import MatchResult
+
+__all__ = ['DEPTH', 'GROUND', 'PREDICTED', 'Localizer', 'Location']
+
+DEPTH, GROUND, PREDICTED = 'depth', 'ground', 'predicted'
+"""Where a place comes from."""
+
+_WATCHED_S = 0.5
+"""How long somebody is watched, about a step, until it is said how fast they are."""
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Location:
+    """
+    Where a person stands and how they walk; vectors are in the camera's frame, in metres.
+
+    ``position`` (3,) is the point on the ground below the body, with its ``covariance`` (3, 3).
+    ``heading`` and ``up`` (3,) have length 1: the horizontal walking direction, with the standard
+    deviation ``heading_error`` in radians, and away from the ground.  ``yaw`` is the heading's
+    angle about ``up`` in radians, in the ground's frame.  ``speed`` in m/s and ``step_length`` are
+    None until the person was watched for half a second; so is the step length without cadence.
+    ``source`` is one of :data:`DEPTH`, :data:`GROUND` and :data:`PREDICTED`.
+    """
+
+    track_id: int
+    position: Floats
+    covariance: Floats
+    heading: Floats
+    up: Floats
+    yaw: float
+    heading_error: float
+    speed: float | None
+    step_length: float | None
+    stature: float
+    source: str
+
+
+class _Place(NamedTuple):
+    """A place in the ground's frame: x, y and z with their covariance, and where it is from."""
+
+    at: Floats
+    covariance: Floats
+    source: str
+
+
+class _Motion(NamedTuple):
+    """The last place and its time, the velocity (2,) then with its covariance, and the speed."""
+
+    last_s: float
+    last: _Place
+    velocity: Floats
+    covariance: Floats
+    speed: float
+
+
+class _View(NamedTuple):
+    """How a body is seen: rays to its middle and its soles (z of the camera 1), turned to z up."""
+
+    body: BodyFrame
+    camera: PinholeCamera
+    pose: CameraPose
+    middle: Floats
+    soles: Floats
+
+    @classmethod
+    def of(cls, body: BodyFrame, camera: PinholeCamera, pose: CameraPose) -> _View:
+        half = body.height / 2
+        soles = (
+            body.center_x - math.sin(body.angle) * half,
+            body.center_y + math.cos(body.angle) * half,
+        )
+        rays = camera.rays(np.array([(body.center_x, body.center_y), soles]))
+        return cls(body, camera, pose, *(rays @ pose.rotation.T))
+
+    @property
+    def away(self) -> Floats:
+        """Return the horizontal direction (2,) from the camera to the body."""
+        return self.middle[:2] / max(math.hypot(*self.middle[:2]), np.finfo(float).tiny)
+
+    def place(
+        self, towards: Floats, distance: float, errors: tuple[float, float], source: str
+    ) -> _Place:
+        """Return the place at a distance over the ground; errors are in pixels and metres."""
+        angle = errors[0] / self.camera.fy
+        level = self.pose.position[:2] + distance * towards
+        z = 0.0
+        if not self.pose.grounded:
+            z = self.pose.position[2] + self.soles[2] * distance / (self.soles[:2] @ towards)
+        axes = np.array([[*towards, 0], [-towards[1], towards[0], 0], [0, 0, 1]])
+        spread = np.diag(np.square([errors[1], angle * distance, angle * distance]))
+        return _Place(np.array([*level, z]), axes.T @ spread @ axes, source)
+
+
+class Localizer:
+    """Locates people frame by frame; remembers the places of each track for its velocity."""
+
+    def __init__(self, config: LocalizationConfig | None = None) -> None:
+        """Begin with nobody."""
+        self.config = config or LocalizationConfig()
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget everybody."""
+        self._tracks: dict[int, deque[tuple[float, _Place]]] = {}
+
+    def update(
+        self,
+        matches: Sequence[MatchResult],
+        masks: Sequence[NDArray[np.uint8]],
+        camera: PinholeCamera,
+        pose: CameraPose | None = None,
+        depth: DepthImage | None = None,
+    ) -> tuple[Location | None, ...]:
+        """
+        Locate the people of a frame.
+
+        :param matches: one a slot, of which body, track id, azimuth and phase rate are used.
+        :param masks: one a slot, (H, W) uint8, not zero = person.
+        :param pose: where the camera is over the ground in this frame; None = as configured.
+        :param depth: (H, W), registered to the image: see :func:`distance_by_depth`.
+        :returns: one a slot, None where nobody is, or it cannot be said where.
+        :raises InputError: if the camera is of images of another size.
+        """
+        if pose is None:
+            config = self.config
+            pose = CameraPose.above_ground(config.camera_height, math.radians(config.camera_pitch))
+        found: list[Location | None] = []
+        for match, mask in zip(matches, masks, strict=True):
+            camera.check_size(mask.shape)
+            found.append(self._locate(match, mask, camera, pose, depth))
+        now = {match.track_id for match in matches}
+        self._tracks = {each: walk for each, walk in self._tracks.items() if each in now}
+        return tuple(found)
+
+    def _locate(
+        self,
+        match: MatchResult,
+        mask: NDArray[np.uint8],
+        camera: PinholeCamera,
+        pose: CameraPose,
+        depth: DepthImage | None,
+    ) -> Location | None:
+        if match.body is None or not match.track_id:
+            return None
+        time_s = match.stamp_ns * 1e-9
+        view = _View.of(match.body, camera, pose)
+        walk = self._tracks.setdefault(match.track_id, deque())
+        if walk and walk[-1][0] >= time_s:
+            walk.clear()
+        while walk and time_s - walk[0][0] > self.config.window:
+            walk.popleft()
+        place = None if depth is None else self._by_depth(view, mask, depth)
+        if place is None:
+            place = self._predicted(walk, time_s) or self._on_ground(view)
+        if place is None:
+            return None
+        if place.source != PREDICTED:
+            walk.append((time_s, place))
+        motion = self._motion(walk, DEPTH if place.source == PREDICTED else place.source)
+        return self._location(match, view, place, motion)
+
+    def _by_depth(self, view: _View, mask: NDArray[np.uint8], depth: DepthImage) -> _Place | None:
+        config, away = self.config, view.away
+        seen = distance_by_depth(depth, mask, view.camera, view.pose, away, config.max_distance)
+        # Without the ground the soles say how low it is.
+        if seen is None or not (view.pose.grounded or view.soles[:2] @ away > 0):
+            return None
+        distance = seen + config.surface_depth
+        errors = config.feet_error * view.body.height, config.depth_error * distance
+        return view.place(away, distance, errors, DEPTH)
+
+    def _on_ground(self, view: _View) -> _Place | None:
+        height, level = view.pose.position[2], math.hypot(*view.soles[:2])
+        # At or above the horizon, or straight below.
+        if not view.pose.grounded or view.soles[2] >= 0 or level == 0:
+            return None
+        distance = -height / view.soles[2] * level
+        if distance > self.config.max_distance:
+            return None
+        pixels = self.config.feet_error * view.body.height
+        along = pixels / view.camera.fy * (distance**2 + height**2) / height
+        return view.place(view.soles[:2] / level, distance, (pixels, along), GROUND)
+
+    def _predicted(self, walk: deque[tuple[float, _Place]], time_s: float) -> _Place | None:
+        """Return where somebody who was seen in depth just before must be by now."""
+        motion = self._motion(walk, DEPTH)
+        if motion is None or motion.last_s - walk[0][0] < _WATCHED_S:
+            return None
+        since = time_s - motion.last_s
+        at, covariance = motion.last.at.copy(), motion.last.covariance.copy()
+        at[:2] += since * motion.velocity
+        covariance[:2, :2] += since**2 * motion.covariance
+        return _Place(at, covariance, PREDICTED)
+
+    def _motion(self, walk: deque[tuple[float, _Place]], source: str) -> _Motion | None:
+        """Return how somebody moves by the places from a source, None of fewer than three."""
+        samples = [(time_s, place) for time_s, place in walk if place.source == source]
+        if len(samples) < 3:
+            return None
+        last_s, last = samples[-1]
+        since = np.array([time_s - last_s for time_s, _ in samples])
+        places = np.array([place.at[:2] for _, place in samples])
+        weights = np.linalg.inv(np.array([place.covariance[:2, :2] for _, place in samples]))
+        velocity, covariance = _fitted(since, places, weights, self.config.acceleration)
+        # A straight line says best how fast, and nothing of turns.
+        straight = np.polyfit(since, places, 1)[0]
+        return _Motion(last_s, last, velocity, covariance, math.hypot(*straight))
+
+    def _location(
+        self, match: MatchResult, view: _View, place: _Place, motion: _Motion | None
+    ) -> Location:
+        turn = view.pose.rotation.T
+        yaw, error = self._heading(view.away, match.azimuth, motion)
+        speed = step = None
+        if motion is not None and self._watched(match.track_id) >= _WATCHED_S:
+            speed = motion.speed
+            step = speed / (2 * match.phase_rate) if match.phase_rate > 0 else None
+        middle = math.hypot(*view.middle[:2])
+        distance = math.hypot(*(place.at - view.pose.position)[:2])
+        return Location(
+            track_id=match.track_id,
+            position=turn @ (place.at - view.pose.position),
+            covariance=turn @ place.covariance @ turn.T,
+            heading=turn @ (math.cos(yaw), math.sin(yaw), 0.0),
+            up=turn @ (0.0, 0.0, 1.0),
+            yaw=yaw,
+            heading_error=error,
+            speed=speed,
+            step_length=step,
+            stature=view.body.height / view.camera.fy * distance / middle,
+            source=place.source,
+        )
+
+    def _watched(self, track_id: int) -> float:
+        walk = self._tracks[track_id]
+        return walk[-1][0] - walk[0][0] if walk else 0.0
+
+    def _heading(
+        self, away: Floats, azimuth: float, motion: _Motion | None
+    ) -> tuple[float, float]:
+        """Return yaw and its error: gait and motion, each weighed by how sure it is."""
+        right = np.array([away[1], -away[0]])
+        across, along = math.cos(azimuth) * right, math.sin(azimuth) * away
+        ways = [across + along, across - along]
+        weight = 1 / math.radians(self.config.gait_error) ** 2
+        speed = 0.0 if motion is None else math.hypot(*motion.velocity)
+        if motion is None or speed == 0:
+            return math.atan2(ways[0][1], ways[0][0]), 1 / math.sqrt(weight)
+        ahead = motion.velocity / speed
+        sideways = np.array([-ahead[1], ahead[0]])
+        by_motion = speed**2 / (sideways @ motion.covariance @ sideways)
+        # From the front and from behind silhouettes are alike: which it is the motion says.
+        way = max(ways, key=lambda each: float(each @ ahead)) if by_motion > weight else ways[0]
+        joint = weight * way + by_motion * ahead
+        return math.atan2(joint[1], joint[0]), 1 / math.sqrt(weight + by_motion)
+
+
+def _fitted(
+    since: Floats, places: Floats, weights: Floats, acceleration: float
+) -> tuple[Floats, Floats]:
+    """
+    Return the velocity (2,) at the time 0 of the motion that fits places best, and its covariance.
+
+    Least squares for place, velocity and an acceleration, which is usually as large as that.
+
+    :param since: (N,) times, ``places`` (N, 2) and ``weights`` (N, 2, 2), inverse covariances.
+    """
+    powers = np.column_stack([np.ones_like(since), since, since**2 / 2])
+    normal = np.einsum('ni,nj,nkl->ikjl', powers, powers, weights).reshape(6, 6)
+    normal[4:, 4:] += np.eye(2) / acceleration**2
+    right = np.einsum('ni,nkl,nl->ik', powers, weights, places).reshape(6)
+    covariance = np.linalg.inv(normal)
+    return (covariance @ right)[2:4], covariance[2:4, 2:4]

@@ -1,0 +1,269 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the localization takes in, from camera_info, depth images and tf, and what it gives."""
+
+from __future__ import annotations
+
+import importlib
+from collections import deque
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from numpy.typing import NDArray
+from rclpy.time import Time
+from sensor_msgs.msg import CameraInfo, Image, JointState
+from visualization_msgs.msg import ImageMarker, MarkerArray
+
+from gait_segmentation.errors import GaitSegmentationError, InputError
+from gait_segmentation.geometry import Box
+from gait_segmentation.localization import (
+    CameraPose,
+    LocalizationConfig,
+    Localizer,
+    Location,
+    PinholeCamera,
+)
+from gait_segmentation.results import MatchResult
+from gait_segmentation.ros.camera import CameraSubscription
+from gait_segmentation.ros.config import CameraConfig, LocalizerNodeConfig
+from gait_segmentation.ros.endpoints import image_profile
+from gait_segmentation.ros.fields import slot_topic
+from gait_segmentation.ros.messages import stamp_of
+from gait_segmentation.ros.people_messages import (
+    Person,
+    boxes_message,
+    markers_message,
+    people_message,
+    pose_message,
+    solid_people_message,
+    walk_message,
+)
+from gait_segmentation.ros.vision import detection_types
+
+if TYPE_CHECKING:
+    from std_msgs.msg import Header
+
+    from gait_segmentation.ros.lifecycle import GaitNode
+
+__all__ = ['Localizing', 'PeopleOutputs', 'read_camera', 'read_depth']
+
+_DEPTHS = {'16UC1': 'u2', 'mono16': 'u2', '32FC1': 'f4'}
+_DISTORTIONS = ('', 'plumb_bob', 'rational_polynomial')
+_KEPT = 40
+"""Depth images kept while the mask of their frame has not come."""
+
+
+class Localizing:
+    """The stage that locates people, and its inputs."""
+
+    def __init__(self, node: GaitNode) -> None:
+        """Make the stage."""
+        self._node = node
+        self.stage = Localizer(node.parameters.get(LocalizationConfig))
+        self._info: CameraInfo | None = None
+        self._depths: deque[Image] = deque(maxlen=_KEPT)
+        self._tf: tuple[Any, type[Exception]] | None = None
+
+    def connect(self) -> None:
+        """Subscribe, until the node's deactivation."""
+        node = self._node
+        self._depths.clear()
+        node.input(CameraInfo, 'camera_info', self._calibrated, image_profile(best_effort=True))
+        depth = CameraSubscription(node, CameraConfig(), self._depths.append, 'depth')
+        node.keep_input(depth)
+        if node.parameters.get(LocalizerNodeConfig).ground_frame:
+            self._listen()
+
+    def locate(
+        self,
+        matches: Sequence[MatchResult],
+        masks: Sequence[NDArray[np.uint8]],
+        header: Header,
+    ) -> tuple[Location | None, ...]:
+        """Locate the people of a frame, one a slot; say why if that cannot be done (worker)."""
+        nobody = (None,) * len(matches)
+        if self._info is None:
+            topic = self._node.resolve_topic_name('camera_info')
+            self._warn('camera_info', f'nobody is located: nothing came on {topic} so far')
+            return nobody
+        try:
+            rectified = self._node.parameters.get(LocalizerNodeConfig).rectified
+            camera = read_camera(self._info, rectified)
+            depth, pose = self._depth(header, masks), self._pose(header)
+            return self.stage.update(matches, masks, camera, pose, depth)
+        except GaitSegmentationError as error:
+            self._warn('location', f'nobody is located: {error}')
+            return nobody
+
+    def _warn(self, key: str, text: str) -> None:
+        self._node.warnings.warn(key, text)
+
+    def _calibrated(self, message: CameraInfo) -> None:
+        self._info = message
+
+    def _depth(
+        self, header: Header, masks: Sequence[NDArray[np.uint8]]
+    ) -> NDArray[np.uint16] | NDArray[np.float32] | None:
+        """Return the depth image that belongs to a frame, None if there is none that fits."""
+        stamp_ns = stamp_of(header)
+        apart = {abs(stamp_of(each.header) - stamp_ns): each for each in list(self._depths)}
+        if not apart:
+            return None
+        apart_s, message = min(apart) * 1e-9, apart[min(apart)]
+        try:
+            if apart_s > self._node.parameters.get(LocalizerNodeConfig).depth_tolerance:
+                raise InputError(
+                    f'the nearest of the last is {apart_s:.3f} s apart (depth_tolerance)'
+                )
+            if message.header.frame_id != header.frame_id:
+                raise InputError(
+                    'it must be registered to the image: its frame_id is '
+                    f"{message.header.frame_id!r}, the image's {header.frame_id!r}"
+                )
+            if masks and (message.height, message.width) != masks[0].shape:
+                raise InputError(
+                    f'it must have the size of the image, {masks[0].shape[1]} x '
+                    f'{masks[0].shape[0]}, got {message.width} x {message.height}'
+                )
+            return read_depth(message)
+        except InputError as error:
+            self._warn('depth', f'a depth image is not used: {error}')
+            return None
+
+    def _listen(self) -> None:
+        try:
+            tf2 = importlib.import_module('tf2_ros')
+        except ImportError:
+            return
+        buffer = tf2.Buffer()
+        self._tf = buffer, tf2.TransformException
+        listener = tf2.TransformListener(buffer, self._node, spin_thread=False)
+        self._node.keep_input(_Closing(listener))
+
+    def _pose(self, header: Header) -> CameraPose | None:
+        """
+        Return where the camera is by tf, None without ground_frame.
+
+        :raises InputError: if tf does not say it.
+        """
+        frame = self._node.parameters.get(LocalizerNodeConfig).ground_frame
+        if not frame:
+            return None
+        if self._tf is None:
+            raise InputError('ground_frame needs the Python package tf2_ros, which is not there')
+        buffer, unknown = self._tf
+        found = why = None
+        # What tf does not know yet of the image's time it may know of the newest.
+        for when in (Time.from_msg(header.stamp), Time()):
+            try:
+                found = buffer.lookup_transform(frame, header.frame_id, when).transform
+                break
+            except unknown as error:
+                why = error
+        if found is None:
+            raise InputError(f'tf has no way from {header.frame_id!r} to {frame!r}: {why}')
+        at, turn = found.translation, found.rotation
+        return CameraPose.from_quaternion((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
+
+
+class _Closing:
+    """A listener to tf, closed as the node's other inputs are."""
+
+    def __init__(self, listener: Any) -> None:
+        self.close = listener.unregister
+
+
+class PeopleOutputs:
+    """What is published of everybody, and of each where and how they walk."""
+
+    def __init__(self, node: GaitNode, slots: int, located: bool) -> None:
+        """Make the publishers; ``located``: whether it will be known where people are."""
+        self._types = detection_types()
+        kinds: dict[str, Any] = {'boxes': ImageMarker}
+        if self._types is not None:
+            kinds['people'] = self._types.Detection2DArray
+        if located:
+            kinds['markers'] = MarkerArray
+            if self._types is not None:
+                kinds['people_3d'] = self._types.Detection3DArray
+            for slot in range(slots):
+                kinds[slot_topic(slot, 'pose')] = PoseWithCovarianceStamped
+                kinds[slot_topic(slot, 'walk')] = JointState
+        self._publishers = {topic: node.output(kind, topic) for topic, kind in kinds.items()}
+
+    def publish(
+        self,
+        matches: Sequence[MatchResult],
+        masks: Sequence[NDArray[np.uint8]],
+        locations: Sequence[Location | None],
+        header: Header,
+    ) -> None:
+        """Publish what is known of a frame, one a slot; nothing of nobody's pose."""
+        made = self._publishers.items()
+        heard = {topic: each for topic, each in made if each.get_subscription_count()}
+        if not heard:
+            return
+        people = []
+        for slot, (match, mask) in enumerate(zip(matches, masks, strict=True)):
+            location = locations[slot] if locations else None
+            box = Box.around(mask) if match.body is not None else None
+            if box is not None:
+                people.append(Person(match, box, location))
+            for name, make in (('pose', pose_message), ('walk', walk_message)):
+                topic = slot_topic(slot, name)
+                if location is not None and topic in heard:
+                    heard[topic].publish(make(location, header))
+        if 'boxes' in heard:
+            heard['boxes'].publish(boxes_message(people, header))
+        if 'markers' in heard:
+            heard['markers'].publish(markers_message(people, header))
+        for topic, make in (('people', people_message), ('people_3d', solid_people_message)):
+            if topic in heard:
+                heard[topic].publish(make(people, header, self._types))
+
+
+def read_camera(message: CameraInfo, rectified: bool = False) -> PinholeCamera:
+    """
+    Return the camera of a camera_info message.
+
+    :param rectified: whether the images are: then P is read, else K and D.
+    :raises InputError: if it is no camera, or its distortion is of another kind than OpenCV's.
+    """
+    matrix, columns, distortion = (message.p, 4, ()) if rectified else (message.k, 3, message.d)
+    if not rectified and message.distortion_model not in _DISTORTIONS and any(message.d):
+        raise InputError(
+            'the distortion_model of camera_info must be plumb_bob or rational_polynomial, got '
+            f'{message.distortion_model[:40]!r}: rectify the images, and set rectified'
+        )
+    fx, cx, fy, cy = (float(matrix[k]) for k in (0, 2, columns + 1, columns + 2))
+    return PinholeCamera(
+        message.width, message.height, fx, fy, cx, cy, tuple(map(float, distortion))
+    )
+
+
+def read_depth(message: Image) -> NDArray[np.uint16] | NDArray[np.float32]:
+    """
+    View a depth image, without copying it where its byte order allows.
+
+    :returns: (height, width) uint16 in millimetres or float32 in metres.
+    :raises InputError: if the encoding is another, or the data too short.
+    """
+    if message.encoding not in _DEPTHS:
+        raise InputError(
+            f'its encoding must be one of {", ".join(_DEPTHS)}, got {message.encoding[:40]!r}'
+        )
+    kind = np.dtype(('>' if message.is_bigendian else '<') + _DEPTHS[message.encoding])
+    row = message.width * kind.itemsize
+    needed = message.step * (message.height - 1) + row
+    if message.step < row or not row or len(message.data) < needed:
+        raise InputError(
+            f'of {message.width} x {message.height} pixels of {message.encoding} it must have '
+            f'steps of at least {row} bytes and {needed} bytes, got {message.step} and '
+            f'{len(message.data)}'
+        )
+    data = np.frombuffer(message.data, np.uint8).data
+    strides = (message.step, kind.itemsize)
+    view = np.ndarray((message.height, message.width), kind, data, 0, strides)
+    return view.astype(kind.newbyteorder('='), copy=False)

@@ -1,0 +1,191 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where people are and how they walk as messages, of one person and of everybody."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import cv2
+import numpy as np
+from geometry_msgs.msg import Point, Pose, PoseWithCovarianceStamped, Quaternion, Vector3
+from numpy.typing import NDArray
+from sensor_msgs.msg import JointState
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import ImageMarker, Marker, MarkerArray
+
+from gait_segmentation.drawing import track_colour
+from gait_segmentation.geometry import Box
+from gait_segmentation.localization import Location
+from gait_segmentation.results import MatchResult
+
+if TYPE_CHECKING:
+    from std_msgs.msg import Header
+
+__all__ = [
+    'Person',
+    'boxes_message',
+    'markers_message',
+    'people_message',
+    'pose_message',
+    'solid_people_message',
+    'walk_message',
+]
+
+_WIDTH_M = 0.5
+"""Width and depth of the solid box about somebody."""
+
+_UPRIGHT = 1e-4
+"""Variance of how upright a pose is, which it is by definition: readers may invert it."""
+
+
+class Person(NamedTuple):
+    """Somebody in a frame: the match, the tight box of the mask, and where they are if known."""
+
+    match: MatchResult
+    box: Box
+    location: Location | None
+
+
+def pose_message(location: Location, header: Header) -> PoseWithCovarianceStamped:
+    """Describe the point on the ground below somebody; x is the heading and z up."""
+    message = PoseWithCovarianceStamped(header=header)
+    message.pose.pose = _pose(location)
+    covariance = np.zeros((6, 6))
+    covariance[:3, :3] = location.covariance
+    turn = location.heading_error**2 * np.outer(location.up, location.up)
+    covariance[3:, 3:] = turn + _UPRIGHT * np.eye(3)
+    message.pose.covariance = covariance.ravel()
+    return message
+
+
+def walk_message(location: Location, header: Header) -> JointState:
+    """Describe heading, speed and step length, as far as they are known."""
+    values = _walk(location)
+    return JointState(header=header, name=list(values), position=list(values.values()))
+
+
+def people_message(people: Sequence[Person], header: Header, types: Any) -> Any:
+    """
+    Describe everybody in pixels (vision_msgs/Detection2DArray).
+
+    ``id`` is the track id and ``bbox`` the tight box of the mask.  ``results`` are numbers by
+    name: ``class_id`` names what ``score`` is, first ``person``, how similar the template is.
+    """
+    found = []
+    for match, box, location in people:
+        center = types.Pose2D(position=types.Point2D(x=float(box.center_x), y=float(box.center_y)))
+        bounds = types.BoundingBox2D(
+            center=center, size_x=float(box.width), size_y=float(box.height)
+        )
+        results = _results(match, location, header, types)
+        each = types.Detection2D(
+            header=header, results=results, bbox=bounds, id=str(match.track_id)
+        )
+        found.append(each)
+    return types.Detection2DArray(header=header, detections=found)
+
+
+def solid_people_message(people: Sequence[Person], header: Header, types: Any) -> Any:
+    """Describe all whose place is known as solid boxes in metres (Detection3DArray)."""
+    found = []
+    for match, _, location in people:
+        if location is None:
+            continue
+        size = Vector3(x=_WIDTH_M, y=_WIDTH_M, z=float(location.stature))
+        bounds = types.BoundingBox3D(center=_pose(location, location.stature / 2), size=size)
+        results = _results(match, location, header, types)
+        each = types.Detection3D(
+            header=header, results=results, bbox=bounds, id=str(match.track_id)
+        )
+        found.append(each)
+    return types.Detection3DArray(header=header, detections=found)
+
+
+def boxes_message(people: Sequence[Person], header: Header) -> ImageMarker:
+    """Draw the boxes of everybody over the image, in the colours of their tracks."""
+    message = ImageMarker(header=header, ns='people', type=ImageMarker.LINE_LIST, scale=2.0)
+    message.action = ImageMarker.ADD if people else ImageMarker.REMOVE
+    for match, box, _ in people:
+        corners = box.corners()
+        for ends in zip(corners, (*corners[1:], corners[0]), strict=True):
+            message.points += [Point(x=float(x), y=float(y)) for x, y in ends]
+            message.outline_colors.append(_colour(match.track_id))
+    return message
+
+
+def markers_message(people: Sequence[Person], header: Header) -> MarkerArray:
+    """Draw all whose place is known: a body, an arrow ahead, and what is known in words."""
+    markers = [Marker(header=header, action=Marker.DELETEALL)]
+    for match, _, location in people:
+        if location is None:
+            continue
+        tall = location.stature
+        about = [f'{match.track_id}', f'{np.linalg.norm(location.position):.1f} m']
+        if location.speed is not None:
+            about.append(f'{location.speed:.1f} m/s')
+        shapes = (
+            ('body', Marker.CYLINDER, tall / 2, (_WIDTH_M, _WIDTH_M, tall), 0.5),
+            ('heading', Marker.ARROW, tall / 2, (1.0, 0.1, 0.1), 1.0),
+            ('about', Marker.TEXT_VIEW_FACING, tall + 0.2, (0.2, 0.2, 0.2), 1.0),
+        )
+        for name, kind, up, size, opacity in shapes:
+            marker = Marker(header=header, ns=name, id=match.track_id, type=kind)
+            marker.pose, marker.text = _pose(location, up), '  '.join(about)
+            marker.scale = Vector3(**dict(zip('xyz', map(float, size), strict=True)))
+            marker.color = _colour(match.track_id, opacity)
+            markers.append(marker)
+    return MarkerArray(markers=markers)
+
+
+def _walk(location: Location) -> dict[str, float]:
+    known = {
+        'heading': location.yaw,
+        'speed': location.speed,
+        'step_length': location.step_length,
+    }
+    return {name: float(value) for name, value in known.items() if value is not None}
+
+
+def _results(match: MatchResult, location: Location | None, header: Header, types: Any) -> list:
+    """Return what is known of somebody, by name; the first has the place."""
+    values = {
+        'person': match.similarity,
+        'phase': match.phase,
+        'cadence': match.phase_rate,
+        'view_azimuth': match.azimuth,
+        **({} if location is None else _walk(location)),
+    }
+    results = [
+        types.ObjectHypothesisWithPose(
+            hypothesis=types.ObjectHypothesis(class_id=name, score=float(value))
+        )
+        for name, value in values.items()
+    ]
+    if location is not None:
+        results[0].pose = pose_message(location, header).pose
+    return results
+
+
+def _pose(location: Location, up: float = 0.0) -> Pose:
+    """Return a pose above the point on the ground; x is the heading and z up."""
+    at = location.position + up * location.up
+    axes = [location.heading, np.cross(location.up, location.heading), location.up]
+    return Pose(
+        position=Point(x=float(at[0]), y=float(at[1]), z=float(at[2])),
+        orientation=_quaternion(np.column_stack(axes)),
+    )
+
+
+def _quaternion(rotation: NDArray[np.float64]) -> Quaternion:
+    vector = cv2.Rodrigues(rotation)[0].ravel()
+    angle = float(np.linalg.norm(vector))
+    x, y, z = vector / angle * math.sin(angle / 2) if angle else vector
+    return Quaternion(x=float(x), y=float(y), z=float(z), w=math.cos(angle / 2))
+
+
+def _colour(track_id: int, opacity: float = 1.0) -> ColorRGBA:
+    blue, green, red = (float(value) / 255 for value in track_colour(track_id))
+    return ColorRGBA(r=red, g=green, b=blue, a=opacity)

@@ -1,0 +1,200 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+The cue from a heat map: what its values mean for one person, learnt from where they were.
+
+A heat map's own numbers are not believed: networks are overconfident, and a map may be inverted,
+shifted, late or of another camera.  For every grade of it the shares of the person's pixels and of
+those about them that have it are learnt, and the evidence of a pixel is the log of their ratio::
+
+    L(v) = ln (p(v | person) + floor) / (p(v | other) + floor)
+
+How far a map is off is where it correlates best with what all else says of the pixels, in the
+mean over some frames, and how well it does there is how much it counts.  One that has nothing to
+do with the person counts nothing, and an inverted one is used the other way round.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.images import Window, shifted_part, size_of
+from gait_segmentation.tracking.records import Shift
+
+__all__ = ['HeatMapCue']
+
+_GRADE = 16
+"""Values of a map that are taken for one grade."""
+
+_FLOOR = 0.03
+"""Share of the pixels of either kind that may have any value, which limits the evidence."""
+
+_RATE = 0.1
+"""Share by which what is known of the grades moves towards the newest mask."""
+
+_FILLED = 0.5
+"""Share of a tight box that is the person."""
+
+_SMALL = 24
+"""Height in pixels to which a taller body is reduced when the map is laid on it."""
+
+_REACH = 0.6
+"""How far off a map may be, in body heights."""
+
+_FIT_RATE = 0.4
+"""Share by which the correlations move towards those of the newest frame."""
+
+
+_STRANGE, _TRUSTED = 0.65, 0.8
+"""
+Correlation up to which a map has nothing to do with the person, and from which it counts in full:
+another person's silhouette rarely comes to the first, a map three frames late to the second.
+"""
+
+
+class HeatMapCue:
+    """What the values of a heat map say of one person."""
+
+    def __init__(self) -> None:
+        """Begin without having seen a map."""
+        self._shares: NDArray[np.float64] | None = None
+        self._fit: NDArray[np.float64] | None = None
+        self._off: Shift = (0.0, 0.0)
+        self.weight = 0.0
+        """How much the map counts, 0 to 1."""
+
+    def begin(self, heat: NDArray[np.uint8], box: Box, window: Window) -> None:
+        """
+        Learn from a tight box alone: what of it is not as beside it is the person.
+
+        :param heat: (H, W) uint8, the map, which is placed already.
+        :param window: rows and columns about the box.
+        """
+        inside = np.zeros(heat.shape, np.uint8)
+        inside[box.slices(heat.shape[1], heat.shape[0])] = 1
+        within, other = _shares(self.part(heat, window), inside[window])
+        person = np.maximum(within - (1 - _FILLED) * other, 0)
+        if person.any() and other.any():
+            self._shares = np.stack([person / person.sum(), other])
+
+    def place(
+        self,
+        heat: NDArray[np.uint8],
+        window: Window,
+        likely: NDArray[np.float32],
+        height: float,
+        moved: Shift = (0.0, 0.0),
+    ) -> None:
+        """
+        Find how far the map is off, and how much it counts.
+
+        :param heat: (H, W) uint8, the map.
+        :param likely: (h, w) float32 of the window in 0..1, how likely its pixels are by all else.
+        :param height: of the body in pixels.
+        :param moved: how far the person went since the frame of the map.
+        """
+        # Nobody is enlarged: a box of less than a pixel would make an image of gigabytes.
+        scale, reach = min(_SMALL / height, 1.0), math.ceil(_REACH * _SMALL)
+        rows, columns = (round(scale * each) for each in size_of(window))
+        if not (rows and columns):
+            return
+        left, top = window[1].start - moved[0], window[0].start - moved[1]
+        corner = left - reach / scale, top - reach / scale
+        about = _reduced(heat, scale, corner, (columns + 2 * reach, rows + 2 * reach))
+        fit = cv2.matchTemplate(
+            about, _reduced(likely, scale, (0.0, 0.0), (columns, rows)), cv2.TM_CCOEFF_NORMED
+        )
+        # Where the map is the same all over it is told by nothing.
+        fit = np.where(np.isfinite(fit), np.clip(fit, -1, 1), 0).astype(np.float64)
+        self._fit = fit if self._fit is None else self._fit + _FIT_RATE * (fit - self._fit)
+        # An inverted map tells as much.
+        size = np.abs(self._fit)
+        row, column = divmod(int(np.argmax(size)), size.shape[1])
+        best = size[row, column]
+        self.weight = float(np.clip((best - _STRANGE) / (_TRUSTED - _STRANGE), 0, 1))
+        self._off = (0.0, 0.0)
+        if best > size[reach, reach]:
+            x, y = _peak(size[row], column), _peak(size[:, column], row)
+            self._off = (x - reach) / scale, (y - reach) / scale
+
+    def part(
+        self, heat: NDArray[np.uint8], window: Window, moved: Shift = (0.0, 0.0)
+    ) -> NDArray[np.uint8]:
+        """
+        Return a window of the map, (h, w) uint8, put where it belongs.
+
+        :param heat: (H, W) uint8, the map.
+        :param moved: see :meth:`place`.
+        """
+        dx, dy = (round(there - off) for there, off in zip(moved, self._off, strict=True))
+        return shifted_part(heat, dx, dy, window)
+
+    def evidence(self, values: NDArray[np.uint8]) -> NDArray[np.float32]:
+        """
+        Return the log-likelihood ratios of the person, 0 if nothing is known of the map.
+
+        :param values: (h, w) uint8, a part of the map; the result is as large, float32.
+        """
+        if self._shares is None or not self.weight:
+            return np.zeros(values.shape, np.float32)
+        person, other = self._shares + _FLOOR
+        table = np.repeat(self.weight * np.log(person / other), _GRADE).astype(np.float32)
+        return np.asarray(table[values])
+
+    def learn(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+        """
+        Learn where the person was.
+
+        :param values: (h, w) uint8, a part of the map.
+        :param person: (h, w) uint8, non-zero on the person.
+        """
+        shares = _shares(values, person)
+        if not shares.any(axis=1).all():
+            return
+        if self._shares is None:
+            self._shares = shares
+        else:
+            self._shares += _RATE * (shares - self._shares)
+
+
+def _shares(values: NDArray[np.uint8], person: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return which share of the person and of the rest has each grade, (2, grades)."""
+    parts = person, cv2.compare(person, 0, cv2.CMP_EQ)
+    bins, range_ = [256 // _GRADE], [0.0, 256.0]
+    counts = [cv2.calcHist([values], [0], part, bins, range_).ravel() for part in parts]
+    sums = np.stack(counts).astype(np.float64)
+    return sums / np.maximum(sums.sum(axis=1, keepdims=True), 1)
+
+
+def _reduced(
+    image: NDArray[Any], scale: float, corner: Shift, size: tuple[int, int]
+) -> NDArray[np.float32]:
+    """Return a part of an image at a smaller scale, its rim outside of it, (h, w) float32."""
+    side = 2 * round(0.5 / scale) + 1
+    # What the part is made of, as far as it is inside.
+    (left, top), (columns, rows) = corner, size
+    x = min(max(int(left) - side, 0), image.shape[1] - 1)
+    y = min(max(int(top) - side, 0), image.shape[0] - 1)
+    right = max(math.ceil(left + columns / scale) + side, x + 1)
+    bottom = max(math.ceil(top + rows / scale) + side, y + 1)
+    move = np.array([[1 / scale, 0, left - x], [0, 1 / scale, top - y]])
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    soft = cv2.blur(image[y:bottom, x:right], (side, side))
+    small = cv2.warpAffine(soft, move, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(small, np.float32)
+
+
+def _peak(values: Sequence[float] | NDArray[np.float64], at: int) -> float:
+    """Return where the parabola through the greatest of some values and its neighbours peaks."""
+    if not 0 < at < len(values) - 1:
+        return float(at)
+    before, here, after = (float(value) for value in values[at - 1 : at + 2])
+    bend = before - 2 * here + after
+    return at + (0.5 * (before - after) / bend if bend < 0 else 0.0)

@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""People who are found in heat maps: regions of the shape of a body, in one map or several."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.gait_model.bank import TemplateBank
+from gait_segmentation.geometry import Box
+from gait_segmentation.heat_maps import HeatMap
+
+__all__ = ['MapFinder']
+
+_ROWS = 24
+"""Height in pixels at which regions are compared with templates."""
+
+_ALIKE, _ENOUGH = 0.4, 0.2
+"""
+Tanimoto similarity with the best template from which a region may be a body, and how much more it
+must be in sum over maps in a row: the clear shape of a body is enough at once.
+"""
+
+_SAME = 0.3
+"""Overlap (intersection over union) of the boxes of one person in two maps."""
+
+
+@dataclass(frozen=True)
+class _Region:
+    """A region of a map that may be a body, in source pixels, and how sure that is by now."""
+
+    box: Box
+    evidence: float
+
+
+class MapFinder:
+    """Finds people in heat maps."""
+
+    def __init__(self, bank: TemplateBank) -> None:
+        """Begin without having seen a map."""
+        self._shapes = _shapes_of(bank)
+        self._stamp_ns = 0
+        self._regions: list[_Region] = []
+
+    def reset(self) -> None:
+        """Forget what was seen."""
+        self._stamp_ns = 0
+        self._regions = []
+
+    def update(
+        self,
+        heat: HeatMap,
+        source: tuple[int, int],
+        occupied: Sequence[Box],
+        least_height: float,
+    ) -> list[Box]:
+        """
+        Take in a map, once, and return the boxes of people newly found, the tallest first.
+
+        :param source: (H, W) of the frames.
+        :param occupied: boxes of people known already, in source pixels.
+        :param least_height: of anybody who is found, in source pixels.
+        """
+        if heat.stamp_ns == self._stamp_ns:
+            return []
+        self._stamp_ns = heat.stamp_ns
+        before, self._regions = self._regions, []
+        for new in self._bodies(heat.values, source, occupied, least_height):
+            past = (each.evidence for each in before if each.box.iou(new.box) >= _SAME)
+            self._regions.append(_Region(new.box, new.evidence + max(past, default=0.0)))
+        found = [each.box for each in self._regions if each.evidence >= _ENOUGH]
+        self._regions = [each for each in self._regions if each.evidence < _ENOUGH]
+        return sorted(found, key=lambda box: -box.height)
+
+    def _bodies(
+        self,
+        values: NDArray[np.uint8],
+        source: tuple[int, int],
+        occupied: Sequence[Box],
+        least_height: float,
+    ) -> list[_Region]:
+        """Return the regions that may be a body."""
+        across, down = source[1] / values.shape[1], source[0] / values.shape[0]
+        likely = np.where(values > 127, np.uint8(255), np.uint8(0))
+        for box in occupied:
+            taken = Box(box.x / across, box.y / down, box.width / across, box.height / down)
+            likely[taken.slices(values.shape[1], values.shape[0])] = 0
+        _, labels, stats, _ = cv2.connectedComponentsWithStats(likely)
+        bodies: list[_Region] = []
+        for number, (x, y, w, h, _) in enumerate(stats.tolist()):
+            if number == 0 or h * down < least_height:
+                continue
+            region = np.where(labels[y : y + h, x : x + w] == number, np.uint8(255), np.uint8(0))
+            evidence = self._likeness(region, w * across / (h * down)) - _ALIKE
+            if evidence > 0:
+                box = Box(x * across, y * down, w * across, h * down)
+                bodies.append(_Region(box, evidence))
+        return bodies
+
+    def _likeness(self, region: NDArray[np.uint8], aspect: float) -> float:
+        """Return the Tanimoto similarity of a tight region with the template most like it."""
+        columns = max(1, round(_ROWS * aspect))
+        if columns > 2 * _ROWS:
+            return 0.0
+        small = np.asarray(cv2.resize(region, (columns, _ROWS), interpolation=cv2.INTER_AREA))
+        shape = _centred(small).astype(np.int32).ravel()
+        common = np.minimum(self._shapes, shape).sum(axis=1)
+        return float((common / (self._shapes.sum(axis=1) + shape.sum() - common)).max())
+
+
+def _shapes_of(bank: TemplateBank) -> NDArray[np.int32]:
+    """Return every second template at a small size, one a row."""
+    rows = bank.templates.shape[2]
+    top, bottom = round(rows * (1 - bank.fill) / 2), round(rows * (1 + bank.fill) / 2)
+    shapes = []
+    for template in bank.templates[:, ::2].reshape(-1, *bank.templates.shape[2:]):
+        body = template[top:bottom]
+        columns = max(1, round(body.shape[1] * _ROWS / body.shape[0]))
+        small = np.asarray(cv2.resize(body, (columns, _ROWS), interpolation=cv2.INTER_AREA))
+        shapes.append(_centred(small).ravel())
+    return np.stack(shapes).astype(np.int32)
+
+
+def _centred(shape: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return a small shape twice as wide as it is tall, its centre of mass in the middle."""
+    mass = shape.sum(axis=0, dtype=np.float64)
+    middle = int(np.rint((mass @ np.arange(len(mass))) / max(mass.sum(), 1.0)))
+    out = np.zeros((_ROWS, 2 * _ROWS), np.uint8)
+    left = _ROWS - middle
+    first, last = max(left, 0), min(left + shape.shape[1], 2 * _ROWS)
+    out[:, first:last] = shape[:, first - left : last - left]
+    return out

@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.localization import CameraPose, PinholeCamera
+
+CAMERA = PinholeCamera(640, 480, 500.0, 510.0, 320.0, 240.0)
+
+
+def test_rays_are_the_inverse_of_the_projection() -> None:
+    points = np.array([[0.3, -0.2, 2.0], [-1.0, 0.5, 4.0]])
+    for distortion in ((), (0.1, -0.05, 0.001, 0.002, 0.01)):
+        camera = PinholeCamera(640, 480, 500.0, 510.0, 320.0, 240.0, distortion)
+        matrix = np.array([[500.0, 0, 320], [0, 510, 240], [0, 0, 1]])
+        none = np.zeros(3)
+        given = np.array(distortion or (0.0,) * 4)
+        at, _ = cv2.projectPoints(points, none, none, matrix, given)
+        rays = camera.rays(at[:, 0] + 0.5)
+        np.testing.assert_allclose(rays, points / points[:, 2:], atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    'change', [{'fx': 0.0}, {'fy': -1.0}, {'cx': math.nan}, {'distortion': (0.1, 0.2)}]
+)
+def test_what_is_no_camera_is_refused(change: dict) -> None:
+    given = {'width': 640, 'height': 480, 'fx': 500.0, 'fy': 500.0, 'cx': 320.0, 'cy': 240.0}
+    with pytest.raises(InputError, match='camera_info must have'):
+        PinholeCamera(**{**given, **change})
+
+
+def test_an_image_of_another_size_is_refused() -> None:
+    CAMERA.check_size((480, 640))
+    with pytest.raises(InputError, match='of images of 640 x 480, but the image has 320 x 240'):
+        CAMERA.check_size((240, 320))
+
+
+def test_a_camera_that_looks_down_sees_the_ground_ahead() -> None:
+    pose = CameraPose.above_ground(2.0, math.radians(45))
+    np.testing.assert_allclose(pose.rotation @ (0, 0, 1), [math.sqrt(0.5), 0, -math.sqrt(0.5)])
+    np.testing.assert_allclose(pose.rotation @ (1, 0, 0), [0, -1, 0])
+    np.testing.assert_allclose(pose.rotation @ pose.rotation.T, np.eye(3), atol=1e-12)
+    assert pose.grounded
+    assert not CameraPose.above_ground(0.0).grounded
+
+
+def test_a_transform_means_the_same_as_height_and_pitch() -> None:
+    # Optical frame of a level camera that looks along x.
+    pose = CameraPose.from_quaternion((0.0, 0.0, 1.5), (-0.5, 0.5, -0.5, 0.5))
+    level = CameraPose.above_ground(1.5)
+    np.testing.assert_allclose(pose.rotation, level.rotation, atol=1e-12)
+    np.testing.assert_allclose(pose.position, level.position)
+
+
+@pytest.mark.parametrize(
+    ('position', 'turn'),
+    [
+        ((0, 0, -1.0), (0, 0, 0, 1)),
+        ((0, 0, 1.0), (0, 0, 0, 0)),
+        ((0, math.nan, 1.0), (0, 0, 0, 1)),
+    ],
+)
+def test_a_transform_that_makes_no_sense_is_refused(position: tuple, turn: tuple) -> None:
+    with pytest.raises(InputError, match='the camera must be above the ground_frame'):
+        CameraPose.from_quaternion(position, turn)

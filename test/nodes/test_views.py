@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The views for rviz and Foxglove show topics that there are, by their types."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from gait_segmentation.nodes.pipeline_node import PipelineNode
+from test.nodes.bench import Bench
+
+CONFIG = Path(__file__).parents[2] / 'config'
+KINDS = {
+    'Image': 'sensor_msgs/msg/Image',
+    'MarkerArray': 'visualization_msgs/msg/MarkerArray',
+    'PoseWithCovariance': 'geometry_msgs/msg/PoseWithCovarianceStamped',
+}
+
+
+def topics(bench: Bench) -> dict[str, str]:
+    node = bench.add(PipelineNode, localize=True)
+    made = {each.topic_name: each.msg_type for each in node.publishers}
+    return {
+        name: f'{kind.__module__.partition(".")[0]}/msg/{kind.__name__}'
+        for name, kind in made.items()
+    }
+
+
+def strings(values: Any) -> Iterator[str]:
+    """Yield the texts in nested lists and dictionaries, keys as well."""
+    if isinstance(values, dict):
+        for name, value in values.items():
+            yield from (name, *strings(value))
+    elif isinstance(values, list):
+        for value in values:
+            yield from strings(value)
+    elif isinstance(values, str):
+        yield values
+
+
+def test_all_that_rviz_shows_is_published(bench: Bench) -> None:
+    there = topics(bench)
+    view = yaml.safe_load((CONFIG / 'gait_segmentation.rviz').read_text(encoding='utf-8'))
+    shown = [each for each in view['Visualization Manager']['Displays'] if 'Topic' in each]
+    assert len(shown) == 3
+    for each in shown:
+        kind = KINDS[each['Class'].removeprefix('rviz_default_plugins/')]
+        assert there[each['Topic']['Value']] == kind
+
+
+def test_all_that_foxglove_shows_is_published(bench: Bench) -> None:
+    there = topics(bench)
+    layout = json.loads((CONFIG / 'foxglove_layout.json').read_text(encoding='utf-8'))
+    named = {text.partition('.')[0] for text in strings(layout) if text.startswith('/')}
+    assert len(named) >= 7
+    assert named <= set(there)
+    panels = {text for text in strings(layout['layout']) if '!' in text}
+    assert panels == set(layout['configById'])

@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One message about everybody, with classes made from the definitions of vision_msgs."""
+
+from __future__ import annotations
+
+from functools import partial
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PoseWithCovariance
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from std_msgs.msg import Header
+
+from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.localization import Location
+from gait_segmentation.results import MatchResult
+from gait_segmentation.ros.people_messages import (
+    Person,
+    boxes_message,
+    markers_message,
+    people_message,
+    pose_message,
+    solid_people_message,
+)
+from test.ros.test_vision import DEFINITIONS
+
+SOLID = {
+    'BoundingBox3D': 'geometry_msgs/Pose center\ngeometry_msgs/Vector3 size',
+    'Detection3D': 'std_msgs/Header header\nObjectHypothesisWithPose[] results\n'
+    'BoundingBox3D bbox\nstring id',
+    'Detection3DArray': 'std_msgs/Header header\nDetection3D[] detections',
+}
+HEADER = Header(frame_id='camera')
+HEADER.stamp.sec = 3
+
+
+@pytest.fixture(scope='module')
+def store() -> Any:
+    made = get_typestore(Stores.ROS2_JAZZY)
+    for name, text in {**DEFINITIONS, **SOLID}.items():
+        made.register(get_types_from_msg(text, f'vision_msgs/msg/{name}'))
+    return made
+
+
+@pytest.fixture
+def types(store: Any) -> SimpleNamespace:
+    named = {name: store.types[f'vision_msgs/msg/{name}'] for name in {**DEFINITIONS, **SOLID}}
+    # Messages of rclpy have defaults.
+    named['Pose2D'] = partial(named['Pose2D'], theta=0.0)
+    result = named['ObjectHypothesisWithPose']
+    named['ObjectHypothesisWithPose'] = lambda hypothesis: result(hypothesis, PoseWithCovariance())
+    return SimpleNamespace(**named)
+
+
+def location(heading: tuple[float, float, float] = (-1, 0, 0), **changes: Any) -> Location:
+    about = {
+        'track_id': 7,
+        'position': np.array([0.5, 1.2, 5.0]),
+        'covariance': np.diag([0.01, 0.02, 0.03]),
+        'heading': np.array(heading, float),
+        'up': np.array([0.0, -1.0, 0.0]),
+        'yaw': 1.5,
+        'heading_error': 0.2,
+        'speed': 1.3,
+        'step_length': None,
+        'stature': 1.75,
+        'source': 'depth',
+    }
+    return Location(**{**about, **changes})
+
+
+def people() -> list[Person]:
+    found = []
+    for track_id, where in ((7, location()), (9, None)):
+        body = BodyFrame(20, 40, 60)
+        walk = 0, 0, 0.25, 0.9, 3.0, 0.75, 0.5, np.zeros((1, 1), np.uint8)
+        match = MatchResult(5, track_id, body, None, *walk)
+        found.append(Person(match, Box(10, 20, 30, 80), where))
+    return found
+
+
+def sent(store: Any, message: Any, name: str) -> Any:
+    kind = f'vision_msgs/msg/{name}'
+    return store.deserialize_cdr(store.serialize_cdr(message, kind), kind)
+
+
+def numbers(detection: Any) -> dict[str, float]:
+    return {each.hypothesis.class_id: each.hypothesis.score for each in detection.results}
+
+
+def test_everybody_is_in_one_message_with_what_is_known_by_name(store, types) -> None:
+    message = sent(store, people_message(people(), HEADER, types), 'Detection2DArray')
+    first, second = message.detections
+    assert (first.id, second.id) == ('7', '9')
+    assert message.header.frame_id == first.header.frame_id == 'camera'
+    assert (first.bbox.center.position.x, first.bbox.center.position.y) == (25.0, 60.0)
+    assert (first.bbox.size_x, first.bbox.size_y) == (30.0, 80.0)
+    walk = {'person': 0.75, 'phase': 0.25, 'cadence': 0.9, 'view_azimuth': 3.0}
+    assert numbers(first) == {**walk, 'heading': 1.5, 'speed': 1.3}
+    assert numbers(second) == walk
+    assert first.results[0].pose.pose.position.z == 5.0
+    assert first.results[0].pose.covariance[14] == pytest.approx(0.03)
+
+
+def test_whose_place_is_known_is_a_solid_box(store, types) -> None:
+    message = sent(store, solid_people_message(people(), HEADER, types), 'Detection3DArray')
+    (one,) = message.detections
+    assert one.id == '7'
+    assert (one.bbox.center.position.y, one.bbox.size.z) == (1.2 - 1.75 / 2, 1.75)
+    assert numbers(one)['speed'] == 1.3
+
+
+@pytest.mark.parametrize('heading', [(1, 0, 0), (-1, 0, 0), (0, 0, 1), (0.6, 0, -0.8)])
+def test_a_pose_looks_ahead_with_its_head_up(heading: tuple[float, float, float]) -> None:
+    message = pose_message(location(heading), HEADER).pose
+    turn = message.pose.orientation
+    q = np.array([turn.x, turn.y, turn.z])
+    assert np.hypot(np.linalg.norm(q), turn.w) == pytest.approx(1)
+
+    def turned(v: tuple[float, float, float]) -> np.ndarray:
+        return np.array(v) + 2 * np.cross(q, np.cross(q, v) + turn.w * np.array(v))
+
+    np.testing.assert_allclose(turned((1, 0, 0)), heading, atol=1e-9)
+    np.testing.assert_allclose(turned((0, 0, 1)), (0, -1, 0), atol=1e-9)
+    covariance = np.reshape(message.covariance, (6, 6))
+    assert covariance[4, 4] == pytest.approx(0.04, abs=1e-3)
+    assert np.linalg.eigvalsh(covariance).min() > 0
+
+
+def test_boxes_and_markers_have_the_colours_of_the_tracks() -> None:
+    boxes = boxes_message(people(), HEADER)
+    assert (len(boxes.points), len(boxes.outline_colors)) == (16, 8)
+    assert [(p.x, p.y) for p in boxes.points[:3]] == [(10, 20), (40, 20), (40, 20)]
+    assert boxes.outline_colors[0] != boxes.outline_colors[4]
+    _, body, heading, about = markers_message(people(), HEADER).markers
+    assert body.color.r == boxes.outline_colors[0].r
+    assert (body.scale.z, heading.scale.x) == (1.75, 1.0)
+    assert about.text == '7  5.2 m  1.3 m/s'

@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.heat_maps import HeatMaps, heat_map_of
+
+
+@pytest.mark.parametrize(
+    'array',
+    [
+        np.array([[0, 51, 255]], np.uint8),
+        np.array([[0, 51 << 8 | 200, 65535]], np.uint16),
+        np.array([[0, 0.2, 1]], np.float32),
+        np.array([[0, 0.2, 1]], np.float64),
+        np.repeat(np.array([[0, 51, 255]], np.uint8)[..., None], 3, axis=2),
+        np.array([[[0, 0, 0, 9], [51, 51, 51, 0], [255, 255, 255, 255]]], np.uint8),
+    ],
+)
+def test_every_kind_of_map_comes_out_alike(array):
+    heat = heat_map_of(array)
+    assert heat.dtype == np.uint8
+    assert heat.tolist() == [[0, 51, 255]]
+
+
+@pytest.mark.parametrize(
+    ('array', 'message'),
+    [
+        ([[1]], 'must be an array, got list'),
+        (np.zeros((0, 4), np.uint8), r'with pixels, got \(0, 4\)'),
+        (np.zeros((2, 2, 2), np.uint8), r'got \(2, 2, 2\)'),
+        (np.zeros((2, 2), np.int32), 'uint8, uint16 or floats, got int32'),
+        (np.array([[0, np.nan]]), 'got NaN or infinity'),
+        (np.array([[0, 255]], np.float32), 'must be from 0 to 1, got 0 to 255'),
+        (np.array([[[1, 2, 3]]], np.uint8), 'must be grey'),
+    ],
+)
+def test_what_is_no_map_is_refused(array, message):
+    with pytest.raises(InputError, match=message):
+        heat_map_of(array)
+
+
+def one(value: int) -> np.ndarray:
+    return np.full((2, 2), value, np.uint8)
+
+
+def test_the_newest_map_up_to_a_frame_counts_if_it_is_not_too_old():
+    maps = HeatMaps()
+    for value, stamp_ns in ((1, 10), (3, 30), (2, 20)):
+        maps.add(one(value), stamp_ns)
+    found = {stamp: maps.newest(stamp, 25e-9) for stamp in (9, 10, 29, 30, 55, 56)}
+    values = {stamp: None if each is None else each.values[0, 0] for stamp, each in found.items()}
+    assert values == {9: None, 10: 1, 29: 2, 30: 3, 55: 3, 56: None}
+    assert maps.newest(31, 0) is None
+    maps.clear()
+    assert maps.newest(30, 1) is None
+
+
+def test_a_map_may_be_changed_after_it_was_given():
+    maps, heat = HeatMaps(), one(7)
+    maps.add(heat, 1)
+    heat[:] = 9
+    found = maps.newest(1, 0)
+    assert found is not None
+    assert found.values[0, 0] == 7

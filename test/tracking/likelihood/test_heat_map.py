@@ -1,0 +1,147 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
+
+SHAPE = (120, 160)
+WINDOW = (slice(10, 110), slice(30, 130))
+HEIGHT = 72.0
+
+
+def body(dx: int = 0, dy: int = 0) -> np.ndarray:
+    """Return somebody of 72 pixels: a head, a trunk and a leg put forward."""
+    mask = np.zeros(SHAPE, np.uint8)
+    for top, bottom, left, right in ((24, 36, 74, 86), (36, 66, 70, 90), (66, 96, 66, 78)):
+        mask[top + dy : bottom + dy, left + dx : right + dx] = 255
+    mask[66 + dy : 96 + dy, 84 + dx : 96 + dx] = 255
+    return mask
+
+
+BOX = Box(66, 24, 30, 72)
+
+
+def spoilt(how: str) -> np.ndarray:
+    noise = np.random.default_rng(0).integers(0, 256, SHAPE, np.uint8)
+    return {
+        'good': body(),
+        'inverted': 255 - body(),
+        'soft': (0.4 * body() + 60).astype(np.uint8),
+        'constant': np.full(SHAPE, 200, np.uint8),
+        'empty': np.zeros(SHAPE, np.uint8),
+        'noise': noise,
+    }[how]
+
+
+def seated(heat: np.ndarray) -> HeatMapCue:
+    """Return what is known of a map that was laid on the person."""
+    cue = HeatMapCue()
+    cue.place(heat, WINDOW, body()[WINDOW].astype(np.float32) / 255, HEIGHT)
+    return cue
+
+
+def logits(cue: HeatMapCue, heat: np.ndarray) -> tuple[float, float]:
+    """Return the mean evidence on the person and elsewhere in the window."""
+    found, person = cue.evidence(cue.part(heat, WINDOW)), body()[WINDOW] > 0
+    return float(found[person].mean()), float(found[~person].mean())
+
+
+@pytest.mark.parametrize('taught', ['box', 'mask'])
+@pytest.mark.parametrize('how', ['good', 'inverted', 'soft'])
+def test_a_map_that_tells_the_person_counts_whatever_its_values_are(how, taught):
+    heat = spoilt(how)
+    cue = seated(heat)
+    if taught == 'box':
+        cue.begin(heat, BOX, WINDOW)
+    else:
+        cue.learn(heat[WINDOW], body()[WINDOW])
+    on, off = logits(cue, heat)
+    assert on > 3
+    assert off < -2
+
+
+@pytest.mark.parametrize('taught', ['box', 'mask'])
+@pytest.mark.parametrize('how', ['constant', 'empty', 'noise'])
+def test_a_map_that_tells_nothing_counts_nothing(how, taught):
+    heat = spoilt(how)
+    cue = seated(heat)
+    if taught == 'box':
+        cue.begin(heat, BOX, WINDOW)
+    else:
+        cue.learn(heat[WINDOW], body()[WINDOW])
+    assert np.abs(cue.evidence(heat[WINDOW])).max() < 0.5
+
+
+def test_nothing_is_said_before_anything_is_learnt():
+    cue = HeatMapCue()
+    assert not cue.evidence(body()[WINDOW]).any()
+    cue.learn(body()[WINDOW], np.zeros_like(body()[WINDOW]))
+    assert not cue.evidence(body()[WINDOW]).any()
+
+
+def test_trust_goes_when_the_map_turns_wrong():
+    cue = seated(body())
+    cue.learn(body()[WINDOW], body()[WINDOW])
+    before = logits(cue, body())
+    for _ in range(30):
+        cue.learn(body(40)[WINDOW], body()[WINDOW])
+    after = logits(cue, body())
+    assert before[0] - before[1] > 6
+    assert after[0] - after[1] < 2
+
+
+@pytest.mark.parametrize('off', [(0, 0), (9, 0), (-36, 0), (4, -12), (-7, 20)])
+def test_a_map_that_is_off_is_put_right(off):
+    cue, heat = HeatMapCue(), body(*off)
+    likely = body()[WINDOW].astype(np.float32) / 255
+    for _ in range(3):
+        cue.place(heat, WINDOW, likely, HEIGHT)
+    part = cue.part(heat, WINDOW) > 127
+    there = body()[WINDOW] > 127
+    assert (part & there).sum() / (part | there).sum() > 0.9
+
+
+def test_a_map_that_is_right_is_not_moved():
+    cue, heat = HeatMapCue(), body()
+    rough = np.random.default_rng(1).normal(0, 0.3, body()[WINDOW].shape)
+    likely = np.clip(body()[WINDOW] / 255 + rough, 0, 1).astype(np.float32)
+    for _ in range(3):
+        cue.place(heat, WINDOW, likely, HEIGHT)
+    assert np.shares_memory(cue.part(heat, WINDOW), heat)
+
+
+def test_a_map_that_correlates_little_counts_nothing_whatever_was_learnt():
+    cue, heat = seated(body()), np.zeros(SHAPE, np.uint8)
+    heat[:, :90] = 255
+    cue.learn(body()[WINDOW], body()[WINDOW])
+    assert cue.weight == 1
+    for _ in range(10):
+        cue.place(heat, WINDOW, body()[WINDOW].astype(np.float32) / 255, HEIGHT)
+    assert cue.weight == 0
+    assert not cue.evidence(cue.part(heat, WINDOW)).any()
+
+
+def test_a_body_of_a_tenth_of_a_pixel_makes_no_huge_image(monkeypatch):
+    sizes = []
+    match = cv2.matchTemplate
+    monkeypatch.setattr(cv2, 'matchTemplate', lambda *a: sizes.append(a[0].size) or match(*a))
+    HeatMapCue().place(body(), WINDOW, body()[WINDOW].astype(np.float32) / 255, 0.1)
+    assert sizes == [130 * 130]
+
+
+def test_an_old_map_is_carried_along():
+    cue = HeatMapCue()
+    likely = body(8, 3)[WINDOW].astype(np.float32) / 255
+    cue.place(body(), WINDOW, likely, HEIGHT, (8.0, 3.0))
+    assert (cue.part(body(), WINDOW, (8.0, 3.0)) == body(8, 3)[WINDOW]).all()
+
+
+@pytest.mark.parametrize('heat', [np.zeros(SHAPE, np.uint8), np.full(SHAPE, 255, np.uint8)])
+def test_a_map_without_an_edge_has_no_place(heat):
+    cue = HeatMapCue()
+    cue.place(heat, WINDOW, np.zeros(SHAPE, np.float32)[WINDOW], HEIGHT)
+    cue.place(heat, (slice(0, 1), slice(0, 1)), np.zeros((1, 1), np.float32), 500.0)
+    assert np.shares_memory(cue.part(heat, WINDOW), heat)
