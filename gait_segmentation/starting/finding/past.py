@@ -70,6 +70,9 @@ class Past:
             self._begun, self.learnt = self._begun or seconds, seconds
             lab, hidden = self._follow()
             self._model.measure_noise(lab, hidden, [self._every])
+            # What has left is no mean with what can be seen since.
+            gone = self._model.contradicted(lab, self._every, 1.0)
+            self._model.forget(np.where(hidden > 0, 0, gone))
             self._model.learn(lab, hidden)
 
     def levels(self) -> tuple[Exposure, Contrast]:

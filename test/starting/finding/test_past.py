@@ -126,3 +126,17 @@ def test_it_is_known_at_the_size_of_who_asks() -> None:
     _, frame = walking(0)
     past.update(np.full((480, 640, 3), 90, np.uint8), frame, 1.0)
     assert past.background((240, 320)).count.shape == (240, 320)
+
+
+def test_what_has_left_is_not_mixed_with_what_was_behind_it() -> None:
+    past = Past(SHAPE)
+    for number in range(9):
+        image, frame = walking(number)
+        if number < 5:
+            image[60:100, 120:150] = (40, 200, 40)
+        past.update(image, frame, 1 + 0.13 * number)
+    known = past.background(SHAPE)
+    truth = cv2.cvtColor(place()[:120, :160], cv2.COLOR_BGR2Lab)
+    part = slice(62, 98), slice(122, 148)
+    assert (known.count[part] >= 2).all()
+    assert np.abs(known.mean[part] - truth[part].astype(float)).max() < 8
