@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.heat_maps import HeatMap
-from gait_segmentation.images import Window
 from gait_segmentation.results import LOST
 from gait_segmentation.starting import Start, StartingConfig, estimate_start
-from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.adaptive_mean_shift import start_in
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
@@ -24,7 +22,7 @@ from gait_segmentation.tracking.person.appearance import SAME_COLOURS
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
 
-__all__ = ['Arrival', 'Arrivals', 'first_mask', 'slot_for_found']
+__all__ = ['Arrival', 'Arrivals', 'slot_for_found']
 
 _ABOUT = 0.3
 """How far about somebody found the place is remembered, in body heights."""
@@ -32,10 +30,6 @@ _ABOUT = 0.3
 _WIDEST = 0.6
 """Width of the place of somebody known in which nobody is looked for, in body heights: what is
 wider is more than one body."""
-
-_ANOTHER_BOX = 0.07
-"""Distance of head and feet of the first mask from those of the box, in heights of the box, from
-which somebody found is looked at once more, in the box of the mask."""
 
 
 Arrival = tuple[Start, HeatMapCue]
@@ -121,76 +115,50 @@ class Arrivals:
         cue, heat = HeatMapCue(), world.now.heat
         if config.method == 'adaptive_mean_shift':
             return start_in(box, world.shape), cue
-        past, window = self._past(world, box), _about(box, world)
-        evidence = None if past is None else np.zeros(world.shape, np.float32)
-        if evidence is not None and past is not None:
-            lab = world.now.image.lab_about(window)[window]
-            evidence[window] = past.evidence(lab, config.shadow_floor)
+        area = body_window(box.center_x, box.center_y, box.height, box)
+        area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
+        window = area.slices(world.shape[1], world.shape[0])
+        past = self._finder.past(world.now.image.stamp_ns)
+        known = None if past is None else past.background(world.shape)
+        evidence = np.zeros(world.shape, np.float32)
+        if known is not None:
+            lab = world.now.image.lab_part(window)
+            evidence[window] = known.evidence(lab, window, config.shadow_floor)
         start = self._estimate(world, box, config, evidence)
         if heat is not None and not world.now.heat_frames:
             cue.place(heat, window, start.votes[window], box.height)
             cue.begin(heat, box, window)
             if cue.weight:
-                evidence = np.zeros(world.shape, np.float32) if evidence is None else evidence
                 evidence[window] += cue.evidence(cue.part(heat, window))
                 start = self._estimate(world, box, config, evidence)
         world.clear(start.mask)
-        if past is not None:
-            world.recall(past)
+        if known is not None:
+            world.adopt(known)
         return start, cue
 
     def _estimate(
-        self,
-        world: World,
-        box: Box,
-        config: TrackingConfig,
-        evidence: NDArray[np.float32] | None,
+        self, world: World, box: Box, config: TrackingConfig, evidence: NDArray[np.float32]
     ) -> Start:
-        """Estimate a first mask, once more if what is known shows that the box was off."""
-        start = first_mask(world, box, self._bank, config, evidence)
-        tight = None if evidence is None else Box.around(start.mask)
-        if tight is not None:
-            off = abs(tight.y - box.y), abs(tight.bottom - box.bottom)
-            if max(off) > _ANOTHER_BOX * box.height:
-                start = first_mask(world, tight, self._bank, config, evidence)
-        return start
+        return estimate_start(
+            world.now.image.lab,
+            box,
+            self._bank,
+            height=config.start_height,
+            rounds=config.start_rounds,
+            left_out=config.start_left_out,
+            use_tilt=config.use_tilt,
+            evidence=evidence,
+        )
 
-    def _past(self, world: World, box: Box) -> Recollection | None:
-        """Return what the place about a box in working pixels looked like before."""
-        window, image = _about(box, world), world.now.image
-        return self._finder.recall(image.stamp_ns, image.bgr, window, textured=image.textured)
-
-
-def _about(box: Box, world: World) -> Window:
-    """Return the rows and columns about a box in working pixels."""
-    area = body_window(box.center_x, box.center_y, box.height, box)
-    area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
-    return area.slices(world.shape[1], world.shape[0])
-
-
-def first_mask(
-    world: World,
-    box: Box,
-    bank: TemplateBank,
-    config: TrackingConfig,
-    evidence: NDArray[np.float32] | None = None,
-) -> Start:
-    """
-    Estimate the first mask of a person in the newest frame of a world.
-
-    :param box: in working pixels.
-    :param evidence: (h, w) float32 of the working image, what is known of its pixels, if anything.
-    """
-    return estimate_start(
-        world.now.image.lab,
-        box,
-        bank,
-        height=config.start_height,
-        rounds=config.start_rounds,
-        left_out=config.start_left_out,
-        use_tilt=config.use_tilt,
-        evidence=evidence,
-    )
+    def new_world(
+        self, source: tuple[int, int], height: float, stamp_ns: int, config: TrackingConfig
+    ) -> World:
+        """Make a world for a person of the given height, who is seen as the place was before."""
+        world = World.for_person(source, height, config)
+        past = self._finder.past(stamp_ns)
+        if past is not None:
+            world.see_as(*past.levels())
+        return world
 
 
 def slot_for_found(

@@ -292,7 +292,7 @@ class PeopleTracker:
             if world.fits(box.height):
                 return world
         assert self._source is not None
-        world = World.for_person(self._source, box.height, self._config)
+        world = self._arrivals.new_world(self._source, box.height, self._stamp_ns, self._config)
         world.advance(image, self._stamp_ns, (), camera=False, heat=self._heat_map)
         self._worlds.append(world)
         return world

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Sequence
+from copy import copy
 
 import cv2
 import numpy as np
@@ -16,7 +17,6 @@ from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window, shifted_part
-from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.background.carried import CarriedBackground
 from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.background.registration import remaining_shift
@@ -87,6 +87,10 @@ class World:
             for person_height in (height, 1.0)
         )
         return cls(source, scale, largest, config.working_height)
+
+    def see_as(self, exposure: Exposure, contrast: Contrast) -> None:
+        """Take over exposure and levels of somebody who has seen the place before."""
+        self._exposure, self._contrast = copy(exposure), contrast
 
     def fits(self, height: float) -> bool:
         """Return whether a person of the given height in source pixels is well seen here."""
@@ -217,13 +221,13 @@ class World:
         """
         self._background.forget(where, self.now.background, self._steps)
 
-    def recall(self, past: Recollection) -> None:
+    def adopt(self, known: BackgroundModel) -> None:
         """
-        Take over what the surroundings looked like before there was anybody.
+        Take over what is known of the surroundings from elsewhere, where less is known here.
 
-        :param past: of the newest frame; it counts where less is known.
+        :param known: as it looks in the newest frame.
         """
-        self._background.recall(past, self.now.background, self._steps)
+        self._background.adopt(known, self.now.background, self._steps)
 
     def motions_of(self, track_id: int) -> tuple[Record, WorldMotion, Shift] | None:
         """

@@ -12,7 +12,6 @@ import pytest
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window
 from gait_segmentation.results import TrackResult
 from gait_segmentation.starting import StartingConfig
 from test.tracking.figures import GREEN, RED, Figure, Told, picture, walk
@@ -42,10 +41,8 @@ class Finder:
     def strangers(self, stamp_ns: int) -> np.ndarray | None:
         return self.others
 
-    def recall(
-        self, stamp_ns: int, now: np.ndarray, window: Window, *, textured: bool = False
-    ) -> None:
-        """Remember nothing of the place."""
+    def past(self, stamp_ns: int) -> None:
+        """Know nothing of the place."""
 
     def find(self, figure: Figure) -> None:
         box = Box.around(figure.mask())

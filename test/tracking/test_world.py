@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking import TrackingConfig
+from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.world import World
 from test.tracking.figures import wall
 
@@ -233,10 +233,21 @@ def test_what_was_remembered_is_known_in_all_frames_that_wait() -> None:
         part = np.ascontiguousarray(image[:, left : left + wall().shape[1]])
         made.advance(part, (number + 1) * 10**7, (), camera=True)
     window = (slice(40, 80), slice(100, 160))
-    mean = np.full((40, 60, 3), 90, np.uint8)
-    made.recall(Recollection(window, mean, np.full((40, 60), 6, np.uint8), 3.0))
+    known = BackgroundModel(made.shape)
+    known.sums[window] = (6 * 90, 6 * 90, 6 * 90, 6)
+    made.adopt(known)
     assert (made.now.background.count[window] == 6).all()
     _, record = made.take(3 * 10**7)
     assert record is not None
     assert made._background.model.count[45:75, 110:150].min() > 3
     assert made._background.model.mean[60, 130, 0] == pytest.approx(90, abs=1)
+
+
+def test_a_world_sees_as_another_did() -> None:
+    first, second = world(), world()
+    first.advance(wall(), 10**7, (), camera=False)
+    dark = cv2.convertScaleAbs(wall(), alpha=0.7)
+    first.advance(dark, 2 * 10**7, (), camera=False)
+    second.see_as(first._exposure, first._contrast)
+    second.advance(dark, 2 * 10**7, (), camera=False)
+    np.testing.assert_array_equal(second.now.image.bgr, first.now.image.bgr)

@@ -33,9 +33,6 @@ Time for which a pixel must have been seen not to be young: it may show somebody
 when the search began, and has left a place of which nothing is known.
 """
 
-_KNOWN_S = 0.48
-"""Time for which a pixel must have been seen for its background to be beyond doubt."""
-
 _USUAL_PERIOD_S = 0.04
 _LEAST_FRAMES, _MOST_FRAMES = 3, 200
 """Time between two frames while it is not known, and the limits of times counted in frames."""
@@ -181,8 +178,7 @@ class MotionBackground:
     """
     What each pixel of the canvas shows while nothing moves there.
 
-    ``level`` is the least difference that counts, in grey levels, by the noise that is measured,
-    ``travelled`` whether the camera has moved by a pixel.
+    ``level`` is the least difference that counts, in grey levels, by the noise that is measured.
     """
 
     def __init__(self, shape: tuple[int, int]) -> None:
@@ -190,30 +186,11 @@ class MotionBackground:
         self._state = np.zeros((*shape, 4), np.uint8)
         self._rival = np.zeros((*shape, 2), np.uint8)
         self._sigma = _SIGMA_START
-        self.travelled = False
 
     @property
     def level(self) -> float:
         """Return the least difference that counts, in grey levels."""
         return _DETECT * self._sigma
-
-    @property
-    def colours(self) -> NDArray[np.uint8]:
-        """Return what the background looks like, (h, w, 3) uint8, lightness first."""
-        return self._state[:, :, :3]
-
-    @property
-    def count(self) -> NDArray[np.uint8]:
-        """Return how often each pixel was seen, (h, w) uint8, 0 where nothing is known."""
-        return self._state[:, :, 3]
-
-    def well_known(self, period: float) -> NDArray[np.uint8]:
-        """
-        Return what was seen for long enough not to be somebody, (h, w) uint8 0/255.
-
-        :param period: time between two frames in seconds, 0 if it is not known.
-        """
-        return np.asarray(cv2.inRange(self.count, _frames(_KNOWN_S, period), 255))
 
     def compare(self, canvas: NDArray[np.uint8], moving: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """
@@ -275,13 +252,11 @@ class MotionBackground:
 
     def shift(self, dx: int, dy: int) -> None:
         """Move by whole pixels."""
-        self.travelled = True
         self._state = shift_whole(self._state, dx, dy)
         self._rival = shift_whole(self._rival, dx, dy)
 
     def warp(self, motion: NDArray[np.float64]) -> None:
         """Resample for a canvas that is laid anew by a 2 x 3 transform of positions."""
-        self.travelled = True
         size = self._state.shape[1::-1]
         self._state = cv2.warpAffine(
             self._state, pixel_affine(motion), size, flags=cv2.INTER_LINEAR

@@ -32,16 +32,6 @@ _LEAST_MOVING = 0.05
 
 _KEPT_S = 2.0
 
-_FIRM_S, _FIRM_SIGHTINGS = 0.2, 4
-"""Age and number of sightings from which it is known how broad a candidate is."""
-
-_JUMP, _SPREAD, _TOUCHED_S = 0.16, 1.0, 0.3
-"""
-Step outwards of a side between two sightings, in body heights, and in body heights a second, by
-which something else has come to touch it; and the time after which it is the candidate itself that
-is so broad.
-"""
-
 
 @dataclass
 class Candidate:
@@ -50,8 +40,7 @@ class Candidate:
 
     ``box`` is its smoothed box, ``speed`` that of its centre against the world in pixels a
     second.  ``blob`` is the number of the blob last seen of it.  ``way`` holds (seconds, x, y,
-    height) in world coordinates, of the last two seconds, ``free`` is when last nothing else had
-    come to touch it.
+    height) in world coordinates, of the last two seconds.
     """
 
     number: int
@@ -62,28 +51,20 @@ class Candidate:
     sightings: int = 1
     blob: int = 0
     way: deque[tuple[float, float, float, float]] = field(default_factory=deque)
-    free: float = 0.0
 
     def predicted(self, seconds: float) -> Box:
         """Return where it should be at a time."""
         passed = seconds - self.seen
         return self.box.shifted(self.speed[0] * passed, self.speed[1] * passed)
 
-    def see(
-        self, box: Box, seconds: float, origin: tuple[float, float], *, alone: bool = False
-    ) -> None:
+    def see(self, box: Box, seconds: float, origin: tuple[float, float]) -> None:
         """
         Take in a sighting.
 
         :param origin: where the canvas lies in the world.
-        :param alone: leave out what has just come to touch it at a side.
         """
         passed = seconds - self.seen
         expected = self.predicted(seconds)
-        if alone:
-            box = self._alone(box, expected, seconds)
-        else:
-            self.free = seconds
         off = box.center_x - expected.center_x, box.center_y - expected.center_y
         gain = max(_GAIN_PLACE, 1 / (self.sightings + 1))
         size = max(_GAIN_SIZE, 1 / (self.sightings + 1))
@@ -100,23 +81,6 @@ class Candidate:
         self.seen = seconds
         self.sightings += 1
         self.note(seconds, origin)
-
-    def _alone(self, box: Box, expected: Box, seconds: float) -> Box:
-        """Return the box without what has just come to touch it at a side."""
-        left, right = expected.x - box.x, box.right - expected.right
-        jump = (_JUMP + _SPREAD * (seconds - self.seen)) * self.box.height
-        firm = seconds - self.born >= _FIRM_S and self.sightings >= _FIRM_SIGHTINGS
-        if not firm or max(left, right) <= jump:
-            self.free = seconds
-            return box
-        if seconds - self.free > _TOUCHED_S:
-            return box
-        # Where one side is seen, the other is as far from it as before.
-        if left <= jump:
-            return Box(box.x, box.y, self.box.width, box.height)
-        if right <= jump:
-            return Box(box.right - self.box.width, box.y, self.box.width, box.height)
-        return Box(expected.x, box.y, self.box.width, box.height)
 
     def note(self, seconds: float, origin: tuple[float, float]) -> None:
         """Remember where it is in the world."""
@@ -150,13 +114,10 @@ def follow(
     origin: tuple[float, float],
     least_height: float,
     first_number: int,
-    *,
-    alone: bool = False,
 ) -> list[Candidate]:
     """
     Give the blobs of a frame to the candidates, begin new ones and drop lost ones.
 
-    :param alone: leave out of the candidates' boxes what has just come to touch them at a side.
     :returns: the candidates there are now.
     """
     pairs = []
@@ -173,7 +134,7 @@ def follow(
             continue
         served.add(index)
         taken.add(number)
-        candidates[index].see(blobs[number].box, seconds, origin, alone=alone)
+        candidates[index].see(blobs[number].box, seconds, origin)
         candidates[index].blob = blobs[number].number
     kept = [each for each in candidates if seconds - each.seen < _LOST_S]
     for number, blob in enumerate(blobs):

@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window, check_image, check_stamp
-from gait_segmentation.sizes import shrink
+from gait_segmentation.images import check_image, check_stamp
 from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.finding.candidates import Candidate, follow
-from gait_segmentation.starting.finding.memory import Memory
-from gait_segmentation.starting.finding.recollection import Recollection
+from gait_segmentation.starting.finding.past import Past
 from gait_segmentation.starting.finding.scene import MotionScene, SceneFrame
 from gait_segmentation.starting.finding.watch import light_bank
 from gait_segmentation.starting.finding.watching import LEAST_SIGHTINGS, TALL, Watching
+from gait_segmentation.tracking.picture.exposure import Exposure
+from gait_segmentation.tracking.picture.working import WorkingImage
 
 __all__ = ['WalkerFinder']
 
@@ -57,7 +57,8 @@ class WalkerFinder:
     def reset(self) -> None:
         """Forget the scene and everybody in it."""
         self._scene: MotionScene | None = None
-        self._memory = Memory()
+        self._past: Past | None = None
+        self._exposure = Exposure()
         self._begun = 0.0
         self._frame: SceneFrame | None = None
         self._size: tuple[int, int] | None = None
@@ -98,18 +99,19 @@ class WalkerFinder:
         shape = max(1, round(size[0] * scale)), max(1, round(size[1] * scale))
         if self._scene is None or size != self._size or not 0 < pause < _PAUSE_S:
             self.reset()
-            self._scene, self._size = MotionScene(shape), size
+            self._scene, self._past, self._size = MotionScene(shape), Past(size), size
             self._begun = stamp_ns / 1e9
         self._stamp_ns = stamp_ns
         seconds = stamp_ns / 1e9
         # Not Lab, which takes ten times as long.
-        colours = cv2.cvtColor(shrink(image, shape), cv2.COLOR_BGR2YCrCb)
+        even = WorkingImage.of(image, stamp_ns, shape, self._exposure, texture=False).bgr
+        colours = np.asarray(cv2.cvtColor(even, cv2.COLOR_BGR2YCrCb))
         taken = [box.scaled(scale) for box in occupied]
         self._known = [box.height for box in taken]
         frame = self._frame = self._scene.update(colours, seconds, taken)
         self._remember(image, frame, seconds)
         wanted = wanted and self.config.auto_init != 'none'
-        self._follow(frame, seconds, wanted)
+        self._follow(frame, seconds)
         if not wanted:
             self._watching.forget()
             return []
@@ -129,22 +131,14 @@ class WalkerFinder:
         scale = self._scale(self._size)
         return [(box.scaled(1 / scale), measures) for box, measures in self._watching.judged]
 
-    def recall(
-        self, stamp_ns: int, now: NDArray[np.uint8], window: Window, *, textured: bool = False
-    ) -> Recollection | None:
+    def past(self, stamp_ns: int) -> Past | None:
         """
-        Return what the place looked like before there was anybody.
+        Return what the place looked like before there was anybody, None if it is not known.
 
         :param stamp_ns: the stamp of the newest frame.
-        :param now: (h, w, 3) uint8 BGR, that frame at the size asked for.
-        :param window: the rows and columns asked for.
-        :param textured: whether gradient energy stands for colours (:mod:`gait_segmentation.lab`).
-        :returns: None if nothing is known of them.
         """
-        if self._frame is None or stamp_ns != self._stamp_ns:
-            return None
-        hidden = self._frame.in_image(self._frame.hidden)
-        return self._memory.recall(now, window, hidden, textured=textured)
+        known = self._past is not None and self._past.learnt and stamp_ns == self._stamp_ns
+        return self._past if known else None
 
     def strangers(self, stamp_ns: int) -> NDArray[np.uint8] | None:
         """
@@ -172,13 +166,14 @@ class WalkerFinder:
         return frame.in_image(found)
 
     def _remember(self, image: NDArray[np.uint8], frame: SceneFrame, seconds: float) -> None:
+        assert self._past is not None
         if frame.fresh:
-            self._memory.forget()
+            self._past = Past((image.shape[0], image.shape[1]))
             self._begun = seconds
         if seconds - self._begun >= _BLIND_S:
-            self._memory.update(image, seconds, frame.step, frame.hidden, frame.to_image)
+            self._past.update(image, frame, seconds)
 
-    def _follow(self, frame: SceneFrame, seconds: float, wanted: bool) -> None:
+    def _follow(self, frame: SceneFrame, seconds: float) -> None:
         dx, dy = frame.shift
         self._origin = self._origin[0] - dx, self._origin[1] - dy
         for each in self._candidates:
@@ -193,8 +188,6 @@ class WalkerFinder:
             self._origin,
             self.config.least_height,
             self._next,
-            # Before a camera that moves, parallax leaves something over beside people's feet.
-            alone=wanted and frame.travelled,
         )
         numbers = {each.number for each in self._candidates}
         self._next = max(numbers | {self._next - 1}) + 1

@@ -195,10 +195,12 @@ def person_box(likelihood: NDArray[np.uint8], result: MatchResult) -> tuple[Box 
     window = Box.from_center(
         body.center_x, body.center_y, 2 * _REACH_X * body.height, 2 * _REACH_Y * body.height
     ).slices(width, height)
+    moving = likelihood[window] > 127
+    if moving.size == 0:
+        return None, 0.0
     size = 2 * max(1, round(_NEAR * body.height)) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     near = cv2.dilate(result.shape_prior[window], kernel) > 127
-    moving = likelihood[window] > 127
     found = moving & near
     rows, columns = found.sum(axis=1), found.sum(axis=0)
     if not rows.any():

@@ -25,7 +25,6 @@ from gait_segmentation.images import Window
 from gait_segmentation.starting.finding.background import MotionBackground
 from gait_segmentation.starting.finding.blobs import Blob, find_blobs
 from gait_segmentation.starting.finding.difference import RecentFrames
-from gait_segmentation.starting.finding.exposure import Exposure
 from gait_segmentation.starting.finding.hollow import fill_hollow
 from gait_segmentation.warping import warp_window
 
@@ -60,8 +59,7 @@ class SceneFrame:
     positions from the canvas to the small image, ``step`` that from the last small image to this
     one, None for the identity.  ``hidden`` is (h, w) uint8, non-zero where the background cannot
     be seen.  ``fresh`` says that what was known before no longer holds.  ``period`` is the time
-    between two frames in seconds, 0 if it is not known.  ``travelled`` says that the camera has
-    moved by a pixel.
+    between two frames in seconds, 0 if it is not known.
     """
 
     likelihood: NDArray[np.uint8]
@@ -73,7 +71,6 @@ class SceneFrame:
     hidden: NDArray[np.uint8]
     fresh: bool
     period: float = 0.0
-    travelled: bool = False
 
     def of(self, blobs: Sequence[int]) -> NDArray[np.uint8]:
         """Return where some blobs are, (h, w) uint8 0/255, by their numbers."""
@@ -109,9 +106,7 @@ class MotionScene:
     def _forget(self) -> None:
         self._background = MotionBackground(self._shape)
         self._recent = RecentFrames()
-        self._exposure = Exposure()
         self._to_image: NDArray[np.float64] = _IDENTITY
-        self._last_step: NDArray[np.float64] | None = None
         self._keep = np.zeros(self._shape, np.uint8)
 
     def update(
@@ -125,16 +120,13 @@ class MotionScene:
         :param taken: boxes in the image in which nobody is looked for, because it is known who
             is there.
         """
-        colours = self._exposure.undo(colours)
         gray = np.ascontiguousarray(colours[:, :, 0])
         camera = self._estimator.update(Pyramid(gray), self._keep).camera
         total = self._register(gray, camera)
         moved = total is not self._to_image
-        self._last_step = compose(total, invert(self._to_image)) if moved else None
+        step = compose(total, invert(self._to_image)) if moved else None
         shift = self._follow(total)
         canvas = cv2.blur(self._laid(colours), (3, 3))
-        background = self._background
-        canvas = self._exposure.settle(canvas, background.colours, background.count, self._keep)
         gray = np.ascontiguousarray(canvas[:, :, 0])
         moving = self._recent.update(gray, seconds, self._background.level)
         period = self._recent.period
@@ -143,12 +135,6 @@ class MotionScene:
         for window in windows:
             likelihood[window] = moving[window] = 0
         _, evidence = cv2.threshold(likelihood, 127, 255, cv2.THRESH_BINARY)
-        if background.travelled:
-            # What moves and looks like a background known for long is the background, misplaced
-            # by less than a pixel.
-            same = cv2.inRange(likelihood, 0, 0)
-            same = cv2.bitwise_and(same, background.well_known(period))
-            moving = cv2.bitwise_and(moving, cv2.bitwise_not(same))
         evidence = cv2.bitwise_or(evidence, moving)
         fresh = cv2.countNonZero(evidence) > _BROKEN * evidence.size
         if fresh:
@@ -168,11 +154,10 @@ class MotionScene:
             owners,
             shift,
             self._to_image,
-            self._last_step,
+            step,
             hidden,
             fresh,
             period,
-            self._background.travelled,
         )
 
     def _register(
@@ -181,18 +166,17 @@ class MotionScene:
         """
         Return where the canvas lies in this frame, as a transform of positions to the image.
 
-        The camera moved as measured, as the last time, or not at all, whichever explains the
-        background best; steps of Gauss and Newton towards it keep errors from adding up.
+        The camera moved as measured or not at all, whichever explains the background better; a
+        step of Gauss and Newton towards it keeps errors from adding up.
         """
         smooth = cv2.blur(gray, (3, 3))
-        best, motion = None, self._to_image
-        for guess in (None, camera, self._last_step):
-            total = self._to_image if guess is None else compose(guess, self._to_image)
-            if best is None or guess is not None:
-                found = self._background.mismatch(smooth, self._keep, total)
-                if best is None or found[0] < best[0]:
-                    best, motion = found, total
-        assert best is not None
+        motion = self._to_image
+        best = self._background.mismatch(smooth, self._keep, motion)
+        if camera is not None:
+            total = compose(camera, motion)
+            found = self._background.mismatch(smooth, self._keep, total)
+            if found[0] < best[0]:
+                best, motion = found, total
         _, count, xx, xy, yy, x, y = best
         if count < _LEAST_PROBES:
             return self._to_image if camera is None else compose(camera, self._to_image)

@@ -23,9 +23,6 @@ _MODEL = json.loads(MODEL_FILE.read_text(encoding='utf-8'))
 _MOST = 4.0
 """Most that one match may say for or against: one in fifty."""
 
-_BEYOND = 1.0
-"""What it says at least against a walker if a measure is beyond what one in a hundred shows."""
-
 
 def log_odds(measures: Mapping[str, float]) -> float:
     """
@@ -33,10 +30,7 @@ def log_odds(measures: Mapping[str, float]) -> float:
 
     :param measures: by name; those without a weight do not count.
     """
-    total, most = float(_MODEL['intercept']), _MOST
+    total = float(_MODEL['intercept'])
     for name, (weight, low, high) in _MODEL['measures'].items():
-        value = measures[name]
-        total += weight * min(max(value, low), high)
-        if value < low if weight > 0 else value > high:
-            most = -_BEYOND
-    return min(max(total, -_MOST), most)
+        total += weight * min(max(measures[name], low), high)
+    return min(max(total, -_MOST), _MOST)

@@ -31,9 +31,6 @@ _WINDOW_S = 0.35
 _LATE_S = 0.12
 """Time for which one match speaks at most."""
 
-_LEAST_ACCORD = 0.15
-"""Least correlation of the legs with the templates' when somebody is found."""
-
 _ROWS = 48
 _PHASE_STEP, _VIEW_STEP = 2, 2
 _GAIN_BODY, _GAIN_BLOB = 0.3, 0.15
@@ -117,11 +114,10 @@ class Watch:
         self.evidence = max(self.evidence + passed * log_odds(self.measures), 0.0)
 
     def walks(self, candidate: Candidate, config: StartingConfig) -> bool:
-        """Tell whether the evidence is enough, some way has been seen, and the legs step."""
+        """Tell whether the evidence is enough, and some way has been seen."""
         return (
             self.measures is not None
             and self.evidence >= config.least_evidence
-            and self.measures['accord'] >= _LEAST_ACCORD
             and candidate.distance() >= config.least_way
         )
 

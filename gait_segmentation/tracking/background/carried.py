@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
-from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.background.model import BackgroundModel
 
 __all__ = ['CarriedBackground']
@@ -103,28 +102,20 @@ class CarriedBackground:
             model.sums[:] = 0
         self.version += 1
 
-    def recall(
-        self, past: Recollection, ahead: BackgroundModel, steps: Sequence[WorldMotion]
+    def adopt(
+        self, known: BackgroundModel, ahead: BackgroundModel, steps: Sequence[WorldMotion]
     ) -> None:
         """
-        Take over what is remembered from elsewhere, where less is known here.
+        Take over what is known from elsewhere, where less is known here.
 
-        :param past: of the newest frame.
+        :param known: as it looks in the newest frame.
         :param ahead: the background of that frame.
         :param steps: motions from the last frame that was taken to it, oldest first.
         """
-        if not any(np.any(each.count) for each in (ahead, self.model)):
-            self.model.sigma = ahead.sigma = past.sigma
-        ahead.recall(past.mean, past.count, past.window)
+        ahead.adopt(known)
         self._outdate(steps)
-        if ahead is self.model:
-            return
-        back = BackgroundModel(self.model.count.shape)
-        back.recall(past.mean, past.count, past.window)
-        back.move(WorldMotion.over(steps).inverse())
-        count = np.floor(back.count + 0.5).astype(np.uint8)
-        every = slice(0, count.shape[0]), slice(0, count.shape[1])
-        self.model.recall(np.rint(back.mean).astype(np.uint8), count, every)
+        if ahead is not self.model:
+            self.model.adopt(known.moved([WorldMotion.over(steps).inverse()]))
 
     def _outdate(self, steps: Sequence[WorldMotion]) -> None:
         """Let none of the frames before the newest bring back what it looked like in them."""

@@ -19,6 +19,7 @@ __all__ = [
     'lightness_of_row',
     'place_in',
     'update_sums',
+    'weigh',
 ]
 
 _MAX_COUNT = 30.0
@@ -27,6 +28,9 @@ _SAMPLE_STEP = 3
 _HIDDEN_DECAY = 0.995
 SURE_COUNT = 2.0
 """Times a pixel was seen to be sure what is there."""
+
+_NEUTRAL, _GAIN, _LIMIT = 4.0, 0.75, 3.0
+"""Half the squared distance in ``sigma`` that says nothing, evidence per step, and its limit."""
 
 PLACE_STEPS = 16
 """Parts of a pixel in which misplacements are counted."""
@@ -219,3 +223,45 @@ def compare(
             other = chroma + (light - base) * (light - base) > most
             shadow = (chroma <= most) & (floor * base < light) & (light < base)
             result[col] = (count >= sure) & other & (not shadow)
+
+
+@kernel('f4[:,:,::1], u1[:,:,::1], i8, i8, f8, f8, f4[:,::1]', error_model='numpy')
+def weigh(
+    sums: NDArray[np.float32],
+    lab: NDArray[np.uint8],
+    top: int,
+    left: int,
+    sigma: float,
+    shadow_floor: float,
+    out: NDArray[np.float32],
+) -> None:
+    """Fill in log-odds that pixels are not the background, from a pixel of ``sums`` on."""
+    one, zero = np.float32(1), np.float32(0)
+    # Seen that often, though hidden for a time since.
+    sure = np.float32(SURE_COUNT - 0.5)
+    gain, neutral, limit = np.float32(_GAIN), np.float32(_NEUTRAL), np.float32(_LIMIT)
+    scale, floor = np.float32(1 / (2 * sigma * sigma)), np.float32(shadow_floor)
+    middle = np.float32(128)
+    for row in range(out.shape[0]):
+        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + out.shape[1])]
+        pixels, result = lab[row].reshape(-1), out[row]
+        for col in range(result.size):
+            count = line[4 * col + 3]
+            if count < sure:
+                result[col] = zero
+                continue
+            share = one / count
+            base, light = line[4 * col] * share, np.float32(pixels[3 * col])
+            base_a, base_b = line[4 * col + 1] * share, line[4 * col + 2] * share
+            a, b = np.float32(pixels[3 * col + 1]), np.float32(pixels[3 * col + 2])
+            chroma = scale * ((a - base_a) ** 2 + (b - base_b) ** 2)
+            value = gain * (chroma + scale * (light - base) ** 2 - neutral)
+            part = light / max(base, one)
+            if floor < part < one:
+                # A shadow takes colour away in proportion to the light, or leaves it.
+                less_a = a - middle - part * (base_a - middle)
+                less_b = b - middle - part * (base_b - middle)
+                chroma = min(chroma, scale * (less_a * less_a + less_b * less_b))
+                depth = (one - part) / (one - floor)
+                value = min(value, gain * (chroma - neutral * (one - depth)))
+            result[col] = min(max(value, -limit), limit) * count / (count + one)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +21,7 @@ from gait_segmentation.tracking.background.kernels import (
     count_residuals,
     place_in,
     update_sums,
+    weigh,
 )
 from gait_segmentation.tracking.background.resampling import resample
 
@@ -94,6 +96,24 @@ class BackgroundModel:
         compare(sums, lab, top, left, bound, shadow_floor, out)
         return out
 
+    def evidence(
+        self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
+    ) -> NDArray[np.float32]:
+        """
+        Return log-odds that pixels are not the background, (h, w) float32 within +-3.
+
+        They are 0 where it is not known.  What is a little darker and of the same chroma is hardly
+        clothes of just that colour; the darker a shadow would be, the less is said.
+
+        :param lab: (h, w, 3) uint8, the window of the frame.
+        :param window: its rows and columns.
+        :param shadow_floor: darkest shadow, as a share of the lightness.
+        """
+        out = np.empty(lab.shape[:2], np.float32)
+        sums, top, left = self.part(window)
+        weigh(sums, lab, top, left, self.sigma, shadow_floor, out)
+        return out
+
     def agreement(
         self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
     ) -> float | None:
@@ -123,20 +143,22 @@ class BackgroundModel:
         """
         self.sums[where > 0] = 0
 
-    def recall(self, mean: NDArray[np.uint8], count: NDArray[np.uint8], window: Window) -> None:
-        """
-        Take over what is known from elsewhere, where less is known here.
-
-        :param mean: (h, w, 3) uint8 Lab, the window.
-        :param count: (h, w) uint8, how often each pixel was seen.
-        :param window: its rows and columns.
-        """
+    def adopt(self, other: BackgroundModel) -> None:
+        """Take over what another model of the same frame and size knows better."""
+        if not np.any(self.count):
+            self.sigma = other.sigma
         self._known = None
-        sums = self.sums[window]
-        more = count > sums[..., 3]
-        weight = count[more].astype(np.float32)
-        sums[more, :3] = mean[more] * weight[:, None]
-        sums[more, 3] = weight
+        more = other.count > self.count
+        self.sums[more] = other.sums[more]
+
+    def resized(self, shape: tuple[int, int]) -> BackgroundModel:
+        """Return the model for a working image of another (h, w)."""
+        other = BackgroundModel((0, 0))
+        smaller = shape[0] < self.sums.shape[0]
+        way = cv2.INTER_AREA if smaller else cv2.INTER_LINEAR
+        other.sums = np.asarray(cv2.resize(self.sums, shape[::-1], interpolation=way))
+        other.sigma, other.misplacement = self.sigma, self.misplacement
+        return other
 
     def moved(
         self,

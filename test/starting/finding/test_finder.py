@@ -14,8 +14,6 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting import StartingConfig, WalkerFinder
-from gait_segmentation.starting.finding import finder as finding
-from gait_segmentation.starting.finding.candidates import Candidate
 from test.walkers import box_of, clip, small_bank
 
 PERIOD_NS = 40_000_000
@@ -202,14 +200,16 @@ def test_the_place_is_remembered_where_somebody_is_found() -> None:
             break
     (box,) = found
     window = box.padded(10, 5).slices(frame.image.shape[1], frame.image.shape[0])
-    assert finder.recall(frame.stamp_ns + 1, frame.image, window) is None
-    past = finder.recall(frame.stamp_ns, frame.image, window)
+    assert finder.past(frame.stamp_ns + 1) is None
+    past = finder.past(frame.stamp_ns)
     assert past is not None
+    known = past.background(frame.image.shape[:2])
     lab = cv2.cvtColor(frame.image[window], cv2.COLOR_BGR2Lab)
     truth = frame.truths[0][window]
-    evidence = past.evidence(lab, 0.5)
-    assert (past.count >= 2).mean() > 0.7
-    assert np.median(evidence[(truth == 255) & (past.count >= 2)]) > 0.5
+    evidence = known.evidence(lab, window, 0.5)
+    sure = known.count[window] > 1.5
+    assert sure.mean() > 0.7
+    assert np.median(evidence[(truth == 255) & sure]) > 0.5
     assert np.median(evidence[truth == 0]) < -0.5
 
 
@@ -244,21 +244,3 @@ def test_who_is_matched_is_told_whether_found_or_not() -> None:
         assert finder.update(frame.image, frame.stamp_ns) == []
         told += [box for box, _ in finder.judged() if box.iou(box_of(frame)) > 0.6]
     assert len(told) > 3
-
-
-@pytest.mark.parametrize(('pan', 'wanted'), [(0.0, True), (2.0, True), (2.0, False)])
-def test_before_a_camera_that_moves_candidates_are_kept_apart(
-    pan: float, wanted: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    told = []
-    follow = finding.follow
-
-    def noted(*given, alone: bool) -> list[Candidate]:
-        told.append(alone)
-        return follow(*given, alone=alone)
-
-    monkeypatch.setattr(finding, 'follow', noted)
-    finder = WalkerFinder(small_bank())
-    for frame in clip(pan=pan, frames=12):
-        finder.update(frame.image, frame.stamp_ns, wanted=wanted)
-    assert told[-1] == (pan > 0 and wanted)

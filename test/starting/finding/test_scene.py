@@ -82,14 +82,6 @@ def test_what_stays_becomes_background() -> None:
     assert (frame.likelihood > 127).mean() < 0.01
 
 
-def test_a_jump_of_the_light_is_undone() -> None:
-    frames = play(24, gain=dict.fromkeys(range(12, 24), 0.6))
-    assert not any(frame.fresh for frame in frames)
-    assert (frames[12].likelihood[:, 100:] > 127).mean() < 0.02
-    found = frames[-1].likelihood > 127
-    assert found[block(23)].mean() > 0.9
-
-
 def test_another_picture_begins_anew() -> None:
     scene, places = MotionScene(SHAPE), (wall()[5:125, 20:180], wall()[125:5:-1, 380:220:-1])
     rng = np.random.default_rng(3)
@@ -146,20 +138,3 @@ def test_a_box_of_the_canvas_moves_with_it() -> None:
     box = frame.box_in_image(Box(20, 30, 10, 40))
     assert (box.width, box.height) == (10, 40)
     assert box.x - 20 == pytest.approx(frame.to_image[0, 2], abs=0.5)
-
-
-@pytest.mark.parametrize('panned', [False, True])
-def test_motion_before_a_known_background_is_doubted_once_the_camera_has_moved(
-    panned: bool,
-) -> None:
-    scene, place = MotionScene(SHAPE), wall()
-    seen = []
-    for number in range(40):
-        left = 22 if panned and number >= 4 else 20
-        image = place[5:125, left : left + 160].copy()
-        # By less than stands out before the background, by more than it may change.
-        if number >= 20:
-            image[30:90, 60:80, 0] += 5 if number % 8 < 4 else -5
-        frame = scene.update(np.clip(image, 0, 255).astype(np.uint8), FIRST + PERIOD * number)
-        seen.append(bool(frame.blobs))
-    assert any(seen[20:]) != panned

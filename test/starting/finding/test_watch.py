@@ -114,10 +114,10 @@ def test_some_way_must_be_seen() -> None:
     assert watched(walking, way=0.0)[0] is None
 
 
-def test_what_is_far_wider_than_a_body_is_found_later() -> None:
-    (soon, _), (late, _) = watched(walking), watched(walking, wider=4.0)
+def test_what_is_far_wider_than_a_body_is_less_sure_to_walk() -> None:
+    (soon, usual), (late, wide) = watched(walking), watched(walking, wider=4.0)
     assert soon is not None
-    assert late is None or late > soon
+    assert late is None or (late, -wide.evidence) > (soon, -usual.evidence)
 
 
 def test_the_trunk_may_flicker() -> None:

@@ -8,7 +8,6 @@ import pytest
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import scaling
 from gait_segmentation.images import Window
-from gait_segmentation.starting.finding.recollection import Recollection
 from gait_segmentation.tracking.background.carried import CarriedBackground
 from gait_segmentation.tracking.background.model import BackgroundModel
 
@@ -96,29 +95,35 @@ def test_what_is_forgotten_stays_so(frames: int, step: WorldMotion) -> None:
     assert film.background.model.count[25:, 21:35].min() > 0.9
 
 
+def known() -> BackgroundModel:
+    """Return what is known from elsewhere: a part of the scene, seen nine times."""
+    model, hidden = BackgroundModel(SHAPE), np.ones(SHAPE, np.uint8)
+    hidden[10:30, 20:40] = 0
+    for _ in range(9):
+        model.learn(scene(), hidden)
+    model.sigma = 3.0
+    return model
+
+
 @pytest.mark.parametrize('frames', [1, 3])
-def test_what_is_remembered_is_known_in_all_frames_from_then_on(frames: int) -> None:
+def test_what_is_known_from_elsewhere_is_known_in_all_frames_from_then_on(frames: int) -> None:
     film = Film(frames, right(2.0))
     window = slice(10, 30), slice(20, 40)
-    mean = np.random.default_rng(1).integers(0, 256, (20, 20, 3), dtype=np.uint8)
-    past = Recollection(window, mean, np.full((20, 20), 9, np.uint8), 3.0)
-    film.background.recall(past, film.ahead[-1], film.steps)
-    assert (film.ahead[-1].count[window] == 9).all()
+    film.background.adopt(known(), film.ahead[-1], film.steps)
+    assert film.ahead[-1].count[window] == pytest.approx(9.0)
     while film.steps:
         film.take()
     found = film.background.model
     # To the first frame and back again the border is lost.
     assert found.count[12:28, 22:38].min() > 7
-    assert np.abs(found.mean[12:28, 22:38] - mean[2:-2, 2:-2]).max() < 1
+    assert np.abs(found.mean[12:28, 22:38] - scene()[12:28, 22:38]).max() < 1
 
 
-@pytest.mark.parametrize(('known', 'sigma'), [(True, 5.0), (False, 3.0)])
-def test_the_spread_is_taken_over_where_nothing_was_known(known: bool, sigma: float) -> None:
+@pytest.mark.parametrize(('before', 'sigma'), [(True, 5.0), (False, 3.0)])
+def test_the_spread_is_taken_over_where_nothing_was_known(before: bool, sigma: float) -> None:
     background = CarriedBackground(SHAPE)
-    if known:
+    if before:
         background.model.learn(scene(), NOBODY)
-    window = slice(10, 30), slice(20, 40)
-    past = Recollection(window, scene()[window], np.full((20, 20), 9, np.uint8), 3.0)
     ahead = background.ahead([right(1.0)], EVERY)
-    background.recall(past, ahead, [right(1.0)])
+    background.adopt(known(), ahead, [right(1.0)])
     assert (background.model.sigma, ahead.sigma) == (sigma, sigma)

@@ -149,10 +149,57 @@ def test_misplacement_is_measured_where_the_background_is_steep(shift, low, high
 
 
 def test_what_is_known_from_elsewhere_counts_where_less_is_known() -> None:
-    model = BackgroundModel((4, 6))
-    model.learn(np.full((4, 6, 3), 50, np.uint8), np.zeros((4, 6), np.uint8))
-    count = np.array([[0, 1, 5], [5, 0, 5]], np.uint8)
-    model.recall(np.full((2, 3, 3), 90, np.uint8), count, (slice(1, 3), slice(2, 5)))
-    np.testing.assert_array_equal(model.count[1:3, 2:5], [[1, 1, 5], [5, 1, 5]])
-    np.testing.assert_allclose(model.mean[1:3, 2:5, 0], [[50, 50, 90], [90, 50, 90]])
-    assert model.mean[0, 0, 0] == 50
+    model, other = BackgroundModel((1, 3)), BackgroundModel((1, 3))
+    model.learn(np.full((1, 3, 3), 50, np.uint8), np.zeros((1, 3), np.uint8))
+    other.sums[0] = [(0, 0, 0, 0), (90, 90, 90, 1), (450, 450, 450, 5)]
+    model.adopt(other)
+    assert model.count[0].tolist() == [1, 1, 5]
+    assert model.mean[0, :, 0].tolist() == [50, 50, 90]
+
+
+def test_it_is_known_at_another_size() -> None:
+    model, hidden = BackgroundModel((40, 60)), np.zeros((40, 60), np.uint8)
+    hidden[:, 30:] = 1
+    for _ in range(4):
+        model.learn(np.full((40, 60, 3), (90, 120, 130), np.uint8), hidden)
+    for shape in ((20, 30), (80, 120)):
+        other = model.resized(shape)
+        assert other.count.shape == shape
+        assert other.count[5, 3] == pytest.approx(4)
+        assert other.mean[5, 3] == pytest.approx([90, 120, 130])
+        assert other.count[5, -3] == 0
+        assert other.sigma == model.sigma
+
+
+WALL = (190, 124, 135)
+
+
+def evidence(colour: tuple[float, ...], count: int = 10) -> float:
+    """Return what is said of a colour before a wall that was seen some times."""
+    model, shape = BackgroundModel((20, 30)), (20, 30)
+    for _ in range(count):
+        model.learn(np.full((*shape, 3), WALL, np.uint8), np.zeros(shape, np.uint8))
+    model.sigma = 4.0
+    lab = np.full((*shape, 3), np.rint(colour), np.uint8)
+    return float(model.evidence(lab, (slice(0, 20), slice(0, 30)), 0.5)[0, 0])
+
+
+@pytest.mark.parametrize('share', [0.95, 0.85, 0.75])
+def test_shade_on_a_wall_is_the_wall_the_lighter_the_surer(share: float) -> None:
+    lightness, chroma = WALL[0], (np.array(WALL[1:]) - 128)
+    a, b = 128 + share * chroma
+    said = evidence((share * lightness, a, b))
+    assert evidence(WALL) <= said < -1
+    assert said < evidence(((share - 0.1) * lightness, a, b))
+
+
+def test_what_is_lighter_or_coloured_or_black_is_no_wall() -> None:
+    lightness, a, b = WALL
+    assert evidence((1.2 * lightness, a, b)) > 1
+    assert evidence((0.85 * lightness, a + 20, b)) > 1
+    assert evidence((0.3 * lightness, a, b)) > 1
+
+
+def test_where_nothing_is_known_nothing_is_said() -> None:
+    assert evidence(WALL, count=0) == evidence((20, 128, 128), count=1) == 0
+    assert abs(evidence(WALL, count=2)) < abs(evidence(WALL, count=9))
