@@ -112,8 +112,7 @@ class TrackingConfig(StageConfig):
     )
     use_shadow: bool = parameter(
         True,
-        'Explain darker pixels of unchanged chroma as cast shadow: deep near the feet, soft '
-        'higher up.',
+        'Explain darker pixels of unchanged chroma near the feet as cast shadow.',
     )
     shadow_share: float = parameter(
         0.25,
@@ -124,18 +123,6 @@ class TrackingConfig(StageConfig):
     shadow_floor: float = parameter(
         0.5,
         'Darkest shadow, as a share of the lightness of the background.',
-        minimum=0.05,
-        maximum=0.95,
-    )
-    shade_share: float = parameter(
-        0.06,
-        'Prior share of soft shadow among the background pixels higher up, as on a wall.',
-        minimum=0.0,
-        maximum=0.5,
-    )
-    shade_floor: float = parameter(
-        0.7,
-        'Darkest soft shadow, as a share of the lightness of the background.',
         minimum=0.05,
         maximum=0.95,
     )

@@ -146,12 +146,9 @@ class Surroundings:
         person.left = person.right = width / 2
         clear = np.where(away >= _CLEAR * person.height, seen, 0).astype(np.uint8)
         if 2 * cv2.countNonZero(clear) > cv2.countNonZero(seen):
-            lab, strange = (
-                record.image.lab_part(window),
-                record.strange(window, config.shadow_floor),
-            )
+            lab = record.image.lab_part(window)
             mask = placed(clear, window, distractor.world.shape)
-            person.learn_colours(lab, window, mask, None, config.colour_rate, strange)
+            person.learn_colours(lab, window, mask, None, config.colour_rate)
         person.shift(dx, dy)
 
     def newcomers(self, target: Target, learnt: Learnt, known: Sequence[Target]) -> list[Start]:

@@ -13,7 +13,11 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.images import Window, bounding_box
 from gait_segmentation.results import LOST, Feedback
-from gait_segmentation.tracking.person.learning import grown, working_masks
+from gait_segmentation.tracking.person.learning import (
+    grown,
+    without_parts_apart,
+    working_masks,
+)
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.target import Target
 
@@ -72,7 +76,7 @@ def learn(
     if whole:
         person.take(mask, prior, _free(mask, prior, window, familiar))
         body = None if feedback.body is None else feedback.body.scaled(world.scale)
-        margin = _learn_all(target, record, window, strange, familiar, body)
+        margin = _learn_all(target, record, window, familiar, body)
     else:
         target.skip(record)
         person.part = _free(mask, prior, window, familiar)
@@ -87,15 +91,13 @@ def _learn_all(
     target: Target,
     record: Record,
     window: Window,
-    strange: NDArray[np.uint8],
     familiar: NDArray[np.bool_],
     body: BodyFrame | None,
 ) -> tuple[Window, NDArray[np.uint8]]:
     """
     Learn from a mask of all of the person, just taken.
 
-    :param strange: (h, w) uint8 of the window, non-zero on what is not the known background.
-    :param familiar: (h, w) bool, on what surely is.
+    :param familiar: (h, w) bool of the window, on what surely is the known background.
     :param body: the matched body in working pixels.
     :returns: the mask with a margin.
     """
@@ -105,12 +107,15 @@ def _learn_all(
         about, values = record.heat_parts[target.track_id]
         person.heat_map.learn(values, mask[about])
     lab = record.image.lab_part(window)
-    person.learn_colours(lab, window, mask, person.template, rate, strange, familiar)
+    person.learn_colours(lab, window, mask, person.template, rate, familiar)
     bounds = bounding_box(mask)
     margin = grown(mask, person.height, bounds)
-    person.learn_place(mask, body, bounds)
+    # A piece of the place that the first mask took along would pull the body to it.
+    own = without_parts_apart(mask, person.template, person.height)
+    own_bounds = bounds if own is mask else bounding_box(own)
+    person.learn_place(own, body, own_bounds)
     if config.use_tilt:
-        person.learn_angle(mask, bounds)
+        person.learn_angle(own, own_bounds)
     target.memory.learn_look(person, record, bounds)
     return margin
 

@@ -165,7 +165,7 @@ def _slopes_of_row(
 
 @kernel(
     'u1[:,:,::1], u2[:,::1], f4[:,::1], f4[:,:,::1], i8, i8, f8, f4[:,::1], f4[:,::1], f8, '
-    'f8, f8, f8, f8, f8, f8, f8, f4[:,::1]',
+    'f8, f8, f8, f8, f8, f4[:,::1]',
     fastmath=True,
     error_model='numpy',
 )
@@ -183,8 +183,6 @@ def ratios(
     trust: float,
     shadow_share: float,
     shadow_floor: float,
-    shade_share: float,
-    shade_floor: float,
     limit: float,
     limit_known: float,
     out: NDArray[np.float32],
@@ -202,11 +200,8 @@ def ratios(
     doubt = np.float32(_DOUBT + misplacement)
     scale = np.float32(1 / (2 * sigma * sigma))
     peak = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma) ** 1.5)
-    flat = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma))
-    flat_cast = np.float32(flat / (1 - shadow_floor))
-    flat_shade = np.float32(flat / (1 - shade_floor))
+    flat = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma) / (1 - shadow_floor))
     cast_share, cast_floor = np.float32(shadow_share), np.float32(shadow_floor)
-    soft_share, soft_floor = np.float32(shade_share), np.float32(shade_floor)
     most, least = np.float32(trust), np.float32(_LEAST_COUNT)
     ramp_from, ramp_slope = np.float32(_SHADOW_FROM), np.float32(1 / (_SHADOW_TO - _SHADOW_FROM))
     low = np.float32(limit)
@@ -238,13 +233,11 @@ def ratios(
             chroma = min((d_a * d_a + d_b * d_b) * scale / wider_chroma[col], far)
             square = min(d_light * d_light * scale / wider[col], far)
             ramp = min(max((down[col] - ramp_from) * ramp_slope, zero), one)
-            dark = one if base > one else zero
-            cast, soft = dark * cast_share * ramp, dark * soft_share * (one - ramp)
-            shadow = cast * flat_cast if light > cast_floor * base else zero
-            shadow += soft * flat_shade if light > soft_floor * base else zero
+            cast = cast_share * ramp if base > one else zero
+            shadow = cast * flat if light > cast_floor * base else zero
             # Divided before they are chosen: else the compiler does one pixel at a time.
             shadow = shadow / max(base, one) if light < base else zero
-            plain = (one - cast - soft) * peak * _exp_minus(square)
+            plain = (one - cast) * peak * _exp_minus(square)
             plain = plain if square < far else zero
             seen = (shadow + plain) * _exp_minus(chroma) if chroma < far else zero
             # Both times (count + doubt), which saves a division.

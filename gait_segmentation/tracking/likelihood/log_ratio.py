@@ -11,8 +11,7 @@ One formula covers what is known of a background pixel and what is not::
 with the background's mean B, trust a = a_max n / (n + 1/10 + m) in a pixel seen n times if the
 background is misplaced by m pixels, and the density S of a cast shadow: any lightness from
 ``floor`` to 1 of the background's, same chroma (Horprasert, Harwood and Davis, ICCV Frame-Rate
-Workshop 1999).  Near the feet shadows are likely and may be dark; higher up, on a wall, they are
-soft and rare.
+Workshop 1999), near the feet.
 Where the background is steep, sigma grows by what a misplaced background would differ there.
 """
 
@@ -71,8 +70,6 @@ def log_ratio(
         config.background_trust if config.use_background else 0.0,
         config.shadow_share if config.use_shadow else 0.0,
         config.shadow_floor,
-        config.shade_share if config.use_shadow else 0.0,
-        config.shade_floor,
         config.logit_limit,
         config.background_logit_limit,
         out,

@@ -229,27 +229,21 @@ class Person:
         mask: NDArray[np.uint8],
         prior: NDArray[np.uint8] | None,
         rate: float,
-        strange: NDArray[np.uint8] | None = None,
         familiar: NDArray[np.bool_] | None = None,
     ) -> None:
         """
         Learn the colours of person and surroundings from a mask.
 
-        What a mask misses of the person, as shoes, would become a colour of the surroundings and
-        be missed for ever; where the surroundings are known to look otherwise it does not.
-
         :param lab: (h, w, 3) uint8, the person's window of the working image.
         :param window: its rows and columns.
         :param mask: (H, W) uint8 0/255.
         :param prior: (H, W) uint8, the template; what of the mask lies far outside is not learnt.
-        :param strange: (h, w) uint8, non-zero where the surroundings are known
-            to look otherwise.
-        :param familiar: (h, w) bool, where they are known to look like this.
+        :param familiar: (h, w) bool, where the surroundings are known to look like this.
         """
         part = mask[window]
         bins, rows = colour_bins(np.ascontiguousarray(lab)), self.rows(window)
         template = None if prior is None else prior[window]
-        inside, outside = samples(part, template, strange, _GUARD * self.height, familiar)
+        inside, outside = samples(part, template, _GUARD * self.height, familiar)
         self.person.learn(bins, rows, inside, rate)
         self.surroundings.learn(bins, rows, outside, rate)
         self.learnt += 1

@@ -18,7 +18,6 @@ __all__ = ['samples']
 def samples(
     mask: NDArray[np.uint8],
     template: NDArray[np.uint8] | None,
-    strange: NDArray[np.uint8] | None,
     guard: float,
     familiar: NDArray[np.bool_] | None = None,
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -28,19 +27,16 @@ def samples(
     The person's are those of the mask near the template, outside of which they must not look as
     the surroundings do there, or as a shadow on them: a mask that takes in the shadow at the feet
     would teach that it is the person's, and take in more of it.  The surroundings' are those that
-    do not touch the mask and are not known to be something else.
+    do not touch the mask.
 
     :param mask: (h, w) uint8 0/255, the person.
     :param template: (h, w) uint8, above 127 on the body; None or without a body, all of the mask
         is the person's.
-    :param strange: (h, w) uint8, non-zero where the surroundings are known to look otherwise.
     :param guard: distance from the template in pixels up to which a pixel is near.
     :param familiar: (h, w) bool, where the surroundings are known to look like this.
     """
     inside, outside = mask > 127, cv2.dilate(mask, np.ones((3, 3), np.uint8)) <= 127
     bounds = bounding_box(mask)
-    if strange is not None:
-        outside &= strange == 0
     if template is not None:
         _keep_near(inside, bounds, template, guard)
         if familiar is not None:

@@ -64,8 +64,7 @@ def test_the_background_term_is_the_stated_density() -> None:
     sigma = background.sigma
     peak = BIN_VOLUME / (2 * np.pi * sigma**2) ** 1.5
     trust = config.background_trust * 10 / 10.1
-    seen = (1 - config.shade_share) * peak
-    expected = np.log((1 + 1e-4) / (trust * seen + (1 - trust) * 1e-4))
+    expected = np.log((1 + 1e-4) / (trust * peak + (1 - trust) * 1e-4))
     assert ratio(image(RED), background)[2, 2] == pytest.approx(expected, abs=1e-3)
 
 
@@ -83,13 +82,6 @@ def test_a_shadow_at_the_feet_is_background() -> None:
     without = ratio(image(DARK_GREY), known(GREY), use_shadow=False)
     assert with_shadow[19, 5] < without[19, 5] - 2
     assert with_shadow[2, 5] == pytest.approx(without[2, 5])
-
-
-def test_a_soft_shadow_on_a_wall_is_background() -> None:
-    soft, hard = image((125, 128, 128)), image(DARK_GREY)
-    with_shade, without = ratio(soft, known(GREY)), ratio(soft, known(GREY), shade_share=0.0)
-    assert with_shade[2, 5] < without[2, 5] - 2
-    assert ratio(hard, known(GREY))[2, 5] == ratio(hard, known(GREY), shade_share=0.0)[2, 5]
 
 
 def test_a_misplaced_edge_is_background_where_misplacement_was_measured() -> None:
@@ -156,12 +148,10 @@ def _plainly(
             chroma = (d_a**2 + d_b**2) / (2 * spread_chroma)
             ramp = min(max((down - 0.6) / 0.25, 0), 1) if base > 1 else None
             cast = 0 if ramp is None else config.shadow_share * ramp
-            shade = 0 if ramp is None else config.shade_share * (1 - ramp)
             other = 0.0
-            for share, floor in ((cast, config.shadow_floor), (shade, config.shade_floor)):
-                if floor * base < light < base:
-                    other += share / (base * (1 - floor)) / (2 * np.pi * sigma**2)
-            plain = (1 - cast - shade) * np.exp(-square) / (2 * np.pi * sigma**2) ** 1.5
+            if config.shadow_floor * base < light < base:
+                other = cast / (base * (1 - config.shadow_floor)) / (2 * np.pi * sigma**2)
+            plain = (1 - cast) * np.exp(-square) / (2 * np.pi * sigma**2) ** 1.5
             seen = BIN_VOLUME * np.exp(-chroma) * (plain + other)
             trust = config.background_trust * count / (count + 0.1 + model.misplacement)
             p_background = trust * seen + (1 - trust) * p_background

@@ -180,21 +180,3 @@ def test_small_masks_teach_nothing() -> None:
     assert state.teaches(prior, prior)
     assert not state.teaches(ellipse(100, 120, 30), prior)
     assert not state.teaches(np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8))
-
-
-def test_what_a_mask_misses_is_no_colour_of_known_surroundings() -> None:
-    """Black shoes on known ground are not learnt as ground."""
-    lab = np.full((*SHAPE, 3), (150, 128, 128), np.uint8)
-    lab[165:170, 90:110] = (20, 128, 128)
-    mask = ellipse(100, 110, 100)
-    both = []
-    for known in (False, True):
-        state = person()
-        window = state.window(SHAPE)
-        strange = np.zeros(SHAPE, np.uint8)
-        strange[165:170, 90:110] = known
-        state.learn_colours(lab[window], window, mask, None, 1.0, strange[window])
-        index = colour_bins(lab[165:166, 100:101])[0, 0]
-        both.append(state.surroundings.table[index].max())
-    assert both[0] > 10 * both[1]
-    assert both[1] == pytest.approx(TrackingConfig().colour_floor)
