@@ -106,4 +106,6 @@ def test_parts_apart_from_the_template_tell_nothing_of_the_body() -> None:
     np.testing.assert_array_equal(without_parts_apart(mask, template, 80), body)
     assert without_parts_apart(mask, None, 80) is mask
     assert without_parts_apart(mask, np.zeros_like(mask), 80) is mask
-    assert without_parts_apart(mask, np.roll(template, 60, axis=0), 20) is mask
+    elsewhere = np.zeros_like(mask)
+    elsewhere[95:, :5] = 255
+    assert without_parts_apart(mask, elsewhere, 80) is mask
