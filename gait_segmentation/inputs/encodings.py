@@ -27,6 +27,7 @@ __all__ = [
     'pixels',
     'read_bgr',
     'read_compressed',
+    'read_depth',
     'read_heat_map',
     'read_mono8',
 ]
@@ -89,6 +90,9 @@ ENCODINGS: dict[str, Encoding] = {
     **{f'bayer_{pattern}16': Encoding(1, code, 2) for pattern, code in _BAYER.items()},
 }
 """The encodings that can be read; 8UC3 is taken for BGR, and 16 bits for their upper 8."""
+
+_FLOATS = Encoding(1, None, 4)
+"""``32FC1``, which no image of a camera has: heat maps and depths."""
 
 
 def pixels(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8] | NDArray[np.uint16]:
@@ -190,7 +194,7 @@ def read_heat_map(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uin
     :raises InputError: see :func:`pixels` and :func:`heat_map_of`.
     """
     if message.encoding == '32FC1':
-        return heat_map_of(_samples(message, Encoding(1, None, 4), 'f', most))
+        return heat_map_of(_samples(message, _FLOATS, 'f', most))
     if message.encoding not in ('mono8', '8UC1', 'mono16'):
         raise InputError(
             'heat map encoding must be mono8, 8UC1, mono16 or 32FC1, got '
@@ -223,3 +227,24 @@ def claimed_shape(message: ImageLike) -> tuple[int, int] | None:
     """
     shape = (message.height, message.width)
     return shape if 0 < shape[0] * shape[1] <= min(MOST_PIXELS, len(message.data)) else None
+
+
+def read_depth(
+    message: ImageLike, most: int = MOST_PIXELS
+) -> NDArray[np.uint16] | NDArray[np.float32]:
+    """
+    View a depth image of ``16UC1``, ``mono16`` or ``32FC1``, without copying it if it can be.
+
+    :param most: pixels it may have.
+    :returns: (height, width) uint16 in millimetres or float32 in metres.
+    :raises InputError: see :func:`pixels`.
+    """
+    if message.encoding == '32FC1':
+        view = _samples(message, _FLOATS, 'f', most)
+    elif message.encoding in ('16UC1', 'mono16'):
+        view = _samples(message, Encoding(1, None, 2), 'u', most)
+    else:
+        raise InputError(
+            f'its encoding must be one of 16UC1, mono16, 32FC1, got {message.encoding[:_SHOWN]!r}'
+        )
+    return view.astype(view.dtype.newbyteorder('='), copy=False)

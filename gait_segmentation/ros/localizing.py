@@ -18,6 +18,7 @@ from visualization_msgs.msg import ImageMarker, MarkerArray
 
 from gait_segmentation.errors import GaitSegmentationError, InputError
 from gait_segmentation.geometry import Box
+from gait_segmentation.inputs.encodings import read_depth
 from gait_segmentation.localization import (
     CameraPose,
     LocalizationConfig,
@@ -47,9 +48,8 @@ if TYPE_CHECKING:
 
     from gait_segmentation.ros.lifecycle import GaitNode
 
-__all__ = ['Localizing', 'PeopleOutputs', 'read_camera', 'read_depth']
+__all__ = ['Localizing', 'PeopleOutputs', 'read_camera']
 
-_DEPTHS = {'16UC1': 'u2', 'mono16': 'u2', '32FC1': 'f4'}
 _DISTORTIONS = ('', 'plumb_bob', 'rational_polynomial')
 _KEPT = 40
 """Depth images kept while the mask of their frame has not come."""
@@ -241,29 +241,3 @@ def read_camera(message: CameraInfo, rectified: bool = False) -> PinholeCamera:
     return PinholeCamera(
         message.width, message.height, fx, fy, cx, cy, tuple(map(float, distortion))
     )
-
-
-def read_depth(message: Image) -> NDArray[np.uint16] | NDArray[np.float32]:
-    """
-    View a depth image, without copying it where its byte order allows.
-
-    :returns: (height, width) uint16 in millimetres or float32 in metres.
-    :raises InputError: if the encoding is another, or the data too short.
-    """
-    if message.encoding not in _DEPTHS:
-        raise InputError(
-            f'its encoding must be one of {", ".join(_DEPTHS)}, got {message.encoding[:40]!r}'
-        )
-    kind = np.dtype(('>' if message.is_bigendian else '<') + _DEPTHS[message.encoding])
-    row = message.width * kind.itemsize
-    needed = message.step * (message.height - 1) + row
-    if message.step < row or not row or len(message.data) < needed:
-        raise InputError(
-            f'of {message.width} x {message.height} pixels of {message.encoding} it must have '
-            f'steps of at least {row} bytes and {needed} bytes, got {message.step} and '
-            f'{len(message.data)}'
-        )
-    data = np.frombuffer(message.data, np.uint8).data
-    strides = (message.step, kind.itemsize)
-    view = np.ndarray((message.height, message.width), kind, data, 0, strides)
-    return view.astype(kind.newbyteorder('='), copy=False)

@@ -134,7 +134,7 @@ class TrackOutputs(_Outputs):
 
 
 class MatchOutputs(_Outputs):
-    """Body, matched box, shape prior and gait of every slot."""
+    """Matched box, refined box, shape prior and gait of every slot."""
 
     def __init__(self, node: GaitNode, slots: int) -> None:
         """Make the publishers."""

@@ -136,7 +136,11 @@ UNUSABLE = {
     'depth size': (info(), {'width': 80, 'step': 160}, 'the size of the image, 160 x 120, got 80'),
     'frame': (info(), {'header': header(0)}, "its frame_id is 'depth', the image's 'head_camera'"),
     'encoding': (info(), {'encoding': 'rgb8'}, "16UC1, mono16, 32FC1, got 'rgb8'"),
-    'short': (info(), {'data': b'123'}, 'and 38400 bytes, got 320 and 3'),
+    'short': (
+        info(),
+        {'data': b'123'},
+        'at least 38400 bytes for 160 x 120 pixels of 16UC1 with step 320, got 3',
+    ),
     'late': (info(), {'header': header(9)}, 'the nearest of the last is 0.300 s apart'),
 }
 UNUSABLE['frame'][1]['header'].frame_id = 'depth'

@@ -20,7 +20,7 @@ from gait_segmentation.starting.finding.scene import MotionScene, SceneFrame
 from gait_segmentation.starting.finding.watch import light_bank
 from gait_segmentation.starting.finding.watching import LEAST_SIGHTINGS, TALL, Watching
 from gait_segmentation.tracking.picture.exposure import Exposure
-from gait_segmentation.tracking.picture.working import WorkingImage
+from gait_segmentation.tracking.picture.working import WorkingImage, working_shape
 
 __all__ = ['WalkerFinder']
 
@@ -96,7 +96,7 @@ class WalkerFinder:
         if self._scene is not None and 0 <= pause < _LEAST_PERIOD_S and size == self._size:
             return []
         scale = self._scale(size)
-        shape = max(1, round(size[0] * scale)), max(1, round(size[1] * scale))
+        shape = working_shape(*size, scale)
         if self._scene is None or size != self._size or not 0 < pause < _PAUSE_S:
             self.reset()
             self._scene, self._past, self._size = MotionScene(shape), Past(size), size

@@ -21,7 +21,7 @@ from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.background.registration import remaining_shift
 from gait_segmentation.tracking.picture.contrast import Contrast
 from gait_segmentation.tracking.picture.exposure import Exposure
-from gait_segmentation.tracking.picture.working import WorkingImage
+from gait_segmentation.tracking.picture.working import WorkingImage, working_shape
 
 __all__ = ['Past']
 
@@ -48,7 +48,7 @@ class Past:
     def __init__(self, source: tuple[int, int]) -> None:
         """Know nothing yet of images of (H, W)."""
         scale = min(1.0, _LARGEST / max(source))
-        self._shape = max(1, round(source[0] * scale)), max(1, round(source[1] * scale))
+        self._shape = working_shape(*source, scale)
         self._exposure, self._contrast = Exposure(), Contrast()
         self._model = BackgroundModel(self._shape)
         self._motion = WorldMotion()
