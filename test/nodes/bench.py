@@ -82,9 +82,9 @@ class Bench:
         self._bank_file = bank_file
 
     def close(self) -> None:
-        for node in self.nodes:
-            node.close()
-            node.destroy_node()
+        while self.nodes:
+            self.nodes[-1].close()
+            self.nodes.pop().destroy_node()
         self.executor.shutdown()
         self.probe.destroy_node()
         rclpy.try_shutdown(context=self.context)

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
+TIMEOUT_S = 300
 BEGIN = """
 import os, sys, time
 from gait_segmentation.ros import participant
@@ -26,7 +27,9 @@ from rclpy.node import Node
 mine = participant.take_part(['given', 'later'])
 node = Node('walker', use_global_arguments=False)
 def seen():
-    return sorted(each.replace(str(os.getpid()), 'PID') for each in node.get_node_names())
+    # Others may be in the domain.
+    names = [each.replace(str(os.getpid()), 'PID') for each in node.get_node_names()]
+    return sorted({'_gait_PID', 'walker'} & set(names))
 print(seen())
 mine.has_node()
 while len(seen()) > 1:
@@ -56,6 +59,7 @@ def run(script: str) -> list[str]:
         env={**os.environ, 'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'},
         capture_output=True,
         text=True,
+        timeout=TIMEOUT_S,
     )
     assert done.returncode == 0, done.stderr
     return done.stdout.splitlines()
