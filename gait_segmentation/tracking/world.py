@@ -154,7 +154,7 @@ class World:
             shift = remaining_shift(background.sums, _lab_of(frame, about), people, about)
             motion = motion if shift is None else motion.then(*shift)
         if shift is not None or windows != about:
-            background = self._background.ahead([*self._steps, motion], windows, background)
+            background = self._background.ahead([*self._steps, motion], windows)
         blank = frame.pyramid.is_blank
         if not blank and self._is_other(frame, background, people, windows):
             if self.history and frame.pyramid.resembles(self.history[-1].image.pyramid):
@@ -162,7 +162,7 @@ class World:
             else:
                 blank, motion = True, WorldMotion()
                 self._estimator.leave_out()
-                background = self._background.ahead(self._steps, windows, background)
+                background = self._background.ahead(self._steps, windows)
         version = self._background.version
         record = Record(frame, motion, background, version, windows, blank=blank)
         self.pending.append(record)

@@ -23,7 +23,7 @@ from gait_segmentation.tracking.background.kernels import (
     update_sums,
     weigh,
 )
-from gait_segmentation.tracking.background.resampling import resample
+from gait_segmentation.warping import warp_window
 
 __all__ = ['BackgroundModel']
 
@@ -60,8 +60,6 @@ class BackgroundModel:
         self.sums = np.zeros((*shape, 4), np.float32)
         self.sigma = _SIGMA_START
         self.misplacement = 0.0
-        # Outside of these all is unknown; anything may be known if it is None.
-        self._known: list[Window] | None = None
 
     @property
     def count(self) -> NDArray[np.float32]:
@@ -147,7 +145,6 @@ class BackgroundModel:
         """Take over what another model of the same frame and size knows better."""
         if not np.any(self.count):
             self.sigma = other.sigma
-        self._known = None
         more = other.count > self.count
         self.sums[more] = other.sums[more]
 
@@ -161,60 +158,30 @@ class BackgroundModel:
         return other
 
     def moved(
-        self,
-        steps: Sequence[WorldMotion],
-        windows: Sequence[Window] | None = None,
-        *,
-        into: BackgroundModel | None = None,
+        self, steps: Sequence[WorldMotion], windows: Sequence[Window] | None = None
     ) -> BackgroundModel:
         """
-        Return the model as it looks after some motions of the world; this one stays.
+        Return the model as it looks after some motions of the world; this one if it stays.
 
-        :param steps: motions as for :meth:`move`, oldest first.
+        :param steps: from each frame to the next, oldest first.
         :param windows: the rows and columns to keep, all if None.
-        :param into: a model of the same size that is no longer needed, to be filled in anew.
         """
         moves = sum(step.camera is not None for step in steps)
         if moves == 0:
             return self
-        other = BackgroundModel((0, 0)) if into is None or into is self else into
-        self._carry(WorldMotion.over(steps), _WARP_DECAY**moves, windows, other)
+        other = BackgroundModel(self.sums.shape[:2])
+        other.sigma, other.misplacement = self.sigma, self.misplacement
+        motion, decay = WorldMotion.over(steps).transform, np.float32(_WARP_DECAY**moves)
+        for window in self._all if windows is None else windows:
+            # Linear interpolation, frame after frame, would take the contrast out of fine stripes,
+            # which then differ from every new frame.
+            part = warp_window(self.sums, motion, window, cv2.BORDER_CONSTANT, cv2.INTER_CUBIC)
+            np.multiply(np.maximum(part, 0, out=part), decay, out=other.sums[window])
         return other
-
-    def move(self, motion: WorldMotion, windows: Sequence[Window] | None = None) -> None:
-        """
-        Carry the model along with the world.
-
-        :param motion: from the last frame to this one; nothing is resampled if it did not move.
-        :param windows: the rows and columns to keep, all if None; when nothing moves, all are.
-        """
-        self.sums = self.moved([motion], windows).sums
 
     @property
     def _all(self) -> list[Window]:
         return [(slice(0, self.sums.shape[0]), slice(0, self.sums.shape[1]))]
-
-    def _carry(
-        self,
-        motion: WorldMotion,
-        decay: float,
-        windows: Sequence[Window] | None,
-        other: BackgroundModel,
-    ) -> None:
-        """Fill another model in with this one as it looks after a motion."""
-        wanted = None if windows is None else list(windows)
-        if other.sums.shape != self.sums.shape:
-            # Not zeros_like, which fills what calloc would leave to be filled when touched.
-            other.sums = np.zeros(self.sums.shape, np.float32)
-        elif wanted is not None and other._known != wanted:
-            # What is filled in below need not be emptied.
-            for window in self._all if other._known is None else other._known:
-                for part in _outside(window, wanted):
-                    other.sums[part] = 0
-        other._known = wanted
-        other.sigma, other.misplacement = self.sigma, self.misplacement
-        for window in self._all if windows is None else windows:
-            resample(self.sums, motion.transform, decay, window, other.sums)
 
     def learn(
         self,
@@ -229,10 +196,6 @@ class BackgroundModel:
         :param person: (h, w) uint8, non-zero where a person may be: not learnt.
         :param windows: the rows and columns to learn, disjoint; all if None.
         """
-        if windows is None:
-            self._known = None
-        elif self._known is not None and self._known != windows:
-            self._known = [_about([*self._known, *windows])]
         for part in self._all if windows is None else windows:
             update_sums(self.sums, lab, person, *_bounds(part))
 
@@ -271,34 +234,6 @@ class BackgroundModel:
         spread = 1.4826 * median
         measured = min(max(spread**2 - _NOISE_PLACE**2, 0.0) ** 0.5, _PLACE_MOST)
         self.misplacement += _PLACE_RATE * (measured - self.misplacement)
-
-
-def _outside(window: Window, others: Sequence[Window]) -> list[Window]:
-    """Return parts of a window that hold at least what is in none of some others."""
-    top, bottom, left, right = _bounds(window)
-    for other in others:
-        first, last, start, stop = _bounds(other)
-        first, last, start, stop = (
-            max(first, top),
-            min(last, bottom),
-            max(start, left),
-            min(stop, right),
-        )
-        if first < last and start < stop:
-            rows, columns = slice(first, last), slice(left, right)
-            return [
-                (slice(top, first), columns),
-                (slice(last, bottom), columns),
-                (rows, slice(left, start)),
-                (rows, slice(stop, right)),
-            ]
-    return [window]
-
-
-def _about(windows: Sequence[Window]) -> Window:
-    """Return the rows and columns that hold all of some windows, at least one."""
-    tops, bottoms, lefts, rights = zip(*(_bounds(window) for window in windows), strict=True)
-    return slice(min(tops), max(bottoms)), slice(min(lefts), max(rights))
 
 
 def _bounds(window: Window) -> tuple[int, int, int, int]:
