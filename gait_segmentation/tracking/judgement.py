@@ -211,9 +211,8 @@ def _add_spread(
         return
     logit += np.float32(config.spread_weight * share) * spread_evidence(
         lab,
-        record.background.sums,
+        record.background,
         window,
-        record.background.sigma,
         moving[1],
         template,
         person.height,

@@ -218,13 +218,6 @@ def familiar() -> World:
     return made
 
 
-def test_a_tremble_of_the_camera_is_registered() -> None:
-    step = np.array([[1.0, 0, 0.18], [0, 1.0, 0]])
-    image = cv2.warpAffine(wall(), step, SOURCE[::-1], borderMode=cv2.BORDER_REPLICATE)
-    motion = familiar().advance(image, 10**8, (), camera=True)
-    assert motion.carry(100, 50)[0] > 100.1
-
-
 def test_what_was_remembered_is_known_in_all_frames_that_wait() -> None:
     made = world()
     for number in range(3):

@@ -13,13 +13,9 @@ from numpy.typing import NDArray
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.background.kernels import (
-    PLACE_STEPS,
+    LIMIT,
     SURE_COUNT,
-    compare,
-    count_agreeing,
-    count_misplacements,
-    count_residuals,
-    place_in,
+    sample_residuals,
     update_sums,
     weigh,
 )
@@ -29,8 +25,7 @@ __all__ = ['BackgroundModel']
 
 _WARP_DECAY = 0.98
 _LEAST_SAMPLES = 50
-_CONTRADICTION = 4.0
-"""Distance from what is sure to be there, in ``sigma``, that tells something else is there now."""
+_SAMPLE_STEP = 3
 
 _STEEP = 4.0
 """Slope per pixel, in ``sigma``, from which residuals tell of a wrong place."""
@@ -39,6 +34,9 @@ _NOISE_PLACE, _PLACE_MOST = 0.25, 1.5
 """What noise alone makes of steep pixels, and the most that is believed, in pixels."""
 
 _PLACE_RATE = 0.5
+
+_OF_MEDIAN = 1.4826
+"""Standard deviation of normal residuals over the median of their absolute values."""
 
 _SIGMA_START, _SIGMA_LOW, _SIGMA_HIGH = 5.0, 2.5, 14.0
 
@@ -82,17 +80,11 @@ class BackgroundModel:
         self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
     ) -> NDArray[np.uint8]:
         """
-        Return where a frame does not look like the known background, (h, w) uint8 0/1.
+        Return where a frame surely does not look like the known background, (h, w) uint8 0/1.
 
-        :param lab: (h, w, 3) uint8, the window of the frame.
-        :param window: its rows and columns.
-        :param shadow_floor: darkest shadow, as a share of the lightness; shadows are background.
+        :param lab, window, shadow_floor: see :meth:`evidence`.
         """
-        out = np.empty(lab.shape[:2], np.uint8)
-        bound = _CONTRADICTION * self.sigma
-        sums, top, left = self.part(window)
-        compare(sums, lab, top, left, bound, shadow_floor, out)
-        return out
+        return (self._weighed(lab, window, shadow_floor) >= LIMIT).view(np.uint8)
 
     def evidence(
         self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
@@ -107,6 +99,13 @@ class BackgroundModel:
         :param window: its rows and columns.
         :param shadow_floor: darkest shadow, as a share of the lightness.
         """
+        count = self.count[window]
+        return self._weighed(lab, window, shadow_floor) * (count / (count + 1))
+
+    def _weighed(
+        self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
+    ) -> NDArray[np.float32]:
+        """Return the evidence, however often pixels were seen, if they are known at all."""
         out = np.empty(lab.shape[:2], np.float32)
         sums, top, left = self.part(window)
         weigh(sums, lab, top, left, self.sigma, shadow_floor, out)
@@ -122,12 +121,14 @@ class BackgroundModel:
         :param person: (h, w) uint8, non-zero where a person may be.
         :param windows: the rows and columns to look at.
         """
-        bound = _CONTRADICTION * self.sigma
-        counts = [
-            count_agreeing(self.sums, lab, person, *_bounds(part), bound) for part in windows
-        ]
-        total, agreeing = (sum(each) for each in zip(*counts, strict=True))
-        return agreeing / total if total >= _LEAST_SAMPLES else None
+        total = other = 0
+        for window in windows:
+            every = _every(window, _SAMPLE_STEP)
+            sure = self.is_sure(every) & (person[every] == 0)
+            strange = self.contradicted(np.ascontiguousarray(lab[every]), every, 1.0)
+            total += np.count_nonzero(sure)
+            other += np.count_nonzero(strange[sure])
+        return 1 - other / total if total >= _LEAST_SAMPLES else None
 
     def is_sure(self, window: Window) -> NDArray[np.bool_]:
         """Return which pixels of a window were seen often enough to be sure, (h, w)."""
@@ -211,29 +212,36 @@ class BackgroundModel:
         :param person: (h, w) uint8, non-zero where a person may be.
         :param windows: the rows and columns to look at.
         """
-        histogram = np.zeros(4 * 256, np.int64)
-        total = 0
-        for part in windows:
-            total += count_residuals(self.sums, lab, person, *_bounds(part), histogram)
-        if total < _LEAST_SAMPLES:
+        if not windows:
             return
-        spread = 1.2 * 1.4826 * (place_in(histogram, 1.5 * total) + 0.5) / 4 + 1.5
+        size = sum(self.sums[window].size for window in windows)
+        residuals, places = np.empty(size, np.float32), np.empty(size, np.float32)
+        found = steeps = 0
+        for window in windows:
+            more, steeper = sample_residuals(
+                self.sums,
+                lab,
+                person,
+                *_bounds(window),
+                _STEEP * self.sigma,
+                residuals[found:],
+                places[steeps:],
+            )
+            found, steeps = found + more, steeps + steeper
+        if found < 3 * _LEAST_SAMPLES:
+            return
+        spread = 1.2 * _OF_MEDIAN * float(np.median(residuals[:found])) + 1.5
         self.sigma = min(max(0.9 * self.sigma + 0.1 * spread, _SIGMA_LOW), _SIGMA_HIGH)
-        self._measure_misplacement(lab, person, windows)
+        if steeps >= _LEAST_SAMPLES:
+            spread = _OF_MEDIAN * float(np.median(places[:steeps]))
+            measured = min(max(spread**2 - _NOISE_PLACE**2, 0.0) ** 0.5, _PLACE_MOST)
+            self.misplacement += _PLACE_RATE * (measured - self.misplacement)
 
-    def _measure_misplacement(
-        self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
-    ) -> None:
-        histogram = np.zeros(4 * PLACE_STEPS, np.int64)
-        total, least = 0, _STEEP * self.sigma
-        for part in windows:
-            total += count_misplacements(self.sums, lab, person, *_bounds(part), least, histogram)
-        if total < _LEAST_SAMPLES:
-            return
-        median = (place_in(histogram, 0.5 * total) + 0.5) / PLACE_STEPS
-        spread = 1.4826 * median
-        measured = min(max(spread**2 - _NOISE_PLACE**2, 0.0) ** 0.5, _PLACE_MOST)
-        self.misplacement += _PLACE_RATE * (measured - self.misplacement)
+
+def _every(window: Window, step: int) -> Window:
+    """Return some of the rows and columns of a window."""
+    rows, columns = window
+    return slice(rows.start, rows.stop, step), slice(columns.start, columns.stop, step)
 
 
 def _bounds(window: Window) -> tuple[int, int, int, int]:
