@@ -20,7 +20,6 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.judgement import carried_template, judge
 from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
 from gait_segmentation.tracking.mean_shift import mean_shift
-from gait_segmentation.tracking.nearness import REACH, by_distance
 from gait_segmentation.tracking.person.learning import WholeArea
 from gait_segmentation.tracking.person.person import Person, new_colours
 from gait_segmentation.tracking.records import Record, Shift
@@ -281,7 +280,7 @@ class Target:
         record, window = self.world.now, claim.window
         won = likelihood[window] > 127
         reach = _GROWTH * self.person.height
-        won &= by_distance(claim.near, won.shape, 1.0, -REACH * self.person.height, 0.0) > -reach
+        won &= claim.near > -reach
         other = record.strange(window, self.config.shadow_floor) > 0
         won &= other | ~record.background.is_sure(window)
         mask = np.uint8(255) * won.view(np.uint8)

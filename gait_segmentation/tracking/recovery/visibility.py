@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window
-from gait_segmentation.tracking.nearness import Nearness
 from gait_segmentation.tracking.person.extent import extent_of
 
 __all__ = [
@@ -144,7 +143,7 @@ class Visibility:
 def visible_box(
     values: NDArray[np.uint8],
     mask: NDArray[np.uint8],
-    near: Nearness | None,
+    near: NDArray[np.float32],
     window: Window,
     height: float,
 ) -> Box | None:
@@ -153,19 +152,18 @@ def visible_box(
 
     :param values: (h, w) uint8 likelihood of the window.
     :param mask: (h, w) uint8 0/255 of the same pixels, what of the person is not hidden.
-    :param near: how near they are to where the person is expected, None if that is elsewhere.
+    :param near: (h, w) float32, how far they are from the outline of the person expected,
+        positive inside.
     :param window: the window's rows and columns in the image.
     :param height: of the body in pixels.
     """
-    if near is None:
-        return None
-    likely = (values[near.part] > 127) & (near.distance >= -max(1.0, _BOX_MARGIN * height))
+    likely = (values > 127) & (near >= -max(1.0, _BOX_MARGIN * height))
     if np.count_nonzero(likely) < max(1.0, LOST_BELOW * cv2.countNonZero(mask)):
         return None
     extent = extent_of(likely.view(np.uint8), (0.0, 0.0), 0.0)
     return Box(
-        window[1].start + near.part[1].start + extent.left,
-        window[0].start + near.part[0].start + extent.top,
+        window[1].start + extent.left,
+        window[0].start + extent.top,
         extent.right - extent.left,
         extent.bottom - extent.top,
     )
