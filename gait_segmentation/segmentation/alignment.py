@@ -31,8 +31,8 @@ about as far as one body height of shift."""
 _STEP, _FARTHEST = 0.02, 0.15
 """First step and largest change of each, in these spans."""
 
-_HALVINGS, _ROUNDS = 2, 8
-"""How often the steps are halved, and how often all axes are tried at most."""
+_HALVINGS = 2
+"""How often the steps are halved."""
 
 _EVERY = 3
 """Every third row is enough for the fit."""
@@ -151,7 +151,7 @@ def _search(
     most = _gain(sums, runs, counts, center, best)
     step = _STEP * spans
     halved = 0
-    for _ in range(_ROUNDS):
+    while True:
         better = False
         for axis in range(5):
             for sign in (-1.0, 1.0):

@@ -26,10 +26,13 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, overlap, signed_distance, within
 
-__all__ = ['Claim', 'compete', 'leave_to']
+__all__ = ['REACH', 'Claim', 'compete', 'leave_to']
 
-_FARTHEST, _REACH = -6.0, 0.12
-"""Log ratio that falls off, and up to where in body heights: there somebody ceases to compete."""
+_FARTHEST = -6.0
+"""Log ratio that falls off up to :data:`REACH`, where somebody ceases to compete."""
+
+REACH = 0.12
+"""How far about the outline of a person it is asked whose pixels are, in body heights."""
 
 _REFUSED = np.float32(-0.5)
 """Log ratio of a pixel for those who do not get it though they find it likely."""
@@ -137,4 +140,4 @@ def _settle(
 def _falloff(claim: Claim, near: NDArray[np.float32] | None = None) -> NDArray[np.float32]:
     """Return g: 0 where the person is expected, falling off with the distance from there."""
     near = claim.near if near is None else near
-    return np.clip(near * np.float32(-_FARTHEST / (_REACH * claim.height)), _FARTHEST, 0)
+    return np.clip(near * np.float32(-_FARTHEST / (REACH * claim.height)), _FARTHEST, 0)

@@ -26,19 +26,22 @@ __all__ = ['carried_template', 'judge']
 _LEAST_MOTION = 0.02
 """Motion of the body relative to the world that the cue needs, in body heights."""
 
-_FADE, _FADED = 10.0, 0.05
+_FADE = 10
 """
 Masks after which spread evidence weighs 1/e of what it does at first, or when somebody was found
-again, since what surrounds the person is known better then; and the share at which it is left out.
+again, since what surrounds the person is known better then.
 """
 
 _UNCOVERED = -1.0
 """Evidence from motion (-2..2) where the body has uncovered the world."""
 
-_FOUND, _SETTLED = 4, 20
+_FOUND = 4
+"""Masks after which what the first one missed has mostly been found by its motion."""
+
+_SETTLED = 2 * _FADE
 """
-Masks after which what the first one missed has mostly been found by its motion, and until which
-there may be ghosts: later a body that was hidden would be taken for one when it comes forth.
+Masks until which there may be ghosts: later a body that was hidden would be taken for one when it
+comes forth.
 """
 
 _UNSEEN = 0.5
@@ -193,7 +196,7 @@ def _add_spread(
     share = math.exp(-person.learnt_anew / _FADE)
     record = world.now
     moving = record.moving.get(person.track_id)
-    if share < _FADED or moving is None or not config.spread_weight:
+    if person.learnt_anew > _SETTLED or moving is None or not config.spread_weight:
         return
     template = carried_template(person, world, window)
     if template is None:

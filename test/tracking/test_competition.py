@@ -12,7 +12,7 @@ from gait_segmentation.images import signed_distance
 from gait_segmentation.tracking.competition import (
     _FARTHEST,
     _NEARER,
-    _REACH,
+    REACH,
     Claim,
     _falloff,
     compete,
@@ -120,7 +120,7 @@ def test_what_is_expected_falls_off_with_the_distance_from_the_mask(
     logit = np.zeros((60, 40), np.float32)
     one = Claim(everywhere, logit, mask, signed_distance(mask > 127), 50.0, height, False)
     distance = cv2.distanceTransform(255 - mask, cv2.DIST_L2, 3)
-    expected = np.maximum(_FARTHEST * distance / (_REACH * height), _FARTHEST)
+    expected = np.maximum(_FARTHEST * distance / (REACH * height), _FARTHEST)
     np.testing.assert_allclose(_falloff(one), expected, atol=1e-2)
     nowhere = Claim(everywhere, logit, mask * 0, signed_distance(mask > 255), 50.0, height, False)
     assert (_falloff(nowhere) == _FARTHEST).all()

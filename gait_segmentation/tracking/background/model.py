@@ -174,10 +174,8 @@ class BackgroundModel:
         other.sigma, other.misplacement = self.sigma, self.misplacement
         motion, decay = WorldMotion.over(steps).transform, np.float32(_WARP_DECAY**moves)
         for window in self._all if windows is None else windows:
-            # Linear interpolation, frame after frame, would take the contrast out of fine stripes,
-            # which then differ from every new frame.
-            part = warp_window(self.sums, motion, window, cv2.BORDER_CONSTANT, cv2.INTER_CUBIC)
-            np.multiply(np.maximum(part, 0, out=part), decay, out=other.sums[window])
+            part = warp_window(self.sums, motion, window, cv2.BORDER_CONSTANT)
+            np.multiply(part, decay, out=other.sums[window])
         return other
 
     @property

@@ -25,14 +25,12 @@ from gait_segmentation.images import Window
 from gait_segmentation.kernels import kernel
 from gait_segmentation.tracking.background.kernels import LIMIT
 from gait_segmentation.tracking.background.model import BackgroundModel
+from gait_segmentation.tracking.competition import REACH
 
 __all__ = ['spread_evidence']
 
 _MOTION_SHARE = 0.7
 """How sure the motion cue is against a background that is known well."""
-
-_REACH = 0.12
-"""How far evidence reaches in an even area, in body heights."""
 
 _NOISE, _EDGE = 1.0, 10.0
 """Change of Lab from pixel to pixel that is none, and that divides the reach by e^1.4."""
@@ -144,7 +142,7 @@ def spread_evidence(
     :param shadow_floor: darkest shadow, as a share of the lightness.
     """
     evidence, sureness = _seeds(lab, background, window, moving, shadow_floor)
-    _smooth(evidence, sureness, *_links(lab, _REACH * height))
+    _smooth(evidence, sureness, *_links(lab, REACH * height))
     value = evidence / (sureness + np.float32(_DOUBT))
     likely = template * np.float32(1 / 255)
     value *= np.where(value > 0, np.float32(_PERSON_SHARE) * likely, 1 - likely)

@@ -13,13 +13,13 @@ from gait_segmentation.results import Feedback
 from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.person.person import Person
 
-__all__ = ['WholeArea', 'grown', 'working_masks']
+__all__ = ['MARGIN', 'WHOLE', 'WholeArea', 'grown', 'working_masks']
 
-_MARGIN = 0.02
-"""Margin about the mask that is not learnt as background, in body heights."""
+MARGIN = 0.02
+"""How far a mask may be off, in body heights: so far about it no background is learnt."""
 
-_WHOLE = 0.75
-"""Share of the usual area from which a mask shows all of the person."""
+WHOLE = 0.75
+"""Share of the usual area from which a mask shows all of the person, and so is followed."""
 
 _JOINED = 1.3
 """The same from which it shows somebody else, too, who is near."""
@@ -56,7 +56,7 @@ def grown(
     :param height: of the body in pixels.
     :param bounds: of the mask, if they are known.
     """
-    size = 2 * max(1, round(_MARGIN * height)) + 1
+    size = 2 * max(1, round(MARGIN * height)) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     x, y, width, tall = bounding_box(mask) if bounds is None else bounds
     part = (
@@ -92,7 +92,7 @@ class WholeArea:
         if not alone and self.share > _JOINED:
             return False
         self._usual += _AREA_RATE * (area - self._usual)
-        return self.share >= _WHOLE
+        return self.share >= WHOLE
 
 
 def _area(mask: NDArray[np.uint8], person: Person) -> float:
