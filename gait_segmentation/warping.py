@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -14,16 +16,19 @@ from gait_segmentation.images import Window
 __all__ = ['warp_window']
 
 
+_Pixel = TypeVar('_Pixel', np.uint8, np.float32)
+
+
 def warp_window(
-    image: NDArray[np.uint8],
+    image: NDArray[_Pixel],
     motion: NDArray[np.float64],
     window: Window,
     border: int = cv2.BORDER_REPLICATE,
-) -> NDArray[np.uint8]:
+) -> NDArray[_Pixel]:
     """
     Warp an image by a transform of positions and return a window of the result.
 
-    :param image: (H, W) or (H, W, C) uint8.
+    :param image: (H, W) or (H, W, C) uint8 or float32.
     :param motion: 2 x 3 transform of positions from the image to the result.
     :param window: the rows and columns to compute.
     :param border: what lies outside of the image, a ``cv2.BORDER_`` constant.
@@ -35,7 +40,7 @@ def warp_window(
     size = (columns.stop - columns.start, rows.stop - rows.start)
     if min(size) <= 0:
         # OpenCV would take the image's size.
-        return np.empty((max(size[1], 0), max(size[0], 0), *image.shape[2:]), np.uint8)
+        return np.empty((max(size[1], 0), max(size[0], 0), *image.shape[2:]), image.dtype)
     matrix = pixel_affine(motion)
     matrix[:, 2] -= (columns.start, rows.start)
     return np.asarray(

@@ -56,11 +56,6 @@ class WorldMotion:
         """Return how the world moved from the later frame to the earlier one."""
         return self if self.camera is None else WorldMotion(invert(self.camera))
 
-    def then(self, dx: float, dy: float) -> WorldMotion:
-        """Return the motion with a further shift of the world."""
-        shift = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
-        return WorldMotion(compose(shift, self.transform))
-
     def warped(
         self, image: NDArray[np.uint8], window: Window, border: int = cv2.BORDER_REPLICATE
     ) -> NDArray[np.uint8]:

@@ -31,8 +31,8 @@ about as far as one body height of shift."""
 _STEP, _FARTHEST = 0.02, 0.15
 """First step and largest change of each, in these spans."""
 
-_HALVINGS, _ROUNDS = 2, 8
-"""How often the steps are halved, and how often all axes are tried at most."""
+_HALVINGS = 2
+"""How often the steps are halved."""
 
 _EVERY = 3
 """Every third row is enough for the fit."""
@@ -42,7 +42,6 @@ def align(
     template: NDArray[np.uint8],
     likelihood: NDArray[np.uint8],
     body: BodyFrame,
-    stiffness: float,
 ) -> tuple[NDArray[np.uint8], BodyFrame]:
     """
     Return a template laid more closely onto the likelihood, and the body there.
@@ -50,8 +49,6 @@ def align(
     :param template: (h, w) uint8, the placed template in a window, 255 inside.
     :param likelihood: (h, w) uint8, 255 = surely person.
     :param body: the body in the window's pixels.
-    :param stiffness: what a change costs: its square times this, in squared body heights of
-        surely likely pixels.
     :returns: (h, w) uint8, soft edge, and the body in the window's pixels.
     """
     # One compiled version for parts of images and whole ones.
@@ -64,8 +61,7 @@ def align(
     unit = body.height
     spans = _SPANS * np.array([unit, unit, 1.0, 1.0, 1.0])
     center = (float(body.center_x), float(body.center_y))
-    cost = 255 * stiffness * unit**2 / _EVERY
-    right, down, wider, taller, slant = _search(sums, runs, counts, center, spans, cost).tolist()
+    right, down, wider, taller, slant = _search(sums, runs, counts, center, spans).tolist()
     wide, tall = 1 + wider, 1 + taller
     turn = np.array([[wide, slant * tall], [0, tall]])
     middle = np.array(center)
@@ -142,21 +138,20 @@ def _gain(
     return float(total)
 
 
-@kernel('i4[:,::1], i4[:,:,::1], i4[::1], UniTuple(f8, 2), f8[::1], f8')
+@kernel('i4[:,::1], i4[:,:,::1], i4[::1], UniTuple(f8, 2), f8[::1]')
 def _search(
     sums: NDArray[np.int32],
     runs: NDArray[np.int32],
     counts: NDArray[np.int32],
     center: tuple[float, float],
     spans: NDArray[np.float64],
-    cost: float,
 ) -> NDArray[np.float64]:
     """Climb along one axis after the other, in steps that get smaller."""
     best = np.zeros(5)
     most = _gain(sums, runs, counts, center, best)
     step = _STEP * spans
     halved = 0
-    for _ in range(_ROUNDS):
+    while True:
         better = False
         for axis in range(5):
             for sign in (-1.0, 1.0):
@@ -165,10 +160,7 @@ def _search(
                     best[axis] += sign * step[axis]
                     gain = -np.inf
                     if abs(best[axis]) <= _FARTHEST * spans[axis]:
-                        away = 0.0
-                        for k in range(5):
-                            away += (best[k] / spans[k]) ** 2
-                        gain = _gain(sums, runs, counts, center, best) - cost * away
+                        gain = _gain(sums, runs, counts, center, best)
                     if gain <= most:
                         best[axis] = before
                         break

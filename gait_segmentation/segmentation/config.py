@@ -85,12 +85,6 @@ class SegmentationConfig(StageConfig):
         True,
         'Align the matched template with the likelihood: shift, width, height and slant.',
     )
-    alignment_stiffness: float = parameter(
-        0.5,
-        'Penalty on moving the template from where it was matched; 0: only the likelihood counts.',
-        minimum=0.0,
-        maximum=100.0,
-    )
     use_refinement: bool = parameter(
         True, 'Cut again at full resolution in a narrow band about the outline.'
     )

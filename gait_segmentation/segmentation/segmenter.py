@@ -130,7 +130,7 @@ class Segmenter:
         prior, place = whole_prior[window], in_window(body, window)
         # What is taken by others says nothing of where the person is.
         if self._aligns and (taken is None or not taken[crop].any()):
-            prior, place = align(prior, evidence, place, self.config.alignment_stiffness)
+            prior, place = align(prior, evidence, place)
         labels, logit = self._cut(lab, evidence, prior, place, outside=outside)
         if not labels.any():
             return self._empty(image, match, _NOBODY)

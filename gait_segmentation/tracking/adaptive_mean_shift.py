@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.images import Window, size_of
+from gait_segmentation.images import Window, signed_distance, size_of
 from gait_segmentation.results import TRACKED
 from gait_segmentation.starting import Start
 from gait_segmentation.starting.estimate import in_view
@@ -23,7 +23,6 @@ from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector, View
 from gait_segmentation.tracking.mean_shift import mean_shift
-from gait_segmentation.tracking.nearness import nearness
 from gait_segmentation.tracking.records import Record, Shift
 from gait_segmentation.tracking.recovery.visibility import Sight
 from gait_segmentation.tracking.target import Target
@@ -82,7 +81,7 @@ class MeanShiftTarget(Target):
             return None
         logit = self._selector.log_ratio(_view(self.world.now, window))
         mask = self.carried_mask()
-        near = nearness(mask, person.height)
+        near = signed_distance(mask > 127)
         lost = self.state != TRACKED
         return Claim(window, logit, mask, near, self.feet, person.height, lost)
 

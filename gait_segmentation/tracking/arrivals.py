@@ -19,6 +19,7 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
 from gait_segmentation.tracking.map_finder import MapFinder
 from gait_segmentation.tracking.person.appearance import SAME_COLOURS
+from gait_segmentation.tracking.person.person import WIDEST
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
 
@@ -26,10 +27,6 @@ __all__ = ['Arrival', 'Arrivals', 'slot_for_found']
 
 _ABOUT = 0.3
 """How far about somebody found the place is remembered, in body heights."""
-
-_WIDEST = 0.6
-"""Width of the place of somebody known in which nobody is looked for, in body heights: what is
-wider is more than one body."""
 
 
 Arrival = tuple[Start, HeatMapCue]
@@ -85,9 +82,10 @@ class Arrivals:
         :param heat_map: where people are as others see it, if of this frame.
         :param wanted: whether there is a slot for anybody; if not, what moves is followed only.
         """
+        # What is wider is more than one body.
         taken = [
             Box.from_center(
-                box.center_x, box.center_y, min(box.width, _WIDEST * box.height), box.height
+                box.center_x, box.center_y, min(box.width, WIDEST * box.height), box.height
             )
             for box in occupied
         ]

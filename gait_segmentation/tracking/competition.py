@@ -24,13 +24,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, overlap, within
-from gait_segmentation.tracking.nearness import REACH, Nearness, by_distance, nearness
+from gait_segmentation.images import Window, overlap, signed_distance, within
 
-__all__ = ['Claim', 'compete', 'leave_to']
+__all__ = ['REACH', 'Claim', 'compete', 'leave_to']
 
 _FARTHEST = -6.0
 """Log ratio that falls off up to :data:`REACH`, where somebody ceases to compete."""
+
+REACH = 0.12
+"""How far about the outline of a person it is asked whose pixels are, in body heights."""
 
 _REFUSED = np.float32(-0.5)
 """Log ratio of a pixel for those who do not get it though they find it likely."""
@@ -51,7 +53,7 @@ class Claim:
     What one person makes of the pixels in a window.
 
     ``logit`` is (h, w) float32 and ``mask`` (h, w) uint8, where the person is expected;
-    ``near`` tells how near to that the pixels of the window are, None if it is elsewhere.
+    ``near`` is (h, w) float32, how far from its outline pixels are, positive inside.
     ``feet`` is the row of the soles and ``height`` that of the body, in pixels.  Somebody
     ``hidden`` competes, too, so that nobody takes what is about to be seen of them.  Of who is not
     ``known`` it cannot be told who stands nearer.
@@ -60,7 +62,7 @@ class Claim:
     window: Window
     logit: NDArray[np.float32]
     mask: NDArray[np.uint8]
-    near: Nearness | None
+    near: NDArray[np.float32]
     feet: float
     height: float
     hidden: bool = False
@@ -118,7 +120,7 @@ def leave_to(
         return logit
     near = claim.near
     if template is not None:
-        near = nearness(template, claim.height)
+        near = signed_distance(template > 127)
     theirs = others & (_falloff(claim, near) < _BESIDE)
     return np.where(theirs, np.minimum(logit, _LEFT), logit)
 
@@ -135,9 +137,7 @@ def _settle(
     one[both & ~first] = _REFUSED
 
 
-def _falloff(claim: Claim, near: Nearness | None = None) -> NDArray[np.float32]:
+def _falloff(claim: Claim, near: NDArray[np.float32] | None = None) -> NDArray[np.float32]:
     """Return g: 0 where the person is expected, falling off with the distance from there."""
     near = claim.near if near is None else near
-    return by_distance(
-        near, claim.logit.shape, -_FARTHEST / (REACH * claim.height), _FARTHEST, 0.0
-    )
+    return np.clip(near * np.float32(-_FARTHEST / (REACH * claim.height)), _FARTHEST, 0)

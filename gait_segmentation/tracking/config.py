@@ -90,8 +90,8 @@ class TrackingConfig(StageConfig):
         maximum=0.1,
     )
     logit_limit: float = parameter(
-        4.0,
-        'Largest log-likelihood ratio that colour alone can give.',
+        6.0,
+        'Largest log-likelihood ratio that colours and background can give.',
         minimum=1.0,
         maximum=6.0,
     )
@@ -103,12 +103,6 @@ class TrackingConfig(StageConfig):
         'Largest weight of the background model against the background colours.',
         minimum=0.0,
         maximum=0.999,
-    )
-    background_logit_limit: float = parameter(
-        6.0,
-        'Largest log-likelihood ratio where the background is known.',
-        minimum=1.0,
-        maximum=6.0,
     )
     use_shadow: bool = parameter(
         True,

@@ -20,38 +20,22 @@ from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.images import Window, bounding_box, overlap, placed
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.background.kernels import SURE_COUNT
+from gait_segmentation.tracking.competition import REACH
 from gait_segmentation.tracking.learner import Learnt
+from gait_segmentation.tracking.person.learning import MARGIN, WHOLE
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.target import Target
 
 __all__ = ['Surroundings']
 
-_LEAST_HEIGHT, _LEAST_AREA = 0.35, 0.015
-"""Height and area of what is somebody else, in body heights of the person near."""
-
-_APART, _ASIDE = 0.08, 0.25
+_LEAST_HEIGHT, _ASIDE = 0.35, 0.25
 """
-Distance of all of it from the template, and of its middle from the person's axis, in body heights:
-an arm or a bag that was missed is nearer.
+Height of what is somebody else, and distance of its middle from the person's axis, in body heights
+of the person near: an arm or a bag that was missed is nearer.
 """
-
-_CLEAR = 0.2
-"""Distance from the template in body heights from which colours are surely somebody else's."""
 
 _MOVING = 0.2
 """Least share that must move: what only differs is grass, or stands nearer than the background."""
-
-_BRIDGED = 0.02
-"""Gaps up to this, in body heights, do not part what is somebody else."""
-
-_JOINED = 0.1
-"""Distance from a distractor up to which what else is strange belongs to it, in body heights."""
-
-_WHOLE = 0.7
-"""
-Share of the usual area from which a mask shows all of a distractor, or so much of a person, who
-is as much in the image, that what is apart cannot be another part.
-"""
 
 _SEEN, _PATIENCE_S = 0.1, 1.0
 """
@@ -117,17 +101,15 @@ class Surroundings:
         found = record.won.get(distractor.track_id)
         if found is not None:
             window, won = found
-            near = cv2.dilate(person.mask[window], _square(_JOINED * person.height))
-            away = self.away[window]
-            beside = (near > 0) & (self._strange[window] > 0) & (away >= _CLEAR * person.height)
-            seen = won | np.uint8(255) * beside
+            near = cv2.dilate(person.mask[window], _square(REACH * person.height))
+            apart = self.away[window] >= REACH * person.height
+            seen = won | np.uint8(255) * ((near > 0) & (self._strange[window] > 0) & apart)
             area = cv2.countNonZero(seen)
-            apart = np.count_nonzero(seen[away >= _APART * person.height])
-            if apart >= _SEEN * distractor.usual_area:
+            if np.count_nonzero(seen[apart]) >= _SEEN * distractor.usual_area:
                 distractor.seen_ns = record.image.stamp_ns
-            if area >= _WHOLE * distractor.usual_area:
+            if area >= WHOLE * distractor.usual_area:
                 distractor.usual_area = max(float(area), distractor.usual_area)
-                self._learn(distractor, window, seen, away)
+                self._learn(distractor, window, seen, apart)
         return record.image.stamp_ns - distractor.seen_ns < _PATIENCE_S * 1e9
 
     def _learn(
@@ -135,7 +117,7 @@ class Surroundings:
         distractor: Target,
         window: Window,
         seen: NDArray[np.uint8],
-        away: NDArray[np.float32],
+        apart: NDArray[np.bool_],
     ) -> None:
         """Learn outline and place from all of a distractor, and colours if it is clear enough."""
         record, person, config = self._record, distractor.person, distractor.config
@@ -144,7 +126,7 @@ class Surroundings:
         x, _, width, _ = bounding_box(seen)
         person.shift(window[1].start + x + width / 2 - dx - person.center_x, -dy)
         person.left = person.right = width / 2
-        clear = np.where(away >= _CLEAR * person.height, seen, 0).astype(np.uint8)
+        clear = np.where(apart, seen, 0).astype(np.uint8)
         if 2 * cv2.countNonZero(clear) > cv2.countNonZero(seen):
             lab = record.image.lab_part(window)
             mask = placed(clear, window, distractor.world.shape)
@@ -160,17 +142,17 @@ class Surroundings:
         """
         person, window = target.person, learnt.window
         height = person.height
-        if min(learnt.share, person.share_inside(target.world.shape)) < _WHOLE:
+        if min(learnt.share, person.share_inside(target.world.shape)) < WHOLE:
             return []
         strange = self._strange[window] * np.uint8(255)
         moving = self._moving[window]
         if not _enough(strange, moving, height):
             return []
-        strange[self.away[window] < _APART * height] = 0
+        strange[self.away[window] < REACH * height] = 0
         for other in known:
-            near = cv2.dilate(other.person.mask, _square(_JOINED * height))
+            near = cv2.dilate(other.person.mask, _square(REACH * height))
             strange[near[window] > 0] = 0
-        strange = cv2.morphologyEx(strange, cv2.MORPH_CLOSE, _square(_BRIDGED * height))
+        strange = cv2.morphologyEx(strange, cv2.MORPH_CLOSE, _square(MARGIN * height))
         strange = cv2.morphologyEx(strange, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
         if not _enough(strange, moving, height):
             return []
@@ -182,7 +164,6 @@ class Surroundings:
             _, _, _, tall, area = stats[number]
             if (
                 tall >= _LEAST_HEIGHT * height
-                and area >= _LEAST_AREA * height**2
                 and abs(centers[number][0] - axis) >= _ASIDE * height
                 and np.count_nonzero(moving[part]) >= _MOVING * area
             ):
@@ -203,9 +184,7 @@ def _start(part: NDArray[np.bool_], target: Target, learnt: Learnt) -> Start:
 
 
 def _enough(strange: NDArray[np.uint8], moving: NDArray[np.uint8], height: float) -> bool:
-    """Return whether enough is strange, and moves in enough rows, to be somebody."""
-    if cv2.countNonZero(strange) < _LEAST_AREA * height**2:
-        return False
+    """Return whether what is strange moves in enough rows to be somebody."""
     rows = cv2.reduce(cv2.bitwise_and(strange, moving), 1, cv2.REDUCE_MAX)
     return cv2.countNonZero(rows) >= _LEAST_HEIGHT * height
 

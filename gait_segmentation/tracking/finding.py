@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
-from gait_segmentation.tracking.recovery.visibility import ALONE, LOST_BELOW, Sight
+from gait_segmentation.tracking.person.person import LEAST_SEEN
+from gait_segmentation.tracking.recovery.visibility import ALONE, Sight
 from gait_segmentation.tracking.target import Target
 
 __all__ = ['recover']
@@ -64,7 +65,7 @@ def _shows(
     :param partly: whether only what stands out before the known background counts.
     """
     person, world = target.person, target.world
-    if person.share_inside(world.shape) < LOST_BELOW:
+    if person.share_inside(world.shape) < LEAST_SEEN:
         return False
     window = claim.window
     values, rivals = likelihood[window], taken[window]

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import colour_bins
 from gait_segmentation.ego_motion.world_motion import WorldMotion
-from gait_segmentation.images import Window, shifted_part
+from gait_segmentation.images import Window, shifted_part, signed_distance
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood.cues import add_motion, add_propagation
 from gait_segmentation.tracking.likelihood.log_ratio import log_ratio
 from gait_segmentation.tracking.likelihood.spreading import spread_evidence
-from gait_segmentation.tracking.nearness import Nearness, nearness
 from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.records import Record, Shift
 from gait_segmentation.tracking.world import World
@@ -27,26 +26,26 @@ __all__ = ['carried_template', 'judge']
 _LEAST_MOTION = 0.02
 """Motion of the body relative to the world that the cue needs, in body heights."""
 
-_FADE, _FADED = 10.0, 0.05
+_FADE = 10
 """
 Masks after which spread evidence weighs 1/e of what it does at first, or when somebody was found
-again, since what surrounds the person is known better then; and the share at which it is left out.
+again, since what surrounds the person is known better then.
 """
 
 _UNCOVERED = -1.0
 """Evidence from motion (-2..2) where the body has uncovered the world."""
 
-_FOUND, _SETTLED = 4, 20
+_FOUND = 4
+"""Masks after which what the first one missed has mostly been found by its motion."""
+
+_SETTLED = 2 * _FADE
 """
-Masks after which what the first one missed has mostly been found by its motion, and until which
-there may be ghosts: later a body that was hidden would be taken for one when it comes forth.
+Masks until which there may be ghosts: later a body that was hidden would be taken for one when it
+comes forth.
 """
 
 _UNSEEN = 0.5
 """Times that a pixel of the background was seen up to which it is unknown."""
-
-_GONE = 0.5
-"""The same from which what was at a place is not there any more."""
 
 
 def judge(
@@ -57,15 +56,16 @@ def judge(
     *,
     seen: bool,
     propagate: bool,
-) -> tuple[Window, NDArray[np.float32], Nearness | None] | None:
+) -> tuple[Window, NDArray[np.float32], NDArray[np.float32]] | None:
     """
     Judge the pixels of the newest frame in a window about a person.
 
     :param expected: (h, w) uint8 0/255 of that window, where the person is expected.
     :param seen: whether the person was seen until now: else nothing is known of the motion.
     :param propagate: whether being expected somewhere is evidence.
-    :returns: the window, its log-likelihood ratios, (h, w) float32, and how near its pixels are
-        to where the person is expected; None if all of the window is outside of the image.
+    :returns: the window, its log-likelihood ratios, (h, w) float32, and how far its pixels are
+        from the outline of the person expected, likewise, positive inside; None if all of the
+        window is outside of the image.
     """
     record = world.now
     window = person.window(world.shape)
@@ -89,7 +89,7 @@ def judge(
         _add_spread(logit, person, world, lab, window, config)
     if record.heat is not None and person.track_id > 0:
         _add_heat_map(logit, person, world, window, seen=seen)
-    near = nearness(expected, person.height)
+    near = signed_distance(expected > 127)
     if propagate:
         add_propagation(logit, near, person.height, config.propagation_weight)
     return window, logit, near
@@ -136,8 +136,7 @@ def _add_motion(
         unseen = record.background.count[window] < _UNSEEN
         there = motion.warped(earlier.people, window, cv2.BORDER_CONSTANT)
         along = shifted_part(earlier.people, round(dx), round(dy), window)
-        x, y = _way(person, motion, (dx, dy))
-        kept = _take_back_uncovered(there, along, unseen, (round(x), round(y)), moving)
+        kept = _take_back_uncovered(there, along, unseen, moving)
         logit += np.float32(weight) * (kept - moving)
         moving = kept
     record.moving[person.track_id] = (window, moving)
@@ -163,28 +162,21 @@ def _take_back_uncovered(
     there: NDArray[np.uint8],
     along: NDArray[np.uint8],
     unseen: NDArray[np.bool_],
-    way: tuple[int, int],
     moving: NDArray[np.float32],
 ) -> NDArray[np.float32]:
     """
     Return what motion says for the person without what the body has uncovered and is unknown.
 
     That it looks otherwise than an earlier frame did there tells nothing, since somebody was in
-    front of it.  If the body brought it along, it was in the mask then; or else, if the mask
-    missed it, it is gone from where it was.
+    front of it.  If the body brought it along, it was in the mask then.
 
     :param there: (h, w) uint8, above 127 where people may have been in the earlier frame, carried
         with the camera.
     :param along: (h, w) uint8, the same carried with the body.
     :param unseen: (h, w), where the background was never seen.
-    :param way: of the body against the world since then, x and y in pixels.
     :param moving: (h, w) float32, the evidence (-2..2) that pixels move with the body.
     """
-    height, width = moving.shape
-    rows = np.clip(np.arange(height) - way[1], 0, height - 1)
-    columns = np.clip(np.arange(width) - way[0], 0, width - 1)
-    stayed = moving[rows[:, None], columns] < _GONE
-    uncovered = (there > 127) & (along <= 127) & unseen & (moving > 0) & stayed
+    uncovered = (there > 127) & (along <= 127) & unseen & (moving > 0)
     return np.where(uncovered, np.float32(_UNCOVERED), moving)
 
 
@@ -204,16 +196,15 @@ def _add_spread(
     share = math.exp(-person.learnt_anew / _FADE)
     record = world.now
     moving = record.moving.get(person.track_id)
-    if share < _FADED or moving is None or not config.spread_weight:
+    if person.learnt_anew > _SETTLED or moving is None or not config.spread_weight:
         return
     template = carried_template(person, world, window)
     if template is None:
         return
     logit += np.float32(config.spread_weight * share) * spread_evidence(
         lab,
-        record.background.sums,
+        record.background,
         window,
-        record.background.sigma,
         moving[1],
         template,
         person.height,

@@ -15,14 +15,13 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, placed, shift_whole
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, TrackResult
 from gait_segmentation.starting import Start
-from gait_segmentation.tracking.competition import Claim
+from gait_segmentation.tracking.competition import REACH, Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.judgement import carried_template, judge
 from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
 from gait_segmentation.tracking.mean_shift import mean_shift
-from gait_segmentation.tracking.nearness import REACH, by_distance
 from gait_segmentation.tracking.person.learning import WholeArea
-from gait_segmentation.tracking.person.person import Person, new_colours
+from gait_segmentation.tracking.person.person import GUARD, Person, new_colours
 from gait_segmentation.tracking.records import Record, Shift
 from gait_segmentation.tracking.recovery.lost_and_found import Memory
 from gait_segmentation.tracking.recovery.visibility import (
@@ -35,21 +34,11 @@ from gait_segmentation.tracking.world import World
 
 __all__ = ['Target']
 
-_COMPANY = 0.1
-"""Gap between two people, in body heights, up to which one may be in the way of the other."""
-
-_GROWTH = 0.05
-"""How far from the last mask somebody without a slot is seen, in body heights."""
-
-_STEADY_AFTER, _LEAP, _OFF = 4, 0.2, 0.03
+_OFF = 0.03
 """
-Frames after which the pace is known, and the difference from it, in body heights, that is no step:
-a few pixels on the edge of what hides somebody were followed; and while somebody is near, who may
-have been followed instead.
+Difference from the pace, in body heights, that is no step while somebody is near, who may have
+been followed instead.
 """
-
-_BEYOND = 1.0
-"""How far outside of the image the centre of somebody tracked can be, in body heights."""
 
 _MOST_MEAN_SHIFT = 0.05
 """Largest mean shift in a frame, in body heights."""
@@ -137,7 +126,7 @@ class Target:
 
     def is_near(self, other: Target) -> bool:
         """Return whether the box about another person comes near to that about this one."""
-        gap = _COMPANY * self.person.height
+        gap = REACH * self.person.height
         return self.person.area.padded(gap, gap).iou(other.person.box) > 0
 
     @property
@@ -178,7 +167,7 @@ class Target:
                 world, measured, seconds, steady=self.accompanied and not self.is_distractor
             )
             # After a gap of hours the pace leads anywhere.
-            back = person.keep_near(self.world.shape, _BEYOND)
+            back = person.keep_near(self.world.shape)
             shift = (shift[0] + back[0], shift[1] + back[1])
         self.world.now.bodies[self.track_id] = shift
 
@@ -189,11 +178,10 @@ class Target:
             return None
         way = person.way(seconds)
         measured = self.world.body_shift(body, self.window, way)
-        if measured is None or person.moves < _STEADY_AFTER:
+        if measured is None or not (self.accompanied and person.knows_pace):
             return measured
         off = math.dist(measured, (world[0] + way[0], world[1] + way[1]))
-        most = _OFF if self.accompanied else _LEAP
-        return None if off > most * person.height else measured
+        return None if off > _OFF * person.height else measured
 
     def judge(self) -> Claim | None:
         """Judge the pixels in a window about the person, None if all of it is outside."""
@@ -280,8 +268,7 @@ class Target:
         """
         record, window = self.world.now, claim.window
         won = likelihood[window] > 127
-        reach = _GROWTH * self.person.height
-        won &= by_distance(claim.near, won.shape, 1.0, -REACH * self.person.height, 0.0) > -reach
+        won &= claim.near > -GUARD * self.person.height
         other = record.strange(window, self.config.shadow_floor) > 0
         won &= other | ~record.background.is_sure(window)
         mask = np.uint8(255) * won.view(np.uint8)

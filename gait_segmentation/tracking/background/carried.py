@@ -23,7 +23,7 @@ class CarriedBackground:
     Masks come back frames after their image.  ``model`` is the background in the last frame that
     was taken, from which each newer one gets a model of its own, in one step for however many
     motions, since each step blurs.  Where a frame is taken of which that model still holds,
-    because nothing was learnt meanwhile, the two change places.
+    because nothing was learnt meanwhile, it takes the place of ``model``.
     """
 
     def __init__(self, shape: tuple[int, int]) -> None:
@@ -32,32 +32,18 @@ class CarriedBackground:
         self.version = 0
         """Counts what has changed since a frame's own background was made."""
 
-        # A model no longer needed, whose memory is used again: much of it need not be touched.
-        self._spare: BackgroundModel | None = None
-
-    def ahead(
-        self,
-        steps: Sequence[WorldMotion],
-        windows: Sequence[Window],
-        into: BackgroundModel | None = None,
-    ) -> BackgroundModel:
+    def ahead(self, steps: Sequence[WorldMotion], windows: Sequence[Window]) -> BackgroundModel:
         """
         Return the background as it looks in a newer frame.
 
         :param steps: motions from the last frame that was taken, oldest first.
         :param windows: the rows and columns to know it in.
-        :param into: a model that was returned before, to be filled in anew.
         """
-        if into is None or into is self.model:
-            into = self._spare
-        made = self.model.moved(steps, windows, into=into)
-        if made is self._spare:
-            self._spare = None
-        return made
+        return self.model.moved(steps, windows)
 
     def skip(self, motion: WorldMotion, windows: Sequence[Window]) -> None:
         """Go on to the next frame, from which nothing is learnt."""
-        self.model.move(motion, windows)
+        self.model = self.model.moved([motion], windows)
 
     def take(
         self,
@@ -73,9 +59,9 @@ class CarriedBackground:
         :param version: :attr:`version` at that time.
         """
         if version != self.version:
-            self.model.move(motion, windows)
-        elif ahead is not self.model:
-            self._spare, self.model = self.model, ahead
+            self.model = self.model.moved([motion], windows)
+        else:
+            self.model = ahead
         self.version += 1
 
     def forget(

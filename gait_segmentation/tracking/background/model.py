@@ -13,24 +13,19 @@ from numpy.typing import NDArray
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.background.kernels import (
-    PLACE_STEPS,
+    LIMIT,
     SURE_COUNT,
-    compare,
-    count_agreeing,
-    count_misplacements,
-    count_residuals,
-    place_in,
+    sample_residuals,
     update_sums,
     weigh,
 )
-from gait_segmentation.tracking.background.resampling import resample
+from gait_segmentation.warping import warp_window
 
 __all__ = ['BackgroundModel']
 
 _WARP_DECAY = 0.98
 _LEAST_SAMPLES = 50
-_CONTRADICTION = 4.0
-"""Distance from what is sure to be there, in ``sigma``, that tells something else is there now."""
+_SAMPLE_STEP = 3
 
 _STEEP = 4.0
 """Slope per pixel, in ``sigma``, from which residuals tell of a wrong place."""
@@ -39,6 +34,9 @@ _NOISE_PLACE, _PLACE_MOST = 0.25, 1.5
 """What noise alone makes of steep pixels, and the most that is believed, in pixels."""
 
 _PLACE_RATE = 0.5
+
+_OF_MEDIAN = 1.4826
+"""Standard deviation of normal residuals over the median of their absolute values."""
 
 _SIGMA_START, _SIGMA_LOW, _SIGMA_HIGH = 5.0, 2.5, 14.0
 
@@ -60,8 +58,6 @@ class BackgroundModel:
         self.sums = np.zeros((*shape, 4), np.float32)
         self.sigma = _SIGMA_START
         self.misplacement = 0.0
-        # Outside of these all is unknown; anything may be known if it is None.
-        self._known: list[Window] | None = None
 
     @property
     def count(self) -> NDArray[np.float32]:
@@ -84,17 +80,11 @@ class BackgroundModel:
         self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
     ) -> NDArray[np.uint8]:
         """
-        Return where a frame does not look like the known background, (h, w) uint8 0/1.
+        Return where a frame surely does not look like the known background, (h, w) uint8 0/1.
 
-        :param lab: (h, w, 3) uint8, the window of the frame.
-        :param window: its rows and columns.
-        :param shadow_floor: darkest shadow, as a share of the lightness; shadows are background.
+        :param lab, window, shadow_floor: see :meth:`evidence`.
         """
-        out = np.empty(lab.shape[:2], np.uint8)
-        bound = _CONTRADICTION * self.sigma
-        sums, top, left = self.part(window)
-        compare(sums, lab, top, left, bound, shadow_floor, out)
-        return out
+        return (self._weighed(lab, window, shadow_floor) >= LIMIT).view(np.uint8)
 
     def evidence(
         self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
@@ -109,6 +99,13 @@ class BackgroundModel:
         :param window: its rows and columns.
         :param shadow_floor: darkest shadow, as a share of the lightness.
         """
+        count = self.count[window]
+        return self._weighed(lab, window, shadow_floor) * (count / (count + 1))
+
+    def _weighed(
+        self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
+    ) -> NDArray[np.float32]:
+        """Return the evidence, however often pixels were seen, if they are known at all."""
         out = np.empty(lab.shape[:2], np.float32)
         sums, top, left = self.part(window)
         weigh(sums, lab, top, left, self.sigma, shadow_floor, out)
@@ -124,12 +121,14 @@ class BackgroundModel:
         :param person: (h, w) uint8, non-zero where a person may be.
         :param windows: the rows and columns to look at.
         """
-        bound = _CONTRADICTION * self.sigma
-        counts = [
-            count_agreeing(self.sums, lab, person, *_bounds(part), bound) for part in windows
-        ]
-        total, agreeing = (sum(each) for each in zip(*counts, strict=True))
-        return agreeing / total if total >= _LEAST_SAMPLES else None
+        total = other = 0
+        for window in windows:
+            every = _every(window, _SAMPLE_STEP)
+            sure = self.is_sure(every) & (person[every] == 0)
+            strange = self.contradicted(np.ascontiguousarray(lab[every]), every, 1.0)
+            total += np.count_nonzero(sure)
+            other += np.count_nonzero(strange[sure])
+        return 1 - other / total if total >= _LEAST_SAMPLES else None
 
     def is_sure(self, window: Window) -> NDArray[np.bool_]:
         """Return which pixels of a window were seen often enough to be sure, (h, w)."""
@@ -147,7 +146,6 @@ class BackgroundModel:
         """Take over what another model of the same frame and size knows better."""
         if not np.any(self.count):
             self.sigma = other.sigma
-        self._known = None
         more = other.count > self.count
         self.sums[more] = other.sums[more]
 
@@ -161,60 +159,28 @@ class BackgroundModel:
         return other
 
     def moved(
-        self,
-        steps: Sequence[WorldMotion],
-        windows: Sequence[Window] | None = None,
-        *,
-        into: BackgroundModel | None = None,
+        self, steps: Sequence[WorldMotion], windows: Sequence[Window] | None = None
     ) -> BackgroundModel:
         """
-        Return the model as it looks after some motions of the world; this one stays.
+        Return the model as it looks after some motions of the world; this one if it stays.
 
-        :param steps: motions as for :meth:`move`, oldest first.
+        :param steps: from each frame to the next, oldest first.
         :param windows: the rows and columns to keep, all if None.
-        :param into: a model of the same size that is no longer needed, to be filled in anew.
         """
         moves = sum(step.camera is not None for step in steps)
         if moves == 0:
             return self
-        other = BackgroundModel((0, 0)) if into is None or into is self else into
-        self._carry(WorldMotion.over(steps), _WARP_DECAY**moves, windows, other)
+        other = BackgroundModel(self.sums.shape[:2])
+        other.sigma, other.misplacement = self.sigma, self.misplacement
+        motion, decay = WorldMotion.over(steps).transform, np.float32(_WARP_DECAY**moves)
+        for window in self._all if windows is None else windows:
+            part = warp_window(self.sums, motion, window, cv2.BORDER_CONSTANT)
+            np.multiply(part, decay, out=other.sums[window])
         return other
-
-    def move(self, motion: WorldMotion, windows: Sequence[Window] | None = None) -> None:
-        """
-        Carry the model along with the world.
-
-        :param motion: from the last frame to this one; nothing is resampled if it did not move.
-        :param windows: the rows and columns to keep, all if None; when nothing moves, all are.
-        """
-        self.sums = self.moved([motion], windows).sums
 
     @property
     def _all(self) -> list[Window]:
         return [(slice(0, self.sums.shape[0]), slice(0, self.sums.shape[1]))]
-
-    def _carry(
-        self,
-        motion: WorldMotion,
-        decay: float,
-        windows: Sequence[Window] | None,
-        other: BackgroundModel,
-    ) -> None:
-        """Fill another model in with this one as it looks after a motion."""
-        wanted = None if windows is None else list(windows)
-        if other.sums.shape != self.sums.shape:
-            # Not zeros_like, which fills what calloc would leave to be filled when touched.
-            other.sums = np.zeros(self.sums.shape, np.float32)
-        elif wanted is not None and other._known != wanted:
-            # What is filled in below need not be emptied.
-            for window in self._all if other._known is None else other._known:
-                for part in _outside(window, wanted):
-                    other.sums[part] = 0
-        other._known = wanted
-        other.sigma, other.misplacement = self.sigma, self.misplacement
-        for window in self._all if windows is None else windows:
-            resample(self.sums, motion.transform, decay, window, other.sums)
 
     def learn(
         self,
@@ -229,10 +195,6 @@ class BackgroundModel:
         :param person: (h, w) uint8, non-zero where a person may be: not learnt.
         :param windows: the rows and columns to learn, disjoint; all if None.
         """
-        if windows is None:
-            self._known = None
-        elif self._known is not None and self._known != windows:
-            self._known = [_about([*self._known, *windows])]
         for part in self._all if windows is None else windows:
             update_sums(self.sums, lab, person, *_bounds(part))
 
@@ -248,57 +210,36 @@ class BackgroundModel:
         :param person: (h, w) uint8, non-zero where a person may be.
         :param windows: the rows and columns to look at.
         """
-        histogram = np.zeros(4 * 256, np.int64)
-        total = 0
-        for part in windows:
-            total += count_residuals(self.sums, lab, person, *_bounds(part), histogram)
-        if total < _LEAST_SAMPLES:
+        if not windows:
             return
-        spread = 1.2 * 1.4826 * (place_in(histogram, 1.5 * total) + 0.5) / 4 + 1.5
+        size = sum(self.sums[window].size for window in windows)
+        residuals, places = np.empty(size, np.float32), np.empty(size, np.float32)
+        found = steeps = 0
+        for window in windows:
+            more, steeper = sample_residuals(
+                self.sums,
+                lab,
+                person,
+                *_bounds(window),
+                _STEEP * self.sigma,
+                residuals[found:],
+                places[steeps:],
+            )
+            found, steeps = found + more, steeps + steeper
+        if found < 3 * _LEAST_SAMPLES:
+            return
+        spread = 1.2 * _OF_MEDIAN * float(np.median(residuals[:found])) + 1.5
         self.sigma = min(max(0.9 * self.sigma + 0.1 * spread, _SIGMA_LOW), _SIGMA_HIGH)
-        self._measure_misplacement(lab, person, windows)
-
-    def _measure_misplacement(
-        self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
-    ) -> None:
-        histogram = np.zeros(4 * PLACE_STEPS, np.int64)
-        total, least = 0, _STEEP * self.sigma
-        for part in windows:
-            total += count_misplacements(self.sums, lab, person, *_bounds(part), least, histogram)
-        if total < _LEAST_SAMPLES:
-            return
-        median = (place_in(histogram, 0.5 * total) + 0.5) / PLACE_STEPS
-        spread = 1.4826 * median
-        measured = min(max(spread**2 - _NOISE_PLACE**2, 0.0) ** 0.5, _PLACE_MOST)
-        self.misplacement += _PLACE_RATE * (measured - self.misplacement)
+        if steeps >= _LEAST_SAMPLES:
+            spread = _OF_MEDIAN * float(np.median(places[:steeps]))
+            measured = min(max(spread**2 - _NOISE_PLACE**2, 0.0) ** 0.5, _PLACE_MOST)
+            self.misplacement += _PLACE_RATE * (measured - self.misplacement)
 
 
-def _outside(window: Window, others: Sequence[Window]) -> list[Window]:
-    """Return parts of a window that hold at least what is in none of some others."""
-    top, bottom, left, right = _bounds(window)
-    for other in others:
-        first, last, start, stop = _bounds(other)
-        first, last, start, stop = (
-            max(first, top),
-            min(last, bottom),
-            max(start, left),
-            min(stop, right),
-        )
-        if first < last and start < stop:
-            rows, columns = slice(first, last), slice(left, right)
-            return [
-                (slice(top, first), columns),
-                (slice(last, bottom), columns),
-                (rows, slice(left, start)),
-                (rows, slice(stop, right)),
-            ]
-    return [window]
-
-
-def _about(windows: Sequence[Window]) -> Window:
-    """Return the rows and columns that hold all of some windows, at least one."""
-    tops, bottoms, lefts, rights = zip(*(_bounds(window) for window in windows), strict=True)
-    return slice(min(tops), max(bottoms)), slice(min(lefts), max(rights))
+def _every(window: Window, step: int) -> Window:
+    """Return some of the rows and columns of a window."""
+    rows, columns = window
+    return slice(rows.start, rows.stop, step), slice(columns.start, columns.stop, step)
 
 
 def _bounds(window: Window) -> tuple[int, int, int, int]:

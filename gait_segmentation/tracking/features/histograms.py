@@ -17,10 +17,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ['ChannelModel', 'class_histograms']
+__all__ = ['SHIFT', 'ChannelModel', 'class_histograms']
 
-_SHIFT = 3
-_BINS = 256 >> _SHIFT
+SHIFT = 3
+_BINS = 256 >> SHIFT
 _DELTA = 1e-3
 _LEAST_SPREAD = 0.05
 """Added to the variances within the classes, so that few pixels do not make a perfect feature."""
@@ -40,7 +40,7 @@ def class_histograms(
     :param channel: (h, w) uint8.
     :param labels: (h, w) uint8, 1 person, 0 surroundings, 2 left out.
     """
-    places = (labels.astype(np.intp) * _BINS + (channel >> _SHIFT)).ravel()
+    places = (labels.astype(np.intp) * _BINS + (channel >> SHIFT)).ravel()
     counts = np.bincount(places, minlength=3 * _BINS)[: 2 * _BINS].reshape(2, _BINS)
     out = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     if has_neutral:
@@ -103,4 +103,4 @@ class ChannelModel:
     def log_ratio(self, channel: NDArray[np.uint8]) -> NDArray[np.float32]:
         """Return the log-likelihood ratios of a channel, (h, w) float32."""
         # Ten times as fast as picking from the table by an array of indices.
-        return np.asarray(cv2.LUT(channel, np.repeat(self.table, 1 << _SHIFT)))
+        return np.asarray(cv2.LUT(channel, np.repeat(self.table, 1 << SHIFT)))

@@ -12,12 +12,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.tracking.features.histograms import SHIFT
+
 __all__ = ['NEUTRAL', 'POOL', 'Feature', 'View']
 
 NEUTRAL = 0
 """Value of a channel's pixels that say nothing, in features that have such pixels."""
 
-_FIRST = 8
+_FIRST = 1 << SHIFT
 """Hues and angles begin here, in the second bin of the histograms, so that none is neutral."""
 
 _LEAST_SATURATION = 20

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
-from gait_segmentation.tracking.nearness import Nearness, by_distance
 from gait_segmentation.warping import warp_window
 
 __all__ = ['add_motion', 'add_propagation']
@@ -60,15 +59,15 @@ def add_motion(
 
 
 def add_propagation(
-    logit: NDArray[np.float32], near: Nearness | None, height: float, weight: float
+    logit: NDArray[np.float32], near: NDArray[np.float32], height: float, weight: float
 ) -> None:
     """
     Add the weak prior from the last mask; limited to +-3 times the weight.
 
     :param logit: (h, w) float32 of a window, changed.
-    :param near: how near its pixels are to the last mask carried to this frame, None if nothing
-        of that is in the window.
+    :param near: (h, w) float32, how far its pixels are from the outline of the last mask carried
+        to this frame, positive inside.
     :param height: height of the body in pixels.
     """
     limit = weight * _PROPAGATION_LIMIT
-    logit += by_distance(near, logit.shape, weight / (_PROPAGATION_SLOPE * height), -limit, limit)
+    logit += np.clip(near * np.float32(weight / (_PROPAGATION_SLOPE * height)), -limit, limit)

@@ -165,7 +165,7 @@ def _slopes_of_row(
 
 @kernel(
     'u1[:,:,::1], u2[:,::1], f4[:,::1], f4[:,:,::1], i8, i8, f8, f4[:,::1], f4[:,::1], f8, '
-    'f8, f8, f8, f8, f8, f4[:,::1]',
+    'f8, f8, f8, f8, f4[:,::1]',
     fastmath=True,
     error_model='numpy',
 )
@@ -184,7 +184,6 @@ def ratios(
     shadow_share: float,
     shadow_floor: float,
     limit: float,
-    limit_known: float,
     out: NDArray[np.float32],
 ) -> None:
     """
@@ -204,8 +203,7 @@ def ratios(
     cast_share, cast_floor = np.float32(shadow_share), np.float32(shadow_floor)
     most, least = np.float32(trust), np.float32(_LEAST_COUNT)
     ramp_from, ramp_slope = np.float32(_SHADOW_FROM), np.float32(1 / (_SHADOW_TO - _SHADOW_FROM))
-    low = np.float32(limit)
-    high = np.float32(limit_known) if most > zero else low
+    bound = np.float32(limit)
     far = np.float32(_FARTHEST)
     misplaced = np.float32(misplacement * misplacement / (sigma * sigma))
     width = out.shape[1]
@@ -244,5 +242,4 @@ def ratios(
             known = most * count if count > least else zero
             p_background = known * seen + (count + doubt - known) * of_surroundings[col]
             value = _log((count + doubt) * of_person[col] / p_background)
-            bound = high if count >= one else low
             result[col] = min(max(value, -bound), bound)

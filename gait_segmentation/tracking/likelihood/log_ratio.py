@@ -71,7 +71,6 @@ def log_ratio(
         config.shadow_share if config.use_shadow else 0.0,
         config.shadow_floor,
         config.logit_limit,
-        config.background_logit_limit,
         out,
     )
     return out

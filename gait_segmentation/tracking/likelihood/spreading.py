@@ -23,21 +23,14 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
 from gait_segmentation.kernels import kernel
+from gait_segmentation.tracking.background.kernels import LIMIT
+from gait_segmentation.tracking.background.model import BackgroundModel
+from gait_segmentation.tracking.competition import REACH
 
 __all__ = ['spread_evidence']
 
-_SAME, _OTHER = 6.0, 16.0
-"""Squared distance from the background, in ``sigma``, up to and from which it is told."""
-
-_SHADOW = 9.0
-"""Squared distance of the chroma, in ``sigma``, up to which something darker is a shadow."""
-
-_SEEN = 0.5
 _MOTION_SHARE = 0.7
 """How sure the motion cue is against a background that is known well."""
-
-_REACH = 0.12
-"""How far evidence reaches in an even area, in body heights."""
 
 _NOISE, _EDGE = 1.0, 10.0
 """Change of Lab from pixel to pixel that is none, and that divides the reach by e^1.4."""
@@ -51,22 +44,15 @@ _PERSON_SHARE = 0.6
 
 def _seeds(
     lab: NDArray[np.uint8],
-    sums: NDArray[np.float32],
+    background: BackgroundModel,
+    window: Window,
     moving: NDArray[np.float32],
-    sigma: float,
     shadow_floor: float,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return evidence times sureness, and sureness, of the pixels of a window."""
-    count = sums[..., 3]
-    known = np.where(count >= 1, count / (count + np.float32(_SEEN)), 0)
-    mean = sums[..., :3] / np.maximum(count, 1)[..., None]
-    light, a, b = cv2.split((lab - mean) * np.float32(1 / sigma))
-    chroma = a * a + b * b
-    square = chroma + light * light
-    shadow = (chroma <= _SHADOW) & (light < 0) & (lab[..., 0] > shadow_floor * mean[..., 0])
-    says = ((square > _OTHER) & ~shadow).astype(np.float32) - (square < _SAME)
+    known = background.evidence(lab, window, shadow_floor) / np.float32(LIMIT)
     sure = np.float32(_MOTION_SHARE / 2) * np.abs(moving)
-    return sure * moving / 2 + says * known, sure + np.abs(says) * known
+    return sure * moving / 2 + known, sure + np.abs(known)
 
 
 def _links(
@@ -136,9 +122,8 @@ def _smooth(
 
 def spread_evidence(
     lab: NDArray[np.uint8],
-    sums: NDArray[np.float32],
+    background: BackgroundModel,
     window: Window,
-    sigma: float,
     moving: NDArray[np.float32],
     template: NDArray[np.uint8],
     height: float,
@@ -148,9 +133,7 @@ def spread_evidence(
     Return evidence (-1..1) for the person where the background was never seen, 0 elsewhere.
 
     :param lab: (h, w, 3) uint8, a window of the frame.
-    :param sums: (H, W, 4) float32 of the background, see :class:`BackgroundModel`.
-    :param window: the rows and columns of it that are looked at.
-    :param sigma: spread of a pixel of the background in grey levels.
+    :param window: its rows and columns.
     :param moving: (h, w) float32 in -2..2, evidence that pixels move with the body rather than
         stay.
     :param template: (h, w) uint8, the last template: only there anything speaks for the person,
@@ -158,10 +141,9 @@ def spread_evidence(
     :param height: of the body in pixels.
     :param shadow_floor: darkest shadow, as a share of the lightness.
     """
-    sums = sums[window]
-    evidence, sureness = _seeds(lab, sums, moving, sigma, shadow_floor)
-    _smooth(evidence, sureness, *_links(lab, _REACH * height))
+    evidence, sureness = _seeds(lab, background, window, moving, shadow_floor)
+    _smooth(evidence, sureness, *_links(lab, REACH * height))
     value = evidence / (sureness + np.float32(_DOUBT))
     likely = template * np.float32(1 / 255)
     value *= np.where(value > 0, np.float32(_PERSON_SHARE) * likely, 1 - likely)
-    return value * np.maximum(1 - sums[..., 3], 0)
+    return value * np.maximum(1 - background.count[window], 0)

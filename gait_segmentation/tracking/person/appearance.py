@@ -27,7 +27,8 @@ _TRUNK_FROM, _LEGS_FROM = 0.16, 0.52
 _LIGHT, _CHROMA = 8, 12
 """Bins of lightness, and of a and b each."""
 
-_CHROMA_FROM, _CHROMA_STEP = 80.0, 8.0
+_CHROMA_STEP = 8.0
+_CHROMA_FROM = 128 - _CHROMA_STEP * _CHROMA / 2
 _RATE = 0.05
 
 

@@ -27,26 +27,32 @@ from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
 from gait_segmentation.tracking.person.extent import axis_tilt, extent_of
 from gait_segmentation.tracking.person.samples import samples
 
-__all__ = ['Person', 'new_colours']
+__all__ = ['GUARD', 'LEAST_SEEN', 'WIDEST', 'Person', 'new_colours']
 
-_GUARD = 0.05
-"""Pixels of the mask further outside the template than this are not learnt as person."""
+GUARD = 0.05
+"""How far outside of the last mask or the template pixels are the person's, in body heights."""
 
-_LEAST_AREA = 0.25
-"""A mask smaller than this share of the template teaches nothing."""
+LEAST_SEEN = 0.25
+"""Share of a person below which nothing can be told: neither learnt nor followed."""
 
-_HEIGHT_RATE = 0.1
-_VELOCITY_RATE = 0.2
+_POSE_RATE, _VELOCITY_RATE = 0.1, 0.2
+"""Share by which height and tilt, and the pace, move towards what a mask or a frame shows."""
+
 _LEAST_STEP_S = 0.02
 """Frames whose stamps are closer were not taken in so short a time: they tell no pace."""
 
-_WIDEST, _MOST_GROWTH = 0.6, 1.15
+WIDEST = 0.6
+"""Widest silhouette, in body heights."""
+
+_MOST_GROWTH = 1.15
 """
-Widest silhouette in body heights, and the most by which somebody grows with a mask who is cut off
-by the lower border, of whom only the least height can be seen.
+The most by which the height changes with a mask, and by which somebody grows who is cut off by
+the lower border, of whom only the least height can be seen.
 """
 
-_TILT_RATE = 0.1
+_BEYOND = 0.3
+"""How far outside of the image the centre of somebody is expected at most, in body heights."""
+
 _TILT_ON, _TILT_OFF, _MOST_TILT = 0.16, 0.10, 0.5
 """Tilt from which and down to which it is used, and the largest, in radians."""
 
@@ -137,15 +143,14 @@ class Person:
         self.center_x += dx
         self.center_y += dy
 
-    def keep_near(self, shape: tuple[int, int], beyond: float) -> tuple[float, float]:
+    def keep_near(self, shape: tuple[int, int]) -> tuple[float, float]:
         """
         Move the person back to where somebody outside of an image can be at most.
 
         :param shape: (h, w) of the image.
-        :param beyond: how far the centre may be outside, in body heights.
         :returns: the shift made.
         """
-        beyond *= self.height
+        beyond = _BEYOND * self.height
         dx = min(max(self.center_x, -beyond), shape[1] + beyond) - self.center_x
         dy = min(max(self.center_y, -beyond), shape[0] + beyond) - self.center_y
         self.shift(dx, dy)
@@ -180,6 +185,11 @@ class Person:
         """Return how far the person goes against the still world in a time, in pixels."""
         seconds = max(seconds, _LEAST_STEP_S)
         return self.velocity[0] * seconds, self.velocity[1] * seconds
+
+    @property
+    def knows_pace(self) -> bool:
+        """Return whether the velocity was learnt from as many frames as it remembers."""
+        return self.moves * _VELOCITY_RATE >= 1
 
     def move(
         self,
@@ -243,7 +253,7 @@ class Person:
         part = mask[window]
         bins, rows = colour_bins(np.ascontiguousarray(lab)), self.rows(window)
         template = None if prior is None else prior[window]
-        inside, outside = samples(part, template, _GUARD * self.height, familiar)
+        inside, outside = samples(part, template, GUARD * self.height, familiar)
         self.person.learn(bins, rows, inside, rate)
         self.surroundings.learn(bins, rows, outside, rate)
         self.learnt += 1
@@ -292,11 +302,11 @@ class Person:
             goal = max(template_height, tall)
         else:
             goal = 0.5 * template_height + 0.5 * tall
-        goal = min(max(goal, 0.85 * self.height), 1.15 * self.height)
-        self.height += _HEIGHT_RATE * (goal - self.height)
+        goal = min(max(goal, self.height / _MOST_GROWTH), _MOST_GROWTH * self.height)
+        self.height += _POSE_RATE * (goal - self.height)
         if extent.at_bottom:
             # More of the body is below the border: it is at least as tall as that.
-            least = max(tall, (extent.right - extent.left) / _WIDEST)
+            least = max(tall, (extent.right - extent.left) / WIDEST)
             self.height = max(self.height, min(least, _MOST_GROWTH * self.mask_height))
         if extent.at_bottom:
             along = extent.top + self.height / 2
@@ -314,11 +324,11 @@ class Person:
 
         :param scale: size now over size in the last mask.
         """
-        self.grow(self.mask_height * min(max(scale, 0.85), 1.15) / self.height)
+        self.grow(self.mask_height * min(max(scale, 1 / _MOST_GROWTH), _MOST_GROWTH) / self.height)
 
     def grow(self, ratio: float) -> None:
         """Follow a change of size: height now over height so far."""
-        change = max(1 + _HEIGHT_RATE * (ratio - 1), 1 / self.height)
+        change = max(1 + _POSE_RATE * (ratio - 1), 1 / self.height)
         self.height *= change
         self.left *= change
         self.right *= change
@@ -338,7 +348,7 @@ class Person:
             return
         tilt = axis_tilt(mask[y : y + height, x : x + width])
         self.masks += 1
-        rate = max(_TILT_RATE, 1 / self.masks)
+        rate = max(_POSE_RATE, 1 / self.masks)
         self.tilt += rate * (min(max(tilt, -_MOST_TILT), _MOST_TILT) - self.tilt)
         threshold = _TILT_OFF if self.angle else _TILT_ON
         self.angle = self.tilt if abs(self.tilt) > threshold else 0.0
@@ -347,7 +357,7 @@ class Person:
         """Return whether a mask is large enough, beside the template, about the person."""
         window = self.window(mask.shape)
         area = cv2.countNonZero(mask[window])
-        return bool(area > max(_LEAST_AREA * count_likely(prior[window]), 9))
+        return bool(area > max(LEAST_SEEN * count_likely(prior[window]), 9))
 
 
 @lru_cache(maxsize=64)

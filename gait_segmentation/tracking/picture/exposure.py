@@ -21,7 +21,8 @@ from gait_segmentation.kernels import kernel
 
 __all__ = ['Exposure']
 
-_DARKEST, _BRIGHTEST = 12, 243
+_DARKEST = 12
+_BRIGHTEST = 255 - _DARKEST
 """Brightness outside of which a cell may be clipped."""
 
 _LEAST_CELLS = 50

@@ -30,7 +30,7 @@ from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.recovery.search import find_silhouette, searched
 from gait_segmentation.tracking.recovery.silhouette import Silhouette
-from gait_segmentation.tracking.recovery.visibility import Sight
+from gait_segmentation.tracking.recovery.visibility import ALONE, Sight
 from gait_segmentation.tracking.world import World
 
 __all__ = ['Memory']
@@ -55,14 +55,8 @@ _REACH_X, _REACH_X_RATE = 0.5, 1.5
 _REACH_Y, _REACH_Y_RATE = 0.2, 0.2
 """How far from the expected place somebody is looked for, in body heights, and per second."""
 
-_BEYOND = 0.3
-"""How far beyond the border somebody who left is waited for, in body heights."""
-
 _LOOK_EVERY = 3
 """Masks of which one is looked at for what the person looks like."""
-
-_WHOLLY = 0.95
-"""Share of the body inside the image from which a mask shows all of it."""
 
 
 class Memory:
@@ -92,7 +86,7 @@ class Memory:
         if self._learnt % _LOOK_EVERY == 1:
             self._recent = _signature(person, person.mask, record)
             self.appearance.learn(self._recent)
-        if person.share_inside(person.mask.shape) > _WHOLLY:
+        if person.share_inside(person.mask.shape) > ALONE:
             self.silhouette = Silhouette.of(person.mask, person, bounds)
 
     def likeness(self, start: Start, record: Record) -> float:
@@ -120,7 +114,7 @@ class Memory:
         dx = world[0] + share * seconds * person.velocity[0]
         dy = world[1] + share * seconds * person.velocity[1]
         person.shift(dx, dy)
-        x, y = person.keep_near(shape, _BEYOND)
+        x, y = person.keep_near(shape)
         return dx + x, dy + y
 
     def is_found(

@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
+from gait_segmentation.tracking.competition import REACH
 
 __all__ = ['find_silhouette', 'searched']
-
-_RING = 0.12
-"""Margin about the silhouette that must not be person, in body heights."""
 
 _FAR_COST = 0.08
 """What a body height away from the expected place costs."""
@@ -26,7 +24,7 @@ def searched(
     height: float,
 ) -> Box:
     """Return the part of an image that a search looks at, see :func:`find_silhouette`."""
-    margin = round(_RING * height) + 2
+    margin = round(REACH * height) + 2
     x, y = reach[0] + mask.shape[1] / 2 + margin, reach[1] + mask.shape[0] / 2 + margin
     return Box(place[0] - x, place[1] - y, 2 * x, 2 * y)
 
@@ -51,7 +49,7 @@ def find_silhouette(
     """
     if not (mask > 127).any():
         return None
-    margin = max(1, round(_RING * height))
+    margin = max(1, round(REACH * height))
     inside = np.pad((mask > 127).astype(np.float32), margin)
     size = 2 * margin + 1
     ring = cv2.dilate(inside, np.ones((size, size), np.uint8)) - inside

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window
-from gait_segmentation.tracking.nearness import Nearness
 from gait_segmentation.tracking.person.extent import extent_of
+from gait_segmentation.tracking.person.learning import WHOLE
+from gait_segmentation.tracking.person.person import GUARD, LEAST_SEEN
 
 __all__ = [
     'ALONE',
-    'LOST_BELOW',
     'Sight',
     'Visibility',
     'visible_box',
@@ -26,17 +26,8 @@ __all__ = [
 ALONE = 0.9
 """Share that must not be hidden by others, so that what hides the rest is the background."""
 
-LOST_BELOW = 0.25
-"""Share of a person that can be seen below which the person is lost."""
-
 _LOST_FRAMES = 2
 """Frames in a row that it takes."""
-
-_WELL = 0.75
-"""Share that can be seen from which a body is followed."""
-
-_BOX_MARGIN = 0.04
-"""How far from the last mask, carried along, pixels still make the box, in body heights."""
 
 
 @dataclass(frozen=True)
@@ -114,7 +105,7 @@ class Visibility:
     @property
     def well(self) -> bool:
         """Return whether all of the person was seen."""
-        return self.seen >= _WELL
+        return self.seen >= WHOLE
 
     def update(self, seen: float, inside: float) -> bool:
         """
@@ -125,7 +116,7 @@ class Visibility:
         :returns: whether there was enough to go on with.
         """
         self.seen = seen
-        if seen < LOST_BELOW or inside < LOST_BELOW / 2:
+        if seen < LEAST_SEEN or inside < LEAST_SEEN / 2:
             self._unseen_frames += 1
             return False
         self._unseen_frames = 0
@@ -144,7 +135,7 @@ class Visibility:
 def visible_box(
     values: NDArray[np.uint8],
     mask: NDArray[np.uint8],
-    near: Nearness | None,
+    near: NDArray[np.float32],
     window: Window,
     height: float,
 ) -> Box | None:
@@ -153,19 +144,18 @@ def visible_box(
 
     :param values: (h, w) uint8 likelihood of the window.
     :param mask: (h, w) uint8 0/255 of the same pixels, what of the person is not hidden.
-    :param near: how near they are to where the person is expected, None if that is elsewhere.
+    :param near: (h, w) float32, how far they are from the outline of the person expected,
+        positive inside.
     :param window: the window's rows and columns in the image.
     :param height: of the body in pixels.
     """
-    if near is None:
-        return None
-    likely = (values[near.part] > 127) & (near.distance >= -max(1.0, _BOX_MARGIN * height))
-    if np.count_nonzero(likely) < max(1.0, LOST_BELOW * cv2.countNonZero(mask)):
+    likely = (values > 127) & (near >= -max(1.0, GUARD * height))
+    if np.count_nonzero(likely) < max(1.0, LEAST_SEEN * cv2.countNonZero(mask)):
         return None
     extent = extent_of(likely.view(np.uint8), (0.0, 0.0), 0.0)
     return Box(
-        window[1].start + near.part[1].start + extent.left,
-        window[0].start + near.part[0].start + extent.top,
+        window[1].start + extent.left,
+        window[0].start + extent.top,
         extent.right - extent.left,
         extent.bottom - extent.top,
     )

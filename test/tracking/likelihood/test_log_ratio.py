@@ -43,8 +43,8 @@ def known(colour: tuple[int, int, int]) -> BackgroundModel:
 
 def test_colour_alone_decides_and_is_limited() -> None:
     blank = BackgroundModel(SHAPE)
-    assert np.all(ratio(image(RED), blank) == 4)
-    assert np.all(ratio(image(GREY), blank) == -4)
+    assert np.all(ratio(image(RED), blank) == 6)
+    assert np.all(ratio(image(GREY), blank, logit_limit=4.0) == -4)
 
 
 def test_an_unknown_colour_says_nothing() -> None:
@@ -101,7 +101,7 @@ def test_a_misplaced_edge_is_background_where_misplacement_was_measured() -> Non
 
 
 def test_the_switch_for_the_background_works() -> None:
-    assert np.all(ratio(image(RED), known(RED), use_background=False) == 4)
+    assert np.all(ratio(image(RED), known(RED), use_background=False) == 6)
 
 
 def test_the_likelihood_image_is_the_sigmoid_in_the_window() -> None:
@@ -155,7 +155,6 @@ def _plainly(
             seen = BIN_VOLUME * np.exp(-chroma) * (plain + other)
             trust = config.background_trust * count / (count + 0.1 + model.misplacement)
             p_background = trust * seen + (1 - trust) * p_background
-            bound = config.background_logit_limit if count >= 1 else bound
         out[place] = np.clip(np.log(p_person / p_background), -bound, bound)
     return out
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.likelihood.spreading import spread_evidence
 
 SHAPE = (100, 80)
@@ -45,7 +46,13 @@ def spread(
         template[BODY] = 255
     if moving is None:
         moving = np.zeros(SHAPE, np.float32)
-    return spread_evidence(lab, sums, ALL, SIGMA, moving, template, TALL, 0.5)
+    return spread_evidence(lab, known(sums), ALL, moving, template, TALL, 0.5)
+
+
+def known(sums: np.ndarray) -> BackgroundModel:
+    model = BackgroundModel((0, 0))
+    model.sums, model.sigma = sums, SIGMA
+    return model
 
 
 def test_wall_that_runs_on_behind_the_body_is_wall_and_the_body_is_not() -> None:
@@ -121,7 +128,7 @@ def test_it_is_the_recursive_filter_of_evidence_over_that_of_sureness() -> None:
         moving = rng.uniform(-2, 2, shape).astype(np.float32)
         template = rng.integers(0, 256, shape, np.uint8)
         window = (slice(0, shape[0]), slice(0, shape[1]))
-        found = spread_evidence(lab, sums, window, SIGMA, moving, template, TALL, 0.5)
+        found = spread_evidence(lab, known(sums), window, moving, template, TALL, 0.5)
         smooth = cv2.GaussianBlur(lab, (3, 3), 0).astype(int)
         across, down = np.zeros(shape), np.zeros(shape)
         across[:, :-1] = np.abs(np.diff(smooth, axis=1)).sum(axis=2)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.tracking.nearness import nearness
+from gait_segmentation.images import signed_distance
 from gait_segmentation.tracking.recovery.visibility import (
     Sight,
     Visibility,
@@ -71,10 +71,11 @@ def test_the_box_is_about_the_likely_pixels_near_the_mask() -> None:
     mask = block(10, 5, 20, 35)
     likely = block(10, 5, 20, 30) | block(26, 5, 28, 35)
     window = (slice(100, 140), slice(50, 80))
-    near = nearness(mask, 30)
+    near = signed_distance(mask > 127)
     assert visible_box(likely, mask, near, window, 30) == Box(60, 105, 10, 25)
     assert visible_box(block(10, 5, 20, 9), mask, near, window, 30) is None
-    assert visible_box(likely, mask, None, window, 30) is None
+    nowhere = signed_distance(mask > 255)
+    assert visible_box(likely, mask, nowhere, window, 30) is None
 
 
 def test_the_means_are_those_of_opencv() -> None:
