@@ -19,7 +19,8 @@ ROS = [
     'ros-jazzy-rmw-fastrtps-cpp',
 ]
 # Every lower bound is one that `make test-oldest` runs: see test/oldest.txt.
-# What only the command line tools need, and what reads bags; nodes run without.
+# What only the command line tools need, and what reads bags; nodes run without, so package.xml
+# does not name it.
 TOOLS = [
     'lz4>=4.0.2',
     'matplotlib>=3.6.3',
@@ -31,8 +32,11 @@ TOOLS = [
 LEARN = ['scikit-learn>=1.4.1.post1']
 # `gait_evaluate` leaves MOTA and IDF1 out without it.
 EVALUATE = ['motmetrics>=1.4.0']
+# `gait_replay --dask` and tables in Parquet.
+ARCHIVE = ['distributed', 'pyarrow']
 TEST = [
     'colcon-common-extensions',
+    'distributed',
     'hypothesis',
     'mcap-ros2-support',
     'mypy',
@@ -86,6 +90,7 @@ setup(
         'tools': TOOLS,
         'learn': LEARN,
         'evaluate': EVALUATE,
+        'archive': [*TOOLS, *ARCHIVE],
         'test': [*TEST, *TOOLS, *LEARN, *EVALUATE],
     },
     zip_safe=False,

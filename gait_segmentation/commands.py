@@ -16,7 +16,7 @@ from functools import partial
 from importlib import import_module
 from types import FrameType, ModuleType
 
-from gait_segmentation.errors import not_installed
+from gait_segmentation.errors import EXTRAS, not_installed
 
 __all__ = [
     'bank',
@@ -43,9 +43,6 @@ _AGAIN_S = 0.02
 
 _OF_ROS = ('ament_', 'rcl', 'rosgraph_'), ('_interfaces', '_msgs', '_srvs')
 """Beginnings and ends of names of modules that come with ROS 2, and not from requirements."""
-
-_OF_TOOLS = ('lz4', 'matplotlib', 'mcap', 'rosbags', 'tqdm', 'zstandard')
-"""Modules that only the command line tools and readers of bags need."""
 
 
 def main() -> int:
@@ -125,7 +122,7 @@ def _without(name: str, error: ModuleNotFoundError) -> int:
             f'there is no ROS 2 for this Python (no module {error.name}): source its setup, such '
             "as /opt/ros/jazzy/setup.bash, or pip install '.[ros]'"
         )
-    elif missing in _OF_TOOLS:
+    elif missing in EXTRAS:
         what = not_installed(missing)
     else:
         raise error

@@ -25,9 +25,17 @@ class SequenceError(GaitSegmentationError):
     """A clip or a sequence folder is missing, incomplete or corrupt."""
 
 
+EXTRAS = {
+    **dict.fromkeys(('lz4', 'matplotlib', 'mcap', 'rosbags', 'tqdm', 'zstandard'), 'tools'),
+    **dict.fromkeys(('distributed', 'pyarrow'), 'archive'),
+}
+"""Modules that nodes run without, and the extra of setup.py that brings them."""
+
+
 def not_installed(package: str) -> str:
-    """Return what to do about a package of the extra ``tools`` that is missing."""
+    """Return what to do about a package of an extra that is missing."""
+    extra = EXTRAS.get(package, 'tools')
     return (
         f'the Python package {package} is not installed: pip install {package}, or '
-        "'.[tools]' for all that the tools need"
+        f"'.[{extra}]' for all of the {extra}"
     )

@@ -99,9 +99,12 @@ def test_without_ros_it_is_said_what_to_do(name: str, tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize(('name', 'package'), [('replay', 'tqdm'), ('evaluate', 'tqdm')])
+@pytest.mark.parametrize(
+    ('name', 'package', 'extra'),
+    [('replay', 'tqdm', 'tools'), ('evaluate', 'tqdm', 'tools'), ('replay', 'pyarrow', 'archive')],
+)
 def test_without_what_tools_need_it_is_said_what_to_install(
-    name: str, package: str, monkeypatch, capsys
+    name: str, package: str, extra: str, monkeypatch, capsys
 ) -> None:
     def missing(*about: object) -> None:
         raise ModuleNotFoundError(f'No module named {package!r}', name=package)
@@ -111,7 +114,7 @@ def test_without_what_tools_need_it_is_said_what_to_install(
     assert getattr(commands, name)() == 2
     assert capsys.readouterr().err == (
         f'gait_{name}: error: the Python package {package} is not installed: pip install '
-        f"{package}, or '.[tools]' for all that the tools need\n"
+        f"{package}, or '.[{extra}]' for all of the {extra}\n"
     )
 
 

@@ -23,6 +23,7 @@ from gait_segmentation.cli.tool import (
 )
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
+from gait_segmentation.files.output_files import keep_apart
 
 if TYPE_CHECKING:
     from gait_segmentation.cli.replaying.job import Job, Report
@@ -48,9 +49,10 @@ nodes, and what else is asked for:
                   person and frame
   --opengait DIR  walks for gait recognition as OpenGait reads them: arrays
                   (N, 64, 64) uint8 in DIR/NAME/person-ID/VIEW/VIEW.pkl
+  --summary FILE  one table (.parquet or CSV) of all walks in all inputs
 
-With several inputs every FILE and DIR is a folder, and gets a file or folder
-NAME (with its suffix) for each input. NAME is the input's without suffix.
+With several inputs every other FILE and DIR is a folder, and gets a file or
+folder NAME (with its suffix) for each input. NAME is the input's without suffix.
 
 Outputs that exist are not made again, so an interrupted run is continued by
 the same command; --force makes them anew. What is not recognisably an output
@@ -68,6 +70,7 @@ out), 2 if an input could not be replayed, 130 if interrupted
 examples (after colcon build with "ros2 run gait_segmentation" in front)
   gait_replay walk.mp4 --box 400 120 80 260 --overlay walk-overlay.mp4
   gait_replay bags/* --out out/replay --opengait silhouettes --jobs 2
+  gait_replay bags/* --opengait silhouettes --summary walks.parquet --dask tcp://host:8786
   gait_replay walk.mp4 --box 400 120 80 260 --preset paper
   gait_replay robot.bag --topic /camera/image_raw --set people.max_people=3
 """
@@ -89,6 +92,7 @@ def parser() -> argparse.ArgumentParser:
     add('--overlay', type=Path, metavar='FILE', help='write a film (.mp4)')
     add('--csv', type=Path, metavar='FILE', help='write a table of people, boxes and gait')
     add('--opengait', type=Path, metavar='DIR', help='write normalised silhouettes')
+    add('--summary', type=Path, metavar='FILE', help='write a table of all walks in all inputs')
     add(
         '--box',
         type=float,
@@ -109,6 +113,12 @@ def parser() -> argparse.ArgumentParser:
     add('--params', type=Path, metavar='FILE', help='ROS parameter file, as for the nodes')
     add('--bank', default='', metavar='FILE', help='template bank, as gait_bank writes it')
     add('--jobs', type=int, default=1, metavar='N', help='inputs at a time (%(default)s)')
+    add(
+        '--dask',
+        default='',
+        metavar='ADDRESS',
+        help='have the workers of a Dask cluster do it; its scheduler, such as tcp://host:8786',
+    )
     add('--threads', type=int, default=1, help='threads of OpenCV in each (%(default)s)')
     add('--force', action='store_true', help='make existing outputs anew')
     return made
@@ -191,6 +201,7 @@ def names_of(paths: list[Path]) -> list[str]:
 
 def _replay_all(options: argparse.Namespace) -> int:
     from gait_segmentation.cli.replaying.batch import replay_all
+    from gait_segmentation.cli.replaying.summary import check_summary, write_summary
 
     wanted = make_jobs(options)
     given = (*options.input, options.params, wanted[0].bank)
@@ -199,16 +210,24 @@ def _replay_all(options: argparse.Namespace) -> int:
     read = [Path(each) for each in given if each]
     for job in wanted:
         job.check(read, force=options.force)
+    if options.summary:
+        made = [path for job in wanted for path in job.outputs.values()]
+        keep_apart([('--summary', options.summary)], [*read, *made])
+        check_summary(options.summary)
     jobs = []
     for job in wanted:
         if not job.missing(force=options.force):
             print(f'{job.input}: done before, see {job.bag}; --force makes it anew')
         else:
             jobs.append(job)
-    if not jobs:
-        return 0
-    reports, seconds = replay_all(jobs, options.jobs, force=options.force)
-    _print(reports, seconds, jobs[0].bag if len(jobs) == 1 else options.out)
+    reports: list[Report] = []
+    if jobs:
+        reports, seconds = replay_all(
+            jobs, options.jobs, force=options.force, cluster=options.dask
+        )
+        _print(reports, seconds, jobs[0].bag if len(jobs) == 1 else options.out)
+    if options.summary:
+        write_summary(options.summary, wanted)
     if any(report.interrupted for report in reports) or len(reports) < len(jobs):
         return INTERRUPTED
     if any(report.error for report in reports):

@@ -92,6 +92,12 @@ class Localizing:
             rectified = self._node.parameters.get(LocalizerNodeConfig).rectified
             camera = read_camera(self._info, rectified)
             depth, pose = self._depth(header, masks), self._pose(header)
+            if not self._depths and pose is None and not self.stage.config.camera_height:
+                topic = self._node.resolve_topic_name('depth')
+                raise InputError(
+                    f'nothing came on {topic} so far, and where the ground is neither '
+                    'ground_frame nor localization.camera_height says'
+                )
             return self.stage.update(matches, masks, camera, pose, depth)
         except GaitSegmentationError as error:
             self._warn('location', f'nobody is located: {error}')

@@ -162,6 +162,15 @@ def test_what_is_there_is_not_made_again(given: list[str], tmp_path: Path, capsy
     assert bag.stat().st_mtime_ns > before
 
 
+def test_an_input_without_walks_is_not_done_again(
+    given: list[str], tmp_path: Path, capsys
+) -> None:
+    command = [given[0], *given[-2:], '--count', '3', '--opengait', str(tmp_path / 'gait')]
+    assert main(command) == 0
+    assert main(command) == 0
+    assert 'done before' in capsys.readouterr().out
+
+
 @pytest.mark.parametrize('force', [[], ['--force']])
 def test_a_file_is_not_taken_for_a_folder_nor_replaced_by_one(
     given: list[str], tmp_path: Path, force: list[str], capsys

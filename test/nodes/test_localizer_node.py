@@ -161,6 +161,14 @@ def test_what_does_not_fit_is_said_once_and_boxes_go_on(bench: Bench, name: str,
     assert places.node.statistics.failed == 0
 
 
+def test_without_depth_and_ground_it_is_said_what_is_missing(bench: Bench, capfd) -> None:
+    places = Places(bench)
+    places.node._localizing._calibrated(info())
+    assert places.show(0)['person_0/pose'] == []
+    said = capfd.readouterr().err
+    assert 'nobody is located: nothing came on /depth so far, and where the ground is' in said
+
+
 def test_float_depth_of_the_other_byte_order_is_metres(bench: Bench) -> None:
     places = Places(bench)
     places.node._localizing._calibrated(info())

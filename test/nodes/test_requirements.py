@@ -6,9 +6,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
+
+from gait_segmentation.errors import EXTRAS
 
 ROOT = Path(__file__).parents[2]
 TIMEOUT_S = 300
@@ -16,7 +19,7 @@ TIMEOUT_S = 300
 WITHOUT = f"""
 import sys
 from importlib import import_module
-TOOLS = {('lz4', 'matplotlib', 'mcap', 'motmetrics', 'rosbags', 'sklearn', 'tqdm', 'zstandard')}
+TOOLS = {[*EXTRAS, 'motmetrics', 'sklearn']}
 for name in TOOLS:
     sys.modules[name] = None
 """
@@ -44,6 +47,13 @@ def test_nodes_and_their_warm_up_import_nothing_that_only_tools_need() -> None:
     )
     done = run(program)
     assert done.stdout.strip() == 'imported', done.stderr
+
+
+def test_rosdep_installs_nothing_that_only_tools_need() -> None:
+    package = ElementTree.parse(ROOT / 'package.xml').getroot()
+    needed = {each.text for each in package.iter('exec_depend')}
+    assert 'python3-numpy' in needed
+    assert not needed & {f'python3-{name}' for name in EXTRAS}
 
 
 @pytest.mark.parametrize('name', ['walk.mcap', 'walk.db3', 'walk.bag'])

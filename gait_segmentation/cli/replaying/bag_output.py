@@ -5,8 +5,10 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import re
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,6 +27,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 
 from gait_segmentation.cli.replaying.output import Output, Replayed
+from gait_segmentation.cli.replaying.walks import Walk, Walks
 from gait_segmentation.inputs import Frame
 from gait_segmentation.ros.fields import (
     DEPTH,
@@ -57,8 +60,19 @@ _SLOT_TOPICS = {
 _RESERVE_BYTES = 4 << 20
 """Kept free for the end of the bag, in case that the disk becomes full."""
 
-_MARK = 'gait_replay'
-"""Of the entry in the metadata that says which input a bag was made of."""
+_MARK, _WALKS = 'gait_replay', 'walks'
+"""Of the entries in the metadata that say which input a bag was made of, and who walks in it."""
+
+_UNREADABLE = (
+    AttributeError,
+    LookupError,
+    OSError,
+    RecursionError,
+    TypeError,
+    ValueError,
+    yaml.YAMLError,
+)
+"""Errors of metadata that are missing, or not those of a bag."""
 
 _FOREVER = QosTime(2147483647, 4294967295)
 
@@ -139,7 +153,7 @@ class BagOutput(Output):
         :raises OSError: if it cannot be written.
         """
         self._slots, self._digest = slots, digest
-        self._messages = Messages()
+        self._messages, self._walks = Messages(), Walks()
         self._shape: tuple[int, int] | None = None
         super().__init__(path)
 
@@ -167,21 +181,33 @@ class BagOutput(Output):
         """Return whether the bag says so and all its files are there."""
         return cls.digest(path) is not None
 
-    @staticmethod
-    def digest(path: Path) -> str | None:
+    @classmethod
+    def digest(cls, path: Path) -> str | None:
         """Return the digest of the input of such a bag, None if it is none or not complete."""
+        return cls._said(path).get(_MARK)
+
+    @classmethod
+    def walks(cls, path: Path) -> list[Walk] | None:
+        """Return the walks in such a bag, None if it does not say."""
+        said = cls._said(path).get(_WALKS)
+        return None if said is None else [Walk(**each) for each in json.loads(said)]
+
+    @staticmethod
+    def _said(path: Path) -> dict[str, str]:
+        """Return the entries in the metadata of a bag, none if it is not complete."""
         try:
             about = yaml.safe_load((path / 'metadata.yaml').read_text(encoding='utf-8'))
             about = about['rosbag2_bagfile_information']
-            found = about['custom_data'][_MARK]
+            said = about['custom_data'].items()
             whole = all((path / name).stat().st_size for name in about['relative_file_paths'])
-        except (LookupError, OSError, RecursionError, TypeError, ValueError, yaml.YAMLError):
-            return None
-        return found if whole and isinstance(found, str) else None
+        except _UNREADABLE:
+            return {}
+        return {key: value for key, value in said if isinstance(value, str)} if whole else {}
 
     def add(self, replayed: Replayed) -> None:
         """Write all messages of a frame."""
         frame, result = replayed.frame, replayed.result
+        self._walks.add(replayed)
         make = self._messages
         header = make.header(frame)
         shape = (result.mask.shape[0], result.mask.shape[1])
@@ -209,6 +235,8 @@ class BagOutput(Output):
         if self._writer.storage is None:
             return
         self._reserve.unlink(missing_ok=True)
+        walks = [asdict(walk) for walk in self._walks.all()]
+        self._writer.set_custom_data(_WALKS, json.dumps(walks))
         try:
             self._writer.close()
         except OSError:

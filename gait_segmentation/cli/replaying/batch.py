@@ -9,7 +9,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from typing import Any
@@ -28,24 +28,30 @@ from gait_segmentation.ros.compiling import compiling
 __all__ = ['replay_all']
 
 
-def replay_all(jobs: list[Job], at_a_time: int, *, force: bool) -> tuple[list[Report], float]:
+def replay_all(
+    jobs: list[Job], at_a_time: int, *, force: bool, cluster: str = ''
+) -> tuple[list[Report], float]:
     """
     Replay inputs until all are done, or Ctrl-C or SIGTERM comes.
 
     :param jobs: at least one; all have the same configuration and bank.
     :param at_a_time: how many are worked on at a time, in processes of their own if several.
     :param force: make all outputs anew.
+    :param cluster: address of a Dask scheduler whose workers do it instead.
     :returns: how those went that were begun, and how many seconds they took in all.
     :raises BankError: if the bank cannot be read.
+    :raises ConfigError: if there is no cluster at the address.
     """
     totals = [_total(job) for job in jobs]
     bank = open_bank(jobs[0].bank)
-    if any(total != 0 for total in totals):
+    if not cluster and any(total != 0 for total in totals):
         # Before signals are only looked at between frames; and once for all processes.
         with compiling(lambda text: print(f'gait_replay: {text}', file=sys.stderr)):
             compile_kernels()
     started = time.monotonic()
-    if at_a_time == 1 or len(jobs) == 1:
+    if cluster:
+        reports = _on_cluster(jobs, totals, cluster, force)
+    elif at_a_time == 1 or len(jobs) == 1:
         reports = _in_turn(jobs, totals, bank, force)
     else:
         reports = _side_by_side(jobs, totals, min(at_a_time, len(jobs)), force)
@@ -97,22 +103,63 @@ def _side_by_side(
     context = multiprocessing.get_context('spawn')
     halt = context.Event()
     done = context.Value('Q', 0)
-    known = None if None in totals else sum(total for total in totals if total is not None)
     with (
         _until_interrupted() as stop,
         ProcessPoolExecutor(processes, context, _begin_worker, (halt, done, jobs[0].bank)) as pool,
-        tqdm(total=known, unit='frame', disable=None, leave=False) as bar,
     ):
         futures = [pool.submit(_work, job, force) for job in jobs]
-        waiting: set[Future[Report]] = set(futures)
+        _follow(futures, totals, lambda: done.value, stop, halt.set)
+    return [report for future in futures if (report := future.result()) is not None]
+
+
+def _on_cluster(
+    jobs: list[Job], totals: list[int | None], address: str, force: bool
+) -> list[Report]:
+    """Replay in the workers of a cluster; an error of one is reported with its input."""
+    from gait_segmentation.cli.replaying import cluster
+
+    with cluster.connected(address) as client, _until_interrupted() as stop:
+        halt = cluster.Event(client=client)
+        pool = client.get_executor(pure=False)
+        jobs = [cluster.anywhere(job) for job in jobs]
+        futures = [pool.submit(cluster.replay_task, job, halt, force=force) for job in jobs]
+
+        def reports() -> list[Report]:
+            pairs = zip(jobs, futures, strict=True)
+            found = (cluster.report_of(job, future) for job, future in pairs if future.done())
+            return [report for report in found if report is not None]
+
+        def break_off() -> None:
+            halt.set()
+            if not client.nthreads():
+                # Nothing has begun that could be waited for.
+                raise KeyboardInterrupt
+
+        _follow(futures, totals, lambda: sum(each.frames for each in reports()), stop, break_off)
+        return reports()
+
+
+def _follow(
+    futures: list[Future[Report | None]],
+    totals: list[int | None],
+    frames: Callable[[], int],
+    stop: threading.Event,
+    halt: Callable[[], None],
+) -> None:
+    """
+    Show how far inputs are until all are done.
+
+    :param frames: counts those that are done.
+    :param halt: called once interrupted; then no more inputs are begun.
+    """
+    known = None if None in totals else sum(total for total in totals if total is not None)
+    waiting = set(futures)
+    with tqdm(total=known, unit='frame', disable=None, leave=False) as bar:
         while waiting:
             waiting = wait(waiting, POLL_S, FIRST_COMPLETED).not_done
-            bar.update(done.value - bar.n)
+            bar.update(frames() - bar.n)
             if stop.is_set():
-                halt.set()
-                for future in futures:
-                    future.cancel()
-    return [future.result() for future in futures if not future.cancelled()]
+                halt()
 
 
 _WORKER: dict[str, Any] = {}
@@ -125,9 +172,12 @@ def _begin_worker(halt: Any, done: Any, bank: str) -> None:
     _WORKER.update(halt=halt, done=done, bank=open_bank(bank))
 
 
-def _work(job: Job, force: bool) -> Report:
+def _work(job: Job, force: bool) -> Report | None:
+    """Replay an input, unless interrupted before."""
+
     def count() -> None:
         with _WORKER['done'].get_lock():
             _WORKER['done'].value += 1
 
-    return replay(job, _WORKER['bank'], _WORKER['halt'].is_set, force=force, progress=count)
+    halt = _WORKER['halt'].is_set
+    return None if halt() else replay(job, _WORKER['bank'], halt, force=force, progress=count)

@@ -19,6 +19,7 @@ from gait_segmentation.cli.replaying.mark import (
     png_is_marked,
 )
 from gait_segmentation.cli.replaying.output import Output, Replayed
+from gait_segmentation.cli.replaying.walks import STEPS_PER_STRIDE
 from gait_segmentation.drawing import draw_label, draw_person
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.pipeline import PersonResult
@@ -46,8 +47,6 @@ COLUMNS = (
     'mask_px',
 )
 """Of the table: one row a frame and person."""
-
-_STEPS_PER_STRIDE = 2
 
 
 class MasksOutput(Output):
@@ -221,7 +220,7 @@ def _row(person: PersonResult) -> tuple[object, ...]:
         box = (*(f'{side:.2f}' for side in sides), f'{track.angle:.4f}', f'{track.confidence:.3f}')
     gait: tuple[object, ...] = ('',) * 4
     if match.body is not None:
-        cadence = 60 * _STEPS_PER_STRIDE * match.phase_rate
+        cadence = 60 * STEPS_PER_STRIDE * match.phase_rate
         gait = (
             f'{match.phase:.4f}',
             f'{cadence:.1f}',

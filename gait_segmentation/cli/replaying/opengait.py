@@ -10,7 +10,6 @@ with outlines that are grey from the scaling.
 
 from __future__ import annotations
 
-import math
 import pickle
 import re
 from pathlib import Path
@@ -20,33 +19,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.cli.replaying.output import Output, Replayed
+from gait_segmentation.cli.replaying.walks import Walks, has_silhouette
 
 __all__ = ['SIDE', 'OpenGaitOutput', 'normalised']
 
 SIDE = 64
 """Height and width of a silhouette in pixels."""
 
-LEAST_FRAMES = 5
-"""Shorter walks are of no use: OpenGait warns of them."""
 
-_LEAST_SUM = 10_000
-"""Sum of the pixels (0/255) that OpenGait asks for in a silhouette."""
-
-_VIEW_STEP = 45
-
-
-def normalised(mask: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
+def normalised(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """
     Cut a silhouette out, 64 pixels high and centred.
 
     The centre is the median of its mass over the columns; what lies further than 32 pixels from
     it is cut off.
 
-    :param mask: (H, W) uint8 0/255.
-    :returns: (64, 64) uint8, 0 to 255, or None if there is too little to see.
+    :param mask: (H, W) uint8 0/255, not empty.
+    :returns: (64, 64) uint8, 0 to 255.
     """
-    if int(mask.sum()) <= _LEAST_SUM:
-        return None
     rows = np.flatnonzero(mask.any(axis=1))
     cut = mask[rows[0] : rows[-1] + 1]
     width = max(int(cut.shape[1] * SIDE / cut.shape[0]), 1)
@@ -61,9 +51,8 @@ class OpenGaitOutput(Output):
     """
     A folder with the walk of everybody who was tracked.
 
-    The folder is the subject; the types are ``person-ID`` by track id, and the view is the mean
-    direction of the walk in degrees, in steps of 45: 000 = to the right in the image, 090 = away
-    from the camera, 180 = to the left, 270 = towards the camera.
+    The folder is the subject; the types are ``person-ID`` by track id, and the views are those of
+    :class:`Walk`.
     """
 
     option = '--opengait'
@@ -72,8 +61,13 @@ class OpenGaitOutput(Output):
     def begin(self) -> None:
         """Begin without walks."""
         self.work.mkdir(parents=True)
-        self._walks: dict[int, list[NDArray[np.uint8]]] = {}
-        self._directions: dict[int, list[float]] = {}
+        self._walks = Walks()
+        self._silhouettes: dict[int, list[NDArray[np.uint8]]] = {}
+
+    @classmethod
+    def is_there(cls, path: Path) -> bool:
+        """Return whether the folder is there; it is empty where nobody walks."""
+        return path.is_dir()
 
     @classmethod
     def is_own(cls, path: Path) -> bool:
@@ -82,25 +76,14 @@ class OpenGaitOutput(Output):
 
     def add(self, replayed: Replayed) -> None:
         """Keep everybody's silhouette."""
-        for person in replayed.result.people:
-            track_id = person.track.track_id
-            silhouette = normalised(person.segmentation.mask) if track_id else None
-            if silhouette is not None:
-                self._walks.setdefault(track_id, []).append(silhouette)
-                self._directions.setdefault(track_id, []).append(person.match.azimuth)
+        self._walks.add(replayed)
+        for person in filter(has_silhouette, replayed.result.people):
+            kept = self._silhouettes.setdefault(person.track.track_id, [])
+            kept.append(normalised(person.segmentation.mask))
 
     def finish(self) -> None:
         """Write the walks."""
-        for track_id, walk in sorted(self._walks.items()):
-            if len(walk) < LEAST_FRAMES:
-                continue
-            view = _view(self._directions[track_id])
-            folder = self.work / f'person-{track_id:03d}' / view
-            folder.mkdir(parents=True)
-            data = pickle.dumps(np.stack(walk), protocol=4)
-            (folder / f'{view}.pkl').write_bytes(data)
-
-
-def _view(azimuths: list[float]) -> str:
-    mean = math.atan2(float(np.sin(azimuths).mean()), float(np.cos(azimuths).mean()))
-    return f'{round(math.degrees(mean) / _VIEW_STEP) * _VIEW_STEP % 360:03d}'
+        for walk in self._walks.all():
+            file = self.work / walk.file
+            file.parent.mkdir(parents=True)
+            file.write_bytes(pickle.dumps(np.stack(self._silhouettes[walk.person]), protocol=4))

@@ -22,6 +22,7 @@ from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.inputs import DamagedError, ImageSource
 from gait_segmentation.inputs.heat_maps import open_heat_maps
 from gait_segmentation.pipeline import Pipeline
+from gait_segmentation.ros.memory import keep_freed_memory
 
 __all__ = ['replay']
 
@@ -47,6 +48,8 @@ def replay(
     complete = False
     try:
         cv2.setNumThreads(job.threads)
+        # Dask has its workers return it at once.
+        keep_freed_memory()
         source = job.source()
         box = _scaled_box(job, source)
         for output in _outputs(job, source, force):
