@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.cli.replaying.output import Output, Replayed
 
-__all__ = ['SIDE', 'OpenGaitOutput', 'normalised']
+__all__ = ['SIDE', 'OpenGaitOutput', 'OpenGaitPeopleOutput', 'normalised']
 
 SIDE = 64
 """Height and width of a silhouette in pixels."""
@@ -95,10 +95,28 @@ class OpenGaitOutput(Output):
             if len(walk) < LEAST_FRAMES:
                 continue
             view = _view(self._directions[track_id])
-            folder = self.work / f'person-{track_id:03d}' / view
+            folder = self.work / self.walk_name(track_id) / view
             folder.mkdir(parents=True)
             data = pickle.dumps(np.stack(walk), protocol=4)
             (folder / f'{view}.pkl').write_bytes(data)
+
+    def walk_name(self, track_id: int) -> str:
+        """Return the folder of somebody's walk, to which that of the view is added."""
+        return f'person-{track_id:03d}'
+
+
+class OpenGaitPeopleOutput(OpenGaitOutput):
+    """
+    The same with everybody a subject of their own, ``NAME-person-ID``, and one type, ``walk``.
+
+    So the folder of each film is a data set.  Who is who across films is not known.
+    """
+
+    files = re.compile(r'.+-person-\d+/walk/\d{3}/\d{3}\.pkl')
+
+    def walk_name(self, track_id: int) -> str:
+        """Return subject and type."""
+        return f'{self.path.name}-{super().walk_name(track_id)}/walk'
 
 
 def _view(azimuths: list[float]) -> str:
