@@ -359,6 +359,12 @@ def main() -> int:
             ratio = without / report['delays'][WINDOW][name]['clock']['rms_percent']
             what = f'RMS without over with clock, {WINDOW} s later, {name}'
             fine &= holds(what, ratio, 2.0, least=True)
+    if arguments.delays:
+        ratio = report['side']['independent']['rms_percent']
+        ratio /= report['delays'][WINDOW]['side']['path']['rms_percent']
+        fine &= holds(
+            f'RMS without over with path, {WINDOW} s later, side', ratio, 2.0, least=True
+        )
     return 0 if fine else 1
 
 

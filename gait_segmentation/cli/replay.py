@@ -48,7 +48,9 @@ nodes, and what else is asked for:
   --csv FILE      boxes, phase, cadence, azimuth and confidence, a row a
                   person and frame
   --opengait DIR  walks for gait recognition as OpenGait reads them: arrays
-                  (N, 64, 64) uint8 in DIR/NAME/person-ID/VIEW/VIEW.pkl
+                  (N, 64, 64) uint8 in DIR/NAME/person-ID/VIEW/VIEW.pkl;
+                  with --subjects person, where several people are in a film,
+                  in DIR/NAME/NAME-person-ID/walk/VIEW/VIEW.pkl
   --summary FILE  one table (.parquet or CSV) of all walks in all inputs
 
 With several inputs every other FILE and DIR is a folder, and gets a file or
@@ -94,6 +96,12 @@ def parser() -> argparse.ArgumentParser:
     add('--opengait', type=Path, metavar='DIR', help='write normalised silhouettes')
     add('--summary', type=Path, metavar='FILE', help='write a table of all walks in all inputs')
     add(
+        '--subjects',
+        choices=('film', 'person'),
+        default='film',
+        help='what is a subject for --opengait: an input, or everybody in it (%(default)s)',
+    )
+    add(
         '--box',
         type=float,
         nargs=4,
@@ -138,7 +146,7 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
     from gait_segmentation.cli.replaying.bag_output import BagOutput
     from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput, OverlayOutput
     from gait_segmentation.cli.replaying.job import Job
-    from gait_segmentation.cli.replaying.opengait import OpenGaitOutput
+    from gait_segmentation.cli.replaying.opengait import OpenGaitOutput, OpenGaitPeopleOutput
     from gait_segmentation.cli.settings import Settings, read_parameter_file
     from gait_segmentation.geometry import Box
 
@@ -151,13 +159,14 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
         if path is not None:
             settings = read_parameter_file(path, settings)
     several = len(options.input) > 1
+    opengait = OpenGaitPeopleOutput if options.subjects == 'person' else OpenGaitOutput
     jobs = []
     for path, name in zip(options.input, names_of(options.input), strict=True):
         places: dict[type[Output], Path | None] = {
             BagOutput: options.out / name,
             MasksOutput: _place(options.masks, several, name),
             OverlayOutput: _place(options.overlay, several, f'{name}.mp4'),
-            OpenGaitOutput: _place(options.opengait, True, name),
+            opengait: _place(options.opengait, True, name),
             CsvOutput: _place(options.csv, several, f'{name}.csv'),
         }
         jobs.append(

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import os
 import tokenize
 import zipfile
@@ -32,6 +33,7 @@ __all__ = ['FORMAT', 'FORMAT_VERSION', 'TemplateBank', 'extents']
 
 FORMAT = 'gait_segmentation template bank'
 FORMAT_VERSION = 1
+_MOST_PIXELS = (2**31 - 1) // 255  # sums over a template fit 32 bits
 _ENTRIES = ('templates', 'azimuth', 'builds', 'fill', 'provenance')
 
 
@@ -72,6 +74,10 @@ class TemplateBank:
             )
         if 0 in self.templates.shape:
             raise BankError(f'a bank must not be empty, got shape {self.templates.shape}')
+        if math.prod(self.grid) > _MOST_PIXELS:
+            raise BankError(
+                f'templates must have at most {_MOST_PIXELS} pixels, got {math.prod(self.grid)}'
+            )
         sequences = len(self.templates)
         if self.azimuth.shape != (sequences,) or len(self.builds) != sequences:
             raise BankError(

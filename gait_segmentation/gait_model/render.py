@@ -17,7 +17,6 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,11 +24,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from gait_segmentation.errors import BankError
 from gait_segmentation.gait_model.body import PARTS, Body, Build, body_at, named_build
+from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.kernels import kernel
 
 __all__ = [
     'Drawing',
-    'Registration',
     'register',
     'render_cycle',
     'render_parts',
@@ -177,23 +176,9 @@ def draw(
     return canvas
 
 
-@dataclass(frozen=True)
-class Registration:
-    """
-    The body's frame in the projection plane, in statures (x to the right, y down).
-
-    ``center_x`` is the axis, ``center_y`` the middle between top and bottom, ``height`` their
-    distance.
-    """
-
-    center_x: float
-    center_y: float
-    height: float
-
-
 @functools.lru_cache(maxsize=512)
-def register(build: Build, view: View) -> Registration:
-    """Find the frame of a walker seen from one direction."""
+def register(build: Build, view: View) -> BodyFrame:
+    """Find the frame of a walker seen from one direction in the projection plane, in statures."""
     body = body_at(np.arange(_CYCLE) / _CYCLE, build)
     centers, axes, _ = project(body, view)
     left, top, right, bottom = extent(centers, axes)
@@ -211,7 +196,7 @@ def register(build: Build, view: View) -> Registration:
         mass = np.cumsum(canvas.sum(axis=0, dtype=np.float64))
         medians.append(float(np.interp(mass[-1] / 2, mass, np.arange(1, len(mass) + 1))))
     axis = x0 + step * float(np.mean(medians))
-    return Registration(axis, float(top.mean() + bottom.mean()) / 2, height)
+    return BodyFrame(axis, float(top.mean() + bottom.mean()) / 2, height)
 
 
 class Drawing:

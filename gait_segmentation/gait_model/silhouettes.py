@@ -162,7 +162,8 @@ class SilhouetteSequence:
     Heel contacts are found by the width of the legs, which works from any direction but the
     exact front and back.
 
-    :param masks: (N, height, width) uint8, 255 inside, at least one stride.
+    :param masks: (N, height, width) uint8, 255 inside, none empty, at least one stride: see
+        :func:`read_silhouettes`.
     :param azimuth: walking direction in radians, as in ``TemplateBank``.
     :param name: the build's name in the bank.
     :param first_contact: leg of the first heel contact, ``'right'`` or ``'left'``.  In profile
@@ -175,17 +176,7 @@ class SilhouetteSequence:
     first_contact: str = 'right'
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be used."""
-        if self.masks.ndim != 3 or self.masks.dtype != np.uint8:
-            raise BankError(
-                f'silhouettes must be (frames, height, width) uint8, got {self.masks.shape} '
-                f'{self.masks.dtype}'
-            )
-        empty = np.flatnonzero(~self.masks.any(axis=(1, 2)))
-        if empty.size:
-            raise BankError(f'silhouette {empty[0]} of {self.name!r} is empty')
-        if self.first_contact not in ('right', 'left'):
-            raise BankError(f"first_contact must be 'right' or 'left', got {self.first_contact!r}")
+        """Refuse an azimuth that is none."""
         if not math.isfinite(self.azimuth):
             raise BankError(f'azimuth must be a finite number, got {self.azimuth!r}')
 

@@ -27,7 +27,7 @@ from gait_segmentation.matching.placements import (
 )
 from gait_segmentation.matching.refinement import refined_box
 from gait_segmentation.matching.sampling import warp_template
-from gait_segmentation.matching.similarities import SimilarityMaps, coded_bank, filled_up
+from gait_segmentation.matching.similarities import SimilarityMaps, coded_bank
 from gait_segmentation.matching.views import Views
 from gait_segmentation.results import MatchResult
 
@@ -73,12 +73,12 @@ class SequenceMatcher:
         self.config = config = config or MatchingConfig()
         self._bank = bank
         self._placements = grid = PlacementGrid(bank.grid, bank.fill, config)
-        self._coded = coded = coded_bank(bank, config.levels, grid.windows, config.kernel)
+        self._templates, coded = coded_bank(bank, config.levels, grid.windows, config.kernel)
         cost = np.round(UNIT * config.scale_cost * np.abs(np.log(grid.scales))).astype(np.int16)
         self._similarities = SimilarityMaps(coded, grid.windows, cost)
         self._searched = grid.everywhere.about(grid.center, self._reach(0.0))
         self._place = grid.center
-        self._path = PathSearch(bank, coded.row.reshape(-1), config)
+        self._path = PathSearch(bank, coded.row, config)
         self._views = Views(bank)
         self._motion = BoxMotion()
         self._phase = PhaseFinder(bank, config)
@@ -181,11 +181,10 @@ class SequenceMatcher:
         sampled = grid.sample(likelihood, known, box.scaled(scale), blur, angle, searched.heights)
         similarity = self._similarities.update(sampled, searched)
         if begins:
-            every = similarity[:, : searched.size]
             # Not the best template's, so that the order of the rows does not matter.
-            best = searched.place(int(every.max(axis=0).argmax()))
-            searched, whole = searched.about(best, reach), searched
-            similarity = filled_up(whole.part(every, searched))
+            best = searched.place(int(similarity[:, : searched.size].max(axis=0).argmax()))
+            searched = searched.about(best, reach)
+            similarity = self._similarities.update(sampled, searched)
         self._searched = searched
         self._path.step(similarity, seconds, jump, searched)
         leader = self._path.leader()
@@ -310,7 +309,7 @@ class SequenceMatcher:
         """Return the similarity of one template at one placement over the known pixels."""
         sequence, phase, scale, row, column = state
         part = (scale, *self._placements.windows.part(row, column))
-        template = self._coded.templates[sequence, phase]
+        template = self._templates[sequence, phase]
         if sampled.known is not None:
             template = np.minimum(template, sampled.known[part])
         values = sampled.images[part]

@@ -151,7 +151,7 @@ class PathSearch:
     def reset(self) -> None:
         """Forget all frames."""
         self._frames: list[_Frame] = []
-        self._best = 0
+        self._best, self._owed = 0, 0.0
         self.rate = self._config.middle_rate
         """Strides per second with which the path is expected to go on."""
 
@@ -190,7 +190,11 @@ class PathSearch:
         if self._frames:
             before = self.scores(0).moved(searched, jump, phases)
             passed = seconds - self._frames[-1].seconds
-        costs = phase_costs(phases, passed, self.rate, config.fastest_rate, config.rate_cost)
+        # What rounding leaves is owed to the next step, or all would go too slow or too fast.
+        owed = self._owed + phases * self.rate * passed
+        expected = round(owed)
+        self._owed = owed - expected
+        costs = phase_costs(phases, passed, expected, config.fastest_rate, config.rate_cost)
         fading = min(int(32768 * math.exp(-passed / config.memory)), 32767)
         advance(
             before.rows,
@@ -302,7 +306,7 @@ class PathSearch:
 
 
 def phase_costs(
-    phases: int, seconds: float, rate: float, maximum_rate: float, cost: float
+    phases: int, seconds: float, expected: int, maximum_rate: float, cost: float
 ) -> NDArray[np.int16]:
     """
     Return what it costs to advance by 0, 1, 2, ... phases between two frames.
@@ -311,14 +315,13 @@ def phase_costs(
 
     :param phases: phases of a stride.
     :param seconds: time between the frames.
-    :param rate: expected strides per second.
+    :param expected: how many are.
     :param maximum_rate: most strides per second that are possible.
     :param cost: similarity that a whole stride off the expectation costs.
     :returns: (D,) int16 in path units, D at most ``phases``.
     """
     most = min(max(math.ceil(phases * maximum_rate * seconds - 1e-9), 1), phases - 1)
-    expected = min(rate * seconds, most / phases)
-    off = (abs(steps / phases - expected) for steps in range(most + 1))
+    off = (abs(steps - min(expected, most)) / phases for steps in range(most + 1))
     return np.array([min(round(UNIT * cost * each), UNIT) for each in off], np.int16)
 
 

@@ -4,9 +4,7 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -22,14 +20,6 @@ from gait_segmentation.matching.sampling import warp_template
 from gait_segmentation.results import TRACKED, MatchResult, TrackResult
 
 __all__ = ['PeopleMatcher']
-
-
-@dataclass
-class _Frame:
-    """A frame that not all slots have a result for."""
-
-    stamp_ns: int
-    found: dict[int, MatchResult] = field(default_factory=dict)
 
 
 class PeopleMatcher:
@@ -63,7 +53,8 @@ class PeopleMatcher:
         self._slots = [SequenceMatcher(bank, self._config) for _ in range(max_people)]
         self._last: list[MatchResult | None] = [None] * max_people
         self._crew = Crew(threads)
-        self._frames: deque[_Frame] = deque()
+        # By stamp, of frames that not all slots have a result for: those there are, by slot.
+        self._frames: dict[int, dict[int, MatchResult]] = {}
         self._stamp_ns = 0
 
     @property
@@ -107,7 +98,6 @@ class PeopleMatcher:
         stamp_ns = tracks[0].stamp_ns
         if stamp_ns < self._stamp_ns:
             self.reset()
-        self._frames.append(_Frame(stamp_ns))
         size = source_size
         pairs = list(zip(self._slots, tracks, strict=True))
         tasks = [
@@ -115,14 +105,14 @@ class PeopleMatcher:
             for slot, track in pairs
             if track.body
         ]
-        try:
-            found = iter(self._crew.run(tasks))
-            for index, (slot, track) in enumerate(pairs):
-                self._file(index, next(found) if track.body else _match(slot, track, size))
-        except Exception:
-            self._frames.pop()
-            raise
+        found = iter(self._crew.run(tasks))
+        results = [
+            next(found) if track.body else _match(slot, track, size) for slot, track in pairs
+        ]
         self._stamp_ns = stamp_ns
+        self._frames[stamp_ns] = {}
+        for index, each in enumerate(results):
+            self._file(index, each)
         return self._complete()
 
     def flush(self) -> list[tuple[MatchResult, ...]]:
@@ -157,17 +147,15 @@ class PeopleMatcher:
     def _file(self, slot: int, results: list[MatchResult]) -> None:
         if results:
             self._last[slot] = results[-1]
-        by_stamp = {frame.stamp_ns: frame for frame in self._frames}
         for result in results:
-            if result.stamp_ns in by_stamp:
-                by_stamp[result.stamp_ns].found[slot] = result
+            if result.stamp_ns in self._frames:
+                self._frames[result.stamp_ns][slot] = result
 
     def _complete(self) -> list[tuple[MatchResult, ...]]:
-        done: list[tuple[MatchResult, ...]] = []
-        while self._frames and len(self._frames[0].found) == len(self._slots):
-            found = self._frames.popleft().found
-            done.append(tuple(found[slot] for slot in range(len(self._slots))))
-        return done
+        # All slots answer in the order of the frames, so these are the first ones.
+        done = [stamp for stamp, each in self._frames.items() if len(each) == len(self._slots)]
+        complete = [self._frames.pop(stamp) for stamp in done]
+        return [tuple(each[slot] for slot in range(len(self._slots))) for each in complete]
 
 
 def _match(

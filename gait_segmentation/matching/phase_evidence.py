@@ -10,17 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import (
-    BodyFrame,
-    compose,
-    invert,
-    pixel_affine,
-    reach,
-    template_to_image as to_image,
-)
+from gait_segmentation.geometry import BodyFrame, compose, template_to_image as to_image
 from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.fine_views import FineViews
-from gait_segmentation.matching.sampling import antialiasing_side, inside, region, smoothed
+from gait_segmentation.matching.sampling import antialiasing_side, resampled
 
 __all__ = ['FineEvidence']
 
@@ -160,7 +153,7 @@ class FineEvidence:
         height, width = self._grid
         size = (width + 2 * _MARGIN, height + 2 * _MARGIN)
         shift = np.array([[1.0, 0.0, -_MARGIN], [0.0, 1.0, -_MARGIN]])
-        frames = [
+        grids = [
             compose(
                 to_image(
                     dataclasses.replace(body, height=body.height * factor),
@@ -172,27 +165,12 @@ class FineEvidence:
             )
             for factor in HEIGHTS
         ]
-        sides = reach(frames[-1], *size)
         side = antialiasing_side(body.height / (self._fill * height))
-        window = region(sides, likelihood.shape, side)
-        everywhere = known is None and inside(sides, likelihood.shape)
-        values, shown = smoothed(likelihood, known, window, side)
-        result = np.zeros((2, len(frames), 2, 2, size[1] // 2, size[0] // 2), np.float32)
-        if values.size == 0:
-            return result[0], result[1], False
-        if shown is None and not everywhere:
-            shown = np.full(values.shape, _ALL, np.uint8)
-        images = np.empty((len(frames), size[1], size[0]), np.uint8)
-        masks = np.full(images.shape, _ALL, np.uint8)
-        origin = np.array([[1.0, 0.0, -window[1].start], [0.0, 1.0, -window[0].start]])
-        for index, frame in enumerate(frames):
-            matrix = pixel_affine(invert(compose(origin, frame)))
-            edge = cv2.BORDER_REPLICATE
-            cv2.warpAffine(values, matrix, size, images[index], cv2.INTER_LINEAR, edge)
-            if shown is not None:
-                cv2.warpAffine(shown, matrix, size, masks[index], cv2.INTER_NEAREST)
-        pair(images, masks, result[0], result[1])
-        return result[0], result[1], everywhere or bool(masks.all())
+        images, masks = resampled(likelihood, known, grids, size, side)
+        result = np.zeros((2, len(grids), 2, 2, size[1] // 2, size[0] // 2), np.float32)
+        shown = np.full(images.shape, _ALL, np.uint8) if masks is None else masks
+        pair(images, shown, result[0], result[1])
+        return result[0], result[1], masks is None
 
     def _part(self, views: tuple[int, ...]) -> _Views:
         """Return the used part of the templates of some views."""
@@ -307,7 +285,7 @@ def pair(images, masks, values, seen):  # type: ignore[no-untyped-def]
     """
     Put the means of 2 x 2 known pixels into ``values`` and what is known into ``seen``, in 0..1.
 
-    :param images: (S, h, w) uint8, h and w even, and ``masks`` likewise, 0 where unknown.
+    :param images: (S, h, w) uint8, h and w even, black where unknown; ``masks`` are 0 there.
     :param values: (S, 2, 2, h / 2, w / 2) float32, and ``seen`` likewise: the means from even and
         from odd rows on, of each from even and from odd columns on.  What would begin in the
         last row or column is left as it is.
@@ -321,9 +299,7 @@ def pair(images, masks, values, seen):  # type: ignore[no-untyped-def]
             image, below = images[k, y], images[k, y + 1]
             mask, mask_below = masks[k, y], masks[k, y + 1]
             for x in range(width):
-                # Masks are 0 or 255, all bits.
-                both = np.int32(image[x] & mask[x]) + np.int32(below[x] & mask_below[x])
-                total[x] = share * np.float32(both)
+                total[x] = share * np.float32(np.int32(image[x]) + np.int32(below[x]))
                 known[x] = share * np.float32(np.int32(mask[x]) + np.int32(mask_below[x]))
             for odd in range(2):
                 value, visible = values[k, y % 2, odd, y // 2], seen[k, y % 2, odd, y // 2]

@@ -8,7 +8,6 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,18 +15,14 @@ from gait_segmentation.geometry import (
     BodyFrame,
     Box,
     Placement,
-    invert,
-    pixel_affine,
-    reach,
     template_to_image,
 )
 from gait_segmentation.matching.config import MatchingConfig
-from gait_segmentation.matching.sampling import antialiasing_side, inside, region, smoothed
+from gait_segmentation.matching.sampling import antialiasing_side, resampled
 from gait_segmentation.matching.tanimoto import WindowGrid
 
 __all__ = ['BoxMotion', 'Place', 'PlacementGrid', 'Sampled', 'SearchRange']
 
-_ALL = 255
 _EVERY_HEIGHT = slice(None)
 
 _GAIN = 0.3
@@ -100,21 +95,6 @@ class SearchRange(NamedTuple):
             )
         )
         return SearchRange((first[0], first[1], first[2]), (shape[0], shape[1], shape[2]))
-
-    def part(self, values: NDArray[np.int16], inner: SearchRange) -> NDArray[np.int16]:
-        """
-        Return the values of a range that is a part of this one.
-
-        :param values: (R, n) int16 of all placements of this range.
-        :param inner: the other range.
-        :returns: (R, m) int16.
-        """
-        scale, row, column = (a - b for a, b in zip(inner.first, self.first, strict=True))
-        scales, rows, columns = inner.shape
-        part = values.reshape(len(values), *self.shape)[
-            :, scale : scale + scales, row : row + rows, column : column + columns
-        ]
-        return part.reshape(len(values), -1)
 
 
 @dataclass(frozen=True)
@@ -215,38 +195,15 @@ class PlacementGrid:
         """
         rows, columns = self.windows.image_shape
         pitch = box.height * float(self.scales[-1]) / self.body
+        wanted = range(len(self.scales))[searched]
+        grids = [self.transform(box, float(self.scales[scale]), angle) for scale in wanted]
         side = max(blur, antialiasing_side(pitch))
-        sides = reach(self.transform(box, float(self.scales[-1]), angle), columns, rows)
-        window = region(sides, likelihood.shape, side)
-        all_seen = known is None and inside(sides, likelihood.shape, 0.5)
-        values, seen = smoothed(likelihood, known, window, side)
         images = np.zeros((len(self.scales), rows, columns), np.uint8)
-        masks = None if all_seen else np.zeros_like(images)
-        if values.size == 0:
-            return Sampled(images, masks)
-        if masks is not None and seen is None:
-            seen = np.full(values.shape, _ALL, np.uint8)
-        to_grid = invert(self.transform(box, 1.0, angle))
-        origin = np.array([window[1].start, window[0].start], np.float64)
-        to_grid[:, 2] += to_grid[:, :2] @ origin
-        middle = np.array([columns / 2, rows / 2])
-        for scale in range(len(self.scales))[searched]:
-            factor = self.scales[scale]
-            # All body heights share the centre of the box, which is the middle of each image.
-            scaled = to_grid / factor
-            scaled[:, 2] += middle - middle / factor
-            matrix = pixel_affine(scaled)
-            size = (columns, rows)
-            if masks is None:
-                cv2.warpAffine(values, matrix, size, images[scale], cv2.INTER_LINEAR)
-                continue
-            cv2.warpAffine(
-                values, matrix, size, images[scale], cv2.INTER_LINEAR, cv2.BORDER_REPLICATE
-            )
-            cv2.warpAffine(seen, matrix, size, masks[scale], cv2.INTER_NEAREST)
-            cv2.bitwise_and(images[scale], masks[scale], images[scale])
-        if masks is not None and _all_set(masks[searched]):
-            masks = None
+        images[searched], seen = resampled(likelihood, known, grids, (columns, rows), side)
+        if seen is None:
+            return Sampled(images, None)
+        masks = np.zeros_like(images)
+        masks[searched] = seen
         return Sampled(images, masks)
 
     def transform(self, box: Box, scale: float, angle: float) -> NDArray[np.float64]:
@@ -257,11 +214,6 @@ class PlacementGrid:
         middle = (self.windows.width - columns) / 2, (self.windows.height - rows) / 2
         result[:, 2] += result[:, :2] @ middle
         return result
-
-
-def _all_set(masks: NDArray[np.uint8]) -> bool:
-    """Tell whether no pixel of (S, h, w) masks is 0."""
-    return cv2.countNonZero(masks.reshape(-1, masks.shape[2])) == masks.size
 
 
 class BoxMotion:

@@ -5,15 +5,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import BodyFrame, Box, pixel_affine, reach, template_to_image
+from gait_segmentation.geometry import (
+    BodyFrame,
+    Box,
+    compose,
+    invert,
+    pixel_affine,
+    reach,
+    template_to_image,
+)
 from gait_segmentation.images import Window
 
-__all__ = ['antialiasing_side', 'inside', 'region', 'smoothed', 'warp_template']
+__all__ = ['antialiasing_side', 'resampled', 'warp_template']
 
 _ALL = 255
 
@@ -27,21 +36,48 @@ def antialiasing_side(pitch: float) -> int:
     return 2 * math.ceil(pitch / 2 - 0.75) + 1
 
 
-def inside(
-    sides: tuple[float, float, float, float], shape: tuple[int, ...], margin: float = 0.0
-) -> bool:
+def resampled(
+    likelihood: NDArray[np.uint8],
+    known: NDArray[np.uint8] | None,
+    grids: Sequence[NDArray[np.float64]],
+    size: tuple[int, int],
+    side: int,
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | None]:
     """
-    Tell whether what lies between sides is in an image.
+    Resample a likelihood on grids of pixels, linearly, after a box filter.
 
-    :param sides: left, top, right and bottom.
-    :param shape: (h, w) of the image.
-    :param margin: pixels that must be left beyond the sides; linear interpolation needs a half.
+    :param likelihood: (h, w) uint8.
+    :param known: (h, w) uint8, 0 where the likelihood says nothing; None = known everywhere.
+    :param grids: (2, 3) transforms from each grid to the likelihood, of which the last one reaches
+        as far as any.
+    :param size: columns and rows of the grids.
+    :param side: of the box filter, in pixels of the likelihood.
+    :returns: (S, rows, columns) uint8, one image for each grid, black where nothing is known, and
+        the same with 255 where something is known; None if that is everywhere.
     """
-    left, top, right, bottom = sides
-    return min(left, top) >= margin and right <= shape[1] - margin and bottom <= shape[0] - margin
+    images = np.zeros((len(grids), size[1], size[0]), np.uint8)
+    left, top, right, bottom = reach(grids[-1], *size)
+    wanted = Box(left, top, right - left, bottom - top).padded(side + 1, side + 1)
+    height, width = likelihood.shape
+    window = wanted.slices(width, height)
+    values, seen = _smoothed(likelihood, known, window, side)
+    if values.size == 0:
+        return images, np.zeros_like(images)
+    if seen is None and (min(left, top) < 0 or right > width or bottom > height):
+        seen = np.full(values.shape, _ALL, np.uint8)
+    masks = None if seen is None else np.zeros_like(images)
+    origin = np.array([[1.0, 0.0, -window[1].start], [0.0, 1.0, -window[0].start]])
+    for index, grid in enumerate(grids):
+        matrix, edge = pixel_affine(invert(compose(origin, grid))), cv2.BORDER_REPLICATE
+        cv2.warpAffine(values, matrix, size, images[index], cv2.INTER_LINEAR, edge)
+        if seen is not None and masks is not None:
+            cv2.warpAffine(seen, matrix, size, masks[index], cv2.INTER_NEAREST)
+    if masks is None or masks.all():
+        return images, None
+    return images & masks, masks
 
 
-def smoothed(
+def _smoothed(
     likelihood: NDArray[np.uint8],
     known: NDArray[np.uint8] | None,
     window: Window,
@@ -70,15 +106,6 @@ def smoothed(
             share = cv2.blur(seen, (side, side), borderType=cv2.BORDER_REPLICATE)
             values = cv2.divide(values, share, scale=_ALL)
     return values, seen
-
-
-def region(
-    sides: tuple[float, float, float, float], shape: tuple[int, ...], margin: int
-) -> Window:
-    """Return the part of an image that can matter between sides, with a margin to be blurred."""
-    left, top, right, bottom = sides
-    box = Box(left, top, right - left, bottom - top).padded(margin + 1, margin + 1)
-    return box.slices(shape[1], shape[0])
 
 
 def warp_template(

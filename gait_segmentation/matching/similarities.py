@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -17,52 +16,25 @@ from gait_segmentation.matching.path import UNIT
 from gait_segmentation.matching.placements import Sampled, SearchRange
 from gait_segmentation.matching.tanimoto import KERNELS, CommonAreas, WindowGrid, pitch_of
 
-__all__ = ['CodedBank', 'SimilarityMaps', 'coded_bank', 'filled_up']
-
-
-@dataclass(frozen=True)
-class CodedBank:
-    """
-    The templates of a bank as they are compared; matchers share it, and nobody writes to it.
-
-    Equal templates, such as the half-cycle twins of a profile, share a *row*.
-
-    ``templates`` is (V, P, H, W) uint8 with few grey levels and ``row`` (V, P) int32 the row of
-    each in the results of ``kernel``.  ``sums`` are running sums over the lines of the templates,
-    (R, H + 1) and (R, W + 1) int32, from 0 on.
-    """
-
-    templates: NDArray[np.uint8]
-    row: NDArray[np.int32]
-    kernel: CommonAreas
-    sums: tuple[NDArray[np.int32], NDArray[np.int32]]
-
-    @property
-    def area(self) -> NDArray[np.int32]:
-        """Return G, (R,) int32, the area of each template."""
-        return self.sums[0][:, -1]
+__all__ = ['SimilarityMaps', 'coded_bank']
 
 
 @lru_cache(maxsize=2)
 def coded_bank(
     bank: TemplateBank, levels: int, windows: WindowGrid, kernel: str = 'events'
-) -> CodedBank:
+) -> tuple[NDArray[np.uint8], CommonAreas]:
     """
-    Code the templates of a bank; those of the last banks are kept.
+    Code the templates of a bank; those of the last banks are kept, and nobody writes to them.
 
     :param levels: grey levels of the templates.
     :param windows: where templates are laid.
     :param kernel: which of :data:`~gait_segmentation.matching.tanimoto.KERNELS` compares them.
+    :returns: the templates as they are compared, (V, P, H, W) uint8, and the kernel.
     """
     templates = quantize(bank.templates, levels)
     if np.array_equal(templates, bank.templates):
         templates = bank.templates
-    made = KERNELS[kernel](templates.reshape(-1, *bank.grid), windows)
-    row = made.row.reshape(templates.shape[:2])
-    sums = tuple(np.zeros((made.rows, size + 1), np.int32) for size in bank.grid)
-    for each, axis in zip(sums, (3, 2), strict=True):
-        each[row, 1:] = np.cumsum(templates.sum(axis=axis, dtype=np.int32), axis=2)
-    return CodedBank(templates, row, made, (sums[0], sums[1]))
+    return templates, KERNELS[kernel](templates.reshape(-1, *bank.grid), windows)
 
 
 class SimilarityMaps:
@@ -75,7 +47,7 @@ class SimilarityMaps:
 
     def __init__(
         self,
-        coded: CodedBank,
+        coded: CommonAreas,
         windows: WindowGrid,
         cost: NDArray[np.int16],
     ) -> None:
@@ -86,7 +58,7 @@ class SimilarityMaps:
         :param cost: (S,) int16 in path units, what each body height costs.
         """
         self._coded, self._windows, self._cost = coded, windows, cost
-        self._matrix = coded.kernel.new_matrix()
+        self._matrix = coded.new_matrix()
         self._make_room(0)
 
     def update(self, sampled: Sampled, searched: SearchRange) -> NDArray[np.int16]:
@@ -107,20 +79,17 @@ class SimilarityMaps:
         areas = self._windows.areas(images)[:, searched.rows, searched.columns]
         area = _line(areas, self._maps.shape[1])
         cost = _line(np.broadcast_to(self._cost[heights, None, None], areas.shape), len(area))
-        lines = None if known is None else _known_lines(known)
         common = self._common_rows(images, searched, self._common)
-        if lines is not None:
-            seen = self._between(lines, searched)
-        elif known is not None:
+        # Of known pixels, G is the common area with a likelihood that is white there.
+        seen = self._coded.area[:, None].copy()
+        if known is not None:
             seen = self._common_rows(known, searched, self._seen)
-        else:
-            seen = self._coded.area[:, None].copy()
         _compare(common, area, cost, self._maps, seen)
         return self._maps
 
     def _make_room(self, placements: int) -> None:
         """Make the memory to work in for a number of placements."""
-        made = self._coded.kernel
+        made = self._coded
         self._common, self._seen = made.new_rows(placements), made.new_rows(placements)
         self._maps = np.zeros((made.rows, pitch_of(placements)), np.int16)
 
@@ -128,53 +97,8 @@ class SimilarityMaps:
         self, images: NDArray[np.uint8], searched: SearchRange, out: NDArray[np.int32]
     ) -> NDArray[np.int32]:
         """Return C of all templates, see :meth:`CommonAreas.common_rows`."""
-        made, first = self._coded.kernel, searched.first[1:]
-        return made.common_rows(images, first, searched.shape, self._matrix, out)
-
-    def _between(
-        self, lines: tuple[int, NDArray[np.intp]], searched: SearchRange
-    ) -> NDArray[np.int32]:
-        """Return the areas of templates over the known lines, (R, N) int32, filled up."""
-        axis, spans = lines
-        sums = self._coded.sums[axis]
-        edges = self._windows.step * np.arange(
-            searched.first[1 + axis], searched.first[1 + axis] + searched.shape[1 + axis]
-        )
-        low, high = np.clip(spans.T[:, :, None] - edges, 0, sums.shape[1] - 1)
-        between = sums[:, high] - sums[:, low]
-        seen = self._seen[1 : len(sums) + 1]
-        placed = seen[:, : searched.size].reshape(len(sums), *searched.shape)
-        placed[...] = between[:, :, :, None] if axis == 0 else between[:, :, None, :]
-        return seen
-
-
-def _known_lines(known: NDArray[np.uint8]) -> tuple[int, NDArray[np.intp]] | None:
-    """
-    Return between which lines all is known, if nothing else is.
-
-    Nearly always what is unknown is beyond one side of the image, or two opposite ones.  The area
-    of a template over the known pixels then follows from running sums of its lines.
-
-    :param known: (S, height, width) uint8, 0 where unknown.
-    :returns: 0 for rows or 1 for columns, and (S, 2), the first line of each image that is known
-        and the first one after that is not; None if the mask is something else.
-    """
-    for axis, line in enumerate((known[:, :, :1], known[:, :1])):
-        if (known == line).all():
-            found = [np.flatnonzero(each) for each in line]
-            spans = [(each[0], each[-1] + 1) if len(each) else (0, 0) for each in found]
-            if all(
-                span[1] - span[0] == len(each) for span, each in zip(spans, found, strict=True)
-            ):
-                return axis, np.array(spans, np.intp)
-    return None
-
-
-def filled_up(values: NDArray[np.int16]) -> NDArray[np.int16]:
-    """Return (R, n) values with rows as long as those of :meth:`SimilarityMaps.update`."""
-    result = np.zeros((len(values), pitch_of(values.shape[1])), np.int16)
-    result[:, : values.shape[1]] = values
-    return result
+        first = searched.first[1:]
+        return self._coded.common_rows(images, first, searched.shape, self._matrix, out)
 
 
 def _line(values: NDArray[np.generic], pitch: int) -> NDArray[np.int32]:

@@ -50,6 +50,7 @@ def test_save_and_load(tmp_path):
         ({'templates': np.zeros((2, 3, 4), np.uint8)}, r'must be \(sequences, .*got \(2, 3, 4\)'),
         ({'templates': np.zeros((2, 3, 4, 5))}, 'uint8, got .*float64'),
         ({'templates': np.zeros((2, 0, 4, 5), np.uint8)}, 'must not be empty'),
+        ({'templates': np.zeros((1, 1, 3000, 3000), np.uint8)}, 'at most 8421504 pixels'),
         ({'azimuth': np.zeros(3, np.float32)}, '2 sequences need as many azimuths'),
         ({'azimuth': np.zeros(2)}, 'finite float32, got float64'),
         ({'azimuth': np.array([0, np.nan], np.float32)}, 'finite float32'),

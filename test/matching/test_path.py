@@ -56,6 +56,16 @@ def test_measures_the_cadence_and_never_goes_back():
     assert len(found) / 30 == pytest.approx(2.0, abs=0.2)
 
 
+@pytest.mark.parametrize('cadence', [75.0, 110.0, 146.0])
+def test_without_evidence_it_goes_at_the_expected_rate(cadence):
+    # 0.25 to 0.5 phases a frame: no whole number of them.
+    path = search(minimum_cadence=cadence - 1, maximum_cadence=cadence + 1, rate_cost=4.0)
+    for k in range(31):
+        path.step(seen(np.full(PHASES, 0.5)), k / 30, (0, 0, 0), ONE)
+    phases = path.follow()[:, 1]
+    assert abs((np.diff(phases) % PHASES).sum() - PHASES * cadence / 120) <= 1
+
+
 def test_stays_with_one_of_two_twins():
     path = search()
     rng = np.random.default_rng(1)
@@ -188,13 +198,13 @@ def test_a_path_is_expected_where_its_rate_leads():
 
 
 def test_steps_reach_from_standing_to_the_fastest_walk():
-    costs = phase_costs(30, 1 / 30, 0.95, 4 / 3, 0.3)
+    costs = phase_costs(30, 1 / 30, 1, 4 / 3, 0.3)
     assert len(costs) == 3
     assert costs.argmin() == 1
-    assert costs[0] == round(UNIT * 0.3 * 0.95 / 30)
-    assert len(phase_costs(30, 0.5, 0.95, 4 / 3, 0.3)) == 21
-    assert len(phase_costs(30, 9.0, 0.95, 4 / 3, 0.3)) == 30
-    assert len(phase_costs(30, 1e-3, 0.95, 4 / 3, 0.3)) == 2
+    assert costs[0] == round(UNIT * 0.3 / 30)
+    assert len(phase_costs(30, 0.5, 14, 4 / 3, 0.3)) == 21
+    assert len(phase_costs(30, 9.0, 256, 4 / 3, 0.3)) == 30
+    assert len(phase_costs(30, 1e-3, 0, 4 / 3, 0.3)) == 2
 
 
 def test_turns_to_neighbours_and_changes_build_in_place():

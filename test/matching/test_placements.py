@@ -167,13 +167,6 @@ def test_what_is_about_a_place_has_the_same_size_at_the_border(place, reach, fir
     assert EVERY.about(place, reach) == (first, shape)
 
 
-def test_a_part_holds_the_values_of_its_places():
-    values = np.arange(2 * EVERY.size, dtype=np.int16).reshape(2, -1)
-    part = EVERY.part(values, SOME)
-    for lane in range(SOME.size):
-        assert (part[:, lane] == values[:, EVERY.lane(*SOME.place(lane))]).all()
-
-
 def jumps(boxes):
     motion = BoxMotion()
     return [motion.update(box, 0.1 * k, 0.02, 0.06) for k, box in enumerate(boxes)]

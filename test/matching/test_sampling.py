@@ -1,16 +1,11 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.matching.sampling import (
-    antialiasing_side,
-    inside,
-    region,
-    smoothed,
-    warp_template,
-)
+from gait_segmentation.matching.sampling import antialiasing_side, resampled, warp_template
 
 
 @pytest.mark.parametrize(('pitch', 'side'), [(0.01, 1), (1.0, 1), (1.5, 1), (2.0, 3), (4.0, 5)])
@@ -18,25 +13,30 @@ def test_the_filter_is_odd_and_about_as_wide_as_the_samples_are_apart(pitch, sid
     assert antialiasing_side(pitch) == side
 
 
-def test_inside_is_inside_of_all_sides():
-    assert inside((0, 0, 30, 20), (20, 30))
-    assert inside((1, 1, 29, 19), (20, 30), 1)
-    for sides in ((-1, 0, 30, 20), (0, -1, 30, 20), (0, 0, 31, 20), (0, 0, 30, 21)):
-        assert not inside(sides, (20, 30))
-
-
-def test_a_part_is_smoothed_as_the_whole():
+def test_a_part_is_sampled_as_the_whole_is_smoothed():
     rng = np.random.default_rng(0)
     image = rng.integers(0, 256, (60, 80), dtype=np.uint8)
     known = np.where(rng.random(image.shape) < 0.6, 255, 0).astype(np.uint8)
-    every = slice(0, 60), slice(0, 80)
+    # Pixels of the grid are those of the image from (20, 15) on.
+    grid = np.array([[1.0, 0.0, 20.0], [0.0, 1.0, 15.0]])
     for mask in (None, known):
-        whole, _ = smoothed(image, mask, every, 9)
-        window = region((20.2, 15.5, 50.0, 40.1), image.shape, 9)
-        part, _ = smoothed(image, mask, window, 9)
-        rows, columns = slice(15, 41), slice(20, 50)
-        inner = part[15 - window[0].start :, 20 - window[1].start :][:26, :30]
-        np.testing.assert_array_equal(inner, whole[rows, columns])
+        values = image if mask is None else image & mask
+        whole = cv2.blur(values, (9, 9))
+        if mask is not None:
+            whole = cv2.divide(whole, cv2.blur(mask, (9, 9)), scale=255) & mask
+        (found,), seen = resampled(image, mask, [grid], (30, 26), 9)
+        np.testing.assert_array_equal(found, whole[15:41, 20:50])
+        assert (seen is None) == (mask is None)
+
+
+@pytest.mark.parametrize(('x', 'y'), [(-1, 0), (0, -1), (51, 0), (0, 35)])
+def test_what_is_outside_of_the_image_is_not_known(x, y):
+    image = np.full((60, 80), 255, np.uint8)
+    grid = np.array([[1.0, 0.0, float(x)], [0.0, 1.0, float(y)]])
+    (found,), seen = resampled(image, None, [grid], (30, 26), 1)
+    assert seen is not None
+    assert 0 < (seen == 0).sum() <= 30
+    np.testing.assert_array_equal(found, seen[0])
 
 
 @pytest.fixture

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.cli.replaying.output import Output, Replayed
-from gait_segmentation.cli.replaying.walks import Walks, has_silhouette
+from gait_segmentation.cli.replaying.walks import Walk, Walks, has_silhouette
 
-__all__ = ['SIDE', 'OpenGaitOutput', 'normalised']
+__all__ = ['SIDE', 'OpenGaitOutput', 'OpenGaitPeopleOutput', 'normalised']
 
 SIDE = 64
 """Height and width of a silhouette in pixels."""
@@ -84,6 +84,26 @@ class OpenGaitOutput(Output):
     def finish(self) -> None:
         """Write the walks."""
         for walk in self._walks.all():
-            file = self.work / walk.file
+            file = self.work / self.place_of(self.path.name, walk)
             file.parent.mkdir(parents=True)
             file.write_bytes(pickle.dumps(np.stack(self._silhouettes[walk.person]), protocol=4))
+
+    @classmethod
+    def place_of(cls, name: str, walk: Walk) -> str:
+        """Return where a walk is in the folder of an input, which has a name."""
+        return f'person-{walk.person:03d}/{walk.walk}/{walk.walk}.pkl'
+
+
+class OpenGaitPeopleOutput(OpenGaitOutput):
+    """
+    The same with everybody a subject of their own, ``NAME-person-ID``, and one type, ``walk``.
+
+    So the folder of each film is a data set.  Who is who across films is not known.
+    """
+
+    files = re.compile(r'.+-person-\d+/walk/\d{3}/\d{3}\.pkl')
+
+    @classmethod
+    def place_of(cls, name: str, walk: Walk) -> str:
+        """Return subject, type, view and file."""
+        return f'{name}-person-{walk.person:03d}/walk/{walk.walk}/{walk.walk}.pkl'

@@ -75,8 +75,12 @@ def write_summary(path: Path, jobs: Iterable[Job]) -> None:
                 file=sys.stderr,
             )
         for walk in walks or ():
-            silhouettes = job.outputs.get(OpenGaitOutput, Path()) / walk.file
-            found = str(silhouettes) if silhouettes.is_file() else ''
+            places = (
+                path / kind.place_of(path.name, walk)
+                for kind, path in job.outputs.items()
+                if issubclass(kind, OpenGaitOutput)
+            )
+            found = next((str(place) for place in places if place.is_file()), '')
             rows.append({'input': str(job.input), **vars(walk), 'silhouettes': found})
     path.parent.mkdir(parents=True, exist_ok=True)
     write_file(path, _parquet(rows) if path.suffix == '.parquet' else _csv(rows))

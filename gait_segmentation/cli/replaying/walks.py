@@ -47,11 +47,6 @@ class Walk:
     speed_heights_per_s: float | None
     confidence: float
 
-    @property
-    def file(self) -> str:
-        """Return where OpenGait looks for its silhouettes, in the folder of the input."""
-        return f'person-{self.person:03d}/{self.walk}/{self.walk}.pkl'
-
 
 def has_silhouette(person: PersonResult) -> bool:
     """Return whether somebody is there, and large enough to be recognised."""

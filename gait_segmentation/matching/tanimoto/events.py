@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.tanimoto.kernel import LANES, CommonAreas, Images, Place, Shape
-from gait_segmentation.matching.tanimoto.program import PAIR, in_order, make_program
+from gait_segmentation.matching.tanimoto.program import PAIR, make_program
 from gait_segmentation.matching.tanimoto.windows import WindowGrid
 
 __all__ = ['EventKernel']
@@ -40,11 +40,9 @@ class EventKernel(CommonAreas):
 
     def _code(self, templates: Images) -> NDArray[np.int32]:
         grid = self._grid
-        self._program, place = in_order(
-            make_program(templates.reshape(-1, grid.height, grid.width))
-        )
+        self._program = make_program(templates.reshape(-1, grid.height, grid.width))
         self._origins = _origins(self._program.pixels, grid)
-        return place
+        return self._program.row
 
     @property
     def events(self) -> int:

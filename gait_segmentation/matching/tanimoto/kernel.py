@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.matching.tanimoto.windows import WindowGrid, check_templates
+from gait_segmentation.matching.tanimoto.windows import WindowGrid
 
 __all__ = ['LANES', 'CommonAreas', 'Images', 'Place', 'Shape', 'pitch_of']
 
@@ -31,9 +31,9 @@ class CommonAreas(ABC):
     """
     Computes C = sum of min(likelihood, template) for all templates and windows.
 
-    Equal templates, such as the half-cycle twins of a profile, share a row: there are ``rows``,
-    and ``row`` (K,) int32 is that of each template.  Nothing is written after making, so that
-    matchers may share a kernel.
+    Equal templates, such as the half-cycle twins of a profile, share a row: there are ``rows``;
+    ``row`` (K,) int32 is that of each template, and ``area`` (R,) int32 the sums G over them.
+    Nothing is written after making, so that matchers may share a kernel.
     """
 
     def __init__(self, templates: Images, grid: WindowGrid) -> None:
@@ -41,9 +41,7 @@ class CommonAreas(ABC):
         Code the templates.
 
         :param templates: (K, height, width) uint8; the fewer grey levels, the faster.
-        :raises InputError: if they do not fit the grid.
         """
-        check_templates(templates, grid)
         self._grid = grid
         pixels = np.ascontiguousarray(templates.reshape(len(templates), -1))
         different, first, row = np.unique(
@@ -54,6 +52,8 @@ class CommonAreas(ABC):
         self.rows = len(different)
         place = self._code(pixels[first])
         self.row: NDArray[np.int32] = place[row.reshape(-1)]
+        self.area = np.empty(self.rows, np.int32)
+        self.area[self.row] = pixels.sum(axis=1)
 
     @abstractmethod
     def _code(self, templates: Images) -> NDArray[np.int32]:
@@ -100,10 +100,8 @@ class CommonAreas(ABC):
 
         :param images: (S, *grid.image_shape) uint8.
         :returns: (K, S, rows, columns) int32.
-        :raises InputError: if the images do not fit the grid.
         """
         grid = self._grid
-        grid.check(images)
         windows = len(images), grid.rows, grid.columns
         rows = self.common_rows(images, (0, 0), windows)
         return rows[self.row][:, : math.prod(windows)].reshape(-1, *windows)

@@ -4,14 +4,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 
-__all__ = ['PAIR', 'EventProgram', 'in_order', 'make_program', 'minimum_arborescence']
+__all__ = ['PAIR', 'EventProgram', 'make_program', 'minimum_arborescence']
 
 PAIR = 2
 """Events that are added at once; an odd number of one sign is filled up with one that adds 0."""
@@ -35,9 +35,10 @@ class EventProgram:
     ``pixels`` (A,) int64 are the pixels any event uses.  ``source`` (E,) uint16, or uint32 where
     there are many pixels, is an event's place in that list, ``lo`` and ``span`` (E,) are uint8.
     A step (``target``, ``base``, both (T,) int32) makes row ``target`` from row ``base``; row 0
-    is the empty template, row k + 1 template k.  ``bounds`` (T, 3) int32 are the places, in
-    pairs, where its additions begin, its subtractions begin, and these end.  ``events`` counts
-    the events without filling.
+    is the empty template, the others are in the order in which they are made, so that results are
+    written one after the other: that of template k is ``row[k] + 1``, (K,) int32.  ``bounds``
+    (T, 3) int32 are the places, in pairs, where its additions begin, its subtractions begin, and
+    these end.  ``events`` counts the events without filling.
     """
 
     pixels: NDArray[np.int64]
@@ -47,6 +48,7 @@ class EventProgram:
     target: NDArray[np.int32]
     base: NDArray[np.int32]
     bounds: NDArray[np.int32]
+    row: NDArray[np.int32]
     events: int
 
     @property
@@ -65,6 +67,7 @@ def make_program(templates: NDArray[np.uint8]) -> EventProgram:
     pixels = np.ascontiguousarray(templates.reshape(len(templates), -1))
     # Pixels that are in no template part none, and are more than half.
     order, parents = minimum_arborescence(np.ascontiguousarray(pixels[:, pixels.any(axis=0)]))
+    row = np.argsort(order).astype(np.int32)
     empty = np.zeros(pixels.shape[1], np.uint8)
     events: list[tuple[NDArray[np.int64], NDArray[np.uint8], NDArray[np.uint8]]] = []
     steps: list[tuple[int, int, int, int, int]] = []
@@ -76,12 +79,12 @@ def make_program(templates: NDArray[np.uint8]) -> EventProgram:
         events += [added, taken]
         start, middle = end, end + len(added[0]) // PAIR
         end = middle + len(taken[0]) // PAIR
-        base = parent + 1
+        target, base = int(row[child]) + 1, int(row[parent]) + 1 if parent >= 0 else 0
         # A template that is its parent, too, has a step.
         for first in range(start, max(end, start + 1), _MOST_OF_STEP):
             last = min(first + _MOST_OF_STEP, end)
-            steps.append((child + 1, base, first, min(max(middle, first), last), last))
-            base = child + 1
+            steps.append((target, base, first, min(max(middle, first), last), last))
+            base = target
     where, lo, span = (np.concatenate(each) for each in zip(*events, strict=True))
     table = np.array(steps, np.int32)
     used = np.flatnonzero(np.bincount(where, minlength=pixels.shape[1]))
@@ -95,6 +98,7 @@ def make_program(templates: NDArray[np.uint8]) -> EventProgram:
         target=table[:, 0].copy(),
         base=table[:, 1].copy(),
         bounds=table[:, 2:].copy(),
+        row=row,
         events=int(np.count_nonzero(span)),
     )
 
@@ -108,21 +112,6 @@ def _events(
     if len(where) % PAIR:
         where, span = np.append(where, where[-1]), np.append(span, np.uint8(0))
     return where, low[where], span
-
-
-def in_order(program: EventProgram) -> tuple[EventProgram, NDArray[np.int32]]:
-    """
-    Number the rows in the order in which they are made.
-
-    Results are then written one after the other, which caches and their prefetchers are made for.
-
-    :returns: the program, and the place that each template's row has now, (K,) int32 from 0.
-    """
-    made, first = np.unique(program.target, return_index=True)
-    place = np.empty(len(made), np.int32)
-    place[np.argsort(first)] = np.arange(len(made))
-    row = np.concatenate([[0], place + 1]).astype(np.int32)
-    return replace(program, target=row[program.target], base=row[program.base]), place
 
 
 @kernel('u1[:,::1]')

@@ -10,11 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import InputError
-
-__all__ = ['WindowGrid', 'check_templates']
-
-_MOST_PIXELS = (2**31 - 1) // 255
+__all__ = ['WindowGrid']
 
 
 @dataclass(frozen=True)
@@ -24,8 +20,6 @@ class WindowGrid:
 
     There are ``rows`` x ``columns`` windows, each ``step`` pixels from the next, of ``height`` x
     ``width`` pixels.
-
-    :raises InputError: if a value is not positive.
     """
 
     height: int
@@ -33,12 +27,6 @@ class WindowGrid:
     rows: int
     columns: int
     step: int = 1
-
-    def __post_init__(self) -> None:
-        """Refuse empty grids."""
-        values = (self.height, self.width, self.rows, self.columns, self.step)
-        if min(values) < 1:
-            raise InputError(f'sizes of a window grid must be positive, got {values}')
 
     @property
     def image_shape(self) -> tuple[int, int]:
@@ -59,9 +47,7 @@ class WindowGrid:
 
         :param images: (S, *self.image_shape) uint8.
         :returns: (S, rows, columns, height, width).
-        :raises InputError: if shape or type of the images is another.
         """
-        self.check(images)
         view = np.lib.stride_tricks.sliding_window_view(
             images, (self.height, self.width), axis=(1, 2)
         )
@@ -73,9 +59,7 @@ class WindowGrid:
 
         :param images: (S, *self.image_shape) uint8.
         :returns: (S, rows, columns) int32.
-        :raises InputError: if shape or type of the images is another.
         """
-        self.check(images)
         sums = np.stack([cv2.integral(image) for image in images])
         rows = self.step * np.arange(self.rows)[:, None]
         columns = self.step * np.arange(self.columns)
@@ -85,40 +69,4 @@ class WindowGrid:
             - sums[:, below, columns]
             - sums[:, rows, right]
             + sums[:, rows, columns]
-        )
-
-    def check(self, images: NDArray[np.uint8]) -> None:
-        """
-        Refuse images that do not fit the grid.
-
-        :raises InputError: if shape or type is another.
-        """
-        if images.dtype != np.uint8 or images.ndim != 3 or images.shape[1:] != self.image_shape:
-            height, width = self.image_shape
-            raise InputError(
-                f'images must be (scales, {height}, {width}) uint8, got '
-                f'{images.shape} {images.dtype}'
-            )
-
-
-def check_templates(templates: NDArray[np.uint8], grid: WindowGrid) -> None:
-    """
-    Refuse templates a kernel cannot be made of.
-
-    :raises InputError: if there are none, they do not have the grid's size, or sums over them
-        would not fit 32 bits.
-    """
-    if templates.dtype != np.uint8 or templates.ndim != 3 or len(templates) == 0:
-        raise InputError(
-            'templates must be (templates, height, width) uint8, at least one, got '
-            f'{templates.shape} {templates.dtype}'
-        )
-    if templates.shape[1:] != (grid.height, grid.width):
-        raise InputError(
-            f'templates must be {grid.height} x {grid.width} like the windows, got '
-            f'{templates.shape[1]} x {templates.shape[2]}'
-        )
-    if grid.height * grid.width > _MOST_PIXELS:
-        raise InputError(
-            f'templates must have at most {_MOST_PIXELS} pixels, got {grid.height * grid.width}'
         )

@@ -9,7 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gait_segmentation.cli.replaying.opengait import OpenGaitOutput, normalised
+from gait_segmentation.cli.replaying.opengait import (
+    OpenGaitOutput,
+    OpenGaitPeopleOutput,
+    normalised,
+)
+from gait_segmentation.errors import SequenceError
 from test.cli.replaying.results import replayed
 
 
@@ -53,3 +58,19 @@ def test_walks_are_written_by_person_and_direction(tmp_path: Path) -> None:
     walk = pickle.loads(file.read_bytes())
     assert (walk.shape, walk.dtype) == ((6, 64, 64), np.uint8)
     assert [p.name for p in tmp_path.iterdir()] == ['walk']
+
+
+def test_everybody_may_be_a_subject(tmp_path: Path) -> None:
+    output = OpenGaitPeopleOutput(tmp_path / 'street')
+    for index in range(6):
+        people = [(3, figure(10 * index, 40), math.pi), (4, figure(200, 40), 0.0)]
+        output.add(replayed(index, people))
+    output.close(complete=True)
+    files = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob('*.pkl')}
+    assert files == {
+        'street/street-person-003/walk/180/180.pkl',
+        'street/street-person-004/walk/000/000.pkl',
+    }
+    OpenGaitPeopleOutput.check(tmp_path / 'street')
+    with pytest.raises(SequenceError, match='is not replaced'):
+        OpenGaitOutput.check(tmp_path / 'street')

@@ -23,11 +23,13 @@ def rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
+@pytest.mark.parametrize('subjects', ['film', 'person'])
 def test_every_walk_has_a_row_that_leads_to_its_silhouettes(
-    given: list[str], folder: Path, tmp_path: Path
+    given: list[str], folder: Path, tmp_path: Path, subjects: str
 ) -> None:
     table = tmp_path / 'new/walks.csv'
-    assert main([*given, '--opengait', str(tmp_path / 'gait'), '--summary', str(table)]) == 0
+    wanted = ['--opengait', str(tmp_path / 'gait'), '--subjects', subjects]
+    assert main([*given, *wanted, '--summary', str(table)]) == 0
     (row,) = rows(table)
     assert tuple(row) == tuple(COLUMNS)
     assert row['input'] == str(folder / 'walk')

@@ -29,7 +29,6 @@ def test_a_walk_has_its_direction_cadence_speed_and_confidence() -> None:
     assert walk.cadence_steps_per_min == pytest.approx(120 * RATE)
     assert walk.speed_heights_per_s == pytest.approx(4e9 / STEP_NS / 128, rel=0.01)
     assert walk.confidence == pytest.approx(0.7)
-    assert walk.file == 'person-003/180/180.pkl'
 
 
 def test_directions_are_averaged_on_the_circle() -> None:

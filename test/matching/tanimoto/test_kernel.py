@@ -33,18 +33,6 @@ def test_sums_beyond_16_bits_are_exact(name):
     assert (common[1] == 255).all()
 
 
-@pytest.mark.parametrize('name', OTHERS)
-def test_more_windows_than_one_block(name):
-    grid = WindowGrid(6, 5, 17, 33, 2)
-    rng = np.random.default_rng(1)
-    templates = rng.integers(0, 256, (4, 6, 5), dtype=np.uint8)
-    images = rng.integers(0, 256, (2, *grid.image_shape), dtype=np.uint8)
-    np.testing.assert_array_equal(
-        KERNELS[name](templates, grid).common_area(images),
-        ReferenceKernel(templates, grid).common_area(images),
-    )
-
-
 @pytest.mark.parametrize('name', KERNELS)
 @pytest.mark.parametrize(
     ('step', 'rows', 'columns'), [(1, 3, 4), (2, 1, 1), (2, 5, 19), (3, 2, 7)]
