@@ -24,6 +24,7 @@ def warp_window(
     motion: NDArray[np.float64],
     window: Window,
     border: int = cv2.BORDER_REPLICATE,
+    interpolation: int = cv2.INTER_LINEAR,
 ) -> NDArray[_Pixel]:
     """
     Warp an image by a transform of positions and return a window of the result.
@@ -32,6 +33,7 @@ def warp_window(
     :param motion: 2 x 3 transform of positions from the image to the result.
     :param window: the rows and columns to compute.
     :param border: what lies outside of the image, a ``cv2.BORDER_`` constant.
+    :param interpolation: a ``cv2.INTER_`` constant.
     """
     rows, columns = window
     inside = rows.stop <= image.shape[0] and columns.stop <= image.shape[1]
@@ -43,6 +45,4 @@ def warp_window(
         return np.empty((max(size[1], 0), max(size[0], 0), *image.shape[2:]), image.dtype)
     matrix = pixel_affine(motion)
     matrix[:, 2] -= (columns.start, rows.start)
-    return np.asarray(
-        cv2.warpAffine(image, matrix, size, flags=cv2.INTER_LINEAR, borderMode=border)
-    )
+    return np.asarray(cv2.warpAffine(image, matrix, size, flags=interpolation, borderMode=border))

@@ -20,7 +20,6 @@ from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.images import Window, bounding_box, overlap, placed
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.background.kernels import SURE_COUNT
-from gait_segmentation.tracking.competition import REACH
 from gait_segmentation.tracking.learner import Learnt
 from gait_segmentation.tracking.person.learning import MARGIN, WHOLE
 from gait_segmentation.tracking.records import Record
@@ -32,6 +31,12 @@ _LEAST_HEIGHT, _ASIDE = 0.35, 0.25
 """
 Height of what is somebody else, and distance of its middle from the person's axis, in body heights
 of the person near: an arm or a bag that was missed is nearer.
+"""
+
+_APART = 0.08
+"""
+Distance from the template from which nothing is the person's, and from a distractor up to which
+what else is strange belongs to it, in body heights.
 """
 
 _MOVING = 0.2
@@ -101,8 +106,8 @@ class Surroundings:
         found = record.won.get(distractor.track_id)
         if found is not None:
             window, won = found
-            near = cv2.dilate(person.mask[window], _square(REACH * person.height))
-            apart = self.away[window] >= REACH * person.height
+            near = cv2.dilate(person.mask[window], _square(_APART * person.height))
+            apart = self.away[window] >= _APART * person.height
             seen = won | np.uint8(255) * ((near > 0) & (self._strange[window] > 0) & apart)
             area = cv2.countNonZero(seen)
             if np.count_nonzero(seen[apart]) >= _SEEN * distractor.usual_area:
@@ -148,9 +153,9 @@ class Surroundings:
         moving = self._moving[window]
         if not _enough(strange, moving, height):
             return []
-        strange[self.away[window] < REACH * height] = 0
+        strange[self.away[window] < _APART * height] = 0
         for other in known:
-            near = cv2.dilate(other.person.mask, _square(REACH * height))
+            near = cv2.dilate(other.person.mask, _square(_APART * height))
             strange[near[window] > 0] = 0
         strange = cv2.morphologyEx(strange, cv2.MORPH_CLOSE, _square(MARGIN * height))
         strange = cv2.morphologyEx(strange, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))

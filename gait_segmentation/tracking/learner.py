@@ -13,11 +13,19 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.images import Window, bounding_box
 from gait_segmentation.results import LOST, Feedback
-from gait_segmentation.tracking.person.learning import grown, working_masks
+from gait_segmentation.tracking.person.learning import (
+    grown,
+    without_parts_apart,
+    working_masks,
+)
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.target import Target
 
 __all__ = ['Learnt', 'learn']
+
+
+_EDGE = 15
+"""Side in pixels of the squares about what hides a person that are not followed."""
 
 
 @dataclass(frozen=True)
@@ -67,12 +75,12 @@ def learn(
     familiar = record.background.is_sure(window) & (strange == 0)
     whole = target.area.update(mask, person, alone=alone and not target.accompanied)
     if whole:
-        person.take(mask, prior)
+        person.take(mask, prior, _free(mask, prior, window, familiar))
         body = None if feedback.body is None else feedback.body.scaled(world.scale)
         margin = _learn_all(target, record, window, familiar, body)
     else:
         target.skip(record)
-        person.part = mask
+        person.part = _free(mask, prior, window, familiar)
         margin = _about_part(target, window, mask, prior)
     person.shift(dx, dy)
     if not (whole or alone):
@@ -103,11 +111,30 @@ def _learn_all(
     person.learn_colours(lab, window, mask, person.template, rate, familiar)
     bounds = bounding_box(mask)
     margin = grown(mask, person.height, bounds)
-    person.learn_place(mask, body, bounds)
+    # A piece of the place that the first mask took along would pull the body to it.
+    own = without_parts_apart(mask, person.template, person.height)
+    own_bounds = bounds if own is mask else bounding_box(own)
+    person.learn_place(own, body, own_bounds)
     if config.use_tilt:
-        person.learn_angle(mask, bounds)
+        person.learn_angle(own, own_bounds)
     target.memory.learn_look(person, record, bounds)
     return margin
+
+
+def _free(
+    mask: NDArray[np.uint8],
+    template: NDArray[np.uint8],
+    window: Window,
+    familiar: NDArray[np.bool_],
+) -> NDArray[np.uint8]:
+    """Return a mask without what is near to what hides the person, whose edge may be followed."""
+    hiding = (template[window] > 127) & (mask[window] == 0) & familiar
+    hiding = cv2.morphologyEx(hiding.view(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    if not hiding.any():
+        return mask
+    free = mask.copy()
+    free[window][cv2.dilate(hiding, np.ones((_EDGE, _EDGE), np.uint8)) > 0] = 0
+    return free
 
 
 def _about_part(

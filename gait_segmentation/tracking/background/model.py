@@ -84,7 +84,8 @@ class BackgroundModel:
 
         :param lab, window, shadow_floor: see :meth:`evidence`.
         """
-        return (self._weighed(lab, window, shadow_floor) >= LIMIT).view(np.uint8)
+        strange = self._weighed(lab, window, shadow_floor) >= LIMIT
+        return (strange & self.is_sure(window)).view(np.uint8)
 
     def evidence(
         self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
@@ -174,8 +175,10 @@ class BackgroundModel:
         other.sigma, other.misplacement = self.sigma, self.misplacement
         motion, decay = WorldMotion.over(steps).transform, np.float32(_WARP_DECAY**moves)
         for window in self._all if windows is None else windows:
-            part = warp_window(self.sums, motion, window, cv2.BORDER_CONSTANT)
-            np.multiply(part, decay, out=other.sums[window])
+            # Linear interpolation, frame after frame, would take the contrast out of fine stripes,
+            # which then differ from every new frame.
+            part = warp_window(self.sums, motion, window, cv2.BORDER_CONSTANT, cv2.INTER_CUBIC)
+            np.multiply(np.maximum(part, 0, out=part), decay, out=other.sums[window])
         return other
 
     @property

@@ -51,6 +51,17 @@ def test_the_unknown_does_not_darken_its_neighbours() -> None:
     assert model.mean[:, :, 0][known] == pytest.approx(np.full(known.sum(), 200.0), abs=0.1)
 
 
+def test_stripes_keep_their_contrast_while_the_camera_trembles() -> None:
+    rows = 120 + 50 * np.sin(2 * np.pi * np.arange(60) / 5)
+    lab = np.repeat(np.repeat(rows[:, None, None], 80, axis=1), 3, axis=2).astype(np.uint8)
+    model = BackgroundModel((60, 80))
+    model.learn(lab, np.zeros((60, 80), np.uint8))
+    for dy in (0.3, -0.4, 0.2, -0.3, 0.4, -0.2):
+        model = model.moved([WorldMotion(np.array([[1.0, 0, 0.1], [0, 1.0, dy]]))])
+    inner = (slice(10, 50), slice(10, 70), 0)
+    assert model.mean[inner].std() > 0.85 * lab[inner].std()
+
+
 def test_noise_is_measured_on_the_surroundings_only() -> None:
     model = BackgroundModel((60, 80))
     person = np.zeros((60, 80), np.uint8)
