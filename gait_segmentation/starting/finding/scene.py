@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-The place before anybody is tracked, and what moves in it.
+The place in which nobody is tracked yet, and what moves in it.
 
-There is one model of the background, the tracker's, learnt from the first frames on at the size
-people are tracked at.  Against it people are searched for in a smaller image, and before it a
-track begins.
+There is one model of the background, the tracker's, learnt at the size people are tracked at.
+People are searched for in a smaller image against it, and tracks begin before it.  No empty scene
+is needed: a walker stands out as soon as he has moved on by his own width.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from gait_segmentation.starting.finding.hollow import fill_hollow
 from gait_segmentation.tracking.background.kernels import SURE_COUNT
 from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.background.registration import remaining_shift
+from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.picture.contrast import Contrast
 from gait_segmentation.tracking.picture.exposure import Exposure
 from gait_segmentation.tracking.picture.working import WorkingImage, working_shape
@@ -36,34 +37,35 @@ __all__ = ['MotionScene', 'SceneFrame']
 _LARGEST = 640
 """Longest side of what is learnt."""
 
-_GAP_S = 0.14
-"""Time between the two frames whose difference shows what moves now."""
-
-_SPREADS = 2.0
-"""Least difference that is motion, in spreads of a still pixel about its mean."""
-
-_UNKNOWN = 0x8c
-"""Likelihood where something moves before a background that has never been seen."""
-
-_STEEP = 64.0
-"""Likelihood, of 255, for each of the log-odds."""
-
 _PERIOD_S, _SHARE = 0.12, 0.1
 """
 Time between two frames that are learnt, at most, and as a share of the time for which the place
 is known, since the longer it is, the less one more tells.
 """
 
-_FADE = 0.5
-"""What is left of the count of a pixel that looks otherwise although nothing moves there."""
-
-_BROKEN = 0.5
-"""Share of pixels that differ at which the world is not the one learnt."""
-
 _MARGIN = 0.012
 """How far about what moves nothing is learnt, in heights of the image."""
 
-_DARKEST = 0.6
+_FADE = 0.5
+"""What is left of the count of a pixel that looks otherwise although nothing moves there."""
+
+_GAP_S = 0.14
+"""Time between the two frames whose difference shows what moves now."""
+
+_SPREADS = 2.0
+"""Least difference that is motion, in spreads of a still pixel about its mean."""
+
+_EDGE = np.ones((5, 5), np.uint8)
+"""Rim of a warped frame that is not compared."""
+
+_UNKNOWN = 140
+"""Likelihood where something moves before a background that has never been seen."""
+
+_STEEP = 64.0
+"""Likelihood, of 255, for each of the log-odds."""
+
+_BROKEN = 0.5
+"""Share of pixels that differ at which the place is not the one learnt."""
 
 
 @dataclass(frozen=True)
@@ -73,17 +75,17 @@ class SceneFrame:
 
     ``likelihood`` is (h, w) uint8, 255 = surely no background.  ``blobs`` are what hangs
     together, ``owners`` (h, w) uint8 the number of the blob of each pixel, 0 for none.
-    ``shift`` is by how much the still world moved in the middle of the image since the last frame.
-    ``fresh`` says that what was known before no longer holds.  ``period`` is the time between two
-    frames in seconds, 0 if it is not known.
+    ``shift`` is by how many pixels the world moved since the last frame, in the middle of the
+    image.  ``fresh`` says that what was known before no longer holds.  ``period`` is the time
+    between two frames in seconds, 0 if it is not known.
     """
 
     likelihood: NDArray[np.uint8]
     blobs: list[Blob]
     owners: NDArray[np.uint8]
-    shift: tuple[float, float] = (0.0, 0.0)
-    fresh: bool = False
-    period: float = 0.0
+    shift: tuple[float, float]
+    fresh: bool
+    period: float
 
     def of(self, blobs: Sequence[int]) -> NDArray[np.uint8]:
         """Return where some blobs are, (h, w) uint8 0/255, by their numbers."""
@@ -94,7 +96,7 @@ class SceneFrame:
 
 @dataclass
 class _Recent:
-    """The lightness of a frame, and how the world has moved since."""
+    """The lightness of a frame, (h, w) uint8, and how the world has moved since."""
 
     seconds: float
     gray: NDArray[np.uint8]
@@ -111,20 +113,21 @@ class MotionScene:
         :param source: (H, W) of the images.
         :param searched: (h, w) of the image that is searched.
         """
-        self._shape = working_shape(*source, min(1.0, _LARGEST / max(source)))
         self._searched = searched
+        self._shape = working_shape(*source, min(1.0, _LARGEST / max(source)))
         self._scale = scaling(searched[1] / self._shape[1], searched[0] / self._shape[0])
         self._exposure, self._contrast = Exposure(), Contrast()
         self._estimator = MotionEstimator()
+        self._frame: WorkingImage | None = None
         self._forget()
 
     def _forget(self) -> None:
         self._model = self._small = BackgroundModel(self._shape)
+        # From the frame in which the model was known last to the newest.
         self._since = WorldMotion()
+        self._hidden = np.zeros(self._shape, np.uint8)
         self._recent: deque[_Recent] = deque()
         self._begun = self._learnt = 0.0
-        self._newest: WorkingImage | None = None
-        self._hidden = np.zeros(self._shape, np.uint8)
 
     @property
     def is_known(self) -> bool:
@@ -153,14 +156,16 @@ class MotionScene:
         """
         seconds = stamp_ns / 1e9
         frame = WorkingImage.of(image, stamp_ns, self._shape, self._exposure, self._contrast)
-        step = self._estimator.update(frame.pyramid, None)
-        self._since = WorldMotion.over([self._since, step])
-        self._newest = frame
-        size = self._searched[::-1]
-        lab = cv2.blur(cv2.resize(frame.lab, size, interpolation=cv2.INTER_AREA), (3, 3))
-        moving = self._moving(np.ascontiguousarray(lab[:, :, 0]), seconds, self._in_searched(step))
+        self._frame = frame
+        motion = self._estimator.update(frame.pyramid, None)
+        self._since = WorldMotion.over([self._since, motion])
+        step = self._in_searched(motion)
+        height, width = self._searched
+        lab = cv2.resize(frame.lab, (width, height), interpolation=cv2.INTER_AREA)
+        lab = cv2.blur(lab, (3, 3))
+        moving = self._moving(np.ascontiguousarray(lab[:, :, 0]), seconds, step)
         likelihood = self._compare(lab, moving)
-        windows = [box.slices(size[0], size[1]) for box in taken]
+        windows = [box.slices(width, height) for box in taken]
         for window in windows:
             likelihood[window] = moving[window] = 0
         _, evidence = cv2.threshold(likelihood, 127, 255, cv2.THRESH_BINARY)
@@ -168,28 +173,20 @@ class MotionScene:
         fresh = cv2.countNonZero(evidence) > _BROKEN * evidence.size
         if fresh:
             self._forget()
-            evidence[:] = 0
-            likelihood[:] = 0
-            self._newest = frame
+            evidence[:] = likelihood[:] = 0
         blobs, filled, owners = find_blobs(evidence, moving)
         fill_hollow(likelihood, moving, owners, blobs)
         for window in windows:
             filled[window] = 255
         self._learn(frame, filled, seconds)
-        middle = size[0] / 2, size[1] / 2
-        x, y = self._in_searched(step).carry(*middle)
-        period = self._period
-        shift = x - middle[0], y - middle[1]
-        return SceneFrame(likelihood, blobs, owners, shift, fresh, period)
+        x, y = step.carry(width / 2, height / 2)
+        shift = x - width / 2, y - height / 2
+        return SceneFrame(likelihood, blobs, owners, shift, fresh, self._period)
 
     @property
     def _period(self) -> float:
         frames = self._recent
         return (frames[-1].seconds - frames[0].seconds) / max(len(frames) - 1, 1) if frames else 0
-
-    @property
-    def _every(self) -> Window:
-        return slice(0, self._shape[0]), slice(0, self._shape[1])
 
     def _in_searched(self, motion: WorldMotion) -> WorldMotion:
         """Return a motion in the pixels of the searched image."""
@@ -207,64 +204,77 @@ class MotionScene:
         frames.append(_Recent(seconds, gray, WorldMotion()))
         while len(frames) > 2 and seconds - frames[1].seconds >= _GAP_S:
             frames.popleft()
-        every = slice(0, gray.shape[0]), slice(0, gray.shape[1])
-        before = frames[0].gray
-        if frames[0].motion.camera is not None:
-            before = frames[0].motion.warped(before, every)
-            inside = frames[0].motion.warped(
-                np.full_like(gray, 255), every, cv2.BORDER_CONSTANT
-            )
+        before, motion = frames[0].gray, frames[0].motion
+        if motion.camera is not None:
+            before = motion.warped(before, _all_of(gray))
         level = _SPREADS * self._model.sigma
         _, moving = cv2.threshold(cv2.absdiff(gray, before), level, 255, cv2.THRESH_BINARY)
-        moving = np.asarray(cv2.medianBlur(moving, 3))
-        if frames[0].motion.camera is not None:
-            moving[cv2.erode(inside, np.ones((5, 5), np.uint8)) < 255] = 0
-        return moving
+        moving = cv2.medianBlur(moving, 3)
+        if motion.camera is not None:
+            shown = motion.warped(np.full_like(gray, 255), _all_of(gray), cv2.BORDER_CONSTANT)
+            moving = cv2.bitwise_and(moving, cv2.erode(shown, _EDGE))
+        return np.asarray(moving)
 
     def _compare(self, lab: NDArray[np.uint8], moving: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return how surely each pixel is no background, (h, w) uint8."""
-        every = slice(0, lab.shape[0]), slice(0, lab.shape[1])
-        unknown = moving & np.uint8(_UNKNOWN)
+        unknown = np.where(moving > 0, np.uint8(_UNKNOWN), np.uint8(0))
         if not self.is_known:
             return unknown
-        small = self._small.moved([self._in_searched(self._since)])
-        logit = small.evidence(lab, every, _DARKEST)
+        model = self._small.moved([self._in_searched(self._since)])
+        logit = model.evidence(lab, _all_of(lab), TrackingConfig().shadow_floor)
         likelihood = np.clip(127.5 + _STEEP * logit, 0, 255).astype(np.uint8)
         return np.where(logit == 0, unknown, likelihood)
 
     def _learn(self, frame: WorkingImage, filled: NDArray[np.uint8], seconds: float) -> None:
-        """Learn the background but for what moves."""
+        """
+        Learn the background now and then.
+
+        :param filled: (h, w) uint8 of the searched image, non-zero where it cannot be seen.
+        """
         self._begun = self._begun or seconds
         known_s = seconds - self._begun
+        wait = min(_SHARE * known_s, _PERIOD_S)
         # Before that it is not known what moves.
-        if known_s < _GAP_S or seconds - self._learnt < min(_SHARE * known_s, _PERIOD_S):
+        if known_s < _GAP_S or seconds - self._learnt < wait:
             return
         self._learnt = seconds
         side = 2 * max(1, round(_MARGIN * filled.shape[0])) + 1
         hidden = cv2.dilate(filled, np.ones((side, side), np.uint8))
-        hidden = cv2.resize(hidden, self._shape[::-1], interpolation=cv2.INTER_NEAREST)
-        self._hidden = hidden
+        self._hidden = np.asarray(
+            cv2.resize(hidden, self._shape[::-1], interpolation=cv2.INTER_NEAREST)
+        )
         self._carry()
-        lab, model = frame.lab, self._model
-        model.measure_noise(lab, hidden, [self._every])
-        # What has left, or has come to stay, is no mean with what was there before.
-        other = model.contradicted(lab, self._every, 1.0) > 0
-        other &= hidden == 0
-        sums = model.sums
-        sums[other] *= _FADE
+        model, lab, hidden = self._model, frame.lab, self._hidden
+        every = _all_of(lab)
+        model.measure_noise(lab, hidden, [every])
+        # What has left or has come to stay is no mean with what was there before: the longer
+        # that was seen, the longer it must be missed.
+        other = (model.contradicted(lab, every, 1.0) > 0) & (hidden == 0)
+        model.sums[other] *= _FADE
         gone = other & (model.count < SURE_COUNT)
-        sums[gone] = 0
+        model.forget(gone)
         model.learn(lab, np.where(other & ~gone, np.uint8(1), hidden))
-        self._small = model.resized(self._searched)
-        self._small.sums = np.asarray(cv2.blur(self._small.sums, (3, 3)))
+        self._make_small()
 
     def _carry(self) -> None:
         """Carry the background along to the newest frame."""
-        if self._since.camera is None or self._newest is None:
+        if self._since.camera is None or self._frame is None:
             return
+        lab = self._frame.lab
         ahead = self._model.moved([self._since])
-        shift = remaining_shift(ahead.sums, self._newest.lab, self._hidden, [self._every])
+        shift = remaining_shift(ahead.sums, lab, self._hidden, [_all_of(lab)])
         self._model = ahead if shift is None else self._model.moved([self._since.then(*shift)])
         self._since = WorldMotion()
+        self._make_small()
+
+    def _make_small(self) -> None:
+        """Make the background of the searched image, in which all that is sure counts the same."""
         self._small = self._model.resized(self._searched)
-        self._small.sums = np.asarray(cv2.blur(self._small.sums, (3, 3)))
+        sums = self._small.sums
+        sums *= SURE_COUNT / np.maximum(sums[..., 3:], np.float32(SURE_COUNT))
+        self._small.sums = np.asarray(cv2.blur(sums, (3, 3)))
+
+
+def _all_of(image: NDArray[np.uint8]) -> Window:
+    """Return all rows and columns of an image."""
+    return slice(0, image.shape[0]), slice(0, image.shape[1])
