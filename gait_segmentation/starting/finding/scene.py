@@ -27,7 +27,6 @@ from gait_segmentation.starting.finding.hollow import fill_hollow
 from gait_segmentation.tracking.background.kernels import SURE_COUNT
 from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.background.registration import remaining_shift
-from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.picture.contrast import Contrast
 from gait_segmentation.tracking.picture.exposure import Exposure
 from gait_segmentation.tracking.picture.working import WorkingImage, working_shape
@@ -60,6 +59,9 @@ _EDGE = np.ones((5, 5), np.uint8)
 
 _UNKNOWN = 140
 """Likelihood where something moves before a background that has never been seen."""
+
+_SHADOW_FLOOR = 0.6
+"""Darkest shadow, as a share of the lightness of the background; what is darker are clothes."""
 
 _STEEP = 64.0
 """Likelihood, of 255, for each of the log-odds."""
@@ -221,7 +223,7 @@ class MotionScene:
         if not self.is_known:
             return unknown
         model = self._small.moved([self._in_searched(self._since)])
-        logit = model.evidence(lab, _all_of(lab), TrackingConfig().shadow_floor)
+        logit = model.evidence(lab, _all_of(lab), _SHADOW_FLOOR)
         likelihood = np.clip(127.5 + _STEEP * logit, 0, 255).astype(np.uint8)
         return np.where(logit == 0, unknown, likelihood)
 

@@ -68,7 +68,7 @@ class Watching:
         self._watched = {}
 
     def shift(self, dx: float, dy: float) -> None:
-        """Move with the canvas."""
+        """Move with the world."""
         for watch in self._watched.values():
             watch.shift(dx, dy)
 
@@ -119,7 +119,7 @@ class Watching:
                 continue
             box = watch.box
             self.judged.append((box, watch.measures))
-            if watch.walks(each, self._config):
+            if watch.walks(self._config.least_evidence):
                 found.append(box)
                 self._rest[each.number] = seconds + _REST_S
                 self._watched.pop(each.number)
