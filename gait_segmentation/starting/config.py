@@ -37,6 +37,13 @@ class StartingConfig(StageConfig):
         minimum=12.0,
         maximum=400.0,
     )
+    least_way: float = parameter(
+        0.1,
+        'Distance that somebody must have covered, or grown by, before getting a slot.',
+        unit='body height',
+        minimum=0.0,
+        maximum=2.0,
+    )
     least_evidence: float = parameter(
         0.22,
         'Evidence from which somebody is taken for a walker: log-odds times the time for which '

@@ -4,8 +4,12 @@
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting.finding.blobs import Blob
@@ -26,14 +30,17 @@ _MOST_ASPECT = 1.3
 _LEAST_MOVING = 0.05
 """Share of a blob that must move now for it to be followed."""
 
+_KEPT_S = 2.0
+
 
 @dataclass
 class Candidate:
     """
     A blob that is followed.
 
-    ``box`` is its smoothed box in the newest frame, ``speed`` that of its centre against the
-    world in pixels a second.  ``blob`` is the number of the blob last seen of it.
+    ``box`` is its smoothed box in the newest frame, ``speed`` that of its centre against the world in pixels a
+    second.  ``blob`` is the number of the blob last seen of it.  ``way`` holds (seconds, x, y,
+    height) in world coordinates, of the last two seconds.
     """
 
     number: int
@@ -43,14 +50,19 @@ class Candidate:
     speed: tuple[float, float] = (0.0, 0.0)
     sightings: int = 1
     blob: int = 0
+    way: deque[tuple[float, float, float, float]] = field(default_factory=deque)
 
     def predicted(self, seconds: float) -> Box:
         """Return where it should be at a time."""
         passed = seconds - self.seen
         return self.box.shifted(self.speed[0] * passed, self.speed[1] * passed)
 
-    def see(self, box: Box, seconds: float) -> None:
-        """Take in a sighting."""
+    def see(self, box: Box, seconds: float, origin: tuple[float, float]) -> None:
+        """
+        Take in a sighting.
+
+        :param origin: where the image lies in the world.
+        """
         passed = seconds - self.seen
         expected = self.predicted(seconds)
         off = box.center_x - expected.center_x, box.center_y - expected.center_y
@@ -68,12 +80,38 @@ class Candidate:
         self.box = Box.from_center(x, y, width, height)
         self.seen = seconds
         self.sightings += 1
+        self.note(seconds, origin)
+
+    def note(self, seconds: float, origin: tuple[float, float]) -> None:
+        """Remember where it is in the world."""
+        box = self.box
+        self.way.append((seconds, box.center_x + origin[0], box.center_y + origin[1], box.height))
+        while seconds - self.way[0][0] > _KEPT_S:
+            self.way.popleft()
+
+    def distance(self) -> float:
+        """Return how far it has come, or has grown or shrunk, in body heights."""
+        heights = np.array([entry[3] for entry in self.way])
+        x, y = (np.array([entry[k] for entry in self.way]) for k in (1, 2))
+        part = max(1, len(x) // 4)
+        first, last = slice(None, part), slice(-part, None)
+        # Head and feet, because legs that come to light are no way.
+        top, bottom = (
+            float((y + side * heights)[last].mean() - (y + side * heights)[first].mean())
+            for side in (-0.5, 0.5)
+        )
+        down = min(abs(top), abs(bottom)) if top * bottom > 0 else 0.0
+        across = float(x[last].mean() - x[first].mean())
+        gone = math.hypot(across, down) / float(heights.mean())
+        grown = abs(math.log(float(heights[last].mean() / heights[first].mean())))
+        return max(gone, grown)
 
 
 def follow(
     candidates: list[Candidate],
     blobs: Sequence[Blob],
     seconds: float,
+    origin: tuple[float, float],
     least_height: float,
     first_number: int,
 ) -> list[Candidate]:
@@ -96,7 +134,7 @@ def follow(
             continue
         served.add(index)
         taken.add(number)
-        candidates[index].see(blobs[number].box, seconds)
+        candidates[index].see(blobs[number].box, seconds, origin)
         candidates[index].blob = blobs[number].number
     kept = [each for each in candidates if seconds - each.seen < _LOST_S]
     for number, blob in enumerate(blobs):
@@ -107,6 +145,8 @@ def follow(
             continue
         if blob.moving < _LEAST_MOVING * blob.area:
             continue
-        kept.append(Candidate(first_number, box, seconds, seconds, blob=blob.number))
+        fresh = Candidate(first_number, box, seconds, seconds, blob=blob.number)
+        fresh.note(seconds, origin)
         first_number += 1
+        kept.append(fresh)
     return kept

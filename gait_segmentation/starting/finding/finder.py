@@ -56,6 +56,7 @@ class WalkerFinder:
         self._stamp_ns = 0
         self._candidates: list[Candidate] = []
         self._watching = Watching(self._bank, self.config, self._people)
+        self._origin = (0.0, 0.0)
         self._next = 1
         self._known: list[float] = []
 
@@ -152,6 +153,7 @@ class WalkerFinder:
 
     def _follow(self, frame: SceneFrame, seconds: float) -> None:
         dx, dy = frame.shift
+        self._origin = self._origin[0] - dx, self._origin[1] - dy
         for each in self._candidates:
             each.box = each.box.shifted(dx, dy)
         self._watching.shift(dx, dy)
@@ -161,6 +163,7 @@ class WalkerFinder:
             self._candidates,
             frame.blobs,
             seconds,
+            self._origin,
             self.config.least_height,
             self._next,
         )

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
+from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.finding.candidates import Candidate
 from gait_segmentation.starting.finding.gait import Shape, measures_of, person_box
 from gait_segmentation.starting.finding.seat import seat
@@ -112,9 +113,13 @@ class Watch:
         }
         self.evidence = max(self.evidence + passed * log_odds(self.measures), 0.0)
 
-    def walks(self, least_evidence: float) -> bool:
-        """Tell whether the evidence is enough."""
-        return self.measures is not None and self.evidence >= least_evidence
+    def walks(self, candidate: Candidate, config: StartingConfig) -> bool:
+        """Tell whether the evidence is enough, and some way has been seen."""
+        return (
+            self.measures is not None
+            and self.evidence >= config.least_evidence
+            and candidate.distance() >= config.least_way
+        )
 
 
 def _between(box: Box, body: BodyFrame, blob: Box) -> Box:

@@ -119,7 +119,7 @@ class Watching:
                 continue
             box = watch.box
             self.judged.append((box, watch.measures))
-            if watch.walks(self._config.least_evidence):
+            if watch.walks(each, self._config):
                 found.append(box)
                 self._rest[each.number] = seconds + _REST_S
                 self._watched.pop(each.number)

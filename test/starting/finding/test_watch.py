@@ -54,6 +54,7 @@ def rolling(seconds: float) -> np.ndarray:
 
 def watched(
     look: Callable[[float], np.ndarray],
+    way: float = 0.8,
     trunk: float = 0.0,
     seconds: float = 2.0,
     wider: float = 1.0,
@@ -61,6 +62,7 @@ def watched(
     """
     Watch a figure that stays where it is in the picture.
 
+    :param way: what it goes in body heights a second, as if the camera went with it.
     :param trunk: by how much its trunk flickers.
     :returns: after how many seconds it is found to walk, None if it is not; and the watch.
     """
@@ -80,9 +82,10 @@ def watched(
             candidate = Candidate(1, box, now, now)
             watch = Watch(light_bank(small_bank()), candidate, likelihood)
         candidate.box, candidate.seen = box, now
+        candidate.way.append((now, number * way * TALL * PERIOD, 0.0, float(TALL)))
         if watch.due(now):
             watch.update(likelihood, candidate, round(1e9 * now))
-            if watch.walks(StartingConfig().least_evidence):
+            if watch.walks(candidate, StartingConfig()):
                 return now - 1, watch
     assert watch is not None
     return None, watch
@@ -104,7 +107,11 @@ def test_a_box_that_comes_along_is_not_found() -> None:
 def test_what_swings_or_grows_on_the_spot_is_not_found(
     look: Callable[[float], np.ndarray],
 ) -> None:
-    assert watched(look)[0] is None
+    assert watched(look, way=0.08)[0] is None
+
+
+def test_some_way_must_be_seen() -> None:
+    assert watched(walking, way=0.0)[0] is None
 
 
 def test_what_is_far_wider_than_a_body_is_less_sure_to_walk() -> None:
