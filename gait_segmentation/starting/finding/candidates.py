@@ -38,9 +38,9 @@ class Candidate:
     """
     A blob that is followed.
 
-    ``box`` is its smoothed box in the newest frame, ``speed`` that of its centre against the world in pixels a
-    second.  ``blob`` is the number of the blob last seen of it.  ``way`` holds (seconds, x, y,
-    height) in world coordinates, of the last two seconds.
+    ``box`` is its smoothed box in the newest frame, ``speed`` that of its centre against the
+    world in pixels a second.  ``blob`` is the number of the blob last seen of it.  ``way`` holds
+    (seconds, x, y, height) in world coordinates, of the last two seconds.
     """
 
     number: int
