@@ -38,14 +38,14 @@ class StartingConfig(StageConfig):
         maximum=400.0,
     )
     least_way: float = parameter(
-        0.1,
+        0.2,
         'Distance that somebody must have covered, or grown by, before getting a slot.',
         unit='body height',
         minimum=0.0,
         maximum=2.0,
     )
     least_evidence: float = parameter(
-        0.22,
+        0.15,
         'Evidence from which somebody is taken for a walker: log-odds times the time for which '
         'they are seen. Lower values start earlier, higher ones make fewer errors.',
         unit='s',

@@ -14,10 +14,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import kernel
 from gait_segmentation.starting.finding.heads import columns_of_people
 
-__all__ = ['BODY_WIDTH', 'Blob', 'find_blobs']
-
-BODY_WIDTH = 0.55
-"""Width over height up to which what moves may be one body."""
+__all__ = ['Blob', 'find_blobs']
 
 _TRIM_ROWS, _TRIM_COLUMNS = 0.005, 0.02
 _LEAST_AREA = 10
@@ -161,16 +158,12 @@ def _merged(boxes: list[Box]) -> list[list[int]]:
 
 def _belong(a: Box, b: Box, crowd: bool) -> bool:
     """Tell whether two parts are of one body; in a crowd not if neither is much smaller."""
-    both = a.union(b)
-    down = min(a.bottom, b.bottom) - max(a.y, b.y)
-    if down > _OVERLAP * both.height and both.width <= BODY_WIDTH * both.height:
-        # The two sides of somebody in plain clothes.
-        return True
     across = min(a.right, b.right) - max(a.x, b.x)
     if across < _OVERLAP * min(a.width, b.width):
         return False
     if crowd and min(a.height, b.height) > _SMALL * max(a.height, b.height):
         return False
+    both = a.union(b)
     if both.width > 1.2 * both.height and across < 0.8 * min(a.width, b.width):
         return False
     apart = max(a.y, b.y) - min(a.bottom, b.bottom)

@@ -15,12 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
-from gait_segmentation.starting.finding.blobs import BODY_WIDTH, Blob
+from gait_segmentation.starting.finding.blobs import Blob
 
 __all__ = ['fill_hollow']
 
 _LEVEL = 150
 """Likelihood of what is enclosed."""
+
+_WIDEST = 0.55
+"""Width over height up to which a blob may be one body.  A tree in the wind is wider, and would
+look the more like somebody if it were filled."""
 
 
 def fill_hollow(
@@ -40,8 +44,7 @@ def fill_hollow(
     :param owners: (h, w) uint8, the number of the blob of each pixel.
     """
     for blob in blobs:
-        # A tree in the wind is wider, and would look the more like somebody if it were filled.
-        if blob.box.width <= BODY_WIDTH * blob.box.height:
+        if blob.box.width <= _WIDEST * blob.box.height:
             rows, columns = blob.box.slices(likelihood.shape[1], likelihood.shape[0])
             bounds = (rows.start, rows.stop, columns.start, columns.stop)
             _fill(likelihood, moving, owners, blob.number, bounds)

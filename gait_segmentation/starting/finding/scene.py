@@ -127,7 +127,7 @@ class MotionScene:
         self._model = self._small = BackgroundModel(self._shape)
         # From the frame in which the model was known last to the newest.
         self._since = WorldMotion()
-        self._hidden = np.zeros(self._shape, np.uint8)
+        self._hidden = self._moved = np.zeros(self._shape, np.uint8)
         self._recent: deque[_Recent] = deque()
         self._begun = self._learnt = 0.0
 
@@ -159,7 +159,7 @@ class MotionScene:
         seconds = stamp_ns / 1e9
         frame = WorkingImage.of(image, stamp_ns, self._shape, self._exposure, self._contrast)
         self._frame = frame
-        motion = self._estimator.update(frame.pyramid, None)
+        motion = self._estimator.update(frame.pyramid, self._moved)
         self._since = WorldMotion.over([self._since, motion])
         step = self._in_searched(motion)
         height, width = self._searched
@@ -180,6 +180,8 @@ class MotionScene:
         fill_hollow(likelihood, moving, owners, blobs)
         for window in windows:
             filled[window] = 255
+        size = self._shape[::-1]
+        self._moved = np.asarray(cv2.resize(filled, size, interpolation=cv2.INTER_NEAREST))
         self._learn(frame, filled, seconds)
         x, y = step.carry(width / 2, height / 2)
         shift = x - width / 2, y - height / 2
@@ -270,11 +272,9 @@ class MotionScene:
         self._make_small()
 
     def _make_small(self) -> None:
-        """Make the background of the searched image, in which all that is sure counts the same."""
+        """Make the background of the searched image."""
         self._small = self._model.resized(self._searched)
-        sums = self._small.sums
-        sums *= SURE_COUNT / np.maximum(sums[..., 3:], np.float32(SURE_COUNT))
-        self._small.sums = np.asarray(cv2.blur(sums, (3, 3)))
+        self._small.sums = np.asarray(cv2.blur(self._small.sums, (3, 3)))
 
 
 def _all_of(image: NDArray[np.uint8]) -> Window:
