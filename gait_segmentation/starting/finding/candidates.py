@@ -36,11 +36,11 @@ _KEPT_S = 2.0
 @dataclass
 class Candidate:
     """
-    A blob that is followed on the canvas.
+    A blob that is followed.
 
-    ``box`` is its smoothed box, ``speed`` that of its centre against the world in pixels a
-    second.  ``blob`` is the number of the blob last seen of it.  ``way`` holds (seconds, x, y,
-    height) in world coordinates, of the last two seconds.
+    ``box`` is its smoothed box in the newest frame, ``speed`` that of its centre against the
+    world in pixels a second.  ``blob`` is the number of the blob last seen of it.  ``way`` holds
+    (seconds, x, y, height) in world coordinates, of the last two seconds.
     """
 
     number: int
@@ -61,7 +61,7 @@ class Candidate:
         """
         Take in a sighting.
 
-        :param origin: where the canvas lies in the world.
+        :param origin: where the image lies in the world.
         """
         passed = seconds - self.seen
         expected = self.predicted(seconds)

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,12 +14,10 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import check_image, check_stamp
 from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.finding.candidates import Candidate, follow
-from gait_segmentation.starting.finding.past import Past
 from gait_segmentation.starting.finding.scene import MotionScene, SceneFrame
 from gait_segmentation.starting.finding.watch import light_bank
 from gait_segmentation.starting.finding.watching import LEAST_SIGHTINGS, TALL, Watching
-from gait_segmentation.tracking.picture.exposure import Exposure
-from gait_segmentation.tracking.picture.working import WorkingImage, working_shape
+from gait_segmentation.tracking.picture.working import working_shape
 
 __all__ = ['WalkerFinder']
 
@@ -32,9 +29,6 @@ _PAUSE_S = 0.5
 
 _LEAST_PERIOD_S = 0.025
 """Frames that come faster are left out."""
-
-_BLIND_S = 0.15
-"""Time at the beginning in which it is not yet known what moves."""
 
 
 class WalkerFinder:
@@ -57,9 +51,6 @@ class WalkerFinder:
     def reset(self) -> None:
         """Forget the scene and everybody in it."""
         self._scene: MotionScene | None = None
-        self._past: Past | None = None
-        self._exposure = Exposure()
-        self._begun = 0.0
         self._frame: SceneFrame | None = None
         self._size: tuple[int, int] | None = None
         self._stamp_ns = 0
@@ -96,20 +87,14 @@ class WalkerFinder:
         if self._scene is not None and 0 <= pause < _LEAST_PERIOD_S and size == self._size:
             return []
         scale = self._scale(size)
-        shape = working_shape(*size, scale)
         if self._scene is None or size != self._size or not 0 < pause < _PAUSE_S:
             self.reset()
-            self._scene, self._past, self._size = MotionScene(shape), Past(size), size
-            self._begun = stamp_ns / 1e9
+            self._scene, self._size = MotionScene(size, working_shape(*size, scale)), size
         self._stamp_ns = stamp_ns
         seconds = stamp_ns / 1e9
-        # Not Lab, which takes ten times as long.
-        even = WorkingImage.of(image, stamp_ns, shape, self._exposure, texture=False).bgr
-        colours = np.asarray(cv2.cvtColor(even, cv2.COLOR_BGR2YCrCb))
         taken = [box.scaled(scale) for box in occupied]
         self._known = [box.height for box in taken]
-        frame = self._frame = self._scene.update(colours, seconds, taken)
-        self._remember(image, frame, seconds)
+        frame = self._frame = self._scene.update(image, stamp_ns, taken)
         wanted = wanted and self.config.auto_init != 'none'
         self._follow(frame, seconds)
         if not wanted:
@@ -131,14 +116,15 @@ class WalkerFinder:
         scale = self._scale(self._size)
         return [(box.scaled(1 / scale), measures) for box, measures in self._watching.judged]
 
-    def past(self, stamp_ns: int) -> Past | None:
+    def past(self, stamp_ns: int) -> MotionScene | None:
         """
         Return what the place looked like before there was anybody, None if it is not known.
 
         :param stamp_ns: the stamp of the newest frame.
         """
-        known = self._past is not None and self._past.learnt and stamp_ns == self._stamp_ns
-        return self._past if known else None
+        scene = self._scene
+        known = scene is not None and scene.is_known and stamp_ns == self._stamp_ns
+        return scene if known else None
 
     def strangers(self, stamp_ns: int) -> NDArray[np.uint8] | None:
         """
@@ -163,15 +149,7 @@ class WalkerFinder:
             return None
         found = frame.of(blobs)
         found[frame.likelihood < 128] = 0
-        return frame.in_image(found)
-
-    def _remember(self, image: NDArray[np.uint8], frame: SceneFrame, seconds: float) -> None:
-        assert self._past is not None
-        if frame.fresh:
-            self._past = Past((image.shape[0], image.shape[1]))
-            self._begun = seconds
-        if seconds - self._begun >= _BLIND_S:
-            self._past.update(image, frame, seconds)
+        return found
 
     def _follow(self, frame: SceneFrame, seconds: float) -> None:
         dx, dy = frame.shift

@@ -1,16 +1,16 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-What moves against the world, without an empty scene to begin with.
+The place in which nobody is tracked yet, and what moves in it.
 
-Images are laid onto a canvas that follows the camera by whole pixels, so that the background is
-never interpolated.  A walker stands out as soon as he has moved on by his own width, also if he
-was there in the first frame.
+There is one model of the background, the tracker's, learnt at the size people are tracked at.
+People are searched for in a smaller image against it, and tracks begin before it.  No empty scene
+is needed: a walker stands out as soon as he has moved on by his own width.
 """
 
 from __future__ import annotations
 
-import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -19,58 +19,74 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.estimator import MotionEstimator
-from gait_segmentation.ego_motion.pyramid import Pyramid
-from gait_segmentation.geometry import Box, compose, invert, pixel_affine, scaling
+from gait_segmentation.ego_motion.world_motion import WorldMotion
+from gait_segmentation.geometry import Box, compose, invert, scaling
 from gait_segmentation.images import Window
-from gait_segmentation.starting.finding.background import MotionBackground
 from gait_segmentation.starting.finding.blobs import Blob, find_blobs
-from gait_segmentation.starting.finding.difference import RecentFrames
 from gait_segmentation.starting.finding.hollow import fill_hollow
-from gait_segmentation.warping import warp_window
+from gait_segmentation.tracking.background.kernels import SURE_COUNT
+from gait_segmentation.tracking.background.model import BackgroundModel
+from gait_segmentation.tracking.picture.contrast import Contrast
+from gait_segmentation.tracking.picture.exposure import Exposure
+from gait_segmentation.tracking.picture.working import WorkingImage, working_shape
 
 __all__ = ['MotionScene', 'SceneFrame']
 
-_SLACK_PX = 1.0
-"""Residual rotation and zoom at the corners above which the canvas is laid anew."""
+_LARGEST = 640
+"""Longest side of what is learnt."""
+
+_PERIOD_S, _SHARE = 0.12, 0.1
+"""
+Time between two frames that are learnt, at most, and as a share of the time for which the place
+is known, since the longer it is, the less one more tells.
+"""
+
+_MARGIN = 0.012
+"""How far about what moves nothing is learnt, in heights of the image."""
+
+_FADE = 0.5
+"""What is left of the count of a pixel that looks otherwise although nothing moves there."""
+
+_GAP_S = 0.14
+"""Time between the two frames whose difference shows what moves now."""
+
+_SPREADS = 2.0
+"""Least difference that is motion, in spreads of a still pixel about its mean."""
+
+_EDGE = np.ones((5, 5), np.uint8)
+"""Rim of a warped frame that is not compared."""
+
+_UNKNOWN = 140
+"""Likelihood where something moves before a background that has never been seen."""
+
+_SHADOW_FLOOR = 0.6
+"""Darkest shadow, as a share of the lightness of the background; what is darker are clothes."""
+
+_STEEP = 64.0
+"""Likelihood, of 255, for each of the log-odds."""
 
 _BROKEN = 0.5
-"""Share of pixels that differ at which the world is not the one learnt."""
-
-_LEAST_PROBES = 100
-"""Pixels of the background that must be seen to measure the camera's motion by them."""
-
-_LEAST_TEXTURE = 0.25
-"""Least product of the background's mean squared gradients that tells a shift."""
-
-_STILL_PX = 0.1
-
-_IDENTITY = scaling(1.0)
+"""Share of pixels that differ at which the place is not the one learnt."""
 
 
 @dataclass(frozen=True)
 class SceneFrame:
     """
-    What moves in one frame, on the canvas.
+    What moves in one frame, in the searched image.
 
     ``likelihood`` is (h, w) uint8, 255 = surely no background.  ``blobs`` are what hangs
     together, ``owners`` (h, w) uint8 the number of the blob of each pixel, 0 for none.
-    ``shift`` is by how many whole pixels the canvas moved since the last frame: a point of the
-    still world at (x, y) is now at (x + dx, y + dy).  ``to_image`` is the 2 x 3 transform of
-    positions from the canvas to the small image, ``step`` that from the last small image to this
-    one, None for the identity.  ``hidden`` is (h, w) uint8, non-zero where the background cannot
-    be seen.  ``fresh`` says that what was known before no longer holds.  ``period`` is the time
+    ``shift`` is by how many pixels the world moved since the last frame, in the middle of the
+    image.  ``fresh`` says that what was known before no longer holds.  ``period`` is the time
     between two frames in seconds, 0 if it is not known.
     """
 
     likelihood: NDArray[np.uint8]
     blobs: list[Blob]
     owners: NDArray[np.uint8]
-    shift: tuple[int, int]
-    to_image: NDArray[np.float64]
-    step: NDArray[np.float64] | None
-    hidden: NDArray[np.uint8]
+    shift: tuple[float, float]
     fresh: bool
-    period: float = 0.0
+    period: float
 
     def of(self, blobs: Sequence[int]) -> NDArray[np.uint8]:
         """Return where some blobs are, (h, w) uint8 0/255, by their numbers."""
@@ -78,60 +94,77 @@ class SceneFrame:
         table[list(blobs)] = 255
         return np.asarray(cv2.LUT(self.owners, table))
 
-    def in_image(self, mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return a mask of the canvas as it lies in the small image."""
-        every = (slice(0, mask.shape[0]), slice(0, mask.shape[1]))
-        return warp_window(mask, self.to_image, every, cv2.BORDER_CONSTANT)
 
-    def box_in_image(self, box: Box) -> Box:
-        """Return a box of the canvas as it lies in the small image."""
-        x, y = self.to_image[:, :2] @ (box.center_x, box.center_y) + self.to_image[:, 2]
-        return Box.from_center(float(x), float(y), box.width, box.height)
+@dataclass
+class _Recent:
+    """The lightness of a frame, (h, w) uint8, and how the world has moved since."""
+
+    seconds: float
+    gray: NDArray[np.uint8]
+    motion: WorldMotion
 
 
 class MotionScene:
     """Learns the still world behind a camera that may move, and shows what moves before it."""
 
-    def __init__(self, shape: tuple[int, int]) -> None:
-        """Make a scene of which nothing is known, for images of the given (h, w)."""
-        self._shape = shape
-        self._estimator = MotionEstimator()
-        self.reset()
+    def __init__(self, source: tuple[int, int], searched: tuple[int, int]) -> None:
+        """
+        Make a scene of which nothing is known.
 
-    def reset(self) -> None:
-        """Forget everything."""
-        self._estimator.reset()
+        :param source: (H, W) of the images.
+        :param searched: (h, w) of the image that is searched.
+        """
+        self._searched = searched
+        self._shape = working_shape(*source, min(1.0, _LARGEST / max(source)))
+        self._scale = scaling(searched[1] / self._shape[1], searched[0] / self._shape[0])
+        self._exposure, self._contrast = Exposure(), Contrast()
+        self._estimator = MotionEstimator()
         self._forget()
 
     def _forget(self) -> None:
-        self._background = MotionBackground(self._shape)
-        self._recent = RecentFrames()
-        self._to_image: NDArray[np.float64] = _IDENTITY
-        self._keep = np.zeros(self._shape, np.uint8)
+        self._model = self._small = BackgroundModel(self._shape)
+        # From the frame in which the model was known last to the newest.
+        self._since = WorldMotion()
+        self._moved = np.zeros(self._shape, np.uint8)
+        self._recent: deque[_Recent] = deque()
+        self._begun = self._learnt = 0.0
+
+    @property
+    def is_known(self) -> bool:
+        """Return whether anything has been learnt."""
+        return self._learnt > 0
+
+    def levels(self) -> tuple[Exposure, Contrast]:
+        """Return how the newest frame must be shown to look as the background does."""
+        return self._exposure, self._contrast
+
+    def background(self, shape: tuple[int, int]) -> BackgroundModel:
+        """Return the background in the newest frame for a working image of (h, w)."""
+        self._carry()
+        return self._model if shape == self._shape else self._model.resized(shape)
 
     def update(
-        self, colours: NDArray[np.uint8], seconds: float, taken: Sequence[Box] = ()
+        self, image: NDArray[np.uint8], stamp_ns: int, taken: Sequence[Box] = ()
     ) -> SceneFrame:
         """
         Take in a frame.
 
-        :param colours: (h, w, 3) uint8 of the scene's size, lightness first, then two of chroma.
-        :param seconds: its time, later than the last frame's.
-        :param taken: boxes in the image in which nobody is looked for, because it is known who
-            is there.
+        :param image: (H, W, 3) uint8 BGR.
+        :param stamp_ns: its stamp, later than the last frame's.
+        :param taken: boxes in the searched image in which nobody is looked for, because it is
+            known who is there.
         """
-        gray = np.ascontiguousarray(colours[:, :, 0])
-        camera = self._estimator.update(Pyramid(gray), self._keep).camera
-        total = self._register(gray, camera)
-        moved = total is not self._to_image
-        step = compose(total, invert(self._to_image)) if moved else None
-        shift = self._follow(total)
-        canvas = cv2.blur(self._laid(colours), (3, 3))
-        gray = np.ascontiguousarray(canvas[:, :, 0])
-        moving = self._recent.update(gray, seconds, self._background.level)
-        period = self._recent.period
-        likelihood = self._background.compare(canvas, moving)
-        windows = [self._on_canvas(box) for box in taken]
+        seconds = stamp_ns / 1e9
+        frame = WorkingImage.of(image, stamp_ns, self._shape, self._exposure, self._contrast)
+        motion = self._estimator.update(frame.pyramid, self._moved)
+        self._since = WorldMotion.over([self._since, motion])
+        step = self._in_searched(motion)
+        height, width = self._searched
+        lab = cv2.resize(frame.lab, (width, height), interpolation=cv2.INTER_AREA)
+        lab = cv2.blur(lab, (3, 3))
+        moving = self._moving(np.ascontiguousarray(lab[:, :, 0]), seconds, step)
+        likelihood = self._compare(lab, moving)
+        windows = [box.slices(width, height) for box in taken]
         for window in windows:
             likelihood[window] = moving[window] = 0
         _, evidence = cv2.threshold(likelihood, 127, 255, cv2.THRESH_BINARY)
@@ -139,94 +172,103 @@ class MotionScene:
         fresh = cv2.countNonZero(evidence) > _BROKEN * evidence.size
         if fresh:
             self._forget()
-            evidence[:] = 0
-            likelihood[:] = 0
+            evidence[:] = likelihood[:] = 0
         blobs, filled, owners = find_blobs(evidence, moving)
         fill_hollow(likelihood, moving, owners, blobs)
         for window in windows:
             filled[window] = 255
-        self._background.learn(canvas, evidence, filled, period)
-        self._keep = filled
-        hidden = cv2.bitwise_or(filled, evidence)
-        return SceneFrame(
-            likelihood,
-            blobs,
-            owners,
-            shift,
-            self._to_image,
-            step,
-            hidden,
-            fresh,
-            period,
-        )
+        size = self._shape[::-1]
+        self._moved = np.asarray(cv2.resize(filled, size, interpolation=cv2.INTER_NEAREST))
+        self._learn(frame, filled, seconds)
+        x, y = step.carry(width / 2, height / 2)
+        shift = x - width / 2, y - height / 2
+        return SceneFrame(likelihood, blobs, owners, shift, fresh, self._period)
 
-    def _register(
-        self, gray: NDArray[np.uint8], camera: NDArray[np.float64] | None
-    ) -> NDArray[np.float64]:
+    @property
+    def _period(self) -> float:
+        frames = self._recent
+        return (frames[-1].seconds - frames[0].seconds) / max(len(frames) - 1, 1) if frames else 0
+
+    def _in_searched(self, motion: WorldMotion) -> WorldMotion:
+        """Return a motion in the pixels of the searched image."""
+        if motion.camera is None:
+            return motion
+        return WorldMotion(compose(compose(self._scale, motion.camera), invert(self._scale)))
+
+    def _moving(
+        self, gray: NDArray[np.uint8], seconds: float, step: WorldMotion
+    ) -> NDArray[np.uint8]:
+        """Return where something moves now against the world, (h, w) uint8 0/255."""
+        frames = self._recent
+        for each in frames:
+            each.motion = WorldMotion.over([each.motion, step])
+        frames.append(_Recent(seconds, gray, WorldMotion()))
+        while len(frames) > 2 and seconds - frames[1].seconds >= _GAP_S:
+            frames.popleft()
+        before, motion = frames[0].gray, frames[0].motion
+        if motion.camera is not None:
+            before = motion.warped(before, _all_of(gray))
+        level = _SPREADS * self._model.sigma
+        _, moving = cv2.threshold(cv2.absdiff(gray, before), level, 255, cv2.THRESH_BINARY)
+        moving = cv2.medianBlur(moving, 3)
+        if motion.camera is not None:
+            shown = motion.warped(np.full_like(gray, 255), _all_of(gray), cv2.BORDER_CONSTANT)
+            moving = cv2.bitwise_and(moving, cv2.erode(shown, _EDGE))
+        return np.asarray(moving)
+
+    def _compare(self, lab: NDArray[np.uint8], moving: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return how surely each pixel is no background, (h, w) uint8."""
+        unknown = np.where(moving > 0, np.uint8(_UNKNOWN), np.uint8(0))
+        if not self.is_known:
+            return unknown
+        model = self._small.moved([self._in_searched(self._since)])
+        logit = model.evidence(lab, _all_of(lab), _SHADOW_FLOOR)
+        likelihood = np.clip(127.5 + _STEEP * logit, 0, 255).astype(np.uint8)
+        return np.where(logit == 0, unknown, likelihood)
+
+    def _learn(self, frame: WorkingImage, filled: NDArray[np.uint8], seconds: float) -> None:
         """
-        Return where the canvas lies in this frame, as a transform of positions to the image.
+        Learn the background now and then.
 
-        The camera moved as measured or not at all, whichever explains the background better; a
-        step of Gauss and Newton towards it keeps errors from adding up.
+        :param filled: (h, w) uint8 of the searched image, non-zero where it cannot be seen.
         """
-        smooth = cv2.blur(gray, (3, 3))
-        motion = self._to_image
-        best = self._background.mismatch(smooth, self._keep, motion)
-        if camera is not None:
-            total = compose(camera, motion)
-            found = self._background.mismatch(smooth, self._keep, total)
-            if found[0] < best[0]:
-                best, motion = found, total
-        _, count, xx, xy, yy, x, y = best
-        if count < _LEAST_PROBES:
-            return self._to_image if camera is None else compose(camera, self._to_image)
-        determinant = xx * yy - xy * xy
-        if determinant > _LEAST_TEXTURE * (count * count):
-            dx = min(max((yy * x - xy * y) / determinant, -1.0), 1.0)
-            dy = min(max((xx * y - xy * x) / determinant, -1.0), 1.0)
-            if math.hypot(dx, dy) > _STILL_PX:
-                motion = compose(np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]]), motion)
-        return motion
+        self._begun = self._begun or seconds
+        known_s = seconds - self._begun
+        wait = min(_SHARE * known_s, _PERIOD_S)
+        # Before that it is not known what moves.
+        if known_s < _GAP_S or seconds - self._learnt < wait:
+            return
+        self._learnt = seconds
+        side = 2 * max(1, round(_MARGIN * filled.shape[0])) + 1
+        hidden = cv2.dilate(filled, np.ones((side, side), np.uint8))
+        hidden = np.asarray(cv2.resize(hidden, self._shape[::-1], interpolation=cv2.INTER_NEAREST))
+        self._carry()
+        model, lab = self._model, frame.lab
+        every = _all_of(lab)
+        model.measure_noise(lab, hidden, [every])
+        # What has left or has come to stay is no mean with what was there before: the longer
+        # that was seen, the longer it must be missed.
+        other = (model.contradicted(lab, every, 1.0) > 0) & (hidden == 0)
+        model.sums[other] *= _FADE
+        gone = other & (model.count < SURE_COUNT)
+        model.forget(gone)
+        model.learn(lab, np.where(other & ~gone, np.uint8(1), hidden))
+        self._make_small()
 
-    def _follow(self, total: NDArray[np.float64]) -> tuple[int, int]:
-        """Move the canvas with the camera by whole pixels."""
-        if total is self._to_image:
-            return 0, 0
-        height, width = self._shape
-        corners = np.array([[0.0, width, 0.0, width], [0.0, 0.0, height, height]])
-        moved = total[:, :2] @ corners + total[:, 2:] - corners
-        middle = moved.mean(axis=1)
-        if float(np.abs(moved - middle[:, None]).max()) > _SLACK_PX:
-            self._background.warp(total)
-            self._recent.warp(total)
-            self._to_image = _IDENTITY
-            return round(float(middle[0])), round(float(middle[1]))
-        dx, dy = round(float(middle[0])), round(float(middle[1]))
-        self._to_image = total.copy()
-        if dx or dy:
-            # The canvas then lies by (dx, dy) further to the right and down in the world.
-            self._background.shift(dx, dy)
-            self._recent.shift(dx, dy)
-            self._to_image = compose(total, np.array([[1.0, 0, -dx], [0, 1.0, -dy]]))
-        return dx, dy
+    def _carry(self) -> None:
+        """Carry the background along to the newest frame."""
+        if self._since.camera is None:
+            return
+        self._model = self._model.moved([self._since])
+        self._since = WorldMotion()
+        self._make_small()
 
-    def _on_canvas(self, box: Box) -> Window:
-        """Return the rows and columns of the canvas that a box of the image lies on."""
-        if self._to_image is not _IDENTITY:
-            dx, dy = invert(self._to_image)[:, :2] @ (box.center_x, box.center_y)
-            off = invert(self._to_image)[:, 2]
-            box = box.shifted(dx + off[0] - box.center_x, dy + off[1] - box.center_y)
-        return box.slices(self._shape[1], self._shape[0])
+    def _make_small(self) -> None:
+        """Make the background of the searched image."""
+        self._small = self._model.resized(self._searched)
+        self._small.sums = np.asarray(cv2.blur(self._small.sums, (3, 3)))
 
-    def _laid(self, colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        if self._to_image is _IDENTITY:
-            return colours
-        return np.asarray(
-            cv2.warpAffine(
-                colours,
-                pixel_affine(invert(self._to_image)),
-                self._shape[::-1],
-                flags=cv2.INTER_LINEAR,
-                borderMode=cv2.BORDER_REPLICATE,
-            )
-        )
+
+def _all_of(image: NDArray[np.uint8]) -> Window:
+    """Return all rows and columns of an image."""
+    return slice(0, image.shape[0]), slice(0, image.shape[1])

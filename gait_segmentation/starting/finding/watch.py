@@ -76,7 +76,7 @@ class Watch:
         return seconds - self.last >= _PERIOD_S
 
     def shift(self, dx: float, dy: float) -> None:
-        """Move with the canvas."""
+        """Move with the world."""
         self._box = self._box.shifted(dx, dy)
         self._blob = self._blob.shifted(dx, dy)
 

@@ -68,7 +68,7 @@ class Watching:
         self._watched = {}
 
     def shift(self, dx: float, dy: float) -> None:
-        """Move with the canvas."""
+        """Move with the world."""
         for watch in self._watched.values():
             watch.shift(dx, dy)
 
@@ -117,7 +117,7 @@ class Watching:
             watch = self._match(_apart(frame, each, candidates), each, stamp_ns)
             if watch.box is None or watch.measures is None:
                 continue
-            box = frame.box_in_image(watch.box)
+            box = watch.box
             self.judged.append((box, watch.measures))
             if watch.walks(each, self._config):
                 found.append(box)
