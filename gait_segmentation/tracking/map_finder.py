@@ -22,7 +22,7 @@ _ROWS = 24
 
 _LEVELS = 32, 127
 """
-Values of a map from which regions are made: at an eighth what a network is unsure of belongs to the
+Values of a map from which regions are made: at an eighth what a network is unsure of is part of a
 body; at one half people who touch may be apart.
 """
 
