@@ -137,8 +137,8 @@ def _normalized(counts: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def says_something(values: NDArray[np.uint8]) -> bool:
-    """Return whether a map, (h, w) uint8, has more than the lowest grade anywhere."""
-    return bool((values >= _GRADE).any())
+    """Return whether a map, (h, w) uint8, has more than one grade."""
+    return int(values.max()) // _GRADE > int(values.min()) // _GRADE
 
 
 def heat_map_of(array: NDArray[Any]) -> NDArray[np.uint8]:

@@ -92,6 +92,7 @@ def test_masks_of_nobody_or_all_teach_no_grades():
     assert grades.shares is None
 
 
-def test_a_map_of_the_lowest_grade_says_nothing():
-    assert not says_something(np.full((2, 2), 15, np.uint8))
+@pytest.mark.parametrize('value', [0, 15, 255])
+def test_a_map_of_one_grade_says_nothing(value):
+    assert not says_something(np.full((2, 2), value, np.uint8))
     assert says_something(np.array([[0, 16]], np.uint8))

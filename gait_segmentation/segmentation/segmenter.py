@@ -132,7 +132,7 @@ class Segmenter:
             likelihood = without(likelihood, window, taken[crop])
         lab = cv2.cvtColor(shrink(source, likelihood[window].shape), cv2.COLOR_BGR2Lab)
         evidence = given = likelihood[window]
-        # What sees nobody at all is believed.
+        # What sees nobody at all, or nothing else, is believed.
         learns = (outside or self.config.outside) and self.config.use_colours
         learns = learns and says_something(given)
         if learns:
