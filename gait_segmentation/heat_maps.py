@@ -8,15 +8,22 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 
-__all__ = ['HeatMap', 'HeatMaps', 'heat_map_of']
+__all__ = ['Grades', 'HeatMap', 'HeatMaps', 'heat_map_of', 'says_something']
 
 _MOST_KEPT = 16
 """Maps kept whose frames have not come."""
+
+_GRADE = 16
+"""Values of a map that are taken for one grade."""
+
+_RATE = 0.1
+"""Share by which what is known of the grades moves towards the newest mask."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +65,80 @@ class HeatMaps:
         least = stamp_ns - round(age_s * 1e9)
         fitting = [each for each in self._maps if least <= each.stamp_ns <= stamp_ns]
         return max(fitting, key=lambda each: each.stamp_ns, default=None)
+
+
+class Grades:
+    """
+    What the values of a map mean, learnt from where the person was.
+
+    For every grade of a map the shares of the person's pixels and of the others that have it are
+    known, and the evidence of a pixel is the log of their ratio::
+
+        L(v) = ln (p(v | person) + floor) / (p(v | other) + floor)
+    """
+
+    def __init__(self, floor: float) -> None:
+        """
+        Begin without having seen a map.
+
+        :param floor: share of the pixels of either kind that may have any value, which limits
+            the evidence.
+        """
+        self._floor = floor
+        self.shares: NDArray[np.float64] | None = None
+        """Of the person's pixels and of the others with each grade, (2, grades)."""
+
+    @staticmethod
+    def count(values: NDArray[np.uint8], person: NDArray[np.uint8]) -> NDArray[np.float64]:
+        """
+        Return which share of the person and of the rest has each grade, (2, grades).
+
+        :param values: (h, w) uint8, a part of a map.
+        :param person: (h, w) uint8, non-zero on the person.
+        """
+        parts = person, cv2.compare(person, 0, cv2.CMP_EQ)
+        bins, range_ = [256 // _GRADE], [0.0, 256.0]
+        counts = [cv2.calcHist([values], [0], part, bins, range_).ravel() for part in parts]
+        return _normalized(np.stack(counts))
+
+    def believe(self, values: NDArray[np.uint8]) -> None:
+        """Take the values of a map, (h, w) uint8, for the probabilities they seem to be."""
+        counts = cv2.calcHist([values], [0], None, [256], [0.0, 256.0]).ravel()
+        likely = (np.arange(256) + 0.5) / 256
+        fine = np.stack([likely * counts, (1 - likely) * counts])
+        self.shares = _normalized(fine.reshape(2, -1, _GRADE).sum(axis=2))
+
+    def learn(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+        """Learn where the person was, who is seen in part; see :meth:`count`."""
+        shares = self.count(values, person)
+        if not shares.any(axis=1).all():
+            return
+        if self.shares is None:
+            self.shares = shares
+        else:
+            self.shares = self.shares + _RATE * (shares - self.shares)
+
+    def evidence(self, values: NDArray[np.uint8], weight: float = 1.0) -> NDArray[np.float32]:
+        """
+        Return the log-likelihood ratios of the person, 0 if nothing is known of the map.
+
+        :param values: (h, w) uint8, a part of the map; the result is as large, float32.
+        """
+        if self.shares is None or not weight:
+            return np.zeros(values.shape, np.float32)
+        person, other = self.shares + self._floor
+        table = np.repeat(weight * np.log(person / other), _GRADE).astype(np.float32)
+        return np.asarray(table[values])
+
+
+def _normalized(counts: NDArray[Any]) -> NDArray[np.float64]:
+    sums = counts.astype(np.float64)
+    return sums / np.maximum(sums.sum(axis=1, keepdims=True), 1)
+
+
+def says_something(values: NDArray[np.uint8]) -> bool:
+    """Return whether a map, (h, w) uint8, has more than one grade."""
+    return int(values.max()) // _GRADE > int(values.min()) // _GRADE
 
 
 def heat_map_of(array: NDArray[Any]) -> NDArray[np.uint8]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.heat_maps import HeatMaps, heat_map_of
+from gait_segmentation.heat_maps import Grades, HeatMaps, heat_map_of, says_something
 
 
 @pytest.mark.parametrize(
@@ -64,3 +64,35 @@ def test_a_map_may_be_changed_after_it_was_given():
     found = maps.newest(1, 0)
     assert found is not None
     assert found.values[0, 0] == 7
+
+
+HALF = np.repeat(np.array([[1, 0]], np.uint8), 8, axis=1).reshape(1, -1)
+
+
+def test_grades_are_believed_until_masks_tell_what_they_mean():
+    values = np.where(HALF > 0, 60, 10).astype(np.uint8)
+    grades = Grades(0.01)
+    assert not grades.evidence(values).any()
+    grades.believe(np.array([[0, 60, 200, 255]], np.uint8))
+    asked = np.array([[0, 60, 200, 255]], np.uint8)
+    assert (np.diff(grades.evidence(asked)[0]) > 0).all()
+    for _ in range(30):
+        grades.learn(values, HALF)
+    timid = grades.evidence(values)
+    assert (timid[HALF > 0] > 2).all()
+    assert (timid[HALF == 0] < -2).all()
+    assert np.abs(timid).max() < np.log(1.01 / 0.01)
+    np.testing.assert_allclose(grades.evidence(values, 0.5), timid / 2, rtol=1e-5)
+
+
+def test_masks_of_nobody_or_all_teach_no_grades():
+    grades = Grades(0.01)
+    grades.learn(HALF, np.zeros_like(HALF))
+    grades.learn(HALF, np.ones_like(HALF))
+    assert grades.shares is None
+
+
+@pytest.mark.parametrize('value', [0, 15, 255])
+def test_a_map_of_one_grade_says_nothing(value):
+    assert not says_something(np.full((2, 2), value, np.uint8))
+    assert says_something(np.array([[0, 16]], np.uint8))

@@ -90,20 +90,14 @@ class SegmentationConfig(StageConfig):
     )
     use_colours: bool = parameter(
         True,
-        'Learn the colours of person and surroundings where the likelihood comes from outside; '
-        "the tracker's holds them already.",
+        'Where the likelihood comes from outside, learn what its values mean, and the colours of '
+        "person and surroundings; the tracker's holds both already.",
     )
     outside: bool = parameter(
         False,
         'The likelihood does not come from the tracker but from outside, such as a '
         "detector's heat map that takes its place on the topic; gait_evaluate "
         '--likelihood implies it.',
-    )
-    outside_share: float = parameter(
-        0.5,
-        'Weight of a likelihood from outside beside the colours learnt from it.',
-        minimum=0.0,
-        maximum=1.0,
     )
     hole_area: float = parameter(
         0.0015,

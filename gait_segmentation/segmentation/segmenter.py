@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box, check_body
+from gait_segmentation.heat_maps import Grades, says_something
 from gait_segmentation.images import check_image
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.alignment import align
@@ -41,6 +42,10 @@ _LARGEST = 8.0
 
 _FIT_RATE = 1 / 7
 """Share of a frame in the running mean of the fit, which begins at 1: half a step."""
+
+_FLOOR = 0.01
+"""Share of the pixels of person and surroundings that may have any value of a likelihood from
+outside: it cannot say more than 4.6 for or against the person."""
 
 _NOBODY = 'the cut found no person'
 
@@ -75,6 +80,7 @@ class Segmenter:
     def reset(self) -> None:
         """Forget the person."""
         self._colours = LearntColours()
+        self._grades = Grades(_FLOOR)
         self._track_id = 0
         self._fit = 1.0
         self._carried = Carried()
@@ -125,13 +131,19 @@ class Segmenter:
         if taken is not None:
             likelihood = without(likelihood, window, taken[crop])
         lab = cv2.cvtColor(shrink(source, likelihood[window].shape), cv2.COLOR_BGR2Lab)
-        outside = outside or self.config.outside
-        evidence = likelihood[window]
+        evidence = given = likelihood[window]
+        # What sees nobody at all, or nothing else, is believed.
+        learns = (outside or self.config.outside) and self.config.use_colours
+        learns = learns and says_something(given)
+        if learns:
+            evidence = self._calibrated(given)
         prior, place = whole_prior[window], in_window(body, window)
         # What is taken by others says nothing of where the person is.
         if self._aligns and (taken is None or not taken[crop].any()):
             prior, place = align(prior, evidence, place)
-        labels, logit = self._cut(lab, evidence, prior, place, outside=outside)
+        labels, logit = self._cut(lab, evidence, prior, place, learns=learns)
+        if learns:
+            self._grades.learn(np.ascontiguousarray(given), labels.view(np.uint8))
         if not labels.any():
             return self._empty(image, match, _NOBODY)
         found = Box.around(labels)
@@ -162,19 +174,17 @@ class Segmenter:
         prior: NDArray[np.uint8],
         body: BodyFrame,
         *,
-        outside: bool,
+        learns: bool,
     ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
         """
         Return the cut at working size, and the data term for the outline.
 
         All that is given and returned is in the window.
+
+        :param learns: whether colours are learnt and used.
         """
         terms = self._terms(prior, lab, body)
         logit = _LOGIT[evidence]
-        # What sees nobody at all is believed.
-        learns = outside and self.config.use_colours and bool((evidence > 127).any())
-        if learns:
-            logit = logit * np.float32(self.config.outside_share)
         if terms.logit is not None:
             logit = logit + terms.logit
         if learns:
@@ -190,6 +200,13 @@ class Segmenter:
         labels = keep_supported(labels, support, known, body.height)
         labels = fill_holes(labels, self.config.hole_area * body.height**2)
         return labels, logit
+
+    def _calibrated(self, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return what a likelihood from outside is as earlier masks tell, (h, w) uint8."""
+        if self._grades.shares is None:
+            self._grades.believe(np.ascontiguousarray(values))
+        logit = self._grades.evidence(values)
+        return np.rint(255 / (1 + np.exp(-logit))).astype(np.uint8)
 
     def _cut_by_colours(
         self,

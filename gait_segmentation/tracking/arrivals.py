@@ -124,7 +124,11 @@ class Arrivals:
             evidence[window] = known.evidence(lab, window, config.shadow_floor)
         start = self._estimate(world, box, config, evidence)
         if heat is not None and not world.now.heat_frames:
-            cue.place(heat, window, start.votes[window], box.height)
+            # The box tells as much of where the person is as a first mask that may be poor.
+            likely = np.float32(0.5) * start.votes
+            there = box.slices(world.shape[1], world.shape[0])
+            likely[there] += heat[there] / np.float32(2 * 255)
+            cue.place(heat, window, likely[window], box.height)
             cue.begin(heat, box, window)
             if cue.weight:
                 evidence[window] += cue.evidence(cue.part(heat, window))

@@ -20,7 +20,13 @@ __all__ = ['MapFinder']
 _ROWS = 24
 """Height in pixels at which regions are compared with templates."""
 
-_ALIKE, _ENOUGH = 0.4, 0.2
+_LEVELS = 32, 127
+"""
+Values of a map from which regions are made: at an eighth what a network is unsure of is part of a
+body; at one half people who touch may be apart.
+"""
+
+_ALIKE, _ENOUGH = 0.3, 0.2
 """
 Tanimoto similarity with the best template from which a region may be a body, and how much more it
 must be in sum over maps in a row: the clear shape of a body is enough at once.
@@ -73,9 +79,14 @@ class MapFinder:
         for new in self._bodies(heat.values, source, occupied, least_height):
             past = (each.evidence for each in before if each.box.iou(new.box) >= _SAME)
             self._regions.append(_Region(new.box, new.evidence + max(past, default=0.0)))
-        found = [each.box for each in self._regions if each.evidence >= _ENOUGH]
-        self._regions = [each for each in self._regions if each.evidence < _ENOUGH]
-        return sorted(found, key=lambda box: -box.height)
+        found: list[Box] = []
+        for each in sorted(self._regions, key=lambda region: -region.box.height):
+            if each.evidence < _ENOUGH:
+                # A taller one may be sure with the next map, and there may be but one slot.
+                break
+            self._regions.remove(each)
+            found.append(each.box)
+        return found
 
     def _bodies(
         self,
@@ -84,23 +95,29 @@ class MapFinder:
         occupied: Sequence[Box],
         least_height: float,
     ) -> list[_Region]:
-        """Return the regions that may be a body."""
+        """Return the regions that may be a body, none of them a part of another one."""
         across, down = source[1] / values.shape[1], source[0] / values.shape[0]
-        likely = np.where(values > 127, np.uint8(255), np.uint8(0))
+        free = values.copy()
         for box in occupied:
             taken = Box(box.x / across, box.y / down, box.width / across, box.height / down)
-            likely[taken.slices(values.shape[1], values.shape[0])] = 0
-        _, labels, stats, _ = cv2.connectedComponentsWithStats(likely)
-        bodies: list[_Region] = []
-        for number, (x, y, w, h, _) in enumerate(stats.tolist()):
-            if number == 0 or h * down < least_height:
-                continue
-            region = np.where(labels[y : y + h, x : x + w] == number, np.uint8(255), np.uint8(0))
-            evidence = self._likeness(region, w * across / (h * down)) - _ALIKE
-            if evidence > 0:
-                box = Box(x * across, y * down, w * across, h * down)
-                bodies.append(_Region(box, evidence))
-        return bodies
+            free[taken.slices(values.shape[1], values.shape[0])] = 0
+        regions: list[tuple[float, Box]] = []
+        for level in _LEVELS:
+            above = cv2.compare(free, level, cv2.CMP_GT)
+            _, labels, stats, _ = cv2.connectedComponentsWithStats(above)
+            for number, (x, y, w, h, _) in enumerate(stats.tolist()):
+                if number == 0 or h * down < least_height:
+                    continue
+                region = cv2.compare(labels[y : y + h, x : x + w], number, cv2.CMP_EQ)
+                likeness = self._likeness(region, w * across / (h * down))
+                regions.append((likeness, Box(x * across, y * down, w * across, h * down)))
+        # Of a region and its parts the one that shows most of a body.
+        regions.sort(key=lambda region: -region[0] * region[1].height ** 2)
+        whole: list[tuple[float, Box]] = []
+        for likeness, box in regions:
+            if all(box.iou(other) == 0 for _, other in whole):
+                whole.append((likeness, box))
+        return [_Region(box, likeness - _ALIKE) for likeness, box in whole if likeness > _ALIKE]
 
     def _likeness(self, region: NDArray[np.uint8], aspect: float) -> float:
         """Return the Tanimoto similarity of a tight region with the template most like it."""

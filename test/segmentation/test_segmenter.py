@@ -295,6 +295,20 @@ def test_colours_mend_a_likelihood_from_outside() -> None:
     np.testing.assert_array_equal(off.mask, plain.mask)
 
 
+def test_a_timid_likelihood_from_outside_is_learnt_to_mean_the_person() -> None:
+    segmenter, truth = Segmenter(), person()
+    for stamp in range(1, 6):
+        segmenter.update(picture(), spoilt(), match(stamp=stamp), outside=True)
+    timid = np.where(truth > 0, 90, 0).astype(np.uint8)
+    found = segmenter.update(picture(), timid, match(stamp=6), outside=True)
+    assert iou(found.mask, truth) > 0.9
+    assert (
+        not Segmenter(SegmentationConfig(prior='none'))
+        .update(picture(), timid, match())
+        .mask.any()
+    )
+
+
 @pytest.mark.parametrize('value', [0, 255])
 def test_a_likelihood_from_outside_that_says_nothing_gives_a_mask_or_a_reason(value: int) -> None:
     segmenter = Segmenter()

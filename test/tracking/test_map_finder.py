@@ -55,10 +55,35 @@ def test_what_lies_or_is_tiny_is_nobody(bank, size):
 
 
 def test_what_is_less_clear_must_be_seen_in_several_maps(bank):
-    finder, square = MapFinder(bank), np.full((60, 25), 255, np.uint8)
+    finder, square = MapFinder(bank), np.full((60, 34), 255, np.uint8)
     found = [len(finder.update(heat(n, (20 + n, 30, square)), SOURCE, [], 20)) for n in range(8)]
     assert found[0] == 0
     assert sum(found) >= 1
     finder.reset()
     jumping = [(20 + 70 * (n % 2), 30, square) for n in range(8)]
     assert not any(finder.update(heat(n, each), SOURCE, [], 20) for n, each in enumerate(jumping))
+
+
+def test_a_part_that_the_network_is_sure_of_is_nobody_beside_the_whole(bank):
+    finder, whole = MapFinder(bank), body(bank, (40, 90)) // 4
+    whole[50:, 12:28] = 255
+    (found,) = finder.update(heat(0, (20, 10, whole)), SOURCE, [], 20)
+    assert (found.y, found.height) == (pytest.approx(20, abs=4), pytest.approx(180, abs=4))
+
+
+def test_people_who_touch_faintly_are_two(bank):
+    finder = MapFinder(bank)
+    values = np.zeros((80, 90), np.uint8)
+    values[30:40] = 60
+    for left in (5, 55):
+        values[:, left : left + 30] = np.maximum(values[:, left : left + 30], body(bank, (30, 80)))
+    assert len(finder.update(heat(0, (20, 20, values)), SOURCE, [], 20)) == 2
+
+
+def test_nobody_is_found_before_a_taller_one_who_is_not_sure_yet(bank):
+    finder = MapFinder(bank)
+    regions = (20, 30, body(bank)), (90, 20, np.full((80, 45), 255, np.uint8))
+    found = [finder.update(heat(n, *regions), SOURCE, [], 20) for n in range(6)]
+    first = next(boxes for boxes in found if boxes)
+    assert found[0] == []
+    assert [box.height for box in first] == pytest.approx([160, 120], abs=4)

@@ -4,10 +4,7 @@
 The cue from a heat map: what its values mean for one person, learnt from where they were.
 
 A heat map's own numbers are not believed: networks are overconfident, and a map may be inverted,
-shifted, late or of another camera.  For every grade of it the shares of the person's pixels and of
-those about them that have it are learnt, and the evidence of a pixel is the log of their ratio::
-
-    L(v) = ln (p(v | person) + floor) / (p(v | other) + floor)
+shifted, late or of another camera.  What they mean is learnt, see :class:`Grades`.
 
 How far a map is off is where it correlates best with what all else says of the pixels, in the
 mean over some frames, and how well it does there is how much it counts.  One that has nothing to
@@ -25,19 +22,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
+from gait_segmentation.heat_maps import Grades
 from gait_segmentation.images import Window, shifted_part, size_of
 from gait_segmentation.tracking.records import Shift
 
 __all__ = ['HeatMapCue']
 
-_GRADE = 16
-"""Values of a map that are taken for one grade."""
-
 _FLOOR = 0.03
 """Share of the pixels of either kind that may have any value, which limits the evidence."""
-
-_RATE = 0.1
-"""Share by which what is known of the grades moves towards the newest mask."""
 
 _FILLED = 0.5
 """Share of a tight box that is the person."""
@@ -51,7 +43,6 @@ _REACH = 0.6
 _FIT_RATE = 0.4
 """Share by which the correlations move towards those of the newest frame."""
 
-
 _STRANGE, _TRUSTED = 0.65, 0.8
 """
 Correlation up to which a map has nothing to do with the person, and from which it counts in full:
@@ -64,7 +55,7 @@ class HeatMapCue:
 
     def __init__(self) -> None:
         """Begin without having seen a map."""
-        self._shares: NDArray[np.float64] | None = None
+        self._grades = Grades(_FLOOR)
         self._fit: NDArray[np.float64] | None = None
         self._off: Shift = (0.0, 0.0)
         self.weight = 0.0
@@ -79,10 +70,10 @@ class HeatMapCue:
         """
         inside = np.zeros(heat.shape, np.uint8)
         inside[box.slices(heat.shape[1], heat.shape[0])] = 1
-        within, other = _shares(self.part(heat, window), inside[window])
+        within, other = Grades.count(self.part(heat, window), inside[window])
         person = np.maximum(within - (1 - _FILLED) * other, 0)
         if person.any() and other.any():
-            self._shares = np.stack([person / person.sum(), other])
+            self._grades.shares = np.stack([person / person.sum(), other])
 
     def place(
         self,
@@ -142,11 +133,7 @@ class HeatMapCue:
 
         :param values: (h, w) uint8, a part of the map; the result is as large, float32.
         """
-        if self._shares is None or not self.weight:
-            return np.zeros(values.shape, np.float32)
-        person, other = self._shares + _FLOOR
-        table = np.repeat(self.weight * np.log(person / other), _GRADE).astype(np.float32)
-        return np.asarray(table[values])
+        return self._grades.evidence(values, self.weight)
 
     def learn(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
         """
@@ -155,22 +142,7 @@ class HeatMapCue:
         :param values: (h, w) uint8, a part of the map.
         :param person: (h, w) uint8, non-zero on the person.
         """
-        shares = _shares(values, person)
-        if not shares.any(axis=1).all():
-            return
-        if self._shares is None:
-            self._shares = shares
-        else:
-            self._shares += _RATE * (shares - self._shares)
-
-
-def _shares(values: NDArray[np.uint8], person: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Return which share of the person and of the rest has each grade, (2, grades)."""
-    parts = person, cv2.compare(person, 0, cv2.CMP_EQ)
-    bins, range_ = [256 // _GRADE], [0.0, 256.0]
-    counts = [cv2.calcHist([values], [0], part, bins, range_).ravel() for part in parts]
-    sums = np.stack(counts).astype(np.float64)
-    return sums / np.maximum(sums.sum(axis=1, keepdims=True), 1)
+        self._grades.learn(values, person)
 
 
 def _reduced(
