@@ -17,6 +17,9 @@ from gait_segmentation.tracking.records import Record
 
 __all__ = ['add_moving', 'moving_pixels']
 
+_GAP = 3
+"""Frames between the two that are compared."""
+
 _LEVEL, _SPREADS = 6.0, 2.0
 """Change that is motion: grey levels, and spreads of a still pixel on top."""
 
@@ -39,8 +42,9 @@ def add_moving(
     index = next((k for k, each in enumerate(kept) if each is record), 0)
     if index == 0:
         return
-    earlier = kept[0]
-    motion = WorldMotion.over(each.motion for each in kept[1 : index + 1])
+    first = max(0, index - _GAP)
+    earlier = kept[first]
+    motion = WorldMotion.over(each.motion for each in kept[first + 1 : index + 1])
     for window in record.windows:
         moving = moving_pixels(record.image.gray, earlier.image.gray, motion, window, spread)
         if earlier.people is not None:

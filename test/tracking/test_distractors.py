@@ -59,9 +59,8 @@ def test_who_gets_a_slot_is_no_distractor() -> None:
     passed(told, np.arange(215.0, 150.0, -4.0))
     other = Figure(150, BLUE)
     told.start(other)
-    # What they have just uncovered may be taken for somebody, for a second.
-    for _ in range(30):
-        told.show(OWN, other)
+    told.show(OWN, other)
+    told.show(OWN, other)
     assert [target.track_id for target in told.tracker._targets()] == [1, 2]
     assert not distractors(told)
 
