@@ -123,7 +123,7 @@ class MatchingConfig(StageConfig):
         160.0, 'Fastest walk possible.', unit='steps/min', minimum=30.0, maximum=400.0
     )
     rate_cost: float = parameter(
-        1.0,
+        0.5,
         'Cost, in similarity, of a step that differs from the expected one by a whole stride.',
         minimum=0.0,
         maximum=10.0,

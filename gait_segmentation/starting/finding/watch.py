@@ -38,16 +38,8 @@ _GAIN_BODY, _GAIN_BLOB = 0.3, 0.15
 
 _ASPECT = 0.4
 
-# A loose pace: of what does not walk a firm one would make a walk, too.
 _MATCHING = MatchingConfig(
-    shifts_x=3,
-    shifts_y=5,
-    scales=3,
-    shift_step=0.045,
-    scale_step=0.1,
-    levels=4,
-    scale_cost=0.1,
-    rate_cost=0.5,
+    shifts_x=3, shifts_y=5, scales=3, shift_step=0.045, scale_step=0.1, levels=4, scale_cost=0.1
 )
 
 
