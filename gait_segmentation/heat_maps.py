@@ -96,7 +96,8 @@ class Grades:
         :param values: (h, w) uint8, a part of a map.
         :param person: (h, w) uint8, non-zero on the person.
         """
-        parts = person, cv2.compare(person, 0, cv2.CMP_EQ)
+        # Not cv2.compare: that takes an image of one pixel for something else.
+        parts = person, cv2.inRange(person, 0, 0)
         bins, range_ = [256 // _GRADE], [0.0, 256.0]
         counts = [cv2.calcHist([values], [0], part, bins, range_).ravel() for part in parts]
         return _normalized(np.stack(counts))

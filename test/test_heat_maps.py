@@ -92,6 +92,12 @@ def test_masks_of_nobody_or_all_teach_no_grades():
     assert grades.shares is None
 
 
+@pytest.mark.parametrize(('person', 'shares'), [(0, (0, 1)), (255, (1, 0))])
+def test_a_map_of_one_pixel_is_counted(person, shares):
+    one_pixel = np.full((1, 1), person, np.uint8)
+    assert Grades.count(np.full((1, 1), 99, np.uint8), one_pixel).sum(axis=1).tolist() == [*shares]
+
+
 @pytest.mark.parametrize('value', [0, 15, 255])
 def test_a_map_of_one_grade_says_nothing(value):
     assert not says_something(np.full((2, 2), value, np.uint8))

@@ -103,12 +103,13 @@ class MapFinder:
             free[taken.slices(values.shape[1], values.shape[0])] = 0
         regions: list[tuple[float, Box]] = []
         for level in _LEVELS:
-            above = cv2.compare(free, level, cv2.CMP_GT)
+            # Not cv2.compare: that takes an image of one pixel for something else.
+            above = cv2.inRange(free, level + 1, 255)
             _, labels, stats, _ = cv2.connectedComponentsWithStats(above)
             for number, (x, y, w, h, _) in enumerate(stats.tolist()):
                 if number == 0 or h * down < least_height:
                     continue
-                region = cv2.compare(labels[y : y + h, x : x + w], number, cv2.CMP_EQ)
+                region = cv2.inRange(labels[y : y + h, x : x + w], number, number)
                 likeness = self._likeness(region, w * across / (h * down))
                 regions.append((likeness, Box(x * across, y * down, w * across, h * down)))
         # Of a region and its parts the one that shows most of a body.

@@ -54,6 +54,11 @@ def test_what_lies_or_is_tiny_is_nobody(bank, size):
     assert not any(finder.update(heat(n, region), SOURCE, [], 30) for n in range(20))
 
 
+def test_in_a_map_of_one_pixel_is_nobody(bank):
+    one_pixel = HeatMap(np.full((1, 1), 255, np.uint8), 1)
+    assert MapFinder(bank).update(one_pixel, (60, 60), [], 20) == []
+
+
 def test_what_is_less_clear_must_be_seen_in_several_maps(bank):
     finder, square = MapFinder(bank), np.full((60, 34), 255, np.uint8)
     found = [len(finder.update(heat(n, (20 + n, 30, square)), SOURCE, [], 20)) for n in range(8)]
