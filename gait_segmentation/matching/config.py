@@ -82,7 +82,7 @@ class MatchingConfig(StageConfig):
     )
     shift_reach: int = parameter(
         3,
-        'Shifts searched to each side of where the path leads; in its first half second all are.',
+        'Shifts searched to each side of where the path leads; in its first frame all are.',
         minimum=1,
         maximum=16,
         fixed=True,

@@ -18,13 +18,7 @@ from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.inputs import check_frame
 from gait_segmentation.matching.path import UNIT, PathSearch, State
 from gait_segmentation.matching.phase import NearLeg, PhaseFinder, phase_near
-from gait_segmentation.matching.placements import (
-    BoxMotion,
-    Place,
-    PlacementGrid,
-    Sampled,
-    SearchRange,
-)
+from gait_segmentation.matching.placements import PlacementGrid, Sampled, SearchRange
 from gait_segmentation.matching.refinement import refined_box
 from gait_segmentation.matching.sampling import warp_template
 from gait_segmentation.matching.similarities import SimilarityMaps, coded_bank
@@ -32,9 +26,6 @@ from gait_segmentation.matching.views import Views
 from gait_segmentation.results import MatchResult
 
 __all__ = ['SequenceMatcher']
-
-_FINDING = 0.5
-"""Seconds from the beginning of a path during which all shifts are searched."""
 
 
 @dataclass(frozen=True)
@@ -76,11 +67,11 @@ class SequenceMatcher:
         self._templates, coded = coded_bank(bank, config.levels, grid.windows, config.kernel)
         cost = np.round(UNIT * config.scale_cost * np.abs(np.log(grid.scales))).astype(np.int16)
         self._similarities = SimilarityMaps(coded, grid.windows, cost)
-        self._searched = grid.everywhere.about(grid.center, self._reach(0.0))
+        self._reach = config.scale_reach, config.shift_reach, config.shift_reach
+        self._searched = grid.everywhere.about(grid.center, self._reach)
         self._place = grid.center
         self._path = PathSearch(bank, coded.row, config)
         self._views = Views(bank)
-        self._motion = BoxMotion()
         self._phase = PhaseFinder(bank, config)
         self._near_leg = NearLeg()
         self.reset()
@@ -94,7 +85,6 @@ class SequenceMatcher:
     def _begin(self) -> None:
         self._origin_ns = 0
         self._path.reset()
-        self._motion.reset()
         self._waiting: deque[_Waiting] = deque()
         self._phase.reset()
         self._near_leg.reset()
@@ -173,20 +163,18 @@ class SequenceMatcher:
         """Match a frame and take it into the path."""
         grid = self._placements
         seconds = (self._stamp_ns - self._origin_ns) / 1e9
-        jump = self._motion.update(box, seconds, grid.shift, grid.log_step)
         begins = self._path.frames == 0
-        reach = self._reach(seconds)
-        searched = grid.everywhere if begins else self._about(jump, reach)
+        searched = grid.everywhere if begins else self._about_path()
         blur = self.config.blur
         sampled = grid.sample(likelihood, known, box.scaled(scale), blur, angle, searched.heights)
         similarity = self._similarities.update(sampled, searched)
         if begins:
             # Not the best template's, so that the order of the rows does not matter.
             best = searched.place(int(similarity[:, : searched.size].max(axis=0).argmax()))
-            searched = searched.about(best, reach)
+            searched = searched.about(best, self._reach)
             similarity = self._similarities.update(sampled, searched)
         self._searched = searched
-        self._path.step(similarity, seconds, jump, searched)
+        self._path.step(similarity, seconds, searched)
         leader = self._path.leader()
         self._place = leader[2:]
         self._offsets = self._offsets_of(0, leader)
@@ -204,27 +192,18 @@ class SequenceMatcher:
             )
         )
 
-    def _reach(self, seconds: float) -> Place:
-        """Return how far about the path placements are searched, ``seconds`` after it began."""
-        config, (_, rows, columns) = self.config, self._placements.shape
-        if seconds < _FINDING:
-            return config.scale_reach, rows, columns
-        return config.scale_reach, config.shift_reach, config.shift_reach
-
-    def _about(self, jump: Place, reach: Place) -> SearchRange:
+    def _about_path(self) -> SearchRange:
         """
         Return the placements to search: those about where the path leads.
 
-        They stay the same, on the body, as long as the path is well within them.
-
-        :param jump: by how many placements the box jumped against the body.
+        They stay the same as long as the path is well within them.
         """
         last, middle = self._searched, []
-        for axis, far in enumerate(reach):
+        for axis, far in enumerate(self._reach):
             center = last.first[axis] + last.shape[axis] // 2
             kept = abs(self._place[axis] - center) < max(far - 1, 1)
-            middle.append((center if kept else self._place[axis]) - jump[axis])
-        return self._placements.everywhere.about((middle[0], middle[1], middle[2]), reach)
+            middle.append(center if kept else self._place[axis])
+        return self._placements.everywhere.about((middle[0], middle[1], middle[2]), self._reach)
 
     def _find_phase(
         self,

@@ -58,16 +58,12 @@ class Scores:
         lane = self.searched.lane(*place)
         return FLOOR if lane is None else int(self.of(sequence, phase)[lane])
 
-    def moved(self, searched: SearchRange, jump: Place, phases: int) -> Scores:
-        """
-        Return the scores where they are in another range of placements.
-
-        :param jump: by how many placements the box has moved against the body.
-        """
+    def moved(self, searched: SearchRange, phases: int) -> Scores:
+        """Return the scores where they are in another range of placements."""
         last = self.searched
-        shift = np.add(searched.first, jump) - last.first
-        if searched.shape == last.shape and not shift.any():
+        if searched == last:
             return self
+        shift = np.subtract(searched.first, last.first)
         after = Scores.empty(len(self.rows), phases, searched)
         lanes = pitch_of(last.size), pitch_of(searched.size)
         shifted(self.rows, after.rows, phases, last.shape, searched.shape, lanes, shift)
@@ -112,12 +108,11 @@ def _vertex(low: int, middle: int, high: int) -> float:
 
 @dataclass(frozen=True)
 class _Frame:
-    """A frame of the search: its scores, its time, and costs and jump of the step to it."""
+    """A frame of the search: its scores, its time, and costs of the step to it."""
 
     scores: Scores
     seconds: float
     costs: NDArray[np.int16]
-    jump: Place
 
 
 class PathSearch:
@@ -172,7 +167,6 @@ class PathSearch:
         self,
         similarity: NDArray[np.int16],
         seconds: float,
-        jump: Place,
         searched: SearchRange,
     ) -> None:
         """
@@ -180,15 +174,13 @@ class PathSearch:
 
         :param similarity: (R, N) int16, of the template of each row at each placement searched.
         :param seconds: its time, later than the last frame's.
-        :param jump: by how many body heights, vertical and horizontal shifts the box moved
-            against the body since the last frame.
         :param searched: the placements searched.
         """
         config, (views, phases) = self._config, self.leading.shape
         after = Scores.empty(views, phases, searched)
         before, passed = Scores.empty(0, phases, searched), 0.0
         if self._frames:
-            before = self.scores(0).moved(searched, jump, phases)
+            before = self.scores(0).moved(searched, phases)
             passed = seconds - self._frames[-1].seconds
         # What rounding leaves is owed to the next step, or all would go too slow or too fast.
         owed = self._owed + phases * self.rate * passed
@@ -211,7 +203,7 @@ class PathSearch:
             self.leading,
         )
         self._make_room(seconds)
-        self._frames.append(_Frame(after, seconds, costs, jump))
+        self._frames.append(_Frame(after, seconds, costs))
         self._best = int(self.leading.max())
         self._leader = None
 
@@ -267,7 +259,6 @@ class PathSearch:
             step_back(
                 scores.rows,
                 frame.costs,
-                np.array(frame.jump, np.int64),
                 scores.searched.first,
                 scores.searched.shape,
                 pitch_of(scores.searched.size),

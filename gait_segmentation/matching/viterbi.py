@@ -212,13 +212,12 @@ def shifted(before, after, phases, old, new, lanes, shift):  # type: ignore[no-u
 
 
 @kernel(
-    'i2[:,::1], i2[::1], i8[::1], UniTuple(i8, 3), UniTuple(i8, 3), i8, i8, i4[:,::1], '
+    'i2[:,::1], i2[::1], UniTuple(i8, 3), UniTuple(i8, 3), i8, i8, i4[:,::1], '
     'i2[:,::1], i8, i8[::1], i8[::1]'
 )
 def step_back(  # type: ignore[no-untyped-def]
     scores,
     phase_cost,
-    shift,
     first,
     shape,
     lanes,
@@ -234,7 +233,6 @@ def step_back(  # type: ignore[no-untyped-def]
 
     :param scores: those of the frame before.
     :param phase_cost: (D,) int16, cost of advancing by 0, 1, ... phases.
-    :param shift: (3,) int64, how far the box jumped, in placements.
     :param first: body height, row and column of the first placement searched before, and
         ``shape`` how many of each.
     :param lanes: their number with filling.
@@ -243,11 +241,7 @@ def step_back(  # type: ignore[no-untyped-def]
     """
     scales, rows, columns = shape
     view, phase = state[0], state[1]
-    here = (
-        state[2] + shift[0] - first[0],
-        state[3] + shift[1] - first[1],
-        state[4] + shift[2] - first[2],
-    )
+    here = state[2] - first[0], state[3] - first[1], state[4] - first[2]
     largest = np.int64(-(1 << 40))
     for option in range(near.shape[1] + 1):
         from_view = view if option == 0 else np.int64(near[view, option - 1])
@@ -273,7 +267,7 @@ def step_back(  # type: ignore[no-untyped-def]
                     result[0], result[1] = from_view, from_phase
                     result[2], result[3], result[4] = scale, row, column
     if largest == -(1 << 40):
-        # The box jumped out of the search range: the nearest placement takes over.
+        # Not searched before: the nearest placement takes over.
         least = 0
         for step in range(len(phase_cost)):
             if phase_cost[step] < phase_cost[least]:

@@ -49,7 +49,7 @@ def test_measures_the_cadence_and_never_goes_back():
     rng = np.random.default_rng(0)
     for k in range(60):
         noisy = np.clip(bump(0.4 * k) / 2 + rng.normal(0, 0.1, PHASES), 0, 1)
-        path.step(seen(noisy), k / 30, (0, 0, 0), ONE)
+        path.step(seen(noisy), k / 30, ONE)
         found = path.follow()
     assert path.rate == pytest.approx(1.0, abs=0.06)
     assert (np.diff(found[:, 1]) % PHASES <= 1).all()
@@ -61,7 +61,7 @@ def test_without_evidence_it_goes_at_the_expected_rate(cadence):
     # 0.25 to 0.5 phases a frame: no whole number of them.
     path = search(minimum_cadence=cadence - 1, maximum_cadence=cadence + 1, rate_cost=4.0)
     for k in range(31):
-        path.step(seen(np.full(PHASES, 0.5)), k / 30, (0, 0, 0), ONE)
+        path.step(seen(np.full(PHASES, 0.5)), k / 30, ONE)
     phases = path.follow()[:, 1]
     assert abs((np.diff(phases) % PHASES).sum() - PHASES * cadence / 120) <= 1
 
@@ -71,7 +71,7 @@ def test_stays_with_one_of_two_twins():
     rng = np.random.default_rng(1)
     phases = []
     for k in range(300):
-        path.step(seen(bump(0.4 * k, rng.normal(0, 0.02)) / 2), k / 30, (0, 0, 0), ONE)
+        path.step(seen(bump(0.4 * k, rng.normal(0, 0.02)) / 2), k / 30, ONE)
         phases.append(int(path.follow()[-1, 1]))
     steps = np.diff(phases) % PHASES
     assert (steps <= 2).all()
@@ -81,7 +81,7 @@ def test_leaves_a_twin_that_is_clearly_worse():
     path = search()
     for k in range(200):
         better = 0.0 if k < 60 else -0.3
-        path.step(seen(bump(0.4 * k, better) / 2), k / 30, (0, 0, 0), ONE)
+        path.step(seen(bump(0.4 * k, better) / 2), k / 30, ONE)
         state = path.follow()[-1, 1]
     assert abs((state - 0.4 * 199 + 6) % 12 - 6) <= 1
 
@@ -89,7 +89,7 @@ def test_leaves_a_twin_that_is_clearly_worse():
 def test_following_the_path_again_finds_the_same():
     path = search()
     for k in range(4):
-        path.step(seen(bump(4 * k) / 2), 0.35 * k, (0, 0, 0), ONE)
+        path.step(seen(bump(4 * k) / 2), 0.35 * k, ONE)
         before, found = path.leader(), path.follow()
         np.testing.assert_array_equal(path.follow(), found)
         assert path.leader() == before
@@ -101,7 +101,7 @@ def test_what_is_not_searched_is_at_the_floor():
     for k in range(200):
         similarity = rng.integers(0, UNIT, (PHASES, pitch_of(4))).astype(np.int16)
         searched = SearchRange((k // 7 % 2, 0, k // 11 % 3), (2, 1, 2 - k // 50 % 2))
-        path.step(similarity, k / 30, (0, 0, 0), searched)
+        path.step(similarity, k / 30, searched)
         found = path.scores(0)
         for scale, column in itertools.product(range(4), range(6)):
             here = scale in range(4)[searched.heights] and column in range(6)[searched.columns]
@@ -113,7 +113,7 @@ def test_is_bounded_over_many_frames():
     rng = np.random.default_rng(2)
     noise = [seen(rng.random(PHASES)) for _ in range(50)]
     for k in range(3_000):
-        path.step(noise[k % 50], k / 30, (0, 0, 0), ONE)
+        path.step(noise[k % 50], k / 30, ONE)
     assert path.frames <= 12
     assert path.scores(0).of(0, 0).min() >= FLOOR
     assert abs(int(path.leading.max())) < 2 * 2048
@@ -124,7 +124,7 @@ def test_only_a_path_of_half_a_second_is_believed_to_have_a_rate_and_only_a_poss
     path = search(minimum_cadence=60.0)
     nominal = path.rate
     for k in range(40):
-        path.step(seen(bump(0) / 2), k / 30, (0, 0, 0), ONE)
+        path.step(seen(bump(0) / 2), k / 30, ONE)
         path.follow()
         # Who stands would have none.
         assert path.rate == pytest.approx(nominal if k < 15 else 0.5)
@@ -136,7 +136,7 @@ def test_a_path_that_slides_is_the_one_traced_through_all_its_frames():
     path = search(window=0.5)
     for k in range(90):
         phase = 0.4 * max(k % 45 - 20, 0)
-        path.step(seen(bump(phase) / 2), k / 30, (0, 0, 0), ONE)
+        path.step(seen(bump(phase) / 2), k / 30, ONE)
         found = path.follow()
         path._traced = np.empty((0, 5), np.int64)
         np.testing.assert_array_equal(path.follow(), found)
@@ -147,26 +147,11 @@ def test_scores_fade(memory):
     path = search(memory=memory)
     first = np.full(PHASES, 0.3)
     first[3] = 0.8
-    path.step(seen(first), 0.0, (0, 0, 0), ONE)
-    path.step(seen(np.zeros(PHASES)), 0.04, (0, 0, 0), ONE)
+    path.step(seen(first), 0.0, ONE)
+    path.step(seen(np.zeros(PHASES)), 0.04, ONE)
     spread = int(path.leading.max()) - int(path.leading[0, 9])
     stay = UNIT * 0.5 * np.exp(-0.04 / memory)
     assert spread == pytest.approx(stay, rel=0.02)
-
-
-def test_a_box_that_jumps_leaves_the_body_where_it_is():
-    bank = TemplateBank(
-        np.zeros((1, PHASES, 4, 4), np.uint8), np.zeros(1, np.float32), ('a',), 0.9
-    )
-    wide = SearchRange((0, 0, 0), (1, 1, 7))
-    path = PathSearch(bank, np.arange(PHASES, dtype=np.int32), MatchingConfig())
-    values = np.zeros((PHASES, pitch_of(7)), np.int16)
-    values[2, 5] = UNIT
-    path.step(values, 0.0, (0, 0, 0), wide)
-    path.follow()
-    path.step(np.zeros_like(values), 0.04, (0, 0, 3), wide)
-    assert path.leader()[2:] == (0, 0, 2)
-    assert path.follow()[:, 4].tolist() == [5, 2]
 
 
 def turning(seconds, followed, other, view=1):
@@ -178,9 +163,9 @@ def turning(seconds, followed, other, view=1):
     path = PathSearch(bank, row, MatchingConfig())
     values = np.zeros((2 * PHASES, pitch_of(1)), np.int16)
     values[followed, 0] = UNIT
-    path.step(values, 0.0, (0, 0, 0), ONE)
+    path.step(values, 0.0, ONE)
     path.follow()
-    path.step(values, seconds, (0, 0, 0), ONE)
+    path.step(values, seconds, ONE)
     path.leading[:] = 0
     path.leading[view, other], path.leading[0, (other + 6) % PHASES] = 1000, 1001
     return path._leading_template()
@@ -279,9 +264,9 @@ def test_scores_are_those_of_the_lanes():
         assert found.at(0, 1, place) == FLOOR
 
 
-def test_scores_move_with_the_body_and_come_from_the_floor_beyond_the_range():
+def test_scores_stay_with_their_placements_and_come_from_the_floor_beyond_the_range():
     searched = SearchRange((0, 0, 0), (1, 1, 3))
     made = Scores.empty(1, 1, searched)
-    assert made.moved(searched, (0, 0, 0), 1) is made
+    assert made.moved(searched, 1) is made
     made.rows[:, :3] = 5, 6, 7
-    assert made.moved(searched, (0, 0, 1), 1).of(0, 0).tolist() == [6, 7, FLOOR]
+    assert made.moved(SearchRange((0, 0, 1), (1, 1, 3)), 1).of(0, 0).tolist() == [6, 7, FLOOR]
