@@ -18,16 +18,13 @@ from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 
-__all__ = ['BLACK', 'NO_GRADIENT', 'REACH', 'gray_lab', 'is_gray', 'lab_of']
+__all__ = ['BLACK', 'NO_GRADIENT', 'gray_lab', 'is_gray', 'lab_of']
 
 BLACK = 16 * 2.55
 """
 What is added to the lightness to have it in proportion to the cube root of the light, as all
 but the darkest are in CIE Lab.
 """
-
-REACH = 4
-"""Pixels about a part of an image that its gradient energy depends on."""
 
 _SIGMA = 0.8
 """Of the Gaussian over which energy is gathered, in pixels."""

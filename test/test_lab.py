@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.lab import REACH, gray_lab, is_gray
+from gait_segmentation.lab import gray_lab, is_gray
 
 
 def test_one_coloured_pixel_makes_a_colour_image() -> None:
@@ -35,9 +35,3 @@ def test_stripes_are_told_from_an_even_area_and_by_their_direction() -> None:
     assert level[1] > even[1] + 5
     assert upright[1] == pytest.approx(even[1], abs=0.5)
     assert level[0] == pytest.approx(even[0], abs=0.5)
-
-
-def test_a_part_with_its_surroundings_gives_the_same() -> None:
-    gray = np.random.default_rng(1).integers(0, 256, (40, 50)).astype(np.uint8)
-    part = gray_lab(gray[10 - REACH : 20 + REACH, 15 - REACH : 30 + REACH])
-    assert np.array_equal(part[REACH:-REACH, REACH:-REACH], gray_lab(gray)[10:20, 15:30])

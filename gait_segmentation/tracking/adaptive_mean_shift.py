@@ -124,7 +124,7 @@ class MeanShiftTarget(Target):
 
 
 def _view(record: Record, window: Window) -> View:
-    return View(record.image.bgr_about(window)[window], record.image.gray[window])
+    return View(record.image.bgr[window], record.image.gray[window])
 
 
 def _ellipse(box: Box, window: Window) -> NDArray[np.uint8]:

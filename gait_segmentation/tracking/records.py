@@ -34,35 +34,32 @@ class Record:
     a window for some tracks and the part of it that was put there.  ``people`` is (h, w) uint8,
     non-zero where people were when the frame was learnt; None before.  ``won`` has a window and
     (h, w) uint8 0/255 for some tracks: what they won of it in the competition for pixels.
-    ``version`` counts what the background had learnt.  ``blank`` tells that nothing of the scene
-    can be seen: something covers the lens, the picture is damaged, or it shows another place.
+    ``outdated`` tells that more is known of the background by now, ``blank`` that nothing of the
+    scene can be seen: something covers the lens, the picture is damaged, or it shows another
+    place.
     """
 
     image: WorkingImage
     motion: WorldMotion
     background: BackgroundModel
-    version: int
     windows: list[Window]
     heat: NDArray[np.uint8] | None = None
     heat_frames: int = 0
     blank: bool = False
+    outdated: bool = False
     people: NDArray[np.uint8] | None = None
     bodies: dict[int, Shift] = field(default_factory=dict)
     moving: dict[int, tuple[Window, NDArray[np.float32]]] = field(default_factory=dict)
     heat_parts: dict[int, tuple[Window, NDArray[np.uint8]]] = field(default_factory=dict)
     won: dict[int, tuple[Window, NDArray[np.uint8]]] = field(default_factory=dict)
 
-    def strange(
-        self, window: Window, shadow_floor: float, lab: NDArray[np.uint8] | None = None
-    ) -> NDArray[np.uint8]:
+    def strange(self, window: Window, shadow_floor: float) -> NDArray[np.uint8]:
         """
         Return where a window does not look like the known background, (h, w) uint8 0/1.
 
         :param shadow_floor: darkest shadow, as a share of the lightness; shadows are background.
-        :param lab: (h, w, 3) uint8, the window in Lab, if that is made already.
         """
-        lab = self.image.lab_part(window) if lab is None else lab
-        return self.background.contradicted(lab, window, shadow_floor)
+        return self.background.contradicted(self.image.lab_part(window), window, shadow_floor)
 
 
 def body_over(records: Iterable[Record], track_id: int) -> Shift:

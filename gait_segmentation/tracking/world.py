@@ -17,7 +17,6 @@ from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window, shifted_part
-from gait_segmentation.tracking.background.carried import CarriedBackground
 from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.moving import add_moving
@@ -47,7 +46,9 @@ class World:
     """
     The surroundings as seen at one working scale.
 
-    Everything in it is done once a frame, for however many people.
+    Everything in it is done once a frame, for however many people.  Masks come back frames after
+    their image: the background is that of the last frame that was taken, from which each newer
+    one gets a model of its own, in one step for however many motions, since each step blurs.
     """
 
     def __init__(
@@ -69,7 +70,7 @@ class World:
         self._estimator = MotionEstimator()
         self._exposure = Exposure()
         self._contrast = Contrast()
-        self._background = CarriedBackground(self.shape)
+        self._background = BackgroundModel(self.shape)
         self.pending: deque[Record] = deque()
         self.history: deque[Record] = deque(maxlen=_MOTION_GAP + 1)
 
@@ -144,7 +145,7 @@ class World:
             people[area.slices(self.shape[1], self.shape[0])] = 1
         motion = self._estimator.update(frame.pyramid, people, camera=camera)
         windows = windows_about([] if everywhere else areas, motion, self.shape)
-        background = self._background.ahead([*self._steps, motion], windows)
+        background = self._background.moved([*self._steps, motion], windows)
         blank = frame.pyramid.is_blank
         if not blank and self._is_other(frame, background, people, windows):
             if self.history and frame.pyramid.resembles(self.history[-1].image.pyramid):
@@ -152,9 +153,8 @@ class World:
             else:
                 blank, motion = True, WorldMotion()
                 self._estimator.leave_out()
-                background = self._background.ahead(self._steps, windows)
-        version = self._background.version
-        record = Record(frame, motion, background, version, windows, blank=blank)
+                background = self._background.moved(self._steps, windows)
+        record = Record(frame, motion, background, windows, blank=blank)
         self.pending.append(record)
         self.history.append(record)
         frames = None if heat is None else self._frames_since(heat.stamp_ns)
@@ -181,15 +181,16 @@ class World:
         """Return whether a frame shows (almost) nothing of the known background."""
         if not windows:
             return False
-        shown = background.agreement(_lab_of(frame, windows), people, windows)
+        shown = background.agreement(frame.lab, people, windows)
         return shown is not None and shown < _LEAST_SHOWN
 
     def _begin_anew(self, background: BackgroundModel) -> None:
         """Forget the place, for the camera shows another one from now on."""
-        self._background.forget_all(background)
+        for model in (self._background, background):
+            model.sums[:] = 0
         self.history.clear()
         for each in self.pending:
-            each.blank = True
+            each.blank = each.outdated = True
 
     def body_shift(
         self, body: NDArray[np.uint8], window: Window, velocity: Shift = (0.0, 0.0)
@@ -209,7 +210,9 @@ class World:
 
         :param where: (h, w) uint8, non-zero where to forget.
         """
-        self._background.forget(where, self.now.background, self._steps)
+        for model in (self._background, self.now.background):
+            model.forget(where)
+        self._outdate()
 
     def adopt(self, known: BackgroundModel) -> None:
         """
@@ -217,7 +220,17 @@ class World:
 
         :param known: as it looks in the newest frame.
         """
-        self._background.adopt(known, self.now.background, self._steps)
+        self.now.background.adopt(known)
+        if self.now.background is not self._background:
+            back = WorldMotion.over(self._steps).inverse()
+            self._background.adopt(known.moved([back]))
+        self._outdate()
+
+    def _outdate(self) -> None:
+        """Let none of the frames before the newest bring back what it looked like in them."""
+        if len(self.pending) > 1:
+            for each in self.pending:
+                each.outdated = True
 
     def motions_of(self, track_id: int) -> tuple[Record, WorldMotion, Shift] | None:
         """
@@ -271,7 +284,12 @@ class World:
         while self.pending[0].image.stamp_ns != stamp_ns:
             skipped.append(self._skip())
         record = self.pending.popleft()
-        self._background.take(record.motion, record.windows, record.background, record.version)
+        if record.outdated:
+            self._background = self._background.moved([record.motion], record.windows)
+        else:
+            self._background = record.background
+        for each in self.pending:
+            each.outdated = True
         return skipped, record
 
     def learn(
@@ -294,8 +312,8 @@ class World:
         record.people = people
         if record.blank:
             return None
-        lab = _lab_of(record.image, [*record.windows, *around])
-        background = self._background.model
+        lab = record.image.lab
+        background = self._background
         background.measure_noise(lab, people, around)
         if gate:
             people = people.copy()
@@ -305,12 +323,5 @@ class World:
 
     def _skip(self) -> Record:
         record = self.pending.popleft()
-        self._background.skip(record.motion, record.windows)
+        self._background = self._background.moved([record.motion], record.windows)
         return record
-
-
-def _lab_of(image: WorkingImage, windows: Sequence[Window]) -> NDArray[np.uint8]:
-    """Return an image in Lab that is filled in at least in some windows."""
-    for window in windows:
-        lab = image.lab_about(window)
-    return lab

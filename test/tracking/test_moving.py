@@ -67,7 +67,7 @@ def test_what_moves_is_added_but_not_what_people_have_uncovered() -> None:
         image = np.full((80, 100, 3), 120, np.uint8)
         image[30:50, block : block + 10] = 20
         working = WorkingImage.of(image, stamp, (80, 100))
-        return Record(working, STILL, BackgroundModel((80, 100)), 0, [WINDOW])
+        return Record(working, STILL, BackgroundModel((80, 100)), [WINDOW])
 
     earlier, now = record(20, 1), record(50, 2)
     people = np.zeros((80, 100), np.uint8)

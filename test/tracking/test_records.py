@@ -12,7 +12,7 @@ from gait_segmentation.tracking.records import Record, body_over
 
 def record(**bodies: tuple[float, float]) -> Record:
     image = WorkingImage.of(np.zeros((4, 6, 3), np.uint8), 1, (4, 6))
-    made = Record(image, WorldMotion(), BackgroundModel((4, 6)), 0, [])
+    made = Record(image, WorldMotion(), BackgroundModel((4, 6)), [])
     made.bodies = {int(name[1:]): shift for name, shift in bodies.items()}
     return made
 

@@ -232,8 +232,8 @@ def test_what_was_remembered_is_known_in_all_frames_that_wait() -> None:
     assert (made.now.background.count[window] == 6).all()
     _, record = made.take(3 * 10**7)
     assert record is not None
-    assert made._background.model.count[45:75, 110:150].min() > 3
-    assert made._background.model.mean[60, 130, 0] == pytest.approx(90, abs=1)
+    assert made._background.count[45:75, 110:150].min() > 3
+    assert made._background.mean[60, 130, 0] == pytest.approx(90, abs=1)
 
 
 def test_a_world_sees_as_another_did() -> None:
@@ -244,3 +244,48 @@ def test_a_world_sees_as_another_did() -> None:
     second.see_as(first._exposure, first._contrast)
     second.advance(dark, 2 * 10**7, (), camera=False)
     np.testing.assert_array_equal(second.now.image.bgr, first.now.image.bgr)
+
+
+def panned(frames: int) -> World:
+    """Return a world whose camera goes on by 2 pixels a frame, of which the first was learnt."""
+    made, wide = world(), np.concatenate([wall(), wall()], axis=1)
+    for number in range(frames + 1):
+        part = np.ascontiguousarray(wide[:, 2 * number : 2 * number + SOURCE[1]])
+        made.advance(part, number + 1, (), camera=True)
+        if number == 0:
+            _, record = made.take(1)
+            assert record is not None
+            made.learn(record, np.zeros(made.shape, np.uint8), ())
+    return made
+
+
+def test_a_newer_frame_is_reached_in_one_step_and_brings_its_own_background_along() -> None:
+    made = panned(3)
+    ahead = made.now.background
+    assert ahead.count[90, 160] == pytest.approx(0.98**3)
+    made.take(4)
+    assert made._background is ahead
+
+
+def test_what_was_learnt_meanwhile_is_kept() -> None:
+    made = panned(2)
+    for stamp in (2, 3):
+        _, record = made.take(stamp)
+        assert record is not None
+        if stamp == 2:
+            made.learn(record, np.zeros(made.shape, np.uint8), ())
+    # Seen twice, once in the frame before.
+    assert made._background.count[90, 160] == pytest.approx(0.98 * (0.98 + 1))
+
+
+@pytest.mark.parametrize('frames', [1, 3])
+def test_what_is_forgotten_stays_so(frames: int) -> None:
+    made = panned(frames)
+    where = np.zeros(made.shape, np.uint8)
+    where[50:90, 100:160] = 255
+    made.clear(where)
+    assert (made.now.background.count[where > 0] == 0).all()
+    for stamp in range(2, frames + 2):
+        made.take(stamp)
+        assert (made._background.count[55:85, 110:150] == 0).all()
+    assert made._background.count[100:150, 110:150].min() > 0.9

@@ -81,35 +81,18 @@ def _smooth(
     across: NDArray[np.float32],
     down: NDArray[np.float32],
 ) -> None:
-    """
-    Smooth two images in place: there and back along rows and columns, then back and there.
-
-    Together, and along two rows at a time, since along a row each pixel waits for the last.
-    """
+    """Smooth two images in place: there and back along rows and columns, then back and there."""
     height, width = one.shape
     for turn in range(4):
         forth = turn in (0, 3)
-        for row in range(0, height, 2):
-            other = min(row + 1, height - 1)
-            a, b, c, d = one[row], two[row], one[other], two[other]
-            e, f = across[row], across[other]
-            if other == row:
-                # Else the last row of an odd number would be smoothed twice.
-                c, d = a.copy(), b.copy()
-            if forth:
-                for col in range(1, width):
-                    u, v = e[col - 1], f[col - 1]
-                    a[col] += u * (a[col - 1] - a[col])
-                    b[col] += u * (b[col - 1] - b[col])
-                    c[col] += v * (c[col - 1] - c[col])
-                    d[col] += v * (d[col - 1] - d[col])
-            else:
-                for col in range(width - 2, -1, -1):
-                    u, v = e[col], f[col]
-                    a[col] += u * (a[col + 1] - a[col])
-                    b[col] += u * (b[col + 1] - b[col])
-                    c[col] += v * (c[col + 1] - c[col])
-                    d[col] += v * (d[col + 1] - d[col])
+        for row in range(height):
+            a, b, links = one[row], two[row], across[row]
+            for step in range(1, width):
+                col = step if forth else width - 1 - step
+                last = col - 1 if forth else col + 1
+                link = links[last if forth else col]
+                a[col] += link * (a[last] - a[col])
+                b[col] += link * (b[last] - b[col])
         for step in range(1, height):
             row = step if forth else height - 1 - step
             last = row - 1 if forth else row + 1

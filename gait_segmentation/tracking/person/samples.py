@@ -4,13 +4,9 @@
 
 from __future__ import annotations
 
-import math
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-
-from gait_segmentation.images import Bounds, bounding_box, count_likely
 
 __all__ = ['samples']
 
@@ -36,31 +32,11 @@ def samples(
     :param familiar: (h, w) bool, where the surroundings are known to look like this.
     """
     inside, outside = mask > 127, cv2.dilate(mask, np.ones((3, 3), np.uint8)) <= 127
-    bounds = bounding_box(mask)
     if template is not None:
-        _keep_near(inside, bounds, template, guard)
+        body = template > 127
+        if body.any():
+            away = cv2.distanceTransform((~body).view(np.uint8), cv2.DIST_L2, 3)
+            inside &= away < guard
         if familiar is not None:
-            inside &= ~(familiar & (template <= 127))
+            inside &= body | ~familiar
     return inside, outside
-
-
-def _keep_near(
-    inside: NDArray[np.bool_],
-    bounds: Bounds,
-    template: NDArray[np.uint8],
-    guard: float,
-) -> None:
-    """Take out what lies far outside of the template, unless there is none."""
-    x, y, width, height = bounds
-    if width == 0:
-        return
-    reach = math.ceil(guard) + 1
-    top, left = max(y - reach, 0), max(x - reach, 0)
-    outside = cv2.inRange(template[top : y + height + reach, left : x + width + reach], 0, 127)
-    if outside.size == cv2.countNonZero(outside):
-        if count_likely(template):
-            inside[:] = False
-    else:
-        away = cv2.distanceTransform(outside, cv2.DIST_L2, 3)
-        away = away[y - top : y - top + height, x - left : x - left + width]
-        inside[y : y + height, x : x + width] &= away < guard

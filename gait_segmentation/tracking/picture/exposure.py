@@ -15,9 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.brightness import brightening
 from gait_segmentation.ego_motion.pyramid import Pyramid
-from gait_segmentation.kernels import kernel
 
 __all__ = ['Exposure']
 
@@ -55,35 +53,19 @@ class Exposure:
         if frame.is_blank:
             return self.gain
         # Cells, so that neither texture nor a shift of the picture counts.
-        now = frame.cells
-        last = self._last
-        if last is not None and last.shape == now.shape:
-            step = math.exp(_JUMP)
-            used, changed = _count(now, last, self.gain / step, self.gain * step)
-            # If fewer than half have changed, so has not the median.
-            if used >= _LEAST_CELLS and 2 * changed >= used:
-                self._judge(now, last)
+        now = frame.cells.astype(np.float32)
+        if self._last is not None and self._last.shape == now.shape:
+            self._judge(now, self._last)
         self._last = np.minimum(np.float32(self.gain) * now, np.float32(255))
         return self.gain
 
-    def _judge(self, now: NDArray[np.uint8], last: NDArray[np.float32]) -> None:
+    def _judge(self, now: NDArray[np.float32], last: NDArray[np.float32]) -> None:
         """Take over the factor of two frames if it is that of most cells."""
-        total, agree, _ = brightening(last, now, (_DARKEST, _BRIGHTEST), _JUMP)
-        if abs(total - math.log(self.gain)) > _JUMP and agree > _AGREE:
+        use = (now > _DARKEST) & (now < _BRIGHTEST) & (last > _DARKEST) & (last < _BRIGHTEST)
+        if np.count_nonzero(use) < _LEAST_CELLS:
+            return
+        logs = np.log(last[use] / now[use])
+        total = float(np.median(logs))
+        agree = np.count_nonzero(np.abs(logs - total) < _JUMP)
+        if abs(total - math.log(self.gain)) > _JUMP and agree > _AGREE * logs.size:
             self.gain = math.exp(min(max(total, -_MOST), _MOST))
-
-
-@kernel('u1[:,::1], f4[:,::1], f8, f8')
-def _count(
-    now: NDArray[np.uint8], last: NDArray[np.float32], low: float, high: float
-) -> tuple[int, int]:
-    """Count the cells that can be compared, and those whose factor is not between two bounds."""
-    least, most = np.float32(low), np.float32(high)
-    used = changed = 0
-    for row in range(now.shape[0]):
-        for col in range(now.shape[1]):
-            here, then = now[row, col], last[row, col]
-            if _DARKEST < here < _BRIGHTEST and _DARKEST < then < _BRIGHTEST:
-                used += 1
-                changed += not least * here < then < most * here
-    return used, changed

@@ -93,7 +93,7 @@ class Memory:
         """Return how alike (0..1) the colours of a first mask in some frame are."""
         body, shape = start.body, start.mask.shape
         window = body_window(body.center_x, body.center_y, body.height).slices(shape[1], shape[0])
-        lab = record.image.lab_about(window)[window]
+        lab = record.image.lab_part(window)
         part = start.mask[window]
         origin = (window[1].start, window[0].start)
         rows = body_rows(part.shape, origin, (body.center_x, body.center_y), body.height)
@@ -186,8 +186,7 @@ class Memory:
             slice(rows.start * step, rows.stop * step, step),
             slice(columns.start * step, columns.stop * step, step),
         )
-        # Not of the world, which would convert all of the image at full size.
-        lab = record.image.lab_every(every)
+        lab = record.image.lab_part(every)
         shape = (lab.shape[0], lab.shape[1])
         origin = (columns.start, rows.start)
         logit = log_ratio(
@@ -218,5 +217,5 @@ def _stands_out(sight: Sight, least: float) -> bool:
 
 def _signature(person: Person, mask: NDArray[np.uint8], record: Record) -> NDArray[np.float32]:
     window = person.window(mask.shape)
-    lab = record.image.lab_about(window)[window]
+    lab = record.image.lab_part(window)
     return colour_signature(lab, mask[window], person.rows(window))
