@@ -9,7 +9,7 @@ import pytest
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.metrics import score_frame
 from gait_segmentation.evaluation.output import SequenceOutput, tile, write_image
-from gait_segmentation.evaluation.runner import Outcome, run_sequence
+from gait_segmentation.evaluation.runner import Outcome, run
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.geometry import Box
 
@@ -19,7 +19,8 @@ from .fakes import FakePipeline, write_sequence
 def test_masks_and_a_sheet_are_written(tmp_path):
     sequence = Sequence.load(write_sequence(tmp_path / 'walk', frames=5))
     output = SequenceOutput(tmp_path / 'out', sequence)
-    outcomes = list(run_sequence(FakePipeline(), sequence, clock=lambda: 0.0))
+    made = run(FakePipeline(), sequence, sequence.numbers, sequence.starts, clock=lambda: 0.0)
+    outcomes = list(made)
     for outcome in outcomes:
         assert outcome.number in output.shown
         output.add(outcome)

@@ -2,20 +2,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import json
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from gait_segmentation.evaluation.attendance import Attendance
 from gait_segmentation.evaluation.tracking_score import (
-    FoundTrack,
     TrackingScore,
     first_frames,
     mot_scores,
 )
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import FeatureWeight
+
+from .fakes import found_person
 
 SIZE = (100, 40)
 FPS = 10.0
@@ -28,10 +28,14 @@ def labels_of(people):
     return drawn
 
 
-def track(track_id, x, width=10):
+def mask_at(x, width=10):
     mask = np.zeros((SIZE[1], SIZE[0]), np.uint8)
     mask[5:35, x : x + width] = 255
-    return FoundTrack(track_id, Box(x, 5, width, 30), mask)
+    return mask
+
+
+def track(track_id, x, width=10, features=()):
+    return found_person(track_id, Box(x, 5, width, 30), mask_at(x, width), features)
 
 
 def score(truth, found, starts=None):
@@ -86,9 +90,11 @@ def test_who_is_hidden_for_a_while_stays_with_the_track_of_before():
 def test_of_two_tracks_the_one_with_the_better_mask_is_the_persons():
     labels = labels_of({1: 20})
     scores = TrackingScore(Attendance([(0, labels)], FPS, SIZE), {1: 0})
-    good, bad = track(4, 22), track(9, 26)
     # The boxes are the other way round.
-    tracks = [replace(good, mask=bad.mask), replace(bad, mask=good.mask)]
+    tracks = [
+        found_person(4, Box(22, 5, 10, 30), mask_at(26)),
+        found_person(9, Box(26, 5, 10, 30), mask_at(22)),
+    ]
     scores.add(0, labels, tracks)
     numbers = scores.numbers()
     assert numbers['J'] == pytest.approx(8 / 12)
@@ -118,8 +124,8 @@ def test_who_knows_what_is_in_ambiguous_pixels():
     assert attendance.people == (1,)
     scores = TrackingScore(attendance, {1: 0})
     unclear = track(5, 71)
-    empty = FoundTrack(6, unclear.box, np.zeros_like(unclear.mask))
-    wide = FoundTrack(7, Box(60, 0, 35, 40), unclear.mask)
+    empty = found_person(6, unclear.track.box, np.zeros_like(mask_at(71)))
+    wide = found_person(7, Box(60, 0, 35, 40), mask_at(71))
     scores.add(0, frames[0][1], [track(4, 20), unclear, empty, wide])
     assert scores.numbers()['false_slots'] == 0
     scores.add(0, frames[0][1], [track(8, 76)])
@@ -184,7 +190,7 @@ def test_features_are_those_of_the_track_that_is_the_person():
     labels = labels_of({1: 20})
     scores = TrackingScore(Attendance([(0, labels)], FPS, SIZE), {1: 0})
     own, other = (FeatureWeight(name, 2.0, 1.0) for name in ('hue', 'red'))
-    tracks = [replace(track(5, 70), features=(other,)), replace(track(4, 20), features=(own,))]
+    tracks = [track(5, 70, features=(other,)), track(4, 20, features=(own,))]
     scores.add(0, labels, tracks)
     assert scores.numbers()['people']['1']['features'] == {
         'hue': {'weight': 1.0, 'variance_ratio': 2.0}
