@@ -34,13 +34,13 @@ from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.config import replaced
 from gait_segmentation.drawing import Image, draw_label
-from gait_segmentation.evaluation.output import tile, write_image
+from gait_segmentation.evaluation.output import outlines, write_image
 from gait_segmentation.evaluation.report import aligned
 from gait_segmentation.evaluation.runner import Outcome, run
 from gait_segmentation.gait_model import FIGURES
 from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
-from gait_segmentation.sheets import TILE_HEIGHT, TILE_SIZE, contact_sheet, region_about
+from gait_segmentation.sheets import TILE_SIZE, contact_sheet, tile
 
 FRAMES = 50
 LEAST_MEAN, LEAST_WORST = 0.93, 0.85
@@ -84,8 +84,10 @@ def phase_error(outcomes: list[Outcome], clip: SyntheticSequence) -> float:
 def picture_of(outcome: Outcome, clip: SyntheticSequence, prior: str) -> Image:
     frame = clip.frame(outcome.number)
     box = frame.boxes[0] or Box(0, 0, frame.image.shape[1], frame.image.shape[0])
-    region = region_about(box, TILE_HEIGHT * box.height, TILE_SIZE)
-    picture = tile(frame.image, outcome, frame.truths[0], region)
+    about = f'{outcome.number:04d}' + (
+        '' if outcome.score is None else f'  J {outcome.score.j:.3f}'
+    )
+    picture = tile(frame.image, box, outlines(outcome.mask, frame.truths[0]), about)
     draw_label(picture, prior, (2, TILE_SIZE[1]))
     return picture
 

@@ -17,11 +17,16 @@ from typing import TYPE_CHECKING, Any
 from tqdm import tqdm
 
 from gait_segmentation.cli.clip import CLIP_BOX, CLIP_START, demo_clip
-from gait_segmentation.cli.presets import add_preset_option, preset_file
-from gait_segmentation.cli.processes import ProcessError, ProcessGroup
+from gait_segmentation.cli.processes import ProcessError, ProcessGroup, handled
 from gait_segmentation.cli.replaying.mark import png_is_marked
-from gait_segmentation.cli.signals import handled
-from gait_segmentation.cli.tool import POLL_S, command_parser, make_folder, run_tool
+from gait_segmentation.cli.tool import (
+    POLL_S,
+    add_preset_option,
+    command_parser,
+    make_folder,
+    preset_file,
+    run_tool,
+)
 from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box, check_start_box

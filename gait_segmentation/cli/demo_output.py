@@ -21,25 +21,12 @@ from numpy.typing import NDArray
 from gait_segmentation.cli.recorder import Record
 from gait_segmentation.cli.replaying.file_outputs import Film
 from gait_segmentation.cli.replaying.mark import mask_png
-from gait_segmentation.drawing import (
-    draw_label,
-    draw_outline,
-    draw_person,
-    track_colour,
-)
+from gait_segmentation.drawing import draw_person, track_colour
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.files.output_files import write_file, write_picture
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource
-from gait_segmentation.sheets import (
-    COLUMNS,
-    TILE_HEIGHT,
-    TILE_SIZE,
-    TILES,
-    contact_sheet,
-    crop,
-    region_about,
-)
+from gait_segmentation.sheets import contact_sheet, spread, tile
 
 __all__ = [
     'Shown',
@@ -94,8 +81,7 @@ def write_pictures(
     shown = {each.number: each for each in frames}
     slot, tiles = longest(frames), []
     seen = [each.number for each in frames if each.record.person(slot).box] or list(shown)
-    places = np.linspace(0, len(seen) - 1, min(TILES, len(seen)))
-    chosen = {seen[round(place)] for place in places}
+    chosen = spread(seen)
     made = Film(overlay, film.size, fps)
     for frame in film.frames():
         if frame.number not in shown:
@@ -107,7 +93,7 @@ def write_pictures(
         if frame.number in chosen:
             tiles.append(_tile(frame.image, each, slot))
     made.close()
-    write_picture(sheet, contact_sheet(tiles, COLUMNS))
+    write_picture(sheet, contact_sheet(tiles))
 
 
 def _drawn(picture: NDArray[np.uint8], record: Record) -> NDArray[np.uint8]:
@@ -140,14 +126,10 @@ def _tile(image: NDArray[np.uint8], shown: Shown, slot: int) -> NDArray[np.uint8
     """Return a crop of a frame about somebody, with outline, number and phase."""
     person = shown.record.person(slot)
     box = person.box or Box(0, 0, image.shape[1], image.shape[0])
-    region = region_about(box, TILE_HEIGHT * max(box.height, box.width), TILE_SIZE)
-    # Cropped and enlarged first, so that the outline is drawn at full sharpness.
-    tile = crop(image, region, TILE_SIZE)
     mask = person_mask(shown.record.labels, slot)
-    draw_outline(tile, crop(mask, region, TILE_SIZE), track_colour(person.track_id))
     phase = '' if math.isnan(person.phase) else f' {person.phase:.2f}'
-    draw_label(tile, f'{shown.number}{phase}', (2, 2))
-    return tile
+    outlines = [(mask, track_colour(person.track_id))]
+    return tile(image, box, outlines, f'{shown.number}{phase}')
 
 
 def write_phase(path: Path, frames: Sequence[Shown]) -> None:
