@@ -69,7 +69,8 @@ class Record:
     """
     What was received for one frame.
 
-    ``latency_s`` is the time from the frame's stamp to the arrival of its labels.
+    ``latency_s`` is the time from the frame's stamp to the arrival of its labels.  ``number`` is
+    that of the frame in the film, and ``time_s`` its time from the first one, once they are known.
     """
 
     topics: dict[str, int] = field(default_factory=dict)
@@ -77,6 +78,8 @@ class Record:
     packed: tuple[bytes, tuple[int, int]] | None = None
     arrived_s: float = 0.0
     latency_s: float = float('nan')
+    number: int = -1
+    time_s: float = 0.0
 
     @property
     def labels(self) -> NDArray[np.uint8]:

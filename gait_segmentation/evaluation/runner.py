@@ -19,6 +19,7 @@ from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.truth import PERSON, read_mask
 from gait_segmentation.files.image_files import read_heat_map
 from gait_segmentation.geometry import Box
+from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.results import TRACKED
 
 if TYPE_CHECKING:
@@ -120,7 +121,7 @@ def run(
     """
     numbers = list(numbers)
     starts = {numbers[0]: (box,)} if isinstance(box, Box) else box
-    waiting: dict[int, tuple[int, tuple[int, ...], float]] = {}
+    held: HeldFrames[tuple[int, tuple[int, ...], float]] = HeldFrames()
     for number in numbers:
         for start in starts.get(number, ()):
             pipeline.initialize(start)
@@ -130,25 +131,11 @@ def run(
         heat = None if heat_map is None else heat_map(number)
         started = clock()
         results = pipeline.update(image, stamp, given, heat)
-        waiting[stamp] = (number, image.shape[:2], clock() - started)
-        yield from _finished(results, waiting, clip)
-    yield from _finished(pipeline.flush(), waiting, clip)
-    for number, shape, seconds in waiting.values():
-        yield _outcome(clip, number, shape, seconds, None)
-
-
-def _finished(
-    results: list[Any], waiting: dict[int, tuple[int, tuple[int, ...], float]], clip: Clip
-) -> Iterator[Outcome]:
-    by_stamp: dict[int, Any] = {}
-    for result in results:
-        by_stamp.setdefault(result.stamp_ns, result)
-    for stamp, result in sorted(by_stamp.items()):
-        # Frames are answered in order: older ones still waiting will never be.
-        for older in [key for key in waiting if key < stamp]:
-            yield _outcome(clip, *waiting.pop(older), None)
-        if stamp in waiting:
-            yield _outcome(clip, *waiting.pop(stamp), result)
+        held.hold(stamp, (number, image.shape[:2], clock() - started))
+        for frame, result in held.answered(results):
+            yield _outcome(clip, *frame, result)
+    for frame, result in held.answered(pipeline.flush(), last=True):
+        yield _outcome(clip, *frame, result)
 
 
 def _outcome(

@@ -208,13 +208,13 @@ class TrackingScore:
         pairs = dict(_one_to_one(pair for pair in order if j.get(pair, 0) > 0 or iou[pair] > 0))
         for person in counted:
             known = self._people[person]
-            track_id = pairs.get(person)
-            pair = (person, track_id or 0)
+            suits = pairs.get(person)
+            pair = (person, suits or 0)
             known.add(j.get(pair, 0.0), iou.get(pair, 0.0))
-            if track_id is not None:
+            if suits is not None:
                 expected = sightings[person].box
-                known.centre_error.append(centre_distance(boxes[track_id], expected))
-                known.add_features(by_id[track_id].track.features)
+                known.centre_error.append(centre_distance(boxes[suits], expected))
+                known.add_features(by_id[suits].track.features)
             for other in by_id:
                 known.j_of_id[other] = known.j_of_id.get(other, 0.0) + j[person, other]
         self._identify(number, iou)
