@@ -5,9 +5,8 @@
 How well the standard bank fits real silhouettes.
 
 For every frame of every set of true masks the best template at the best placement (dx, dy and
-scale) is searched, and its Tanimoto similarity with the mask averaged over the frames: ``soft``
-on the template's own pixels, the mask averaged over each, as the matcher sees it; ``hard`` in the
-image, both thresholded; ``image`` in the image with soft template against sharp mask::
+scale) is searched, and its Tanimoto similarity with the mask averaged over the frames: on the
+template's own pixels, the mask averaged over each, as the matcher sees it::
 
     python benchmarks/bank_fit.py FOLDER [FOLDER ...]
 """
@@ -15,8 +14,9 @@ image, both thresholded; ``image`` in the image with soft template against sharp
 from __future__ import annotations
 
 import argparse
-import json
+import statistics
 import sys
+from collections import Counter
 from pathlib import Path
 
 import cv2
@@ -27,12 +27,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.report import aligned
 from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank, default_bank
 from gait_segmentation.geometry import BodyFrame, Box, pixel_affine, template_to_image
 
 Float = NDArray[np.float32]
 
-# The mean similarity (soft) that a good bank reaches, by the name of the set.
+# The mean similarity that a good bank reaches, by the name of the set.
 AIMS = {
     'side-left-normal': 0.86,
     'side-left-rucksack': 0.82,
@@ -129,13 +130,6 @@ def coarse(
     return [(float(best[k]), int(k), where[k]) for k in order if where[k] is not None]
 
 
-def draw(template: NDArray[np.uint8], body: BodyFrame, fill: float, shape: tuple) -> Float:
-    """Return the template warped into an image of the given shape, 0..1."""
-    matrix = pixel_affine(template_to_image(body, *template.shape, fill))
-    warped = cv2.warpAffine(template, matrix, (shape[1], shape[0]), flags=cv2.INTER_LINEAR)
-    return warped.astype(np.float32) / 255
-
-
 def refine(
     images: Float, template: Float, start: BodyFrame, bank: TemplateBank
 ) -> tuple[float, BodyFrame]:
@@ -162,56 +156,33 @@ def refine(
 
 def fit_frame(
     mask: NDArray[np.uint8], bank: TemplateBank, flat: Float, outside: int = 0
-) -> dict | None:
-    """Return the best fit of the bank to one mask, None for an empty one."""
+) -> tuple[float, int, BodyFrame] | None:
+    """Return similarity, template and place of the best fit to one mask, None for an empty one."""
     prepared = prepare(mask, outside)
     if prepared is None:
         return None
     true, valid, box = prepared
     images = np.stack([true, valid], axis=-1)
-    best, index, body = -1.0, 0, BodyFrame(0.0, 0.0, 1.0)
-    for _, tried, start in coarse(images, box, flat, bank):
-        score, placed = refine(images, flat[tried].reshape(bank.grid), start, bank)
-        if score > best:
-            best, index, body = score, tried, placed
-    drawn = draw(bank.templates.reshape(-1, *bank.grid)[index], body, bank.fill, true.shape)
-    sharp = (true >= 0.5).astype(np.float32)
-    return {
-        'soft': best,
-        'hard': similarity(sharp, valid, (drawn >= 0.5).astype(np.float32)),
-        'image': similarity(sharp, valid, drawn),
-        'sequence': index // bank.phases,
-        'phase': index % bank.phases,
-        'body': body,
-    }
+    fits = [
+        (*refine(images, flat[tried].reshape(bank.grid), start, bank), tried)
+        for _, tried, start in coarse(images, box, flat, bank)
+    ]
+    best, body, index = max(fits, key=lambda fit: fit[0])
+    return best, index, body
 
 
-def fit_set(folder: Path, bank: TemplateBank, every: int = 1) -> dict | None:
-    """Return the fits to a folder of masks, None if it has none."""
-    files = sorted(folder.glob('*.png'))[::every]
-    if not files:
-        return None
+def fit_set(folder: Path, bank: TemplateBank, every: int = 1) -> list[tuple[float, str]]:
+    """Return similarity and build of the best fits to a folder of masks."""
     flat = bank.templates.reshape(-1, bank.grid[0] * bank.grid[1]).astype(np.float32) / 255
     # Silhouettes that are cut out reach the border of their pictures without being cut off.
     outside = int(folder.resolve().name != 'masks')
+    files = sorted(folder.glob('*.png'))[::every]
     masks = (cv2.imread(str(file), cv2.IMREAD_GRAYSCALE) for file in files)
     fits = [fit_frame(mask, bank, flat, outside) for mask in masks]
-    found = [fit for fit in fits if fit is not None]
-    used: dict[str, int] = {}
-    for fit in found:
-        build = bank.builds[fit['sequence']]
-        used[build] = used.get(build, 0) + 1
-    return {
-        'frames': len(found),
-        'soft': float(np.mean([fit['soft'] for fit in found])),
-        'hard': float(np.mean([fit['hard'] for fit in found])),
-        'image': float(np.mean([fit['image'] for fit in found])),
-        'worst': float(np.min([fit['soft'] for fit in found])),
-        'builds': used,
-    }
+    return [(fit[0], bank.builds[fit[1] // bank.phases]) for fit in fits if fit is not None]
 
 
-def main(argv: list[str] | None = None) -> int:
+def main(argv: list[str] | None = None) -> None:
     """Print the table of fits."""
     parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0].strip())
     parser.add_argument(
@@ -220,7 +191,6 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument('--bank', help='a bank file instead of the standard bank')
     parser.add_argument('--builds', help='builds of a bank to draw instead of the standard bank')
     parser.add_argument('--every', type=int, default=1, help='take every n-th frame only')
-    parser.add_argument('--json', action='store_true', help='print JSON instead of a table')
     options = parser.parse_args(argv)
     if options.bank:
         bank = TemplateBank.load(options.bank)
@@ -228,32 +198,21 @@ def main(argv: list[str] | None = None) -> int:
         bank = build_bank(BankSpec(builds=options.builds))
     else:
         bank = default_bank()
-    if not options.json:
-        count = bank.sequences * bank.phases
-        print(f'{count} templates of {bank.grid[0]} x {bank.grid[1]}; mean of the best fits')
-        print(f'{"set":20} frames    soft    hard   image   worst   aim  builds', flush=True)
-    results = {}
-    for folder in options.sets:
-        row = fit_set(folder, bank, options.every)
-        if row is None:
-            print(f'{folder} is skipped: it holds no masks', file=sys.stderr)
-            continue
-        name = name_of(folder)
-        aim = AIMS.get(name)
-        results[name] = {**row, 'aim': aim}
-        if not options.json:
-            wanted = '' if aim is None else f'{aim:.2f}'
-            builds = ', '.join(f'{build} {n}' for build, n in sorted(row['builds'].items()))
-            print(
-                f'{name:20} {row["frames"]:6} {row["soft"]:7.4f} {row["hard"]:7.4f} '
-                f'{row["image"]:7.4f} {row["worst"]:7.3f} {wanted:>5}  {builds}',
-                flush=True,
-            )
-    if not results:
+    found = {name_of(folder): fit_set(folder, bank, options.every) for folder in options.sets}
+    if not any(found.values()):
         raise SequenceError('no folder holds masks')
-    if options.json:
-        print(json.dumps(results, indent=2))
-    return 0
+    rows = [['set', 'frames', 'similarity', 'worst', 'aim', 'builds']]
+    for name, fits in found.items():
+        if fits:
+            values = [value for value, _ in fits]
+            builds = Counter(build for _, build in fits)
+            used = ', '.join(f'{build} {count}' for build, count in sorted(builds.items()))
+            mean = f'{statistics.fmean(values):.4f}'
+            aim = f'{AIMS[name]:.2f}' if name in AIMS else ''
+            rows.append([name, str(len(fits)), mean, f'{min(values):.3f}', aim, used])
+    count = bank.sequences * bank.phases
+    print(f'{count} templates of {bank.grid[0]} x {bank.grid[1]}; mean of the best fits')
+    print(aligned(rows))
 
 
 if __name__ == '__main__':

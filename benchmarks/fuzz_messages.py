@@ -40,7 +40,7 @@ from sensor_msgs.msg import Image, JointState
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.bars import holds
-from benchmarks.nodes import MODULES, STYLES, Listener, resident_mib, ros, wait
+from benchmarks.nodes import ALL_NODES, STYLES, Answers, resident_mib, ros, wait
 from benchmarks.spoilt_messages import (
     KINDS,
     SERVICES,
@@ -107,9 +107,9 @@ class Nodes:
         """Most memory in MiB."""
 
         self._logs, self._parameters = logs, parameters
-        self._runs: dict[str, list[str]] = {name: [] for name in MODULES}
+        self._runs: dict[str, list[str]] = {name: [] for name in ALL_NODES}
         self._processes = ProcessGroup(os.environ, logs)
-        for name in MODULES:
+        for name in ALL_NODES:
             self._start(name)
 
     def close(self) -> None:
@@ -144,12 +144,11 @@ class Nodes:
         runs.append(f'{name}_{len(runs)}')
         space = 'split' if name in STYLES['split'] else 'single'
         given = [word for each in self._parameters for word in ('-p', each)]
-        self._processes.start(
-            runs[-1], MODULES[name], '--ros-args', '-r', f'__ns:=/{space}', *given
-        )
+        command = name.removeprefix('gait_'), '--ros-args', '-r', f'__ns:=/{space}', *given
+        self._processes.start(runs[-1], 'gait_segmentation', *command)
 
 
-class Client(Listener):
+class Client(Answers):
     """Publishes to all nodes and counts the answers to good frames."""
 
     def __init__(self, camera: str) -> None:
@@ -176,8 +175,8 @@ class Client(Listener):
 
     def connected(self, nodes: tuple[str, ...] = ()) -> bool:
         """Tell whether all nodes are active, hear this client and are heard."""
-        active = self.active(*(f'{s}/{name}' for s, names in STYLES.items() for name in names))
-        return active and all(map(self.subscribers, ANSWERS)) and all(
+        wanted = {f'{space}/{name}' for space, names in STYLES.items() for name in names}
+        return wanted <= self.active() and all(map(self.subscribers, ANSWERS)) and all(
             made.get_subscription_count()
             >= 1 + (topic.removeprefix('split/') in _TWO_READERS)
             for topic, made in self._publishers.items()
@@ -203,7 +202,7 @@ class Client(Listener):
         with self.changed:
             return [topic for topic in topics if not self.answers[stamp_ns][topic]]
 
-    def heard(self, topic: str, stamp_ns: int, frame_id: str) -> None:
+    def answered(self, topic: str, stamp_ns: int, frame_id: str, now_s: float) -> None:
         """Count the answers to good frames."""
         if frame_id == GOOD and stamp_ns in self.answers:
             self.answers[stamp_ns][topic] += 1

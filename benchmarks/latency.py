@@ -92,7 +92,7 @@ def write_scenes(folder: Path) -> None:
 def measure(style: str, size: tuple[int, int], options: argparse.Namespace) -> dict[str, Any]:
     """Measure one style at one size."""
     nodes, memory = STYLES[style], []
-    with tempfile.TemporaryDirectory() as folder, session() as (processes, listener, _):
+    with tempfile.TemporaryDirectory() as folder, session() as (processes, listener):
         film, box = Path(folder) / 'frames', None
         if options.people:
             write_scenes(film)

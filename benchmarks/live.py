@@ -57,7 +57,7 @@ def live(sequence: Sequence, box: Box) -> dict[int, np.ndarray]:
         finally:
             recorder.close()
         shown = frames_shown(read_stamps(stamps), recorder)
-    return {sequence.numbers[each.number]: each.record.mask for each in shown}
+    return {sequence.numbers[each.number]: each.mask for each in shown}
 
 
 def score(sequence: Sequence, masks: dict[int, np.ndarray]) -> float:

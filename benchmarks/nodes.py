@@ -7,36 +7,25 @@ from __future__ import annotations
 import os
 import struct
 import tempfile
-import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import cv2
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.executors import ExternalShutdownException
-from rclpy.node import Node
-from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import Image
 
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.demo import NODES, prepare_environment
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
+from gait_segmentation.cli.recorder import Listener
 from gait_segmentation.geometry import Box
-from gait_segmentation.ros.executor import MessageExecutor
 
-MODULES = {
-    'gait_tracker': 'gait_segmentation.nodes.tracker_node',
-    'gait_matcher': 'gait_segmentation.nodes.matcher_node',
-    'gait_segmenter': 'gait_segmentation.nodes.segmenter_node',
-    'gait_pipeline': 'gait_segmentation.nodes.pipeline_node',
-}
 STYLES = {'split': NODES, 'single': ('gait_pipeline',)}
+ALL_NODES = (*NODES, 'gait_pipeline')
 
 LINKS = {'box': 1, 'likelihood': 2, 'matched_box': 2, 'shape_prior': 2, 'mask': 1}
 """Subscribers that the topics of a person have when the three nodes are connected."""
@@ -80,8 +69,8 @@ def write_clip(folder: Path, size: tuple[int, int], count: int) -> Box:
     return clip.initial_box
 
 
-class Listener:
-    """Subscribes to the mask, as a user would, and to the diagnostics; raw, to cost little."""
+class Answers(Listener):
+    """Subscribes to the mask, as a user would; raw, to cost little."""
 
     def __init__(self, topics: Mapping[str, Any] | None = None) -> None:
         """
@@ -92,69 +81,27 @@ class Listener:
         self.arrived: dict[int, float] = {}
         """Times at which frames were first answered, by their stamps in ns."""
 
-        self.changed = threading.Condition()
-        self.status: dict[str, dict[str, str]] = {}
-        """What the nodes last said in the diagnostics."""
-
-        self.node = Node('listener')
-        for topic, kind in (topics or {'mask': Image}).items():
-            heard = partial(self._receive, topic)
-            self.node.create_subscription(kind, topic, heard, QoSProfile(depth=200), raw=True)
-        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 50)
-        self._executor = MessageExecutor()
-        self._executor.add_node(self.node)
-        self._thread = threading.Thread(target=self._spin, daemon=True)
-        self._thread.start()
-
-    def close(self) -> None:
-        """Stop listening."""
-        self._executor.shutdown()
-        self._thread.join()
-        self.node.destroy_node()
-
-    def active(self, *nodes: str) -> bool:
-        """Tell whether these nodes say that they are active."""
-        with self.changed:
-            return all(self.status.get(name, {}).get('state') == 'active' for name in nodes)
-
-    def subscribers(self, topic: str) -> int:
-        """Return how many have subscribed to a topic of the nodes, as they say."""
-        key = f'subscribers of /{topic}'
-        with self.changed:
-            return max((int(said.get(key, '0')) for said in self.status.values()), default=0)
+        topics = topics or {'mask': Image}
+        super().__init__(topics, raw=topics)
 
     def connected(self, nodes: tuple[str, ...]) -> bool:
         """Tell whether the nodes are active and connected."""
         wanted = {f'person_0/{topic}': count for topic, count in LINKS.items()}
         wanted = {'mask': 1} | (wanted if len(nodes) > 1 else {})
-        return self.active(*nodes) and all(
+        return set(nodes) <= self.active() and all(
             self.subscribers(topic) >= count for topic, count in wanted.items()
         )
 
-    def heard(self, topic: str, stamp_ns: int, frame_id: str) -> None:
-        """Note an answer, with the lock held."""
-        self.arrived.setdefault(stamp_ns, time.time())
+    def heard(self, topic: str, message: bytes, now_s: float) -> None:
+        """Look at the header; what is cut off by whoever else publishes there is passed over."""
+        if len(message) >= _HEADER.size:
+            seconds, nanoseconds, length = _HEADER.unpack_from(message)
+            name = message[_HEADER.size : _HEADER.size + length].rstrip(b'\0').decode('latin1')
+            self.answered(topic, seconds * 1_000_000_000 + nanoseconds, name, now_s)
 
-    def _receive(self, topic: str, data: bytes) -> None:
-        if len(data) < _HEADER.size:
-            # Cut off by whoever else publishes there.
-            return
-        seconds, nanoseconds, length = _HEADER.unpack_from(data)
-        frame_id = data[_HEADER.size : _HEADER.size + length].rstrip(b'\0').decode('latin1')
-        with self.changed:
-            self.heard(topic, seconds * 1_000_000_000 + nanoseconds, frame_id)
-            self.changed.notify_all()
-
-    def _diagnose(self, message: DiagnosticArray) -> None:
-        with self.changed:
-            for status in message.status:
-                self.status[status.name] = {each.key: each.value for each in status.values}
-
-    def _spin(self) -> None:
-        try:
-            self._executor.spin()
-        except ExternalShutdownException:
-            return
+    def answered(self, topic: str, stamp_ns: int, frame_id: str, now_s: float) -> None:
+        """Note an answer."""
+        self.arrived.setdefault(stamp_ns, now_s)
 
 
 def processor_seconds(pid: int) -> float:
@@ -194,24 +141,29 @@ def ros() -> Iterator[None]:
 
 
 @contextmanager
-def session() -> Iterator[tuple[ProcessGroup, Listener, Path]]:
-    """Have processes, a listener, and a folder of the processes' logs."""
+def session() -> Iterator[tuple[ProcessGroup, Answers]]:
+    """Have processes and a listener."""
     with (
         ros(),
         tempfile.TemporaryDirectory() as logs,
         ProcessGroup(os.environ, Path(logs)) as processes,
     ):
-        listener = Listener()
+        listener = Answers()
         try:
-            yield processes, listener, Path(logs)
+            yield processes, listener
         finally:
             listener.close()
+
+
+def start_node(processes: ProcessGroup, name: str, *words: str) -> None:
+    """Start a node, such as ``gait_tracker``."""
+    processes.start(name, 'gait_segmentation', name.removeprefix('gait_'), *words)
 
 
 def start(
     processes: ProcessGroup,
     nodes: tuple[str, ...],
-    listener: Listener,
+    listener: Answers,
     *parameters: str,
     box: Box | None = None,
 ) -> None:
@@ -227,7 +179,7 @@ def start(
             numbers = f'{box.x:.2f}, {box.y:.2f}, {box.width:.2f}, {box.height:.2f}'
             given.append(f'initial_box:=[{numbers}]')
         words = [word for each in given for word in ('-p', each)]
-        processes.start(name, MODULES[name], '--ros-args', *words)
+        start_node(processes, name, '--ros-args', *words)
 
     def connected() -> bool:
         processes.check_running(*nodes)
@@ -243,7 +195,7 @@ def play(
     """Start to play a film to the nodes; return the file that will have its stamps."""
     stamps = film.parent / 'stamps.txt'
     processes.start(
-        'gait_source', 'gait_segmentation.nodes.source_node', str(film),
+        'gait_source', 'gait_segmentation', 'source', str(film),
         '--rate', str(rate), '--wait-for', str(min(len(nodes), 2)),
         '--delay', '1', '--stamps', str(stamps), *options,
     )  # fmt: skip

@@ -33,7 +33,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.bars import holds
-from benchmarks.nodes import STYLES, Listener, session, wait, write_clip
+from benchmarks.nodes import STYLES, Answers, session, start_node, wait, write_clip
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
 from gait_segmentation.cli.tool import run_tool
 
@@ -63,22 +63,18 @@ class Stage:
     """The nodes, the source and somebody who listens."""
 
     def __init__(
-        self, processes: ProcessGroup, listener: Listener, nodes: tuple[str, ...], frames: Path
+        self, processes: ProcessGroup, listener: Answers, nodes: tuple[str, ...], frames: Path
     ) -> None:
         """Start everything and wait until frames are answered."""
         self.processes, self.listener, self.nodes = processes, listener, nodes
         for name in nodes:
-            self.start(name)
+            start_node(processes, name)
         processes.start(
-            'gait_source', 'gait_segmentation.nodes.source_node', str(frames),
+            'gait_source', 'gait_segmentation', 'source', str(frames),
             '--rate', str(RATE), '--loop', '--preload',
         )  # fmt: skip
         if not self.answers_after(time.time_ns(), START_TIMEOUT_S):
             raise ProcessError('no frame was answered')
-
-    def start(self, name: str) -> None:
-        """Start a node."""
-        self.processes.start(name, 'gait_segmentation', name.removeprefix('gait_'))
 
     def answers_after(self, stamp_ns: int, timeout_s: float) -> bool:
         """Wait until a frame that was shown after a time is answered; return whether it is."""
@@ -91,7 +87,7 @@ class Stage:
         self.listener.arrived.clear()
         began_ns = time.time_ns()
         self.signal(name, signal.SIGKILL)
-        self.start(name)
+        start_node(self.processes, name)
         if self.answers_after(began_ns, HUNG_S):
             newest = min(stamp for stamp in list(self.listener.arrived) if stamp > began_ns)
             outcome.times_s.append(self.listener.arrived[newest] - began_ns / 1e9)
@@ -117,7 +113,7 @@ class Stage:
             if not self.signal(each, signal.SIGTERM):
                 outcome.deaf += 1
                 self.signal(each, signal.SIGKILL)
-            self.start(each)
+            start_node(self.processes, each)
         self.answers_after(time.time_ns(), START_TIMEOUT_S)
 
 
@@ -138,7 +134,7 @@ def measure(nodes: tuple[str, ...], kills: int, seed: int) -> dict[str, Outcome]
     """Kill each of some nodes that work together a number of times."""
     chance = random.Random(seed)
     outcomes = {name: Outcome() for name in nodes}
-    with tempfile.TemporaryDirectory() as folder, session() as (processes, listener, _):
+    with tempfile.TemporaryDirectory() as folder, session() as (processes, listener):
         write_clip(Path(folder), SIZE, FRAMES)
         stage = Stage(processes, listener, nodes, Path(folder) / 'frames')
         for _ in range(kills):

@@ -67,7 +67,7 @@ def scores_of(options: argparse.Namespace, kind: str, folders: tuple[str, ...]) 
     """Run what a kind makes of one sequence (and another one)."""
     cv2.setNumThreads(1)
     clips = variants_of(kind, [clip_of(folder) for folder in folders])
-    return [score_of(options, kind, clip) for clip in clips if options.only in clip.name]
+    return [score_of(options, kind, clip) for clip in clips]
 
 
 def score_of(options: argparse.Namespace, kind: str, clip: MadeClip) -> Score:
@@ -88,7 +88,6 @@ def main() -> int:
     add = parser.add_argument
     add('folders', nargs='+', metavar='FOLDER', help='sequences with truth')
     add('--kinds', nargs='+', choices=[*KINDS, *PAIRED], metavar='KIND', help='only these')
-    add('--only', default='', metavar='TEXT', help='clips whose name has it')
     add('--boxes', type=int, default=0, help='start boxes a clip, moved a little')
     add('--each', action='store_true', help='print every clip, too')
     add('--set', action='append', default=[], metavar='STAGE.PARAMETER=VALUE')

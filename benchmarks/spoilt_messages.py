@@ -27,7 +27,7 @@ from sensor_msgs.msg import CompressedImage, Image, JointState, RegionOfInterest
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
 
-from benchmarks.nodes import MODULES
+from benchmarks.nodes import ALL_NODES
 from benchmarks.spoilt_files import CHANGES
 from gait_segmentation.inputs.encodings import ENCODINGS
 from gait_segmentation.ros.fields import GAIT_NAMES
@@ -262,7 +262,7 @@ def shots(name: str, rng: Random, image: np.ndarray, about: Header) -> tuple[str
 
 def calls(rng: Random) -> tuple[str, list[Call]]:
     """Return what is asked of a node, in words, and the requests."""
-    node, what = rng.choice(list(MODULES)), rng.choice(('set', 'ask', 'enable', 'reset', 'state'))
+    node, what = rng.choice(ALL_NODES), rng.choice(('set', 'ask', 'enable', 'reset', 'state'))
     if what == 'set':
         count = rng.choice((0, 1, 1, 1, 4, 200))
         given = [

@@ -89,12 +89,12 @@ def draw_outline(image: Image, mask: NDArray[np.uint8], colour: Colour, width: i
     cv2.polylines(image, contours, True, colour, width, cv2.LINE_AA)
 
 
-def draw_box(image: Image, box: Box, colour: Colour, width: int = 1) -> None:
+def draw_box(image: Image, box: Box, colour: Colour) -> None:
     """Draw a box to the sub-pixel."""
     # Positions count from the corner of pixel 0, OpenCV's coordinates from its centre.
     points = (np.array(box.corners()) - 0.5) * 2**_SHIFT
     line = np.rint(points).astype(np.int32)[:, None]
-    cv2.polylines(image, [line], True, colour, width, cv2.LINE_AA, _SHIFT)
+    cv2.polylines(image, [line], True, colour, 1, cv2.LINE_AA, _SHIFT)
 
 
 def draw_label(

@@ -5,11 +5,22 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import Generic, TypeVar
+from collections.abc import Iterable, Iterator
+from typing import Generic, Protocol, TypeVar
 
 __all__ = ['HeldFrames']
 
+
+class Stamped(Protocol):
+    """What says to which frame it belongs."""
+
+    @property
+    def stamp_ns(self) -> int:
+        """Return the stamp of the frame."""
+
+
 Frame = TypeVar('Frame')
+Result = TypeVar('Result', bound=Stamped)
 
 
 class HeldFrames(Generic[Frame]):
@@ -41,6 +52,23 @@ class HeldFrames(Generic[Frame]):
         while held_ns != stamp_ns:
             held_ns, frame = self._frames.popleft()
         return frame
+
+    def answered(
+        self, results: Iterable[Result], *, last: bool = False
+    ) -> Iterator[tuple[Frame, Result | None]]:
+        """
+        Yield frames in their order with their results, None for those that are passed over.
+
+        Results of frames that are not held, such as a second one, are left out.
+
+        :param last: whether nothing more comes, so that all that are left have no result.
+        """
+        for result in results:
+            while any(stamp_ns == result.stamp_ns for stamp_ns, _ in self._frames):
+                stamp_ns, frame = self._frames.popleft()
+                yield frame, result if stamp_ns == result.stamp_ns else None
+        while last and self._frames:
+            yield self._frames.popleft()[1], None
 
     def clear(self) -> None:
         """Let go of all frames."""

@@ -5,24 +5,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import cv2
 import numpy as np
 
-from gait_segmentation.drawing import BACKDROP, Image
+from gait_segmentation.drawing import BACKDROP, Colour, Image, draw_label, draw_outline
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 
-__all__ = [
-    'COLUMNS',
-    'TILES',
-    'TILE_HEIGHT',
-    'TILE_SIZE',
-    'contact_sheet',
-    'crop',
-    'region_about',
-]
+__all__ = ['TILE_SIZE', 'contact_sheet', 'crop', 'spread', 'tile']
 
 TILES, COLUMNS = 28, 7
 """Frames on a contact sheet of somebody, and in a row of it."""
@@ -31,17 +23,31 @@ TILE_SIZE = (200, 256)
 """Width and height of one of them in pixels."""
 
 TILE_HEIGHT = 1.35
-"""Height of the region shown, in heights of the person."""
+"""Height of the region shown, in those of the person (widths, if that is more)."""
 
 
-def region_about(box: Box, height: float, size: tuple[int, int]) -> Box:
+def spread(numbers: Sequence[int]) -> set[int]:
+    """Return the frames that a contact sheet shows, evenly spread, or all if there are few."""
+    places = np.linspace(0, len(numbers) - 1, min(TILES, len(numbers)))
+    return {numbers[round(place)] for place in places}
+
+
+def tile(image: Image, box: Box, outlines: Iterable[tuple[Image, Colour]], words: str) -> Image:
     """
-    Return what to show of the surroundings of a box.
+    Return a picture of somebody and the surroundings, with outlines and words.
 
-    :param height: of the region, in the pixels of the box.
-    :param size: (width, height) of the picture it is for, whose proportions it has.
+    :param box: of the person, in pixels of the image.
+    :param outlines: (H, W) uint8 masks and the colours of their outlines, drawn in this order.
     """
-    return Box.from_center(box.center_x, box.center_y, height * size[0] / size[1], height)
+    width, height = TILE_SIZE
+    tall = TILE_HEIGHT * max(box.height, box.width)
+    region = Box.from_center(box.center_x, box.center_y, tall * width / height, tall)
+    # Cropped and enlarged first, so that outlines are drawn at full sharpness.
+    picture = crop(image, region, TILE_SIZE)
+    for mask, colour in outlines:
+        draw_outline(picture, crop(mask, region, TILE_SIZE), colour)
+    draw_label(picture, words, (2, 2))
+    return picture
 
 
 def crop(image: Image, region: Box, size: tuple[int, int]) -> Image:
@@ -66,7 +72,7 @@ def crop(image: Image, region: Box, size: tuple[int, int]) -> Image:
     return _resized(part, size)
 
 
-def contact_sheet(images: Sequence[Image], columns: int, gap: int = 4) -> Image:
+def contact_sheet(images: Sequence[Image], columns: int = COLUMNS, gap: int = 4) -> Image:
     """
     Put pictures side by side, row by row.
 

@@ -1,5 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+from types import SimpleNamespace
+
 import pytest
 
 from gait_segmentation.held_frames import HeldFrames
@@ -21,3 +23,13 @@ def test_nothing_is_held_after_clearing() -> None:
     held.clear()
     held.hold(3, 'b')
     assert held.take(3) == 'b'
+
+
+def test_frames_are_answered_in_order_also_those_passed_over() -> None:
+    held: HeldFrames[str] = HeldFrames()
+    for stamp_ns, frame in enumerate('abcd'):
+        held.hold(stamp_ns, frame)
+    second, unasked = SimpleNamespace(stamp_ns=1), SimpleNamespace(stamp_ns=9)
+    assert list(held.answered([unasked, second, second])) == [('a', None), ('b', second)]
+    assert list(held.answered([])) == []
+    assert list(held.answered([], last=True)) == [('c', None), ('d', None)]

@@ -17,11 +17,16 @@ from typing import TYPE_CHECKING, Any
 from tqdm import tqdm
 
 from gait_segmentation.cli.clip import CLIP_BOX, CLIP_START, demo_clip
-from gait_segmentation.cli.presets import add_preset_option, preset_file
-from gait_segmentation.cli.processes import ProcessError, ProcessGroup
+from gait_segmentation.cli.processes import ProcessError, ProcessGroup, handled
 from gait_segmentation.cli.replaying.mark import png_is_marked
-from gait_segmentation.cli.signals import handled
-from gait_segmentation.cli.tool import POLL_S, command_parser, make_folder, run_tool
+from gait_segmentation.cli.tool import (
+    POLL_S,
+    add_preset_option,
+    command_parser,
+    make_folder,
+    preset_file,
+    run_tool,
+)
 from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box, check_start_box
@@ -30,8 +35,7 @@ from gait_segmentation.people import MOST_PEOPLE
 from gait_segmentation.ros.files import use_shared_memory
 
 if TYPE_CHECKING:
-    from gait_segmentation.cli.demo_output import Shown
-    from gait_segmentation.cli.recorder import Recorder
+    from gait_segmentation.cli.recorder import Record, Recorder
 
 __all__ = ['main', 'parser']
 
@@ -346,17 +350,15 @@ def read_stamps(path: Path) -> dict[int, int]:
     return {int(number): int(stamp_ns) for number, stamp_ns in pairs}
 
 
-def frames_shown(published: dict[int, int], recorder: Recorder) -> list[Shown]:
-    """Return the frames of which a mask has come."""
-    from gait_segmentation.cli.demo_output import Shown
-
-    first = min(published.values(), default=0)
-    found = ((number, stamp, recorder.records.get(stamp)) for number, stamp in published.items())
-    return [
-        Shown(number, (stamp - first) / 1e9, record)
-        for number, stamp, record in found
-        if record is not None and record.packed is not None
-    ]
+def frames_shown(published: dict[int, int], recorder: Recorder) -> list[Record]:
+    """Return the frames of which a mask has come, with their numbers and times."""
+    first, shown = min(published.values(), default=0), []
+    for number, stamp in published.items():
+        record = recorder.records.get(stamp)
+        if record is not None and record.packed is not None:
+            record.number, record.time_s = number, (stamp - first) / 1e9
+            shown.append(record)
+    return shown
 
 
 if __name__ == '__main__':

@@ -9,7 +9,6 @@ import math
 import platform
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -21,28 +20,14 @@ from numpy.typing import NDArray
 from gait_segmentation.cli.recorder import Record
 from gait_segmentation.cli.replaying.file_outputs import Film
 from gait_segmentation.cli.replaying.mark import mask_png
-from gait_segmentation.drawing import (
-    draw_label,
-    draw_outline,
-    draw_person,
-    track_colour,
-)
+from gait_segmentation.drawing import draw_person, track_colour
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.files.output_files import write_file, write_picture
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource
-from gait_segmentation.sheets import (
-    COLUMNS,
-    TILE_HEIGHT,
-    TILE_SIZE,
-    TILES,
-    contact_sheet,
-    crop,
-    region_about,
-)
+from gait_segmentation.sheets import contact_sheet, spread, tile
 
 __all__ = [
-    'Shown',
     'make_report',
     'write_masks',
     'write_phase',
@@ -50,21 +35,12 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True)
-class Shown:
-    """A frame of the film with its number, its time in seconds and what was recorded."""
-
-    number: int
-    time_s: float
-    record: Record
-
-
 def person_mask(labels: NDArray[np.uint8], slot: int) -> NDArray[np.uint8]:
     """Return the mask of a slot, 0/255."""
     return np.where(labels == slot + 1, 255, 0).astype(np.uint8)
 
 
-def write_masks(folder: Path, frames: Sequence[Shown]) -> None:
+def write_masks(folder: Path, frames: Sequence[Record]) -> None:
     """
     Write ``NNNN.png`` for every frame, named by its number in the film.
 
@@ -76,11 +52,11 @@ def write_masks(folder: Path, frames: Sequence[Shown]) -> None:
     for old in folder.glob('*.png'):
         old.unlink()
     for shown in frames:
-        write_file(folder / f'{shown.number:04d}.png', mask_png(shown.record.mask))
+        write_file(folder / f'{shown.number:04d}.png', mask_png(shown.mask))
 
 
 def write_pictures(
-    overlay: Path, sheet: Path, frames: Sequence[Shown], film: ImageSource, fps: float
+    overlay: Path, sheet: Path, frames: Sequence[Record], film: ImageSource, fps: float
 ) -> None:
     """
     Write a film with outline, box, view and phase, and a contact sheet of who is seen longest.
@@ -93,9 +69,8 @@ def write_pictures(
         raise SequenceError('there are no frames to write a film of')
     shown = {each.number: each for each in frames}
     slot, tiles = longest(frames), []
-    seen = [each.number for each in frames if each.record.person(slot).box] or list(shown)
-    places = np.linspace(0, len(seen) - 1, min(TILES, len(seen)))
-    chosen = {seen[round(place)] for place in places}
+    seen = [each.number for each in frames if each.person(slot).box] or list(shown)
+    chosen = spread(seen)
     made = Film(overlay, film.size, fps)
     for frame in film.frames():
         if frame.number not in shown:
@@ -103,11 +78,11 @@ def write_pictures(
         if frame.image is None:
             raise SequenceError(f'frame {frame.number} cannot be read any more: {frame.problem}')
         each = shown[frame.number]
-        made.add(_drawn(frame.image.copy(), each.record), frame.number)
+        made.add(_drawn(frame.image.copy(), each), frame.number)
         if frame.number in chosen:
             tiles.append(_tile(frame.image, each, slot))
     made.close()
-    write_picture(sheet, contact_sheet(tiles, COLUMNS))
+    write_picture(sheet, contact_sheet(tiles))
 
 
 def _drawn(picture: NDArray[np.uint8], record: Record) -> NDArray[np.uint8]:
@@ -125,32 +100,25 @@ def _drawn(picture: NDArray[np.uint8], record: Record) -> NDArray[np.uint8]:
     return picture
 
 
-def longest(frames: Sequence[Shown]) -> int:
+def longest(frames: Sequence[Record]) -> int:
     """Return the slot that somebody was seen in for most frames."""
     counts = Counter(
-        slot
-        for shown in frames
-        for slot, person in shown.record.people.items()
-        if person.box is not None
+        slot for shown in frames for slot, person in shown.people.items() if person.box is not None
     )
     return min(counts, key=lambda slot: (-counts[slot], slot), default=0)
 
 
-def _tile(image: NDArray[np.uint8], shown: Shown, slot: int) -> NDArray[np.uint8]:
+def _tile(image: NDArray[np.uint8], shown: Record, slot: int) -> NDArray[np.uint8]:
     """Return a crop of a frame about somebody, with outline, number and phase."""
-    person = shown.record.person(slot)
+    person = shown.person(slot)
     box = person.box or Box(0, 0, image.shape[1], image.shape[0])
-    region = region_about(box, TILE_HEIGHT * max(box.height, box.width), TILE_SIZE)
-    # Cropped and enlarged first, so that the outline is drawn at full sharpness.
-    tile = crop(image, region, TILE_SIZE)
-    mask = person_mask(shown.record.labels, slot)
-    draw_outline(tile, crop(mask, region, TILE_SIZE), track_colour(person.track_id))
+    mask = person_mask(shown.labels, slot)
     phase = '' if math.isnan(person.phase) else f' {person.phase:.2f}'
-    draw_label(tile, f'{shown.number}{phase}', (2, 2))
-    return tile
+    outlines = [(mask, track_colour(person.track_id))]
+    return tile(image, box, outlines, f'{shown.number}{phase}')
 
 
-def write_phase(path: Path, frames: Sequence[Shown]) -> None:
+def write_phase(path: Path, frames: Sequence[Record]) -> None:
     """Plot gait phase and walking direction of the person seen longest over time."""
     import matplotlib
 
@@ -159,10 +127,10 @@ def write_phase(path: Path, frames: Sequence[Shown]) -> None:
 
     times = np.array([shown.time_s for shown in frames])
     slot = longest(frames)
-    phase = np.array([shown.record.person(slot).phase for shown in frames])
+    phase = np.array([shown.person(slot).phase for shown in frames])
     # No line where the phase begins anew.
     line = np.where(np.abs(np.diff(phase, prepend=phase[:1])) > 0.5, np.nan, phase)
-    azimuth = np.rad2deg([shown.record.person(slot).azimuth for shown in frames]) % 360
+    azimuth = np.rad2deg([shown.person(slot).azimuth for shown in frames]) % 360
     figure, axes = plt.subplots(2, 1, sharex=True, figsize=(8, 5), height_ratios=(2, 1))
     axes[0].plot(times, line, color='tab:blue')
     axes[0].plot(times, phase, '.', color='tab:blue', markersize=3)
@@ -177,7 +145,9 @@ def write_phase(path: Path, frames: Sequence[Shown]) -> None:
     plt.close(figure)
 
 
-def make_report(frames_in: int, frames: Sequence[Shown], topics: dict[str, int]) -> dict[str, Any]:
+def make_report(
+    frames_in: int, frames: Sequence[Record], topics: dict[str, int]
+) -> dict[str, Any]:
     """
     Sum up a run.
 
@@ -185,10 +155,10 @@ def make_report(frames_in: int, frames: Sequence[Shown], topics: dict[str, int])
     :param frames: frames whose mask came.
     :param topics: messages received on each topic.
     """
-    latency = [1e3 * shown.record.latency_s for shown in frames]
+    latency = [1e3 * shown.latency_s for shown in frames]
     # From the first frame taken to the last mask received, so that lateness counts.
-    first = min((s.record.arrived_s - s.record.latency_s for s in frames), default=0.0)
-    seconds = max((s.record.arrived_s for s in frames), default=0.0) - first
+    first = min((s.arrived_s - s.latency_s for s in frames), default=0.0)
+    seconds = max((s.arrived_s for s in frames), default=0.0) - first
     median, high = np.percentile(latency, (50, 95)) if latency else (math.nan, math.nan)
     return {
         'frames_in': frames_in,
@@ -196,19 +166,19 @@ def make_report(frames_in: int, frames: Sequence[Shown], topics: dict[str, int])
         'dropped': frames_in - len(frames),
         'fps': round(len(frames) / seconds, 2) if seconds > 0 else 0.0,
         'latency_ms': {'p50': round(float(median), 1), 'p95': round(float(high), 1)},
-        'tracked_frames': sum(bool(shown.record.labels.any()) for shown in frames),
+        'tracked_frames': sum(bool(shown.labels.any()) for shown in frames),
         'tracks': {str(track_id): count for track_id, count in sorted(_tracks(frames).items())},
         'messages': topics,
         'versions': _versions(),
     }
 
 
-def _tracks(frames: Sequence[Shown]) -> Counter[int]:
+def _tracks(frames: Sequence[Record]) -> Counter[int]:
     """Return in how many frames each track was seen."""
     return Counter(
         person.track_id
         for shown in frames
-        for person in shown.record.people.values()
+        for person in shown.people.values()
         if person.box is not None
     )
 

@@ -17,12 +17,12 @@ from typing import TypeVar
 import cv2
 from tqdm import tqdm
 
-from gait_segmentation.cli.presets import preset_file
 from gait_segmentation.cli.tool import (
     add_config_options,
     check_file,
     command_parser,
     make_folder,
+    preset_file,
     run_tool,
 )
 from gait_segmentation.config import overridden

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Child processes that never outlive their parent."""
+"""Signals handled otherwise for a while, and child processes that never outlive their parent."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from types import TracebackType
+from types import FrameType, TracebackType
 
-from gait_segmentation.cli.signals import ENDING, handled
 from gait_segmentation.errors import GaitSegmentationError
 
-__all__ = ['ProcessError', 'ProcessGroup']
+__all__ = ['ENDING', 'ProcessError', 'ProcessGroup', 'handled']
+
+ENDING = (signal.SIGINT, signal.SIGTERM)
+"""The signals that ask a process to end."""
 
 _PR_SET_PDEATHSIG = 1
 _GRACE_S = 5.0
@@ -136,6 +138,23 @@ def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
     if process.poll() is None:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, number)
+
+
+@contextlib.contextmanager
+def handled(
+    handler: Callable[[int, FrameType | None], object], *numbers: signal.Signals
+) -> Iterator[None]:
+    """
+    Have signals handled within the context, which must be in the main thread, and as before after.
+
+    :param handler: called with the number of the signal and the frame it interrupted.
+    """
+    before = {number: signal.signal(number, handler) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, old in before.items():
+            signal.signal(number, old)
 
 
 @contextlib.contextmanager

@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A node that records all outputs of the three nodes and knows when they are connected."""
+"""Who listens to the nodes: what they publish, and what they say in the diagnostics."""
 
 from __future__ import annotations
 
 import struct
 import threading
 import time
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -26,10 +27,10 @@ from sensor_msgs.msg import Image, JointState
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.ros.executor import MessageExecutor
-from gait_segmentation.ros.fields import slot_topic
+from gait_segmentation.ros.fields import slot_topic, slot_topics
 from gait_segmentation.ros.messages import read_box, read_gait, stamp_of
 
-__all__ = ['Record', 'Recorder', 'Seen']
+__all__ = ['Listener', 'Record', 'Recorder', 'Seen']
 
 _DEPTH = 200
 _SERVICE_S = 2.0
@@ -46,7 +47,8 @@ _SLOT_TOPICS = {
 _FRAME_TOPICS = {'mask': (Image, 1), 'labels': (Image, 1)}
 """Types of topics, and their subscribers when all nodes and the recorder are connected."""
 
-_SLOT_UNREAD = ('likelihood', 'shape_prior', 'mask')
+_UNREAD = ('likelihood', 'shape_prior', 'mask')
+"""Topics of images of which only the stamp is looked at."""
 
 _CDR_STAMP = struct.Struct('=4xiI')
 """Of a serialised message that begins with a header, in the byte order that DDS uses here."""
@@ -67,7 +69,8 @@ class Record:
     """
     What was received for one frame.
 
-    ``latency_s`` is the time from the frame's stamp to the arrival of its labels.
+    ``latency_s`` is the time from the frame's stamp to the arrival of its labels.  ``number`` is
+    that of the frame in the film, and ``time_s`` its time from the first one, once they are known.
     """
 
     topics: dict[str, int] = field(default_factory=dict)
@@ -75,6 +78,8 @@ class Record:
     packed: tuple[bytes, tuple[int, int]] | None = None
     arrived_s: float = 0.0
     latency_s: float = float('nan')
+    number: int = -1
+    time_s: float = 0.0
 
     @property
     def labels(self) -> NDArray[np.uint8]:
@@ -98,101 +103,67 @@ class Record:
         return self.people.setdefault(slot, Seen())
 
 
-class Recorder:
-    """Records by stamp, in a thread of its own."""
+class Listener:
+    """
+    Hears topics and the diagnostics, in a thread of its own.
 
-    def __init__(self, slots: int = 1) -> None:
-        """Subscribe and begin to record; rclpy must be initialised."""
-        self.records: dict[int, Record] = {}
-        self._complete = 0
-        self._messages = 0
-        self._lost: dict[str, int] = {}
-        self._unread = {'mask'}
-        self._slots: dict[str, tuple[int, str]] = {}
-        topics = dict(_FRAME_TOPICS)
-        for slot in range(slots):
-            for name, about in _SLOT_TOPICS.items():
-                topic = slot_topic(slot, name)
-                topics[topic] = about
-                self._slots[topic] = (slot, name)
-                if name in _SLOT_UNREAD:
-                    self._unread.add(topic)
-        self._topics = {topic: kind for topic, (kind, _) in topics.items()}
-        self._connected = {
-            'image_size': 1,
-            **{topic: count for topic, (_, count) in topics.items()},
-        }
-        self._subscribers: dict[str, int] = {}
-        self._active: set[str] = set()
-        self._lock = threading.Lock()
-        self._node = Node('gait_recorder')
-        for topic, kind in self._topics.items():
-            # Of most images only the stamp is looked at: to make messages of them would cost
-            # the nodes processor time.
-            raw = topic in self._unread
-            self._node.create_subscription(
-                kind,
-                topic,
-                partial(self._receive_raw if raw else self._receive, topic),
-                QoSProfile(depth=_DEPTH),
-                raw=raw,
-            )
-        self._node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 10)
+    ``status`` is what the nodes last said by name, guarded by ``changed``, which is notified of
+    every message.
+    """
+
+    def __init__(self, topics: Mapping[str, Any], raw: Collection[str]) -> None:
+        """
+        Begin to listen; rclpy must be initialised.
+
+        :param topics: types by name.
+        :param raw: the topics that are heard as bytes: to make messages of images would cost the
+            nodes processor time.
+        """
+        self.changed = threading.Condition()
+        self.status: dict[str, dict[str, str]] = {}
+        self.node = Node('listener')
+        for topic, kind in topics.items():
+            receive = partial(self._receive, topic)
+            qos = QoSProfile(depth=_DEPTH)
+            self.node.create_subscription(kind, topic, receive, qos, raw=topic in raw)
+        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 50)
         self._executor = MessageExecutor()
-        self._executor.add_node(self._node)
-        self._thread = threading.Thread(target=self._spin, name='recorder', daemon=True)
+        self._executor.add_node(self.node)
+        self._thread = threading.Thread(target=self._spin, name='listener', daemon=True)
         self._thread.start()
 
     def close(self) -> None:
-        """Stop recording."""
+        """Stop listening."""
         self._executor.shutdown()
         self._thread.join()
-        self._node.destroy_node()
-
-    def deactivate(self, name: str) -> None:
-        """Deactivate a node, so that it publishes what it holds back."""
-        client = self._node.create_client(ChangeState, f'{name}/change_state')
-        if client.wait_for_service(_SERVICE_S):
-            transition = Transition(id=Transition.TRANSITION_DEACTIVATE)
-            client.call_async(ChangeState.Request(transition=transition))
-
-    def connected(self, *nodes: str) -> bool:
-        """Return whether these nodes are active and connected with each other and with this."""
-        with self._lock:
-            return set(nodes) <= self._active and all(
-                self._subscribers.get(f'/{topic}', 0) >= count
-                for topic, count in self._connected.items()
-            )
+        self.node.destroy_node()
 
     def active(self) -> set[str]:
         """Return the names of the nodes that say that they are active."""
-        with self._lock:
-            return set(self._active)
+        with self.changed:
+            return {name for name, said in self.status.items() if said.get('state') == 'active'}
 
-    def received(self, topic: str) -> int:
-        """Return the number of messages received on a topic."""
-        with self._lock:
-            return sum(record.topics.get(topic, 0) for record in self.records.values())
+    def subscribers(self, topic: str) -> int:
+        """Return how many have subscribed to a topic of the nodes, as they say."""
+        key = f'subscribers of /{topic}'
+        with self.changed:
+            return max((int(said.get(key, '0')) for said in self.status.values()), default=0)
 
-    def complete(self) -> int:
-        """Return the number of frames of which all outputs have come."""
-        with self._lock:
-            return self._complete
+    def heard(self, topic: str, message: Any, now_s: float) -> None:
+        """Take in a message, with the lock held, which came at a time."""
+        raise NotImplementedError
 
-    def messages(self) -> int:
-        """Return the number of messages that have come, also of frames that are not complete."""
-        with self._lock:
-            return self._messages
+    def _receive(self, topic: str, message: Any) -> None:
+        now_s = time.time()
+        with self.changed:
+            self.heard(topic, message, now_s)
+            self.changed.notify_all()
 
-    def dropped(self) -> dict[str, int]:
-        """Return how many frames each node says it has dropped, of those that have."""
-        with self._lock:
-            return {name: count for name, count in self._lost.items() if count}
-
-    @property
-    def topics(self) -> tuple[str, ...]:
-        """Return the topics recorded."""
-        return tuple(self._topics)
+    def _diagnose(self, message: DiagnosticArray) -> None:
+        with self.changed:
+            for status in message.status:
+                said = {each.key: each.value for each in status.values}
+                self.status[status.name] = self.status.get(status.name, {}) | said
 
     def _spin(self) -> None:
         try:
@@ -200,46 +171,79 @@ class Recorder:
         except ExternalShutdownException:
             return
 
-    def _count(self, stamp_ns: int, topic: str) -> Record:
-        """Count a message, with the lock held, and return what is known of its frame."""
+
+class Recorder(Listener):
+    """Records all outputs of the three nodes by stamp."""
+
+    def __init__(self, slots: int = 1) -> None:
+        """Subscribe and begin to record; rclpy must be initialised."""
+        self.records: dict[int, Record] = {}
+        self._complete = 0
+        self._messages = 0
+        topics = {**_FRAME_TOPICS, **slot_topics(_SLOT_TOPICS, slots)}
+        self.topics = tuple(topics)
+        """The topics recorded."""
+
+        self._slots = {
+            slot_topic(k, name): (k, name) for k in range(slots) for name in _SLOT_TOPICS
+        }
+        self._connected = {'image_size': 1} | {name: count for name, (_, count) in topics.items()}
+        raw = {name for name in topics if name.rpartition('/')[2] in _UNREAD}
+        super().__init__({name: kind for name, (kind, _) in topics.items()}, raw)
+
+    def deactivate(self, name: str) -> None:
+        """Deactivate a node, so that it publishes what it holds back."""
+        client = self.node.create_client(ChangeState, f'{name}/change_state')
+        if client.wait_for_service(_SERVICE_S):
+            transition = Transition(id=Transition.TRANSITION_DEACTIVATE)
+            client.call_async(ChangeState.Request(transition=transition))
+
+    def connected(self, *nodes: str) -> bool:
+        """Return whether these nodes are active and connected with each other and with this."""
+        return set(nodes) <= self.active() and all(
+            self.subscribers(topic) >= count for topic, count in self._connected.items()
+        )
+
+    def received(self, topic: str) -> int:
+        """Return the number of messages received on a topic."""
+        with self.changed:
+            return sum(record.topics.get(topic, 0) for record in self.records.values())
+
+    def complete(self) -> int:
+        """Return the number of frames of which all outputs have come."""
+        with self.changed:
+            return self._complete
+
+    def messages(self) -> int:
+        """Return the number of messages that have come, also of frames that are not complete."""
+        with self.changed:
+            return self._messages
+
+    def dropped(self) -> dict[str, int]:
+        """Return how many frames each node says it has dropped, of those that have."""
+        with self.changed:
+            skipped = {name: int(said.get('skipped', '0')) for name, said in self.status.items()}
+        return {name: count for name, count in skipped.items() if count}
+
+    def heard(self, topic: str, message: Any, now_s: float) -> None:
+        """Count a message, and record what it says."""
+        if isinstance(message, bytes):
+            seconds, nanoseconds = _CDR_STAMP.unpack_from(message)
+            stamp_ns = seconds * 1_000_000_000 + nanoseconds
+        else:
+            stamp_ns = stamp_of(message.header)
         record = self.records.setdefault(stamp_ns, Record())
         self._messages += 1
         count = record.topics[topic] = record.topics.get(topic, 0) + 1
-        self._complete += count == 1 and len(record.topics) == len(self._topics)
-        return record
-
-    def _receive_raw(self, topic: str, data: bytes) -> None:
-        seconds, nanoseconds = _CDR_STAMP.unpack_from(data)
-        with self._lock:
-            self._count(seconds * 1_000_000_000 + nanoseconds, topic)
-
-    def _receive(self, topic: str, message: Any) -> None:
-        now = time.time()
-        stamp_ns = stamp_of(message.header)
-        with self._lock:
-            record = self._count(stamp_ns, topic)
-            if topic == 'labels':
-                record.keep(read_mono8(message))
-                record.arrived_s = now
-                record.latency_s = now - stamp_ns / 1e9
-                return
-            slot, name = self._slots[topic]
-            if name == 'box':
-                record.person(slot).box = read_box(message)[0]
-                record.person(slot).track_id = int(message.polygon.id)
-            elif name == 'gait' and message.name:
-                person = record.person(slot)
-                gait = read_gait(message)
-                person.phase, person.azimuth = gait.phase, gait.azimuth
-
-    def _diagnose(self, message: DiagnosticArray) -> None:
-        prefix = 'subscribers of '
-        with self._lock:
-            for status in message.status:
-                for each in status.values:
-                    if each.key.startswith(prefix):
-                        self._subscribers[each.key.removeprefix(prefix)] = int(each.value)
-                    elif each.key == 'state' and each.value == 'active':
-                        self._active.add(status.name)
-                    elif each.key == 'skipped':
-                        self._lost[status.name] = int(each.value)
+        self._complete += count == 1 and len(record.topics) == len(self.topics)
+        slot, name = self._slots.get(topic, (0, topic))
+        if topic == 'labels':
+            record.keep(read_mono8(message))
+            record.arrived_s = now_s
+            record.latency_s = now_s - stamp_ns / 1e9
+        elif name == 'box':
+            record.person(slot).box = read_box(message)[0]
+            record.person(slot).track_id = int(message.polygon.id)
+        elif name == 'gait' and message.name:
+            person, gait = record.person(slot), read_gait(message)
+            person.phase, person.azimuth = gait.phase, gait.azimuth

@@ -11,7 +11,6 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gait_segmentation.cli.presets import preset_file
 from gait_segmentation.cli.tool import (
     FAILED,
     INTERRUPTED,
@@ -19,6 +18,7 @@ from gait_segmentation.cli.tool import (
     add_config_options,
     add_reading_options,
     command_parser,
+    preset_file,
     run_tool,
 )
 from gait_segmentation.config import overridden

@@ -13,13 +13,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
-from gait_segmentation.cli.presets import add_preset_option
 from gait_segmentation.commands import FAILED, INTERRUPTED
 from gait_segmentation.config import StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.output_files import named, problem_of
 from gait_segmentation.kernel_cache import mend_kernel_cache
+from gait_segmentation.ros.files import shared_file
 
 __all__ = [
     'FAILED',
@@ -27,11 +27,13 @@ __all__ = [
     'POLL_S',
     'READING',
     'add_config_options',
+    'add_preset_option',
     'add_reading_options',
     'add_spec_options',
     'check_file',
     'command_parser',
     'make_folder',
+    'preset_file',
     'run_tool',
     'spec_of',
 ]
@@ -43,6 +45,9 @@ POLL_S = 0.05
 """How often commands look whether what they wait for is so."""
 
 _OUTPUT = 'standard output'
+
+_PRESETS = {'default': 'gait_segmentation.yaml', 'paper': 'paper.yaml'}
+"""Installed parameter files by the names they have on the command line."""
 
 
 def run_tool(name: str, run: Callable[[], int | None]) -> int:
@@ -119,6 +124,25 @@ def command_parser(
     return argparse.ArgumentParser(
         prog=name, description=description, epilog=epilog, formatter_class=formatter
     )
+
+
+def add_preset_option(parser: argparse.ArgumentParser) -> None:
+    """Add the option that names a preset, None if it is not given; see :func:`preset_file`."""
+    parser.add_argument(
+        '--preset',
+        choices=tuple(_PRESETS),
+        help='parameters to begin with, which other options override: paper is the system as '
+        'published, see docs/paper.md',
+    )
+
+
+def preset_file(name: str) -> Path:
+    """
+    Return the parameter file of a preset, for :func:`read_parameter_file` and for nodes.
+
+    :raises ConfigError: if it is not installed.
+    """
+    return shared_file(f'config/{_PRESETS[name]}')
 
 
 def add_config_options(parser: argparse.ArgumentParser) -> None:

@@ -9,24 +9,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.drawing import Image, draw_label, draw_outline, track_colour
+from gait_segmentation.drawing import Colour, Image, track_colour
 from gait_segmentation.evaluation.metrics import true_box
 from gait_segmentation.evaluation.runner import Outcome
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.truth import PERSON
 from gait_segmentation.files.output_files import write_picture, writing
 from gait_segmentation.geometry import Box
-from gait_segmentation.sheets import (
-    COLUMNS,
-    TILE_HEIGHT,
-    TILE_SIZE,
-    TILES,
-    contact_sheet,
-    crop,
-    region_about,
-)
+from gait_segmentation.sheets import contact_sheet, spread, tile
 
-__all__ = ['SequenceOutput', 'tile', 'write_image']
+__all__ = ['SequenceOutput', 'outlines', 'write_image']
 
 FOUND = track_colour(1)
 """Colour of the outline of the mask that was found."""
@@ -46,22 +38,10 @@ def write_image(path: Path, image: Image) -> None:
     write_picture(path, image)
 
 
-def tile(image: Image, outcome: Outcome, truth: NDArray[np.uint8] | None, region: Box) -> Image:
-    """
-    Draw what was found, and thinly the truth, on a crop of the frame.
-
-    :param region: what to show, in pixels of the frame.
-    """
-    picture = crop(image, region, TILE_SIZE)
-    if truth is not None:
-        person = np.where(truth == PERSON, 255, 0).astype(np.uint8)
-        draw_outline(picture, crop(person, region, TILE_SIZE), TRUE)
-    draw_outline(picture, crop(outcome.mask, region, TILE_SIZE), FOUND)
-    words = f'{outcome.number:04d}'
-    if outcome.score is not None:
-        words += f'  J {outcome.score.j:.3f}'
-    draw_label(picture, words, (2, 2))
-    return picture
+def outlines(mask: Image, truth: NDArray[np.uint8] | None = None) -> list[tuple[Image, Colour]]:
+    """Return what is to be outlined: what was found, over the truth if that is known."""
+    person = [] if truth is None else [(np.where(truth == PERSON, 255, 0).astype(np.uint8), TRUE)]
+    return [*person, (mask, FOUND)]
 
 
 class SequenceOutput:
@@ -78,9 +58,7 @@ class SequenceOutput:
         :param folder: where to write, made if it is missing.
         """
         self._folder, self._sequence = folder, sequence
-        numbers = sequence.numbers
-        places = np.linspace(0, len(numbers) - 1, min(TILES, len(numbers)))
-        self.shown = {numbers[round(place)] for place in places}
+        self.shown = spread(sequence.numbers)
         self._tiles: list[Image] = []
         self._box: Box | None = None
 
@@ -97,8 +75,10 @@ class SequenceOutput:
         image, truth = sequence.image(number), sequence.truth(number)
         box = None if truth is None else true_box(truth)
         self._box = box or outcome.box or self._box or Box(0, 0, image.shape[1], image.shape[0])
-        region = region_about(self._box, TILE_HEIGHT * self._box.height, TILE_SIZE)
-        self._tiles.append(tile(image, outcome, truth, region))
+        words = f'{number:04d}'
+        if outcome.score is not None:
+            words += f'  J {outcome.score.j:.3f}'
+        self._tiles.append(tile(image, self._box, outlines(outcome.mask, truth), words))
 
     def close(self) -> None:
         """
@@ -106,4 +86,4 @@ class SequenceOutput:
 
         :raises SequenceError: if it cannot be written.
         """
-        write_image(self._folder / 'contact_sheet.png', contact_sheet(self._tiles, COLUMNS))
+        write_image(self._folder / 'contact_sheet.png', contact_sheet(self._tiles))

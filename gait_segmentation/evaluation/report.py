@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.evaluation.metrics import FrameScore, mean_known
-from gait_segmentation.evaluation.restarts import StartScore
 from gait_segmentation.evaluation.runner import Outcome
 from gait_segmentation.evaluation.tracking_score import MISSING, TrackingScore
 from gait_segmentation.files.output_files import write_file, writing
@@ -64,7 +63,7 @@ class Summary:
         :param labels: who is where, None without truth.
         """
         if labels is not None:
-            self.tracking.add(outcome.number, labels, outcome.tracks)
+            self.tracking.add(outcome.number, labels, outcome.people)
         if outcome.score is not None:
             self.scores.append(outcome.score)
         if outcome.timings_ms:
@@ -139,16 +138,17 @@ def mean_tracking(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     return mean
 
 
-def restart_report(starts: Mapping[str, ListLike[StartScore]]) -> dict[str, Any]:
-    """Average the starts of each sequence, then the sequences that have any."""
-    per_sequence: dict[str, dict[str, Any]] = {
-        name: {
-            'J': mean_known(start.j for start in scores),
-            'J0': mean_known(start.j0 for start in scores),
-            'starts': {str(start.number): {'J': start.j, 'J0': start.j0} for start in scores},
-        }
-        for name, scores in starts.items()
-    }
+def restart_report(starts: Mapping[str, Mapping[int, ListLike[float]]]) -> dict[str, Any]:
+    """
+    Average the starts of each sequence, then the sequences that have any.
+
+    :param starts: sequence -> first frame of a start -> J of its frames.
+    """
+    per_sequence: dict[str, dict[str, Any]] = {}
+    for name, runs in starts.items():
+        scores = {str(n): {'J': float(np.mean(js)), 'J0': js[0]} for n, js in runs.items()}
+        means = {key: mean_known(each[key] for each in scores.values()) for key in ('J', 'J0')}
+        per_sequence[name] = {**means, 'starts': scores}
     return {key: mean_known(row[key] for row in per_sequence.values()) for key in ('J', 'J0')} | {
         'per_sequence': per_sequence
     }

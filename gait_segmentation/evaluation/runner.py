@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,15 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.metrics import FrameScore, jaccard, score_frame
 from gait_segmentation.evaluation.sequence import Sequence
-from gait_segmentation.evaluation.tracking_score import FoundTrack
 from gait_segmentation.evaluation.truth import PERSON, read_mask
 from gait_segmentation.files.image_files import read_heat_map
 from gait_segmentation.geometry import Box
+from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.results import TRACKED
+
+if TYPE_CHECKING:
+    # Which takes long to load.
+    from gait_segmentation.pipeline import PersonResult
 
 __all__ = [
     'Clip',
@@ -30,7 +34,6 @@ __all__ = [
     'heat_maps_of',
     'likelihoods_of',
     'run',
-    'run_sequence',
 ]
 
 
@@ -80,7 +83,7 @@ class Outcome:
     duration of the call that took the frame in.  ``score`` is None without ground truth.
 
     With several slots these are of the one whose mask has the greatest J, of the first if there
-    is no truth; ``tracks`` are all slots that see somebody.
+    is no truth; ``people`` are all slots that see somebody.
     """
 
     number: int
@@ -90,7 +93,7 @@ class Outcome:
     timings_ms: dict[str, float]
     seconds: float
     score: FrameScore | None
-    tracks: tuple[FoundTrack, ...] = ()
+    people: tuple[PersonResult, ...] = ()
 
 
 def run(
@@ -118,7 +121,7 @@ def run(
     """
     numbers = list(numbers)
     starts = {numbers[0]: (box,)} if isinstance(box, Box) else box
-    waiting: dict[int, tuple[int, tuple[int, ...], float]] = {}
+    held: HeldFrames[tuple[int, tuple[int, ...], float]] = HeldFrames()
     for number in numbers:
         for start in starts.get(number, ()):
             pipeline.initialize(start)
@@ -128,25 +131,11 @@ def run(
         heat = None if heat_map is None else heat_map(number)
         started = clock()
         results = pipeline.update(image, stamp, given, heat)
-        waiting[stamp] = (number, image.shape[:2], clock() - started)
-        yield from _finished(results, waiting, clip)
-    yield from _finished(pipeline.flush(), waiting, clip)
-    for number, shape, seconds in waiting.values():
-        yield _outcome(clip, number, shape, seconds, None)
-
-
-def _finished(
-    results: list[Any], waiting: dict[int, tuple[int, tuple[int, ...], float]], clip: Clip
-) -> Iterator[Outcome]:
-    by_stamp: dict[int, Any] = {}
-    for result in results:
-        by_stamp.setdefault(result.stamp_ns, result)
-    for stamp, result in sorted(by_stamp.items()):
-        # Frames are answered in order: older ones still waiting will never be.
-        for older in [key for key in waiting if key < stamp]:
-            yield _outcome(clip, *waiting.pop(older), None)
-        if stamp in waiting:
-            yield _outcome(clip, *waiting.pop(stamp), result)
+        held.hold(stamp, (number, image.shape[:2], clock() - started))
+        for frame, result in held.answered(results):
+            yield _outcome(clip, *frame, result)
+    for frame, result in held.answered(pipeline.flush(), last=True):
+        yield _outcome(clip, *frame, result)
 
 
 def _outcome(
@@ -156,7 +145,7 @@ def _outcome(
     box = body = matched = None
     phase = math.nan
     timings: dict[str, float] = {}
-    tracks: tuple[FoundTrack, ...] = ()
+    people: tuple[PersonResult, ...] = ()
     truth = clip.truth(number)
     if result is not None:
         person = _person_of(result.people, truth)
@@ -164,18 +153,13 @@ def _outcome(
         body, matched = person.track.body, person.match.box
         if person.match.body is not None:
             phase = person.match.phase
-        tracks = tuple(
-            FoundTrack(
-                each.track.track_id,
-                each.track.box,
-                each.segmentation.mask,
-                each.track.features,
-            )
+        people = tuple(
+            each
             for each in result.people
             if each.track.state == TRACKED and each.track.box is not None
         )
     score = None if truth is None else score_frame(mask, box, truth, body, matched)
-    return Outcome(number, mask, box, phase, timings, seconds, score, tracks)
+    return Outcome(number, mask, box, phase, timings, seconds, score, people)
 
 
 def _person_of(people: Any, truth: NDArray[np.uint8] | None) -> Any:
@@ -200,36 +184,6 @@ def check_truth(sequence: Sequence) -> None:
         )
     if not any((read_mask(sequence.masks[n], sequence.size) == PERSON).any() for n in scored):
         raise SequenceError(f'no mask in {folder} has a pixel of {PERSON}, the value of a person')
-
-
-def run_sequence(
-    pipeline: Runnable,
-    sequence: Sequence,
-    *,
-    clock: Callable[[], float],
-    likelihood_name: str = '',
-    heat_map_name: str = '',
-    auto: bool = False,
-) -> Iterator[Outcome]:
-    """
-    Run a pipeline over a sequence from ``initial_frame`` on.
-
-    :param likelihood_name: folder beside ``frames`` with the likelihood images (NNNN.png, grey)
-        to use in place of the tracker's, empty for the tracker's.
-    :param heat_map_name: the same with heat maps of any size to use beside it, which frames may
-        go without.
-    :param auto: give no boxes; the pipeline must find people by itself.
-    :raises SequenceError: if an image is missing or corrupt.
-    """
-    return run(
-        pipeline,
-        sequence,
-        sequence.numbers,
-        {} if auto else sequence.starts,
-        clock=clock,
-        likelihood=likelihoods_of(sequence, likelihood_name),
-        heat_map=heat_maps_of(sequence, heat_map_name),
-    )
 
 
 def likelihoods_of(sequence: Sequence, name: str) -> Callable[[int], NDArray[np.uint8]] | None:

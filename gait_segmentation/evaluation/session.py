@@ -4,27 +4,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence as ListLike
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence as ListLike
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from gait_segmentation.config import replaced
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.evaluation.metrics import start_box
 from gait_segmentation.evaluation.output import SequenceOutput
 from gait_segmentation.evaluation.report import Summary, mean_of, restart_report
-from gait_segmentation.evaluation.restarts import StartScore, restarts_of, run_restarts
 from gait_segmentation.evaluation.runner import (
+    Clip,
+    Outcome,
     Runnable,
     check_truth,
     heat_maps_of,
     likelihoods_of,
-    run_sequence,
+    run,
 )
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.tracking_score import TrackingScore, first_frames
+from gait_segmentation.geometry import Box
 
-__all__ = ['Progress', 'Session', 'load_sequences']
+__all__ = ['Progress', 'Session', 'load_sequences', 'restarts_of']
+
+RESTART_EVERY = 10
+"""Frames between the starts of the restart score."""
+
+RESTART_FRAMES = 14
+"""Length of the runs of the restart score."""
+
+RESTART_LEAST = 5
+"""Frames that must follow a start for it to count."""
 
 Progress = Callable[[Iterable[Any], str, int], Iterator[Any]]
 """Passes on so many items of a name, and may show how far it is."""
@@ -53,6 +65,23 @@ def load_sequences(
             )
         loaded[sequence.name] = sequence
     return list(loaded.values())
+
+
+def restarts_of(clip: Clip) -> list[tuple[list[int], Box]]:
+    """
+    Return the stretches of the restart score: their frames, and the box in the first.
+
+    They are 14 frames long, from every tenth frame on that has a person in its truth and at least
+    five frames to follow; the box is the true one with its ambiguous rim.
+    """
+    numbers = clip.numbers
+    found = []
+    for place in range(0, len(numbers) - RESTART_LEAST, RESTART_EVERY):
+        truth = clip.truth(numbers[place])
+        box = None if truth is None else start_box(truth)
+        if box is not None:
+            found.append((numbers[place : place + RESTART_FRAMES], box))
+    return found
 
 
 @dataclass(frozen=True)
@@ -94,41 +123,45 @@ class Session:
         """
         rows: dict[str, Any] = {}
         kinds = [name for name in ('restarts', 'warm') if getattr(self, name)]
-        starts: dict[str, dict[str, list[StartScore]]] = {kind: {} for kind in kinds}
+        starts: dict[str, dict[str, dict[int, list[float]]]] = {kind: {} for kind in kinds}
         for sequence in self.sequences:
             title = f'{name} {sequence.name}'.strip()
-            rows[sequence.name] = self._run(config, sequence, out, title)
+            rows[sequence.name] = self._score(config, sequence, out, title)
             for kind in kinds:
-                single = self._suited(config, 1, auto=False)
-                runs = run_restarts(
-                    lambda single=single: self.make_pipeline(single),  # type: ignore[misc]
-                    sequence,
-                    clock=self.clock,
-                    likelihood_name=self.likelihood,
-                    heat_map_name=self.heat_map,
-                    warm=kind == 'warm',
-                )
+                runs = self._restarts(config, sequence, warm=kind == 'warm')
                 count = len(restarts_of(sequence))
-                starts[kind][sequence.name] = list(self.progress(runs, f'{title} {kind}', count))
+                starts[kind][sequence.name] = dict(self.progress(runs, f'{title} {kind}', count))
         report: dict[str, Any] = {'sequences': rows, 'mean': mean_of(rows)}
         return report | {kind: restart_report(starts[kind]) for kind in kinds}
 
     def _run(
-        self, config: Any, sequence: Sequence, out: Path | None, title: str
-    ) -> dict[str, Any]:
-        attendance, starts = sequence.attendance, {} if self.auto else sequence.starts
-        slots = len(attendance.people) if sequence.label_files else 0
-        config = self._suited(config, slots, auto=self.auto)
-        summary = Summary(TrackingScore(attendance, first_frames(attendance, starts)))
-        output = None if out is None else SequenceOutput(out / sequence.name, sequence)
-        outcomes = run_sequence(
+        self,
+        config: Any,
+        sequence: Sequence,
+        numbers: Iterable[int],
+        starts: Mapping[int, Iterable[Box]],
+    ) -> Iterator[Outcome]:
+        """Run a pipeline that has seen nothing over frames of a sequence."""
+        return run(
             self.make_pipeline(config),
             sequence,
+            numbers,
+            starts,
             clock=self.clock,
-            likelihood_name=self.likelihood,
-            heat_map_name=self.heat_map,
-            auto=self.auto,
+            likelihood=likelihoods_of(sequence, self.likelihood),
+            heat_map=heat_maps_of(sequence, self.heat_map),
         )
+
+    def _score(
+        self, config: Any, sequence: Sequence, out: Path | None, title: str
+    ) -> dict[str, Any]:
+        """Return the scores of a sequence, and write its masks and contact sheet to a folder."""
+        attendance, starts = sequence.attendance, {} if self.auto else sequence.starts
+        slots = len(attendance.people) if sequence.label_files else 0
+        summary = Summary(TrackingScore(attendance, first_frames(attendance, starts)))
+        output = None if out is None else SequenceOutput(out / sequence.name, sequence)
+        config = self._suited(config, slots, auto=self.auto)
+        outcomes = self._run(config, sequence, sequence.numbers, starts)
         for outcome in self.progress(outcomes, title, len(sequence.numbers)):
             summary.add(outcome, sequence.labels(outcome.number))
             if output is not None:
@@ -136,6 +169,28 @@ class Session:
         if output is not None:
             output.close()
         return summary.numbers()
+
+    def _restarts(
+        self, config: Any, sequence: Sequence, *, warm: bool
+    ) -> Iterator[tuple[int, list[float]]]:
+        """
+        Start anew at each stretch of :func:`restarts_of`; yield its first frame, and J of all.
+
+        :param warm: whether the pipeline also sees the frames before, from the clip's first one.
+        """
+        single = self._suited(config, 1, auto=False)
+        for numbers, box in restarts_of(sequence):
+            first = numbers[0]
+            before = [number for number in sequence.frames if warm and number < first]
+            outcomes = self._run(single, sequence, [*before, *numbers], {first: (box,)})
+            yield (
+                first,
+                [
+                    outcome.score.j
+                    for outcome in outcomes
+                    if outcome.number >= first and outcome.score is not None
+                ],
+            )
 
     def _suited(self, config: Any, slots: int, *, auto: bool) -> Any:
         """Return a configuration with a number of slots (0 as it is) that starts by itself."""

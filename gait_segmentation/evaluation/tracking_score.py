@@ -24,8 +24,8 @@ track id that is false in all its frames.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,13 +38,16 @@ from gait_segmentation.evaluation.metrics import (
     mean_known,
     window_about,
 )
-from gait_segmentation.evaluation.person_score import PersonScore
 from gait_segmentation.evaluation.truth import truth_of
 from gait_segmentation.geometry import Box
 from gait_segmentation.people import MOST_PEOPLE
 from gait_segmentation.results import FeatureWeight
 
-__all__ = ['MISSING', 'FoundTrack', 'TrackingScore', 'first_frames', 'mot_scores']
+if TYPE_CHECKING:
+    # Which takes long to load.
+    from gait_segmentation.pipeline import PersonResult
+
+__all__ = ['MISSING', 'PersonScore', 'TrackingScore', 'first_frames', 'mot_scores']
 
 MISSING = 'MOTA and IDF1 need the Python package motmetrics, which is not installed'
 
@@ -53,20 +56,6 @@ MotFrame = tuple[Sequence[int], Sequence[int], NDArray[np.float64]]
 
 _UNCLEAR_SHARE = 0.5
 """Share of ambiguous pixels in a mask from which on nobody knows whether it is right."""
-
-
-@dataclass(frozen=True)
-class FoundTrack:
-    """
-    A track that sees somebody in a frame: id, box and (H, W) uint8 mask in source pixels.
-
-    ``features`` are those its likelihood was made from and the others it knows.
-    """
-
-    track_id: int
-    box: Box
-    mask: NDArray[np.uint8]
-    features: tuple[FeatureWeight, ...] = ()
 
 
 def first_frames(attendance: Attendance, starts: Mapping[int, Iterable[Box]]) -> dict[int, int]:
@@ -90,6 +79,87 @@ def first_frames(attendance: Attendance, starts: Mapping[int, Iterable[Box]]) ->
     return since
 
 
+@dataclass
+class PersonScore:
+    """
+    What is known so far of a person who counts from frame ``since`` on.
+
+    ``ids`` are those of the tracks that held the person, one after the other, and ``held`` the
+    frames in which one did, also before ``since``.  The other fields are lists with an entry for
+    every frame that counts, or sums over them; ``features`` are sums of weights and variance
+    ratios over the ``looks``, the frames that have any.
+    """
+
+    since: int
+    j: list[float] = field(default_factory=list)
+    j_of_id: dict[int, float] = field(default_factory=dict)
+    box_iou: list[float] = field(default_factory=list)
+    centre_error: list[float] = field(default_factory=list)
+    lost_frames: int = 0
+    ids: list[int] = field(default_factory=list)
+    held: list[int] = field(default_factory=list)
+    switches: int = 0
+    looks: int = 0
+    features: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+    def add(self, j: float, box_iou: float) -> None:
+        """Take in the overlaps, in a frame that counts, with the track that suits best; or 0."""
+        self.j.append(j)
+        self.box_iou.append(box_iou)
+        self.lost_frames += box_iou < LOST_IOU
+
+    def add_features(self, features: Iterable[FeatureWeight]) -> None:
+        """Add up weights and variance ratios, if there are any."""
+        features = list(features)
+        self.looks += bool(features)
+        for each in features:
+            weight, ratio = self.features.get(each.name, (0.0, 0.0))
+            self.features[each.name] = weight + each.weight, ratio + each.variance_ratio
+
+    def hold(self, number: int, track_id: int) -> None:
+        """Note that a track holds the person in a frame."""
+        self.held.append(number)
+        if number < self.since:
+            return
+        self.switches += bool(self.ids) and self.ids[-1] != track_id
+        if not self.ids or self.ids[-1] != track_id:
+            self.ids.append(track_id)
+
+    def numbers(self, person: int, attendance: Attendance) -> dict[str, Any]:
+        """Return the scores by name; None where there is nothing to measure."""
+        fps = attendance.fps
+        whole = attendance.first_whole(person)
+        lock = None
+        if self.held and whole is not None:
+            lock = max(self.held[0] - whole, 0) / fps
+        recoveries: list[float | None] = []
+        for number in attendance.returns(person):
+            if number <= self.since:
+                continue
+            again = next((held for held in self.held if held >= number), None)
+            recoveries.append(None if again is None else (again - number) / fps)
+        frames = len(self.j)
+        best = max(self.j_of_id.values(), default=0.0)
+        return {
+            'frames': frames,
+            'J': mean_known(self.j),
+            'J_one_id': best / frames if frames else None,
+            'box_iou': mean_known(self.box_iou),
+            'centre_error': mean_known(self.centre_error),
+            'lost_frames': self.lost_frames,
+            'id_switches': self.switches,
+            'ids': self.ids,
+            'lock_seconds': lock,
+            'recovery_seconds': recoveries,
+            'features': {
+                name: {'weight': weight / self.looks, 'variance_ratio': ratio / self.looks}
+                for name, (weight, ratio) in sorted(
+                    self.features.items(), key=lambda item: (-item[1][0], -item[1][1])
+                )
+            },
+        }
+
+
 class TrackingScore:
     """Takes in what was found frame by frame and says how well people were followed."""
 
@@ -108,42 +178,56 @@ class TrackingScore:
         self._false_frames = 0
         self._mot: list[MotFrame] = []
 
-    def add(self, number: int, labels: NDArray[np.uint8], tracks: Sequence[FoundTrack]) -> None:
+    def add(self, number: int, labels: NDArray[np.uint8], found: Sequence[PersonResult]) -> None:
         """
         Take in a frame that has truth.
 
         :param labels: (H, W) uint8, see :mod:`gait_segmentation.evaluation.truth`.
+        :param found: who was found; all have a box.
         """
         sightings = self._attendance.sightings(number)
+        by_id = {each.track.track_id: each for each in found}
+        boxes = {i: each.track.box for i, each in by_id.items() if each.track.box is not None}
         iou = {
-            (person, track.track_id): float(seen.box.iou(track.box))
+            (person, track_id): float(seen.box.iou(box))
             for person, seen in sightings.items()
-            for track in tracks
+            for track_id, box in boxes.items()
         }
         counted = [
             person
             for person, known in self._people.items()
             if number >= known.since and number in self._seen[person]
         ]
-        j = self._overlaps(number, labels, counted, tracks)
-        by_id = {track.track_id: track for track in tracks}
+        j: dict[tuple[int, int], float] = {}
+        for person in counted:
+            window = window_about(sightings[person].box, labels.shape)
+            truth = truth_of(labels[window], person)
+            for track_id, each in by_id.items():
+                j[person, track_id] = jaccard(each.segmentation.mask[window], truth)
         order = sorted(iou, key=lambda pair: (-j.get(pair, 0.0), -iou[pair], pair))
         pairs = dict(_one_to_one(pair for pair in order if j.get(pair, 0) > 0 or iou[pair] > 0))
         for person in counted:
             known = self._people[person]
-            track_id = pairs.get(person)
-            pair = (person, track_id or 0)
+            suits = pairs.get(person)
+            pair = (person, suits or 0)
             known.add(j.get(pair, 0.0), iou.get(pair, 0.0))
-            if track_id is not None:
+            if suits is not None:
                 expected = sightings[person].box
-                known.centre_error.append(centre_distance(by_id[track_id].box, expected))
-                known.add_features(by_id[track_id].features)
-            for (whom, other), value in j.items():
-                if whom == person:
-                    known.j_of_id[other] = known.j_of_id.get(other, 0.0) + value
+                known.centre_error.append(centre_distance(boxes[suits], expected))
+                known.add_features(by_id[suits].track.features)
+            for other in by_id:
+                known.j_of_id[other] = known.j_of_id.get(other, 0.0) + j[person, other]
         self._identify(number, iou)
-        self._find_ghosts(labels, tracks, iou)
-        self._keep(counted, tracks, iou)
+        self._ids |= set(by_id)
+        touched = {track_id for (_, track_id), value in iou.items() if value >= LOST_IOU}
+        real = {i for i, each in by_id.items() if i in touched or _unclear(labels, each)}
+        self._real_ids |= real
+        self._false_frames += len(by_id) - len(real)
+        # For MOTA and IDF1, without tracks on people who do not count.
+        elsewhere = {i for (p, i), v in iou.items() if p not in counted and v >= SAME_IOU}
+        ids = [track_id for track_id in by_id if track_id not in elsewhere]
+        overlap = np.array([[iou[person, i] for i in ids] for person in counted], np.float64)
+        self._mot.append((counted, ids, overlap.reshape(len(counted), len(ids))))
 
     def numbers(self) -> dict[str, Any]:
         """Return the scores by name; None where there is nothing to measure."""
@@ -177,25 +261,6 @@ class TrackingScore:
             **mot_scores(self._mot),
         }
 
-    def _overlaps(
-        self,
-        number: int,
-        labels: NDArray[np.uint8],
-        counted: Sequence[int],
-        tracks: Sequence[FoundTrack],
-    ) -> dict[tuple[int, int], float]:
-        """Return J of each counted person with each track in the window about the person."""
-        j = {}
-        for person in counted:
-            sighting = self._attendance.sighting(person, number)
-            if sighting is None:
-                continue
-            window = window_about(sighting.box, labels.shape)
-            truth = truth_of(labels[window], person)
-            for track in tracks:
-                j[person, track.track_id] = jaccard(track.mask[window], truth)
-        return j
-
     def _identify(self, number: int, iou: Mapping[tuple[int, int], float]) -> None:
         good = {pair: value for pair, value in iou.items() if value >= SAME_IOU}
         kept = [pair for pair in self._holds.items() if pair in good]
@@ -206,37 +271,6 @@ class TrackingScore:
                 self._people[person].hold(number, track_id)
         # Who is hidden for a while stays with the id of before.
         self._holds.update(now)
-
-    def _find_ghosts(
-        self,
-        labels: NDArray[np.uint8],
-        tracks: Sequence[FoundTrack],
-        iou: Mapping[tuple[int, int], float],
-    ) -> None:
-        for track in tracks:
-            self._ids.add(track.track_id)
-            best = max((v for (_, i), v in iou.items() if i == track.track_id), default=0.0)
-            if best >= LOST_IOU or _unclear(labels, track):
-                self._real_ids.add(track.track_id)
-            else:
-                self._false_frames += 1
-
-    def _keep(
-        self,
-        counted: Sequence[int],
-        tracks: Sequence[FoundTrack],
-        iou: Mapping[tuple[int, int], float],
-    ) -> None:
-        """Remember the frame for MOTA and IDF1, without tracks on people who do not count."""
-        ids = [track.track_id for track in tracks]
-        elsewhere = {
-            track_id
-            for (person, track_id), value in iou.items()
-            if person not in counted and value >= SAME_IOU
-        }
-        ids = [i for i in ids if i not in elsewhere]
-        overlap = np.array([[iou[person, i] for i in ids] for person in counted], np.float64)
-        self._mot.append((counted, ids, overlap.reshape(len(counted), len(ids))))
 
 
 def mot_scores(frames: Sequence[MotFrame]) -> dict[str, float | None]:
@@ -273,9 +307,9 @@ def _one_to_one(pairs: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
     return taken
 
 
-def _unclear(labels: NDArray[np.uint8], track: FoundTrack) -> bool:
+def _unclear(labels: NDArray[np.uint8], found: PersonResult) -> bool:
     """Return whether the mask, or without one the box, lies mostly in ambiguous pixels."""
-    inside = labels[track.mask > 0]
-    if inside.size == 0:
-        inside = labels[track.box.slices(labels.shape[1], labels.shape[0])].ravel()
+    inside = labels[found.segmentation.mask > 0]
+    if inside.size == 0 and found.track.box is not None:
+        inside = labels[found.track.box.slices(labels.shape[1], labels.shape[0])].ravel()
     return bool(inside.size) and float((inside > MOST_PEOPLE).mean()) >= _UNCLEAR_SHARE

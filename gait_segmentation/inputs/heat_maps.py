@@ -7,13 +7,12 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.image_files import images_in, read_heat_map
 from gait_segmentation.inputs import encodings
 from gait_segmentation.inputs.bag import BagSource, is_bag
@@ -56,10 +55,7 @@ def open_heat_maps(place: str, path: Path) -> RecordedMaps:
         return lambda frame: _of_frame(files, frame)
     if not (path.exists() and is_bag(path)):
         raise SequenceError(f'--heat-map {place}: there is no such folder, and {path} is no bag')
-    wanted: dict[str, Any] = {
-        'width': 0, 'start': 0, 'count': None, 'rate': 0.0, 'max_pixels': MOST_PIXELS,
-    }  # fmt: skip
-    entries = HeatMapBag(path, topic=place, **wanted).entries()
+    entries = HeatMapBag(path, topic=place).entries()
     waiting: list[Entry] = []
     return lambda frame: _until(entries, waiting, frame)
 

@@ -13,6 +13,8 @@ import yaml
 
 from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.pipeline import PersonResult
+from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 
 
 @dataclass(frozen=True)
@@ -48,6 +50,16 @@ class FakePipelineConfig:
     segmentation: FakeSegmentation = field(default_factory=FakeSegmentation)
     people: FakePeople = field(default_factory=FakePeople)
     starting: FakeStarting = field(default_factory=FakeStarting)
+
+
+def found_person(track_id, box, mask, features=()):
+    """Return a person in a slot, as a pipeline finds one."""
+    black = np.zeros((1, 1), np.uint8)
+    return PersonResult(
+        TrackResult(1, track_id, box, black, 1.0, features=features),
+        MatchResult.nobody(1, track_id, (1, 1)),
+        SegmentationResult(1, track_id, mask, ''),
+    )
 
 
 class FakePipeline:

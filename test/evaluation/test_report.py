@@ -19,10 +19,11 @@ from gait_segmentation.evaluation.report import (
     tracking_table,
     write_json,
 )
-from gait_segmentation.evaluation.restarts import StartScore
 from gait_segmentation.evaluation.runner import Outcome
-from gait_segmentation.evaluation.tracking_score import FoundTrack, TrackingScore
+from gait_segmentation.evaluation.tracking_score import TrackingScore
 from gait_segmentation.geometry import Box
+
+from .fakes import found_person
 
 
 def outcome(j, box_iou=0.5, total=10.0, scored=True):
@@ -38,7 +39,7 @@ def tracking(held):
     labels[4:16, 10:14] = 1
     attendance = Attendance([(0, labels)], 25.0, (30, 20))
     score = TrackingScore(attendance, {1: 0})
-    score.add(0, labels, [FoundTrack(5, Box(10, 4, 4, 12), labels * 255)] if held else [])
+    score.add(0, labels, [found_person(5, Box(10, 4, 4, 12), labels * 255)] if held else [])
     return score
 
 
@@ -76,20 +77,23 @@ def test_every_sequence_counts_the_same(report):
 
 def test_restarts_are_averaged_per_sequence_first(report):
     starts = {
-        'one': [StartScore(0, 0.8, 0.6), StartScore(10, 0.6, 0.4)],
-        'two': [StartScore(0, 1.0, 1.0)],
+        'one': {0: [0.6, 1.0], 10: [0.4, 0.8]},
+        'two': {0: [1.0]},
     }
     restarts = restart_report(starts)
     assert restarts['J'] == pytest.approx(0.85)
     assert restarts['J0'] == pytest.approx(0.75)
-    assert restarts['per_sequence']['one']['starts']['10'] == {'J': 0.6, 'J0': 0.4}
+    assert restarts['per_sequence']['one']['starts']['10'] == {
+        'J': pytest.approx(0.6),
+        'J0': 0.4,
+    }
     text = table({**report, 'restarts': restarts})
     assert 'restart J' in text
     assert '0.8500' in text.splitlines()[-1]
 
 
 def test_a_sequence_without_starts_has_no_restart_score():
-    restarts = restart_report({'short': []})
+    restarts = restart_report({'short': {}})
     assert restarts['J'] is None
     assert restarts['per_sequence']['short']['J'] is None
 

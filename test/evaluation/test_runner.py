@@ -10,8 +10,9 @@ import pytest
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.evaluation.runner import (
     check_truth,
+    heat_maps_of,
+    likelihoods_of,
     run,
-    run_sequence,
 )
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.geometry import Box
@@ -23,6 +24,10 @@ def ticking():
     return itertools.count().__next__
 
 
+def run_sequence(pipeline, sequence, **options):
+    return run(pipeline, sequence, sequence.numbers, sequence.starts, clock=ticking(), **options)
+
+
 @pytest.fixture
 def sequence(tmp_path):
     return Sequence.load(write_sequence(tmp_path / 'walk'))
@@ -30,7 +35,7 @@ def sequence(tmp_path):
 
 def test_every_frame_is_run_from_the_first_box_on(sequence):
     pipeline = FakePipeline()
-    outcomes = list(run_sequence(pipeline, sequence, clock=ticking()))
+    outcomes = list(run_sequence(pipeline, sequence))
     assert pipeline.box == sequence.initial_box
     assert [outcome.number for outcome in outcomes] == list(range(8))
     assert all(outcome.score.j == 1 for outcome in outcomes)
@@ -43,7 +48,7 @@ def test_every_frame_is_run_from_the_first_box_on(sequence):
 @pytest.mark.parametrize('lag', [1, 3, 10])
 def test_late_results_are_matched_by_stamp(sequence, lag):
     pipeline = FakePipeline(FakePipelineConfig(matching=FakeMatching(lag=lag)))
-    outcomes = list(run_sequence(pipeline, sequence, clock=ticking()))
+    outcomes = list(run_sequence(pipeline, sequence))
     assert [outcome.number for outcome in outcomes] == list(range(8))
     assert all(outcome.score.j == 1 for outcome in outcomes)
 
@@ -57,7 +62,7 @@ class Forgetful(FakePipeline):
 
 
 def test_frames_without_a_result_count_as_empty(sequence):
-    outcomes = list(run_sequence(Forgetful(), sequence, clock=ticking()))
+    outcomes = list(run_sequence(Forgetful(), sequence))
     assert [outcome.number for outcome in outcomes] == list(range(8))
     assert [outcome.score.j for outcome in outcomes] == [0] + 6 * [1] + [0]
     assert outcomes[0].score.lost
@@ -79,14 +84,14 @@ class Repeating(FakePipeline):
 
 
 def test_of_two_results_for_one_frame_the_first_counts(sequence):
-    outcomes = list(run_sequence(Repeating(), sequence, clock=ticking()))
+    outcomes = list(run_sequence(Repeating(), sequence))
     assert [outcome.number for outcome in outcomes] == list(range(8))
     assert [outcome.score.j for outcome in outcomes] == [1] * 8
 
 
 def test_frames_without_truth_are_run_but_not_scored(tmp_path):
     sequence = Sequence.load(write_sequence(tmp_path / 'walk', without_mask=(2, 3)))
-    outcomes = list(run_sequence(FakePipeline(), sequence, clock=ticking()))
+    outcomes = list(run_sequence(FakePipeline(), sequence))
     assert [outcome.score is None for outcome in outcomes] == [n in (2, 3) for n in range(8)]
     assert outcomes[2].mask.any()
 
@@ -100,36 +105,36 @@ def test_a_sequence_without_masks_is_refused(tmp_path):
 def test_likelihoods_are_read_beside_the_frames(sequence):
     folder = sequence.folder / 'heat'
     with pytest.raises(SequenceError, match='heat is missing'):
-        run_sequence(FakePipeline(), sequence, clock=ticking(), likelihood_name='heat')
+        run_sequence(FakePipeline(), sequence, likelihood=likelihoods_of(sequence, 'heat'))
     folder.mkdir()
     for number in sequence.numbers:
         cv2.imwrite(str(folder / f'{number:04d}.png'), np.full((40, 48), number, np.uint8))
     pipeline = FakePipeline()
-    list(run_sequence(pipeline, sequence, clock=ticking(), likelihood_name='heat'))
+    list(run_sequence(pipeline, sequence, likelihood=likelihoods_of(sequence, 'heat')))
     assert [image[0, 0] for image in pipeline.likelihoods] == list(range(8))
     (folder / '0003.png').unlink()
     with pytest.raises(SequenceError, match=r'heat.0003\.png cannot be read'):
-        list(run_sequence(FakePipeline(), sequence, clock=ticking(), likelihood_name='heat'))
+        list(run_sequence(FakePipeline(), sequence, likelihood=likelihoods_of(sequence, 'heat')))
 
 
 def test_heat_maps_of_any_size_are_read_where_there_are_some(sequence):
     folder = sequence.folder / 'map'
     with pytest.raises(SequenceError, match='map is missing'):
-        run_sequence(FakePipeline(), sequence, clock=ticking(), heat_map_name='map')
+        run_sequence(FakePipeline(), sequence, heat_map=heat_maps_of(sequence, 'map'))
     folder.mkdir()
     with pytest.raises(SequenceError, match=r'no heat map of a frame, such as .*0000\.png'):
-        run_sequence(FakePipeline(), sequence, clock=ticking(), heat_map_name='map')
+        run_sequence(FakePipeline(), sequence, heat_map=heat_maps_of(sequence, 'map'))
     for number in (2, 5):
         cv2.imwrite(str(folder / f'{number:04d}.png'), np.full((4, 7), number, np.uint8))
     pipeline = FakePipeline()
-    list(run_sequence(pipeline, sequence, clock=ticking(), heat_map_name='map'))
+    list(run_sequence(pipeline, sequence, heat_map=heat_maps_of(sequence, 'map')))
     maps = pipeline.heat_maps
     assert [None if each is None else each.tolist() for each in maps] == [
         4 * [7 * [number]] if number in (2, 5) else None for number in range(8)
     ]
     cv2.imwrite(str(folder / '0003.png'), np.full((4, 7, 3), (1, 2, 3), np.uint8))
     with pytest.raises(SequenceError, match=r'0003\.png: heat map must be grey'):
-        list(run_sequence(FakePipeline(), sequence, clock=ticking(), heat_map_name='map'))
+        list(run_sequence(FakePipeline(), sequence, heat_map=heat_maps_of(sequence, 'map')))
 
 
 def test_masks_of_zeros_and_ones_are_refused(sequence):
@@ -164,11 +169,13 @@ class Pair(FakePipeline):
 
 
 def test_all_slots_that_see_somebody_are_told_and_the_fitting_one_is_scored(sequence):
-    outcomes = list(run_sequence(Pair(), sequence, clock=ticking()))
+    outcomes = list(run_sequence(Pair(), sequence))
     assert [outcome.score.j for outcome in outcomes] == [1] * 8
-    assert [[track.track_id for track in outcome.tracks] for outcome in outcomes] == [[8, 1]] * 8
-    assert outcomes[0].tracks[0].box == Box(30, 6, 10, 29)
-    assert outcomes[0].tracks[1].mask is outcomes[0].mask
+    assert [[each.track.track_id for each in outcome.people] for outcome in outcomes] == [
+        [8, 1]
+    ] * 8
+    assert outcomes[0].people[0].track.box == Box(30, 6, 10, 29)
+    assert outcomes[0].people[1].segmentation.mask is outcomes[0].mask
 
 
 class Noting(FakePipeline):
@@ -190,9 +197,3 @@ def test_boxes_come_before_their_frames(sequence):
     pipeline = Noting()
     list(run(pipeline, sequence, range(2, 8), one, clock=ticking()))
     assert pipeline.starts == [(0, one)]
-
-
-def test_nobody_is_told_of_when_people_must_be_found(sequence):
-    pipeline = Noting()
-    list(run_sequence(pipeline, sequence, clock=ticking(), auto=True))
-    assert pipeline.starts == []

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.evaluation.session import Session, load_sequences
+from gait_segmentation.evaluation.sequence import Sequence
+from gait_segmentation.evaluation.session import Session, load_sequences, restarts_of
 
 from .fakes import FakePipeline, FakePipelineConfig, write_sequence
 
@@ -104,3 +105,38 @@ def test_restarts_have_one_slot_and_a_box(folders):
     assert made[1].box is not None
     assert made[1].config.people.max_people == 1
     assert made[1].config.starting.auto_init == 'none'
+
+
+def test_nobody_is_told_of_when_people_must_be_found(folders):
+    made = []
+
+    def make(config):
+        made.append(FakePipeline(config))
+        return made[-1]
+
+    clock = itertools.count().__next__
+    Session(load_sequences(folders), make, clock, auto=True).evaluate(FakePipelineConfig())
+    assert [each.box for each in made] == [None, None]
+
+
+def test_restarts_begin_at_every_tenth_frame_with_enough_to_follow(tmp_path):
+    sequence = Sequence.load(write_sequence(tmp_path / 'a', frames=16, without_mask=(0,)))
+    assert [numbers for numbers, _ in restarts_of(sequence)] == [[10, 11, 12, 13, 14, 15]]
+    sequence = Sequence.load(write_sequence(tmp_path / 'b', frames=15))
+    # The box of the person with its rim, one pixel wide.
+    assert restarts_of(sequence) == [(list(range(14)), sequence.initial_box)]
+
+
+def test_warm_runs_have_seen_all_frames_before_their_box(folders):
+    made = []
+
+    def make(config):
+        made.append(FakePipeline(config))
+        return made[-1]
+
+    clock = itertools.count().__next__
+    both = Session(load_sequences(folders[1:]), make, clock, restarts=True, warm=True)
+    report = both.evaluate(FakePipelineConfig())
+    assert [len(each.likelihoods) for each in made] == [16, 14, 6, 14, 16]
+    assert list(report['warm']['per_sequence']['b']['starts']) == ['0', '10']
+    assert report['warm']['J0'] == 1

@@ -2,20 +2,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import json
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from gait_segmentation.evaluation.attendance import Attendance
 from gait_segmentation.evaluation.tracking_score import (
-    FoundTrack,
+    PersonScore,
     TrackingScore,
     first_frames,
     mot_scores,
 )
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import FeatureWeight
+
+from .fakes import found_person
 
 SIZE = (100, 40)
 FPS = 10.0
@@ -28,10 +29,14 @@ def labels_of(people):
     return drawn
 
 
-def track(track_id, x, width=10):
+def mask_at(x, width=10):
     mask = np.zeros((SIZE[1], SIZE[0]), np.uint8)
     mask[5:35, x : x + width] = 255
-    return FoundTrack(track_id, Box(x, 5, width, 30), mask)
+    return mask
+
+
+def track(track_id, x, width=10, features=()):
+    return found_person(track_id, Box(x, 5, width, 30), mask_at(x, width), features)
 
 
 def score(truth, found, starts=None):
@@ -86,9 +91,11 @@ def test_who_is_hidden_for_a_while_stays_with_the_track_of_before():
 def test_of_two_tracks_the_one_with_the_better_mask_is_the_persons():
     labels = labels_of({1: 20})
     scores = TrackingScore(Attendance([(0, labels)], FPS, SIZE), {1: 0})
-    good, bad = track(4, 22), track(9, 26)
     # The boxes are the other way round.
-    tracks = [replace(good, mask=bad.mask), replace(bad, mask=good.mask)]
+    tracks = [
+        found_person(4, Box(22, 5, 10, 30), mask_at(26)),
+        found_person(9, Box(26, 5, 10, 30), mask_at(22)),
+    ]
     scores.add(0, labels, tracks)
     numbers = scores.numbers()
     assert numbers['J'] == pytest.approx(8 / 12)
@@ -118,8 +125,8 @@ def test_who_knows_what_is_in_ambiguous_pixels():
     assert attendance.people == (1,)
     scores = TrackingScore(attendance, {1: 0})
     unclear = track(5, 71)
-    empty = FoundTrack(6, unclear.box, np.zeros_like(unclear.mask))
-    wide = FoundTrack(7, Box(60, 0, 35, 40), unclear.mask)
+    empty = found_person(6, unclear.track.box, np.zeros_like(mask_at(71)))
+    wide = found_person(7, Box(60, 0, 35, 40), mask_at(71))
     scores.add(0, frames[0][1], [track(4, 20), unclear, empty, wide])
     assert scores.numbers()['false_slots'] == 0
     scores.add(0, frames[0][1], [track(8, 76)])
@@ -184,7 +191,7 @@ def test_features_are_those_of_the_track_that_is_the_person():
     labels = labels_of({1: 20})
     scores = TrackingScore(Attendance([(0, labels)], FPS, SIZE), {1: 0})
     own, other = (FeatureWeight(name, 2.0, 1.0) for name in ('hue', 'red'))
-    tracks = [replace(track(5, 70), features=(other,)), replace(track(4, 20), features=(own,))]
+    tracks = [track(5, 70, features=(other,)), track(4, 20, features=(own,))]
     scores.add(0, labels, tracks)
     assert scores.numbers()['people']['1']['features'] == {
         'hue': {'weight': 1.0, 'variance_ratio': 2.0}
@@ -214,3 +221,76 @@ def test_without_people_they_are_undefined():
 def test_without_the_package_there_are_none(monkeypatch):
     monkeypatch.setitem(sys.modules, 'motmetrics', None)
     assert mot_scores([((1,), (7,), np.array([[0.9]]))]) == {}
+
+
+def _attendance(frames: int) -> Attendance:
+    labels = np.zeros((40, 100), np.uint8)
+    labels[5:35, 20:30] = 1
+    return Attendance([(number, labels) for number in range(frames)], FPS, (100, 40))
+
+
+def test_overlaps_are_averaged_and_frames_without_a_box_counted() -> None:
+    score = PersonScore(0)
+    for j, box_iou in ((0.9, 0.8), (0.5, 0.1), (0.0, 0.0)):
+        score.add(j, box_iou)
+    numbers = score.numbers(1, _attendance(3))
+    assert numbers['frames'] == 3
+    assert numbers['J'] == pytest.approx(1.4 / 3)
+    assert numbers['box_iou'] == pytest.approx(0.3)
+    assert numbers['lost_frames'] == 2
+
+
+def test_nothing_is_known_of_somebody_never_seen() -> None:
+    numbers = PersonScore(0).numbers(1, _attendance(2))
+    assert numbers['J'] is None
+    assert numbers['lock_seconds'] is None
+    assert numbers['features'] == {}
+
+
+def test_who_is_held_before_counting_is_locked_but_does_not_switch() -> None:
+    score = PersonScore(2)
+    for number, track_id in ((1, 4), (2, 5), (3, 5), (4, 6)):
+        score.hold(number, track_id)
+    numbers = score.numbers(1, _attendance(5))
+    assert numbers['ids'] == [5, 6]
+    assert numbers['id_switches'] == 1
+    assert numbers['lock_seconds'] == pytest.approx(1 / FPS)
+
+
+def test_features_are_averaged_over_the_frames_that_have_any() -> None:
+    score = PersonScore(0)
+    score.add_features([])
+    score.add_features([FeatureWeight('hue', 2.0, 1.0), FeatureWeight('red', 1.0, 0.0)])
+    score.add_features([FeatureWeight('hue', 2.0, 1.0)])
+    assert score.numbers(1, _attendance(1))['features'] == {
+        'hue': {'weight': 1.0, 'variance_ratio': 2.0},
+        'red': {'weight': 0.0, 'variance_ratio': 0.5},
+    }
+
+
+def _seen_in(*frames: int) -> Attendance:
+    whole = np.zeros((40, 100), np.uint8)
+    whole[5:35, 20:30] = 1
+    last = max(frames) + 1
+    return Attendance([(n, whole * (n in frames)) for n in range(last)], FPS, (100, 40))
+
+
+def test_who_is_held_by_less_than_all_of_the_body_is_locked_at_once() -> None:
+    score = PersonScore(0)
+    score.hold(0, 4)
+    labels = [np.zeros((40, 100), np.uint8) for _ in range(3)]
+    for number, drawn in enumerate(labels):
+        # At the border in the first frame.
+        drawn[5:35, 20 * number : 20 * number + 10] = 1
+    attendance = Attendance(enumerate(labels), FPS, (100, 40))
+    assert attendance.first_whole(1) == 1
+    assert score.numbers(1, attendance)['lock_seconds'] == 0
+
+
+def test_only_returns_while_the_person_counts_are_recoveries() -> None:
+    score = PersonScore(4)
+    for number in (0, 3, 6):
+        score.hold(number, 4)
+    attendance = _seen_in(0, 2, 3, 4, 6)
+    assert attendance.returns(1) == [2, 6]
+    assert score.numbers(1, attendance)['recovery_seconds'] == [0.0]

@@ -240,7 +240,9 @@ class BagOutput(Output):
         try:
             self._writer.close()
         except OSError:
-            self._rescue()
+            # Without a storage only the metadata were still to be written.
+            if self._writer.storage is not None:
+                self._rescue()
             raise
 
     def made(self) -> Path:

@@ -14,6 +14,7 @@ import numpy as np
 from gait_segmentation.cli.replaying.output import Replayed
 from gait_segmentation.errors import GaitSegmentationError, InputError
 from gait_segmentation.geometry import Box
+from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource
 from gait_segmentation.inputs.heat_maps import RecordedMaps
 from gait_segmentation.pipeline import FrameResult, PersonResult, Pipeline
@@ -23,6 +24,9 @@ from gait_segmentation.ros.intake import Intake
 __all__ = ['ahead', 'results_of']
 
 Item = TypeVar('Item')
+
+_NEVER = 0
+"""Stamp under which frames are held that no result comes for: no frame has it."""
 
 
 def ahead(items: Iterator[Item], depth: int = 4) -> Generator[Item, None, None]:
@@ -70,26 +74,18 @@ def results_of(
     :raises DamagedError: where the input breaks off, after all results of the frames before.
     """
     slots = pipeline.config.people.max_people
-    # Frames not answered yet, and whether there will be a result.
-    waiting: deque[tuple[Frame, bool]] = deque()
+    held: HeldFrames[Frame] = HeldFrames()
     likelihood_shape = (0, 0)
     flushed: list[Replayed] = []
-
-    def blank() -> Replayed:
-        frame, _ = waiting.popleft()
-        return Replayed(frame, _blank(frame, slots, likelihood_shape))
 
     def answers(results: Iterable[FrameResult], *, last: bool = False) -> Iterator[Replayed]:
         """Yield results with their frames in order, and blank ones of frames without."""
         nonlocal likelihood_shape
-        for result in results:
-            while waiting[0][0].stamp_ns != result.stamp_ns or not waiting[0][1]:
-                yield blank()
-            likelihood = result.people[0].track.likelihood
-            likelihood_shape = (likelihood.shape[0], likelihood.shape[1])
-            yield Replayed(waiting.popleft()[0], result)
-        while waiting and (last or not waiting[0][1]):
-            yield blank()
+        for frame, result in held.answered(results, last=last):
+            if result is not None:
+                likelihood = result.people[0].track.likelihood
+                likelihood_shape = (likelihood.shape[0], likelihood.shape[1])
+            yield Replayed(frame, result or _blank(frame, slots, likelihood_shape))
 
     def start_over() -> None:
         flushed.extend(answers(pipeline.flush(), last=True))
@@ -111,7 +107,7 @@ def results_of(
         if frame is None:
             break
         results: list[FrameResult] = []
-        usable = False
+        stamp_ns = _NEVER
         if frame.image is None:
             warn(f'frame {frame.number} cannot be read: {frame.problem}')
         else:
@@ -121,10 +117,10 @@ def results_of(
             heat_maps = _given(pipeline, heat_maps, frame, warn)
             try:
                 results = pipeline.update(frame.image, frame.stamp_ns)
-                usable = True
+                stamp_ns = frame.stamp_ns
             except InputError as error:
                 warn(f'frame {frame.number} cannot be used: {error}')
-        waiting.append((frame, usable))
+        held.hold(stamp_ns, frame)
         yield from answers(results)
     start_over()
     yield from flushed

@@ -9,6 +9,7 @@ import fcntl
 import re
 import shutil
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -168,6 +169,24 @@ class Output(ABC):
         :raises OSError: if it cannot be written.
         """
 
+    @contextlib.contextmanager
+    def written(self) -> Iterator[None]:
+        """
+        Have errors name the output.
+
+        :raises SequenceError: if it cannot be written because somebody has removed it meanwhile.
+        """
+        try:
+            with named(self.path):
+                yield
+        except (OSError, SequenceError) as error:
+            if self.work.exists():
+                raise
+            raise SequenceError(
+                f'{self.path} cannot be made: {self.work}, which was to become it, was removed '
+                'meanwhile'
+            ) from error
+
     @abstractmethod
     def finish(self) -> None:
         """
@@ -181,13 +200,15 @@ class Output(ABC):
         Finish, and give the output its name; nothing if that was done.
 
         :raises OSError: if it is to be complete and cannot be finished.
+        :raises SequenceError: likewise.
         """
         if self._closed:
             return
         if complete:
-            self.finish()
-            remove(self.path)
-            self.made().replace(self.path)
+            with self.written():
+                self.finish()
+                remove(self.path)
+                self.made().replace(self.path)
             self._let_go()
         else:
             try:

@@ -16,7 +16,7 @@ from gait_segmentation.cli.replaying.lockstep import ahead, results_of
 from gait_segmentation.cli.replaying.mark import digest_of
 from gait_segmentation.cli.replaying.output import Output, Replayed, partial_path, remove
 from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputError
-from gait_segmentation.files.output_files import named, problem_of
+from gait_segmentation.files.output_files import problem_of
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.inputs import DamagedError, ImageSource
@@ -59,8 +59,7 @@ def replay(
         with closing(ahead(results)) as found:
             complete = _run(report, outputs, found, stop, progress)
         for output in outputs:
-            with named(output.path):
-                output.close(complete=complete)
+            output.close(complete=complete)
     except GaitSegmentationError as error:
         complete, report.error = False, str(error)
     except OSError as error:
@@ -91,7 +90,7 @@ def _run(
     try:
         for replayed in results:
             for output in outputs:
-                with named(output.path):
+                with output.written():
                     output.add(replayed)
             report.frames += 1
             report.seen += any(each.track.box is not None for each in replayed.result.people)

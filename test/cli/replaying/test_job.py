@@ -16,6 +16,7 @@ import pytest
 from gait_segmentation.cli.replay import main
 from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput
 from gait_segmentation.cli.replaying.mark import digest_of
+from gait_segmentation.cli.replaying.output import Replayed, remove, work_path
 from gait_segmentation.inputs import open_input
 from test.files.test_output_files import room_for
 from test.inputs.bags import image_fields, stamp, write_bag2
@@ -198,3 +199,39 @@ def test_a_full_disk_is_one_line_and_leaves_nothing_hidden(
     reason = 'No space left on device' if options else 'File too large'
     assert re.search(rf'{place}\S*: {reason}$', errors[0])
     assert not list(tmp_path.rglob('.*'))
+
+
+@pytest.mark.parametrize('gone', ['', 'work'])
+@pytest.mark.parametrize(
+    'option',
+    [('--out', 'out/walk'), ('--masks', 'to/masks'), ('--csv', 'to/a.csv'),
+     ('--overlay', 'to/a.mp4'), ('--opengait', 'to')],
+    ids=lambda option: option[0],
+)  # fmt: skip
+def test_an_output_that_is_removed_while_it_is_made_is_one_line(
+    given: list[str], tmp_path: Path, monkeypatch, capsys, option: tuple[str, str], gone: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    place = Path(option[1])
+    output = place / 'walk' if option[0] == '--opengait' else place
+    removed = work_path(output) if gone else output.parent
+    add = CsvOutput.add
+
+    def remove_then_add(self: CsvOutput, replayed: Replayed) -> None:
+        if replayed.frame.number == 2:
+            remove(removed)
+        add(self, replayed)
+
+    monkeypatch.setattr(CsvOutput, 'add', remove_then_add)
+    command = given if option[0] == '--out' else [*given, *option]
+    command = ['out' if word == given[-1] else word for word in command]
+    # The one that removes must not be removed itself.
+    table = [] if option[0] == '--csv' else ['--csv', 'other/table.csv']
+    code = main([*command, '--count', '4', *table])
+    errors = [line for line in capsys.readouterr().err.splitlines() if 'error' in line]
+    assert code == 2
+    (error,) = errors
+    assert re.search(rf'error: .*{output} cannot be made: \S+, which .* was removed', error)
+    assert not list(tmp_path.rglob('.*'))
+    monkeypatch.setattr(CsvOutput, 'add', add)
+    assert main([*command, '--count', '4', *table]) == 0
