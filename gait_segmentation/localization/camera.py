@@ -117,17 +117,13 @@ class CameraPose:
         :param turn: its rotation as a quaternion x, y, z, w.
         :raises InputError: if the camera is not above the ground or a number is not finite.
         """
-        x, y, z, w = turn
-        length = math.hypot(x, y, z, w)
+        length = math.hypot(*turn)
         if not (all(map(math.isfinite, (*position, *turn))) and length > 0 and position[2] > 0):
             raise InputError(
                 'the camera must be above the ground_frame, with a finite transform, got the '
                 f'position {position} and the rotation {turn}'
             )
-        x, y, z, w = (each / length for each in turn)
-        rotation = [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-        return cls(np.array(rotation), np.array(position, np.float64), True)
+        *axis, w = np.array(turn) / length
+        across = np.cross(np.eye(3), axis)
+        rotation = np.eye(3) + 2 * (w * across + across @ across)
+        return cls(rotation, np.array(position, np.float64), True)

@@ -8,15 +8,16 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.localization.camera import CameraPose, PinholeCamera
 from gait_segmentation.localization.config import LocalizationConfig
-from gait_segmentation.localization.depth import DepthImage, distance_by_depth
 from gait_segmentation.results import MatchResult
 
 __all__ = ['DEPTH', 'GROUND', 'PREDICTED', 'Localizer', 'Location']
@@ -27,7 +28,20 @@ DEPTH, GROUND, PREDICTED = 'depth', 'ground', 'predicted'
 _WATCHED_S = 0.5
 """How long somebody is watched, about a step, until it is said how fast they are."""
 
+_SAMPLES = 500
+"""Pixels of a body that are looked at."""
+
+_INSIDE = 0.01
+"""How far inside the outline depth is believed, in heights of the mask: at the edge it mixes."""
+
+_LEAST_VALID = 0.2
+"""Share of the body's pixels that must have a depth."""
+
+_REACH_M = 0.5
+"""How far limbs reach from the body's axis: what is farther from the median is not the body."""
+
 Floats = NDArray[np.float64]
+DepthImage = NDArray[np.uint16] | NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -55,6 +69,15 @@ class Location:
     stature: float
     source: str
 
+    @cached_property
+    def orientation(self) -> tuple[float, float, float, float]:
+        """Return the quaternion x, y, z, w whose axes are heading, to the left, and up."""
+        axes = np.column_stack([self.heading, np.cross(self.up, self.heading), self.up])
+        vector = cv2.Rodrigues(axes)[0].ravel()
+        angle = float(np.linalg.norm(vector))
+        x, y, z = (vector * (math.sin(angle / 2) / angle if angle else 0.5)).tolist()
+        return x, y, z, math.cos(angle / 2)
+
 
 class _Place(NamedTuple):
     """A place in the ground's frame: x, y and z with their covariance, and where it is from."""
@@ -62,6 +85,12 @@ class _Place(NamedTuple):
     at: Floats
     covariance: Floats
     source: str
+
+
+_Track = deque[tuple[float, _Place, Floats]]
+"""
+Time, place, and both as one row of numbers: time, x, y and the inverse of their covariance.
+"""
 
 
 class _Motion(NamedTuple):
@@ -122,7 +151,7 @@ class Localizer:
 
     def reset(self) -> None:
         """Forget everybody."""
-        self._tracks: dict[int, deque[tuple[float, _Place]]] = {}
+        self._tracks: dict[int, _Track] = {}
 
     def update(
         self,
@@ -138,7 +167,8 @@ class Localizer:
         :param matches: one a slot, of which body, track id, azimuth and phase rate are used.
         :param masks: one a slot, (H, W) uint8, not zero = person.
         :param pose: where the camera is over the ground in this frame; None = as configured.
-        :param depth: (H, W), registered to the image: see :func:`distance_by_depth`.
+        :param depth: (H, W), registered to the image, along the camera's z:
+            uint16 in millimetres or float32 in metres.
         :returns: one a slot, None where nobody is, or it cannot be said where.
         :raises InputError: if the camera is of images of another size.
         """
@@ -176,13 +206,14 @@ class Localizer:
         if place is None:
             return None
         if place.source != PREDICTED:
-            walk.append((time_s, place))
+            information = np.linalg.inv(place.covariance[:2, :2])
+            walk.append((time_s, place, np.array([time_s, *place.at[:2], *information.ravel()])))
         motion = self._motion(walk, DEPTH if place.source == PREDICTED else place.source)
         return self._location(match, view, place, motion)
 
     def _by_depth(self, view: _View, mask: NDArray[np.uint8], depth: DepthImage) -> _Place | None:
         config, away = self.config, view.away
-        seen = distance_by_depth(depth, mask, view.camera, view.pose, away, config.max_distance)
+        seen = _distance_by_depth(depth, mask, view.camera, view.pose, away, config.max_distance)
         # Without the ground the soles say how low it is.
         if seen is None or not (view.pose.grounded or view.soles[:2] @ away > 0):
             return None
@@ -202,7 +233,7 @@ class Localizer:
         along = pixels / view.camera.fy * (distance**2 + height**2) / height
         return view.place(view.soles[:2] / level, distance, (pixels, along), GROUND)
 
-    def _predicted(self, walk: deque[tuple[float, _Place]], time_s: float) -> _Place | None:
+    def _predicted(self, walk: _Track, time_s: float) -> _Place | None:
         """Return where somebody who was seen in depth just before must be by now."""
         motion = self._motion(walk, DEPTH)
         if motion is None or motion.last_s - walk[0][0] < _WATCHED_S:
@@ -213,18 +244,19 @@ class Localizer:
         covariance[:2, :2] += since**2 * motion.covariance
         return _Place(at, covariance, PREDICTED)
 
-    def _motion(self, walk: deque[tuple[float, _Place]], source: str) -> _Motion | None:
+    def _motion(self, walk: _Track, source: str) -> _Motion | None:
         """Return how somebody moves by the places from a source, None of fewer than three."""
-        samples = [(time_s, place) for time_s, place in walk if place.source == source]
+        samples = [each for each in walk if each[1].source == source]
         if len(samples) < 3:
             return None
-        last_s, last = samples[-1]
-        since = np.array([time_s - last_s for time_s, _ in samples])
-        places = np.array([place.at[:2] for _, place in samples])
-        weights = np.linalg.inv(np.array([place.covariance[:2, :2] for _, place in samples]))
+        last_s, last, _ = samples[-1]
+        rows = np.array([row for _, _, row in samples])
+        since, places = rows[:, 0] - last_s, rows[:, 1:3]
+        weights = rows[:, 3:].reshape(-1, 2, 2)
         velocity, covariance = _fitted(since, places, weights, self.config.acceleration)
         # A straight line says best how fast, and nothing of turns.
-        straight = np.polyfit(since, places, 1)[0]
+        centred = since - since.mean()
+        straight = centred @ places / (centred @ centred)
         return _Motion(last_s, last, velocity, covariance, math.hypot(*straight))
 
     def _location(
@@ -292,3 +324,49 @@ def _fitted(
     right = np.einsum('ni,nkl,nl->ik', powers, weights, places).reshape(6)
     covariance = np.linalg.inv(normal)
     return (covariance @ right)[2:4], covariance[2:4, 2:4]
+
+
+def _distance_by_depth(
+    depth: DepthImage,
+    mask: NDArray[np.uint8],
+    camera: PinholeCamera,
+    pose: CameraPose,
+    towards: Floats,
+    most: float,
+) -> float | None:
+    """
+    Return the distance over the ground of the surface that is seen of a body, in metres.
+
+    The median over the pixels of the mask, then that of those within reach of it: holes and what
+    shows through them count nothing.
+
+    :param depth: (H, W) along the camera's z, uint16 in millimetres or float32 in metres; zero,
+        negative, not finite or beyond ``most`` is invalid.
+    :param mask: (H, W) uint8, not zero = body.
+    :param towards: (2,) the horizontal direction from the camera to the body, of length 1.
+    :param most: largest distance in metres.
+    :returns: None if too little of the body has a valid depth.
+    """
+    box = Box.around(mask)
+    if box is None:
+        return None
+    rows, columns = box.slices(mask.shape[1], mask.shape[0])
+    inside = _eroded(mask[rows, columns], _INSIDE * box.height)
+    seen = np.flatnonzero(inside)
+    # Not every so many rows and columns, which holes may be as well.
+    y, x = np.divmod(seen[:: math.ceil(len(seen) / _SAMPLES)], inside.shape[1])
+    at = depth[rows, columns][y, x]
+    metres = at * np.float64(1e-3) if depth.dtype == np.uint16 else at.astype(np.float64)
+    valid = (metres > 0) & (metres <= most)  # What is no number is not valid.
+    if not valid.any() or valid.sum() < _LEAST_VALID * len(valid):
+        return None
+    points = np.column_stack([x, y])[valid] + (columns.start + 0.5, rows.start + 0.5)
+    along = camera.rays(points) @ (pose.rotation[:2].T @ towards) * metres[valid]
+    return float(np.median(along[np.abs(along - np.median(along)) <= _REACH_M]))
+
+
+def _eroded(mask: NDArray[np.uint8], margin: float) -> NDArray[np.uint8]:
+    """Return a mask without its margin, as it is where nothing would be left."""
+    size = 1 + 2 * math.ceil(margin)
+    smaller = cv2.erode(mask, np.ones((size, size), np.uint8), borderValue=0)
+    return smaller if smaller.any() else mask

@@ -13,17 +13,17 @@ from sensor_msgs.msg import Image, RegionOfInterest
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_heat_map
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
-from gait_segmentation.ros.camera import CameraMessage, decode
-from gait_segmentation.ros.config import BankConfig, CameraConfig, DetectionConfig, StartConfig
-from gait_segmentation.ros.endpoints import image_profile
-from gait_segmentation.ros.intake import Intake
+from gait_segmentation.ros.config import BankConfig, CameraConfig, StartConfig
+from gait_segmentation.ros.endpoints import BEST_EFFORT, CameraMessage, decode
+from gait_segmentation.ros.intake import Intake, new_people, read_detections
 from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.messages import read_region, stamp_of
-from gait_segmentation.ros.vision import detection_types, new_people, read_detections
-from gait_segmentation.ros.waiting import no_images
+from gait_segmentation.ros.messages import stamp_of
+from gait_segmentation.ros.people_messages import detection_types
+from gait_segmentation.ros.warnings import no_images
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import TrackingConfig
 
@@ -48,7 +48,6 @@ class CameraNode(GaitNode):
     groups: ClassVar[Sequence[tuple[str, type[StageConfig]]]] = (
         ('', CameraConfig),
         ('', StartConfig),
-        ('', DetectionConfig),
         ('', PeopleConfig),
         ('', BankConfig),
         ('tracking', TrackingConfig),
@@ -95,9 +94,8 @@ class CameraNode(GaitNode):
     def forget(self) -> None:
         """Forget everybody."""
         super().forget()
-        if self.stage is not None:
-            self.intake.forget()
-            self.tracks = ()
+        self.intake.forget()
+        self.tracks = ()
         self._stamp_ns, self._mapped = 0, False
 
     def connect(self) -> None:
@@ -107,8 +105,8 @@ class CameraNode(GaitNode):
         if types is not None:
             self.input(types.Detection2DArray, 'detections', self._detected)
         # Best effort, which takes messages of every publisher; one that is lost is no harm.
-        self.input(Image, 'heat_map', self._heat_map, image_profile(best_effort=True))
-        self.camera_input(self._image)
+        self.input(Image, 'heat_map', self._heat_map, BEST_EFFORT)
+        self.camera_input(self.parameters.get(CameraConfig), self._image)
 
     def missing(self) -> str:
         """Say why there are no images."""
@@ -128,9 +126,8 @@ class CameraNode(GaitNode):
             'dropped requests': str(0 if self._worker is None else self.intake.dropped),
             'dropped detections': str(self._superseded),
         }
-        camera = self.resolve_topic_name(self.camera_topic)
         maps = {'heat map': 'in use' if self._mapped else 'none'}
-        return {'camera': camera, 'people': str(tracked), **found, **dropped, **maps}
+        return {**super().status(), 'people': str(tracked), **found, **dropped, **maps}
 
     def _image(self, message: CameraMessage) -> None:
         stamp_ns = stamp_of(message.header)
@@ -139,7 +136,7 @@ class CameraNode(GaitNode):
 
     def _start(self, message: RegionOfInterest) -> None:
         try:
-            box = read_region(message)
+            box = Box(message.x_offset, message.y_offset, message.width, message.height)
         except GaitSegmentationError as error:
             self.warnings.warn('roi', f'init_roi is ignored: {error}')
             return
@@ -151,7 +148,7 @@ class CameraNode(GaitNode):
         self._superseded += self.later(lambda: self._start_new(message), 'detections')
 
     def _start_new(self, message: Any) -> None:
-        boxes = read_detections(message, self.parameters.get(DetectionConfig))
+        boxes = read_detections(message, self.parameters.get(StartConfig))
         slots = self.parameters.get(PeopleConfig).max_people
         for box in new_people(boxes, self.tracks, slots, self.intake.requested):
             self.intake.request(box)

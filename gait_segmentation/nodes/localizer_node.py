@@ -4,42 +4,29 @@
 
 from __future__ import annotations
 
-import dataclasses
 import sys
+from collections.abc import Mapping
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 from geometry_msgs.msg import PolygonInstanceStamped
 from sensor_msgs.msg import Image, JointState
 
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.localization import LocalizationConfig
+from gait_segmentation.nodes.joined_node import JoinedNode, Parts, read_match
 from gait_segmentation.people import PeopleConfig
-from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.config import LocalizerNodeConfig
-from gait_segmentation.ros.fields import slot_topic, slot_topics
-from gait_segmentation.ros.join import ExactJoin
-from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.localizing import Localizing, PeopleOutputs
-from gait_segmentation.ros.messages import read_body, read_gait, stamp_of
+from gait_segmentation.ros.fields import slot_topic
+from gait_segmentation.ros.localizing import Localizing
+from gait_segmentation.ros.messages import stamp_of
+from gait_segmentation.ros.outputs import PeopleOutputs
 from gait_segmentation.ros.running import run_node
-from gait_segmentation.ros.waiting import nothing_from, unpublished
 
 __all__ = ['LocalizerNode', 'main']
 
-_TOPICS = {
-    'gait_matcher': {'matched_box': PolygonInstanceStamped, 'gait': JointState},
-    'gait_segmenter': {'mask': Image},
-}
-"""Kinds of messages by topic of a slot and by the node they come from."""
 
-_KEPT = 40
-"""Frames of which something has not come."""
-
-Parts = dict[str, Any]
-
-
-class LocalizerNode(GaitNode):
+class LocalizerNode(JoinedNode):
     """
     Say where people are in metres, which way they walk and how fast.
 
@@ -49,6 +36,10 @@ class LocalizerNode(GaitNode):
     """
 
     name = 'gait_localizer'
+    kinds: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        'gait_matcher': {'matched_box': PolygonInstanceStamped, 'gait': JointState},
+        'gait_segmenter': {'mask': Image},
+    }
     packages = ('gait_segmentation.localization',)
     groups = (
         ('', PeopleConfig),
@@ -66,24 +57,8 @@ class LocalizerNode(GaitNode):
 
     def connect(self) -> None:
         """Subscribe to the other nodes' outputs and to the camera's."""
-        self._topics = {node: slot_topics(kinds, self._slots) for node, kinds in _TOPICS.items()}
-        self._join = ExactJoin(self._topics, _KEPT)
-        for topics in self._topics.values():
-            for topic, kind in topics.items():
-                self.input(kind, topic, partial(self._part, topic))
+        super().connect()
         self._localizing.connect()
-
-    def missing(self) -> str:
-        """Say which node does not publish."""
-        absent = (unpublished(self, topics, node) for node, topics in self._topics.items())
-        return next(filter(None, absent), '') or nothing_from(
-            self._join.waits_for or 'gait_matcher'
-        )
-
-    def pause(self) -> None:
-        """Drop what waits for its other parts."""
-        if self.state == 'active':
-            self._join.forget()
 
     def process(self, frame: Parts) -> None:
         """Locate the people of a frame."""
@@ -92,7 +67,7 @@ class LocalizerNode(GaitNode):
         if stamp_ns < self._stamp_ns:
             self.stage.reset()
         self._stamp_ns = stamp_ns
-        matches = [read_walker(frame, slot) for slot in range(self._slots)]
+        matches = [read_match(frame, slot) for slot in range(self._slots)]
         masks = [read_mono8(frame[slot_topic(slot, 'mask')]) for slot in range(self._slots)]
         locations = self._localizing.locate(matches, masks, header)
         self._results.publish(matches, masks, locations, header)
@@ -100,33 +75,6 @@ class LocalizerNode(GaitNode):
     def process_unusable(self, frame: Parts) -> None:
         """Publish that nobody is seen."""
         self._results.publish((), (), (), frame[slot_topic(0, 'mask')].header)
-
-    def _part(self, part: str, message: Any) -> None:
-        stamp_ns = stamp_of(message.header)
-        if not self.accept(stamp_ns):
-            return
-        parts = self._join.add(part, stamp_ns, message)
-        self.note_missed(self._join)
-        if parts is not None:
-            self.hand_over(stamp_ns, parts)
-
-
-def read_walker(parts: Parts, slot: int) -> MatchResult:
-    """
-    Put together what the matcher says of a slot but for the template.
-
-    :raises InputError: if a message cannot be read.
-    """
-    box = parts[slot_topic(slot, 'matched_box')]
-    walk = read_gait(parts[slot_topic(slot, 'gait')])
-    return dataclasses.replace(
-        MatchResult.nobody(stamp_of(box.header), int(box.polygon.id), (0, 0)),
-        body=read_body(box),
-        phase=walk.phase,
-        phase_rate=walk.rate,
-        azimuth=walk.azimuth,
-        similarity=walk.similarity,
-    )
 
 
 main = partial(run_node, LocalizerNode)

@@ -6,43 +6,35 @@ from __future__ import annotations
 
 import sys
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
+import numpy as np
 from geometry_msgs.msg import PolygonInstanceStamped
+from numpy.typing import NDArray
 from sensor_msgs.msg import Image, RegionOfInterest
 from std_msgs.msg import Header
 
-from gait_segmentation.config import StageConfig
 from gait_segmentation.files.encoded_images import check_pixels
 from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.inputs.encodings import claimed_shape, read_mono8
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
+from gait_segmentation.nodes.joined_node import JoinedNode, Parts
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult, TrackResult
 from gait_segmentation.ros.config import BankConfig, NodeConfig, SizeConfig
 from gait_segmentation.ros.endpoints import LATCHED
-from gait_segmentation.ros.fields import slot_topic, slot_topics
-from gait_segmentation.ros.join import ExactJoin
-from gait_segmentation.ros.lifecycle import GaitNode
+from gait_segmentation.ros.fields import slot_topic
 from gait_segmentation.ros.messages import read_box, stamp_of
 from gait_segmentation.ros.outputs import DebugOutput, MatchOutputs
 from gait_segmentation.ros.pictures import matching_picture
 from gait_segmentation.ros.running import run_node
-from gait_segmentation.ros.waiting import nothing_from, unpublished
 
 __all__ = ['MatcherNode', 'main']
 
-_KEPT = 64
-"""Likelihoods kept while their box has not come, and the other way round."""
 
-_TOPICS = {'box': PolygonInstanceStamped, 'likelihood': Image}
-
-Parts = dict[str, Any]
-
-
-class MatcherNode(GaitNode):
+class MatcherNode(JoinedNode):
     """
     Find how people walk: the path of template silhouettes that fits their likelihoods best.
 
@@ -52,6 +44,10 @@ class MatcherNode(GaitNode):
     """
 
     name = 'gait_matcher'
+    kinds: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        'gait_tracker': {'box': PolygonInstanceStamped, 'likelihood': Image}
+    }
+    restarting = (MatchingConfig,)
     packages = ('gait_segmentation.matching',)
     groups = (
         ('', PeopleConfig),
@@ -83,40 +79,24 @@ class MatcherNode(GaitNode):
         self._unsized: deque[tuple[int, Parts]] = deque(
             maxlen=self.parameters.get(NodeConfig).backlog
         )
-        topics = slot_topics(_TOPICS, self._slots)
-        self._topics = list(topics)
-        self._join = ExactJoin({'gait_tracker': topics}, _KEPT)
+        # First, so that it is known before the likelihoods are.
         self.input(RegionOfInterest, 'image_size', self._sized, LATCHED)
-        for topic, kind in topics.items():
-            self.input(kind, topic, partial(self._part, topic))
-
-    def missing(self) -> str:
-        """Say whether there is no tracker."""
-        tracker = 'gait_tracker'
-        return unpublished(self, self._topics, tracker) or nothing_from(tracker)
+        super().connect()
 
     def pause(self) -> None:
         """Drop what waits for its other parts."""
+        super().pause()
         if self.state == 'active':
-            self._join.forget()
             self._unsized.clear()
-
-    def apply(self, config: StageConfig) -> None:
-        """Put a changed configuration into force; the paths begin anew."""
-        if isinstance(config, MatchingConfig):
-            self.finish()
-        super().apply(config)
 
     def forget(self) -> None:
         """Forget the paths."""
         super().forget()
-        if self.stage is not None:
-            self._messages.clear()
+        self._messages.clear()
 
     def finish(self) -> None:
         """Publish what the lag holds back."""
-        if self.stage is not None:
-            self._publish(self.stage.flush())
+        self._publish(self.stage.flush())
 
     def process(self, frame: Parts) -> None:
         """Match a frame."""
@@ -146,21 +126,14 @@ class MatcherNode(GaitNode):
         for matches in results:
             message = self._messages.take(matches[0].stamp_ns)
             self._results.publish(matches, _header(message))
-            if self._debug.wanted:
-                likelihoods = [
-                    read_mono8(message[slot_topic(slot, 'likelihood')])
-                    for slot in range(self._slots)
-                ]
-                self._debug.publish(matching_picture(likelihoods, matches), _header(message))
+            self._debug.publish(_header(message), self._picture, message, matches)
 
-    def _part(self, part: str, message: Any) -> None:
-        stamp_ns = stamp_of(message.header)
-        if not self.accept(stamp_ns):
-            return
-        parts = self._join.add(part, stamp_ns, message)
-        self.note_missed(self._join)
-        if parts is None:
-            return
+    def _picture(self, parts: Parts, matches: Sequence[MatchResult]) -> NDArray[np.uint8]:
+        topics = (slot_topic(slot, 'likelihood') for slot in range(self._slots))
+        return matching_picture([read_mono8(parts[topic]) for topic in topics], matches)
+
+    def joined(self, stamp_ns: int, parts: Parts) -> None:
+        """Take in a frame, or keep it until the size of the images is told."""
         if self._size is None and self.count_publishers(self.resolve_topic_name('image_size')):
             self._unsized.append((stamp_ns, parts))
             return

@@ -22,9 +22,8 @@ from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
-from gait_segmentation.ros.config import NodeConfig
+from gait_segmentation.ros.config import NodeConfig, qualified
 from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.names import qualified
 
 __all__ = ['markdown', 'parameter_file', 'with_tables']
 
@@ -77,27 +76,17 @@ def markdown() -> str:
         if group != section:
             section = group
             title = f'{group} ({of})' if group else 'The nodes themselves'
-            columns = [
-                'parameter',
-                'default',
-                'allowed',
-                *([] if group else ['of']),
-                'description',
-            ]
+            of_column = [] if group else ['of']
+            columns = ['parameter', 'default', 'allowed', *of_column, 'description']
             text += '\n' if text else ''
             text += f'## {title}\n\n{_row(columns)}|{"---|" * len(columns)}\n'
         for about in parameters_of(kind):
             unit = f' [{about.unit}]' if about.unit else ''
             fixed = f' *({when})*' if (when := _when(about)) else ''
-            text += _row(
-                [
-                    f'`{qualified(group, about.name)}`',
-                    f'`{_value(about.default)}`{unit}',
-                    about.allowed(),
-                    *([] if group else [of.replace('gait_', '')]),
-                    f'{about.description}{fixed}',
-                ]
-            )
+            name, default = qualified(group, about.name), _value(about.default)
+            cells = [f'`{name}`', f'`{default}`{unit}', about.allowed()]
+            owners = [] if group else [of.replace('gait_', '')]
+            text += _row([*cells, *owners, f'{about.description}{fixed}'])
     return text
 
 

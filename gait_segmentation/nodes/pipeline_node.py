@@ -11,22 +11,20 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from std_msgs.msg import Header
 
-from gait_segmentation.config import StageConfig
 from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.localization import LocalizationConfig
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
-from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.camera import CameraMessage, claimed_shape
 from gait_segmentation.ros.config import LocalizerNodeConfig, PipelineNodeConfig
-from gait_segmentation.ros.localizing import Localizing, PeopleOutputs
+from gait_segmentation.ros.endpoints import CameraMessage, claimed_shape
+from gait_segmentation.ros.localizing import Localizing
 from gait_segmentation.ros.outputs import (
     DebugOutput,
     MatchOutputs,
+    PeopleOutputs,
     SegmentationOutputs,
     TrackOutputs,
 )
@@ -49,6 +47,7 @@ class PipelineNode(CameraNode):
     """
 
     name = 'gait_pipeline'
+    restarting = (MatchingConfig,)
     groups = (
         *CameraNode.groups,
         ('', LocalizerNodeConfig),
@@ -86,17 +85,10 @@ class PipelineNode(CameraNode):
         located = [] if self._localizing is None else [(self._localizing.stage, 'config')]
         return [(self.stage.tracker, 'starting'), *((each, 'config') for each in stages), *located]
 
-    def apply(self, config: StageConfig) -> None:
-        """Put a changed configuration into force; with that of the matching, paths begin anew."""
-        if isinstance(config, MatchingConfig):
-            self.finish()
-        super().apply(config)
-
     def forget(self) -> None:
         """Forget everybody."""
         super().forget()
-        if self.stage is not None:
-            self._held.clear()
+        self._held.clear()
 
     def start_over(self) -> None:
         """Publish what is held back and forget everybody, but not the boxes that wait."""
@@ -106,8 +98,7 @@ class PipelineNode(CameraNode):
 
     def finish(self) -> None:
         """Publish what the lag holds back."""
-        if self.stage is not None:
-            self._publish(self.stage.flush())
+        self._publish(self.stage.flush())
 
     def process(self, frame: CameraMessage) -> None:
         """Run a frame through all stages."""
@@ -139,16 +130,11 @@ class PipelineNode(CameraNode):
             self._segmentation.publish(masks, header)
             self._track.publish(tracks, image.shape[:2], header)
             self._match.publish(matches, header)
-            self._publish_people(matches, [each.mask for each in found], header)
-            if self._debug.wanted:
-                self._debug.publish(segmentation_picture(image, masks, matches), header)
-
-    def _publish_people(
-        self, matches: list[MatchResult], masks: list[NDArray[np.uint8]], header: Header
-    ) -> None:
-        where = self._localizing
-        places = () if where is None else where.locate(matches, masks, header)
-        self._people.publish(matches, masks, places, header)
+            people = [each.mask for each in found]
+            located = self._localizing
+            places = () if located is None else located.locate(matches, people, header)
+            self._people.publish(matches, people, places, header)
+            self._debug.publish(header, segmentation_picture, image, masks, matches)
 
 
 main = partial(run_node, PipelineNode)

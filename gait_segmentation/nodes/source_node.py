@@ -184,12 +184,9 @@ def publish_input(options: argparse.Namespace, node: Node) -> int:
 
 
 def _frames(source: ImageSource, loop: bool, preload: bool) -> Iterator[Frame]:
-    if preload:
-        kept = list(source.frames())
-        return chain.from_iterable(repeat(kept)) if loop else iter(kept)
-    if loop:
-        return chain.from_iterable(source.frames() for _ in repeat(None))
-    return source.frames()
+    kept = list(source.frames()) if preload else None
+    passes = repeat(None) if loop else [None]
+    return chain.from_iterable(source.frames() if kept is None else kept for _ in passes)
 
 
 def _wait_for(node: Node, publisher: Publisher, subscribers: int, timeout_s: float) -> None:

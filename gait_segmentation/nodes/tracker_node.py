@@ -17,7 +17,7 @@ from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback
-from gait_segmentation.ros.camera import CameraMessage, claimed_shape
+from gait_segmentation.ros.endpoints import CameraMessage, claimed_shape
 from gait_segmentation.ros.fields import DEPTH, slot_topic, slot_topics
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.messages import read_body, stamp_of
@@ -71,8 +71,7 @@ class TrackerNode(CameraNode):
         tracks = self.stage.update(image, stamp_ns)
         self.tracks = tracks
         self._results.publish(tracks, image.shape[:2], frame.header)
-        if self._debug.wanted:
-            self._debug.publish(tracking_picture(image, tracks), frame.header)
+        self._debug.publish(frame.header, tracking_picture, image, tracks)
 
     def process_unusable(self, frame: CameraMessage) -> None:
         """Publish that nobody is seen."""

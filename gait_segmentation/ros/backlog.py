@@ -118,13 +118,7 @@ class Worker:
         work: Callable[[Any], None],
         failed: Callable[[BaseException], None],
     ) -> None:
-        """
-        Start the thread.
-
-        :param work: called with every frame.
-        :param failed: called in the thread with an error that ``work`` or a call let through;
-            the thread then ends.
-        """
+        """Start the thread: ``work`` gets every frame, ``failed`` an error that ends it."""
         self.backlog = backlog
         self._work = work
         self._failed = failed

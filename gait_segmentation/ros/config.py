@@ -1,9 +1,15 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Parameters of the nodes that no stage knows of."""
+"""
+Parameters of the nodes that no stage knows of, and names of all: also for gait_replay.
+
+Nothing here needs ROS.
+"""
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 from gait_segmentation.config import StageConfig, parameter
@@ -15,14 +21,18 @@ __all__ = [
     'OF_NODES',
     'BankConfig',
     'CameraConfig',
-    'DetectionConfig',
     'LocalizerNodeConfig',
     'NodeConfig',
     'PipelineNodeConfig',
     'SegmenterNodeConfig',
     'SizeConfig',
     'StartConfig',
+    'misnamed',
+    'qualified',
 ]
+
+_ALIKE = 0.75
+"""How alike names must be, from 0 to 1, for one to be taken for the other."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +93,7 @@ class CameraConfig(StageConfig):
 
 @dataclass(frozen=True)
 class StartConfig(StageConfig):
-    """Parameters of nodes that start tracks."""
+    """Parameters of nodes that start tracks, also from detections (vision_msgs)."""
 
     initial_box: tuple[float, ...] = parameter(
         (0.0, 0.0, 0.0, 0.0),
@@ -99,6 +109,12 @@ class StartConfig(StageConfig):
         unit='ns',
         minimum=0,
         fixed=True,
+    )
+    detection_class: str = parameter(
+        'person', 'Class of the detections that start tracks. Empty = every class.'
+    )
+    detection_score: float = parameter(
+        0.5, 'Least score of a detection that starts a track.', minimum=0.0, maximum=1.0
     )
 
     def __post_init__(self) -> None:
@@ -116,18 +132,6 @@ class StartConfig(StageConfig):
             return Box(*self.initial_box) if any(self.initial_box) else None
         except InputError as error:
             raise ConfigError(f'initial_box: {error}') from error
-
-
-@dataclass(frozen=True)
-class DetectionConfig(StageConfig):
-    """Parameters of starting tracks from detections (vision_msgs)."""
-
-    detection_class: str = parameter(
-        'person', 'Class of the detections that start tracks. Empty = every class.'
-    )
-    detection_score: float = parameter(
-        0.5, 'Least score of a detection that starts a track.', minimum=0.0, maximum=1.0
-    )
 
 
 @dataclass(frozen=True)
@@ -218,7 +222,6 @@ OF_NODES: tuple[type[StageConfig], ...] = (
     NodeConfig,
     CameraConfig,
     StartConfig,
-    DetectionConfig,
     SizeConfig,
     SegmenterNodeConfig,
     LocalizerNodeConfig,
@@ -226,3 +229,37 @@ OF_NODES: tuple[type[StageConfig], ...] = (
     BankConfig,
 )
 """All of them."""
+
+
+def qualified(group: str, name: str) -> str:
+    """Return the ROS name of a parameter: those of a stage have its name in front."""
+    return f'{group}.{name}' if group else name
+
+
+def misnamed(given: Iterable[str], known: Collection[str]) -> dict[str, str]:
+    """
+    Return which parameters given to a node are probably meant to be others that it has.
+
+    Those of other nodes are no mistake, as one file may serve all: only what claims to be of a
+    stage of the node, or what nearly has the name of a parameter or of a stage.
+
+    :param given: names.
+    :param known: names of the parameters the node has.
+    :returns: from each such name to the most similar one, empty if none is.
+    """
+    stages: dict[str, list[str]] = {}
+    for name in known:
+        stage, _, own = name.rpartition('.')
+        stages.setdefault(stage, []).append(own)
+    found = {}
+    for name in given:
+        stage, _, own = name.rpartition('.')
+        meant = stage if stage in stages else _most_alike(stage, stages)
+        alike = _most_alike(own, stages.get(meant, ())) if meant or not stage else ''
+        if name not in known and (alike or (stage and stage in stages)):
+            found[name] = qualified(meant, alike) if alike else ''
+    return found
+
+
+def _most_alike(name: str, names: Iterable[str]) -> str:
+    return next(iter(difflib.get_close_matches(name, names, n=1, cutoff=_ALIKE)), '')

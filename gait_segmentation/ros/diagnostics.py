@@ -110,8 +110,7 @@ def diagnostic_message(
 
     :param name: full name of the node.
     :param state: what it does, ``active`` if it is to work on frames.
-    :param now_s: steady time in seconds.
-    :param now: the node's clock.
+    :param now_s: steady time in seconds, ``now`` the node's clock.
     :param details: further keys and values; ``camera``, or else the node, is the hardware.
     """
     median, high = statistics.latency_ms()

@@ -15,11 +15,14 @@ from typing import NoReturn
 import rclpy
 from rclpy.signals import uninstall_signal_handlers
 
-__all__ = ['LONGEST_S', 'Ending', 'leave']
+__all__ = ['HANGS_S', 'LONGEST_S', 'Ending', 'leave']
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 LONGEST_S = 4.0
 """Time after a signal at which a process ends without being closed."""
+
+HANGS_S = 20.0
+"""Time without any callback after which a process ends."""
 
 
 class Ending:
@@ -33,11 +36,7 @@ class Ending:
     """
 
     def __init__(self, *, at_once: bool = False) -> None:
-        """
-        Begin with nothing to close.
-
-        :param at_once: see :attr:`at_once`.
-        """
+        """Begin with nothing to close."""
         self.asked = False
         """Whether a signal has come."""
 

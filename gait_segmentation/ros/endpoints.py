@@ -6,15 +6,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import (
     DurabilityPolicy,
-    HistoryPolicy,
+    QoSPolicyKind,
     QoSProfile,
     ReliabilityPolicy,
     qos_policy_name_from_kind,
@@ -22,36 +24,40 @@ from rclpy.qos import (
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
+from sensor_msgs.msg import CompressedImage, Image
 
+from gait_segmentation.inputs import encodings
+from gait_segmentation.inputs.encodings import read_bgr, read_compressed
 from gait_segmentation.ros.fields import DEPTH
 
-__all__ = ['BETWEEN_NODES', 'LATCHED', 'image_profile', 'publisher', 'subscription']
+if TYPE_CHECKING:
+    from rclpy.event_handler import QoSMessageLostInfo, QoSRequestedIncompatibleQoSInfo
 
-BETWEEN_NODES = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=DEPTH,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.VOLATILE,
-)
-"""Of everything that the nodes publish, and of what they receive from each other."""
+    from gait_segmentation.ros.config import CameraConfig
+    from gait_segmentation.ros.lifecycle import GaitNode
 
-LATCHED = QoSProfile(
-    history=HistoryPolicy.KEEP_LAST,
-    depth=1,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
+__all__ = [
+    'BEST_EFFORT',
+    'BETWEEN_NODES',
+    'LATCHED',
+    'CameraMessage',
+    'CameraSubscription',
+    'claimed_shape',
+    'decode',
+    'publisher',
+    'subscription',
+]
+
+CameraMessage: TypeAlias = Image | CompressedImage
+
+BETWEEN_NODES = QoSProfile(depth=DEPTH)
+"""Reliable: of all that the nodes publish, and of what they receive from each other."""
+
+BEST_EFFORT = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""Of subscriptions that take what others publish, however they do it."""
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Of what is told once and must reach those who come later."""
-
-
-def image_profile(best_effort: bool) -> QoSProfile:
-    """Return the profile of a subscription to a camera."""
-    return QoSProfile(
-        history=HistoryPolicy.KEEP_LAST,
-        depth=DEPTH,
-        reliability=(ReliabilityPolicy.BEST_EFFORT if best_effort else ReliabilityPolicy.RELIABLE),
-        durability=DurabilityPolicy.VOLATILE,
-    )
 
 
 def publisher(node: Node, kind: Any, topic: str, profile: QoSProfile) -> Publisher:
@@ -81,9 +87,12 @@ def subscription(
     """
     Make a subscription to messages of a kind.
 
+    What a process that was killed has left half written cannot be read.  Fast DDS 2.14 tries so
+    for ever, with the interpreter's lock held, unless it is asked for the bytes alone.
+
     :param received: called with every message.
-    :param warn: called with a key and a text if a message cannot be read, or, without ``events``,
-        if a publisher offers less than is asked for.
+    :param warn: called with a key and a text if a message cannot be read, which is ignored, or,
+        without ``events``, if a publisher offers less than is asked for.
     :param overridable: what of the QoS parameters may override, if not the usual.
     """
     # All that the subscriptions of this package ask for.
@@ -98,31 +107,6 @@ def subscription(
         ),
         use_default_callbacks=False,
     )
-    return node.create_subscription(
-        kind,
-        topic,
-        _from_bytes(kind, topic, received, warn),
-        copy(profile),
-        raw=True,
-        event_callbacks=events or usual,
-        qos_overriding_options=overridable or QoSOverridingOptions.with_default_policies(),
-    )
-
-
-def _from_bytes(
-    kind: Any,
-    topic: str,
-    received: Callable[[Any], None],
-    warn: Callable[[str, str], object],
-) -> Callable[[bytes], None]:
-    """
-    Return the callback of a raw subscription, which gives messages of a kind to another.
-
-    What a process that was killed has left half written cannot be read.  Fast DDS 2.14 tries so
-    for ever, with the interpreter's lock held, unless it is asked for the bytes alone.
-
-    :param warn: called with a key and a text if a message cannot be read, which is ignored.
-    """
 
     def deliver(data: bytes) -> None:
         try:
@@ -136,4 +120,131 @@ def _from_bytes(
             return
         received(message)
 
-    return deliver
+    return node.create_subscription(
+        kind,
+        topic,
+        deliver,
+        copy(profile),
+        raw=True,
+        event_callbacks=events or usual,
+        qos_overriding_options=overridable or QoSOverridingOptions.with_default_policies(),
+    )
+
+
+def decode(message: CameraMessage, config: CameraConfig) -> NDArray[np.uint8]:
+    """
+    Return the image of a message as (height, width, 3) uint8 BGR.
+
+    :raises InputError: if it cannot be read, or has more pixels than the configuration allows.
+    """
+    read = read_compressed if isinstance(message, CompressedImage) else read_bgr
+    return read(message, config.max_pixels)
+
+
+def claimed_shape(message: CameraMessage) -> tuple[int, int] | None:
+    """Return (height, width) that an image claims to have, None if it says nothing sensible."""
+    return None if isinstance(message, CompressedImage) else encodings.claimed_shape(message)
+
+
+class CameraSubscription:
+    """
+    A subscription that adapts to what the camera offers.
+
+    With ``reliability: auto`` it asks for reliable delivery; if a camera offers only best
+    effort, it says so once and is made anew as best effort.
+    """
+
+    def __init__(
+        self,
+        node: GaitNode,
+        config: CameraConfig,
+        received: Callable[[CameraMessage], None],
+        topic: str = 'image',
+    ) -> None:
+        """
+        Subscribe.
+
+        :param received: called with every message.
+        """
+        compressed = config.image_transport == 'compressed'
+        self._node = node
+        self._type = CompressedImage if compressed else Image
+        self.topic = f'{topic}/compressed' if compressed else topic
+        self._received = received
+        self._adapts = config.reliability == 'auto'
+        self._renewal = node.create_guard_condition(self._renew)
+        self._subscribe(best_effort=config.reliability == 'best_effort' or self._offers_less())
+
+    @property
+    def best_effort(self) -> bool:
+        """Return whether messages may be lost on the way."""
+        return bool(self._subscription.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT)
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._node.destroy_subscription(self._subscription)
+        self._node.destroy_guard_condition(self._renewal)
+
+    def _offers_less(self) -> bool:
+        """Return whether a camera that is there already offers only best effort."""
+        if not self._adapts:
+            return False
+        name = self._node.resolve_topic_name(self.topic)
+        offers = self._node.get_publishers_info_by_topic(name)
+        return any(
+            each.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT for each in offers
+        )
+
+    def _subscribe(self, best_effort: bool) -> None:
+        events = SubscriptionEventCallbacks(
+            incompatible_qos=self._incompatible,
+            message_lost=self._lost,
+            use_default_callbacks=False,
+        )
+        self._subscription = subscription(
+            self._node,
+            self._type,
+            self.topic,
+            BEST_EFFORT if best_effort else BETWEEN_NODES,
+            self._received,
+            self._node.warnings.warn,
+            events=events,
+            # Reliability has a parameter of its own, and changes.
+            overridable=QoSOverridingOptions((QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH)),
+        )
+
+    def _lost(self, event: QoSMessageLostInfo) -> None:
+        self._node.statistics.lost += event.total_count_change
+        remedies = [
+            "start the camera's process with FASTRTPS_DEFAULT_PROFILES_FILE set to "
+            'config/fastdds_shm.xml of this package (here it does not help)'
+        ]
+        if self._type is Image:
+            remedies.append('or use image_transport compressed')
+        if self.best_effort:
+            remedies.append('or let the camera publish reliably')
+        self._node.warnings.warn_of(
+            event.total_count_change, '{} lost on the way: ' + ', '.join(remedies)
+        )
+
+    def _incompatible(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
+        if self._adapts and not self.best_effort:
+            # Not here: the executor is just calling this subscription's event.
+            self._renewal.trigger()
+            return
+        self._node.get_logger().warning(
+            f'a publisher on {self._subscription.topic_name} offers an incompatible QoS '
+            f'({qos_policy_name_from_kind(event.last_policy_kind)}); no messages come from it. '
+            'Set the parameter reliability to auto or best_effort'
+        )
+
+    def _renew(self) -> None:
+        if self.best_effort:
+            return
+        name = self._subscription.topic_name
+        self._node.get_logger().info(
+            f'the publisher on {name} offers best effort only: subscribing as best effort, '
+            'images may be lost'
+        )
+        self._node.destroy_subscription(self._subscription)
+        self._subscribe(best_effort=True)

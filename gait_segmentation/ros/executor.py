@@ -20,12 +20,10 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerGuardCondition
 from rclpy.task import Task
-from rclpy.utilities import get_default_context
+from rclpy.utilities import get_default_context, timeout_sec_to_nsec
 from rclpy.waitable import NumberOfEntities
 
 __all__ = ['MessageExecutor']
-
-_FOREVER = -1
 
 
 class MessageExecutor(SingleThreadedExecutor):
@@ -138,31 +136,21 @@ class _Entities:
 
         :param held: keeps the entities from being destroyed until it is closed.
         """
-
-        def hold(entities: list[Any]) -> list[Any]:
-            found = []
-            for each in entities:
-                # One that is just being destroyed.
-                with suppress(InvalidHandle):
-                    held.enter_context(getattr(each, 'handle', each))
-                    found.append(each)
-            return found
-
         nodes = executor.get_nodes()
-        self._subscriptions = hold([each for node in nodes for each in node.subscriptions])
-        self._timers = hold([each for node in nodes for each in node.timers])
-        self._clients = hold([each for node in nodes for each in node.clients])
-        self._services = hold([each for node in nodes for each in node.services])
-        self._guards = hold([each for node in nodes for each in node.guards])
-        self._wakes = hold(executor.wake_conditions())
-        self._waitables = hold([each for node in nodes for each in node.waitables])
-        count = NumberOfEntities(
-            len(self._subscriptions),
-            len(self._guards) + len(self._wakes),
-            len(self._timers),
-            len(self._clients),
-            len(self._services),
-        )
+
+        def of_nodes(name: str) -> list[Any]:
+            return _held([each for node in nodes for each in getattr(node, name)], held)
+
+        self._guards, self._waitables = of_nodes('guards'), of_nodes('waitables')
+        # In the order of NumberOfEntities.
+        self._entities = {
+            'subscription': of_nodes('subscriptions'),
+            'guard_condition': [*self._guards, *_held(executor.wake_conditions(), held)],
+            'timer': of_nodes('timers'),
+            'client': of_nodes('clients'),
+            'service': of_nodes('services'),
+        }
+        count = NumberOfEntities(*map(len, self._entities.values()))
         for waitable in self._waitables:
             count += waitable.get_num_entities()
         context = executor.context.handle
@@ -181,35 +169,34 @@ class _Entities:
         """Return the subscriptions with a message, and whether there is anything else to do."""
         waiting = self._wait_set
         try:
-            self._fill()
+            # A wait leaves it empty.
+            waiting.clear_entities()
+            for kind, entities in self._entities.items():
+                add = getattr(waiting, f'add_{kind}')
+                for each in entities:
+                    add(each.handle)
+            for waitable in self._waitables:
+                waitable.add_to_wait_set(waiting)
         except InvalidHandle:
             # Something has been destroyed since: all is to be gathered anew.
             return [], True
-        waiting.wait(_FOREVER)
-        ready = waiting.get_ready_entities
-        messages = ready('subscription')
-        guards = ready('guard_condition')
+        waiting.wait(timeout_sec_to_nsec(None))
+        ready = {kind: waiting.get_ready_entities(kind) for kind in self._entities}
+        messages = ready.pop('subscription')
         for guard in self._guards:
             # To have waited for it has taken it back.
-            if guard.handle.pointer in guards:
+            if guard.handle.pointer in ready['guard_condition']:
                 guard.trigger()
-        others = bool(guards or ready('timer') or ready('client') or ready('service'))
-        others |= any(each.is_ready(waiting) for each in self._waitables)
-        return [each for each in self._subscriptions if each.handle.pointer in messages], others
+        others = any(ready.values()) or any(each.is_ready(waiting) for each in self._waitables)
+        subscriptions = self._entities['subscription']
+        return [each for each in subscriptions if each.handle.pointer in messages], others
 
-    def _fill(self) -> None:
-        """Put everything into the wait set, which a wait leaves empty."""
-        waiting = self._wait_set
-        waiting.clear_entities()
-        for subscription in self._subscriptions:
-            waiting.add_subscription(subscription.handle)
-        for timer in self._timers:
-            waiting.add_timer(timer.handle)
-        for client in self._clients:
-            waiting.add_client(client.handle)
-        for service in self._services:
-            waiting.add_service(service.handle)
-        for guard in (*self._guards, *self._wakes):
-            waiting.add_guard_condition(guard.handle)
-        for waitable in self._waitables:
-            waitable.add_to_wait_set(waiting)
+
+def _held(entities: list[Any], held: ExitStack) -> list[Any]:
+    """Keep entities from being destroyed; return them without those that just are."""
+    found = []
+    for each in entities:
+        with suppress(InvalidHandle):
+            held.enter_context(getattr(each, 'handle', each))
+            found.append(each)
+    return found

@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What happens to a frame before the tracking: jumps of time, changes of size, first boxes."""
+"""What happens before the tracking: jumps of time, changes of size, whom tracks start from."""
 
 from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,14 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box, check_start_box
 
-__all__ = ['Intake']
+if TYPE_CHECKING:
+    from gait_segmentation.results import TrackResult
+    from gait_segmentation.ros.config import StartConfig
+
+__all__ = ['Intake', 'new_people', 'read_detections']
+
+_SAME_OVERLAP = 0.3
+"""Intersection over union from which two boxes are taken for the same person."""
 
 
 class Intake:
@@ -40,9 +48,8 @@ class Intake:
         """
         Wait for the first frame.
 
-        :param reset: makes the stages forget everything.
-        :param initialize: starts a track at the frame taken in.
-        :param warn: logs a warning, given a key and a text.
+        :param reset: makes the stages forget everything, ``initialize`` starts a track at the
+            frame taken in, and ``warn`` logs a warning, given a key and a text.
         :param slots: boxes that can be asked for at a time.
         """
         self._reset = reset
@@ -71,11 +78,7 @@ class Intake:
         self._requested.append(box)
 
     def drop(self, boxes: int) -> None:
-        """
-        Count boxes asked for that newer ones have taken the place of, and warn of them.
-
-        May be called by any thread.
-        """
+        """Count boxes that newer ones have taken the place of, and warn (any thread)."""
         if not boxes:
             return
         with self._counting:
@@ -91,11 +94,7 @@ class Intake:
         self._requested.clear()
 
     def take(self, image: NDArray[np.uint8], stamp_ns: int) -> None:
-        """
-        Prepare the stages for a frame.
-
-        :param image: (height, width, 3) uint8.
-        """
+        """Prepare the stages for a frame, (height, width, 3) uint8."""
         shape = (image.shape[0], image.shape[1])
         if stamp_ns < self._stamp_ns:
             self._warn(
@@ -131,3 +130,52 @@ class Intake:
             self._warn('box', f'{error}: it is ignored')
             return
         self._initialize(box)
+
+
+def read_detections(message: Any, config: StartConfig) -> list[Box]:
+    """
+    Return the boxes of the people in a vision_msgs/Detection2DArray, the surest first.
+
+    Detections of another class, with too small a score or without a size are left out; so is the
+    turn of a box.
+    """
+    found = []
+    for detection in message.detections:
+        scores = [
+            float(result.hypothesis.score)
+            for result in detection.results
+            if config.detection_class in ('', result.hypothesis.class_id)
+        ]
+        if not scores or max(scores) < config.detection_score:
+            continue
+        center, box = detection.bbox.center.position, detection.bbox
+        try:
+            sides = (float(box.size_x), float(box.size_y))
+            found.append((max(scores), Box.from_center(float(center.x), float(center.y), *sides)))
+        except InputError:
+            continue
+    return [box for _, box in sorted(found, key=lambda each: -each[0])]
+
+
+def new_people(
+    boxes: Sequence[Box],
+    tracks: Sequence[TrackResult],
+    slots: int,
+    requested: Sequence[Box] = (),
+) -> list[Box]:
+    """
+    Return the boxes to start tracks from: of people who are not tracked, for slots that are free.
+
+    A detector sees the tracked people in every frame; they must not be started anew.
+
+    :param requested: boxes that tracks are about to start from.
+    """
+    known = [*requested, *(track.box for track in tracks if track.box is not None)]
+    free = slots - len(requested) - sum(track.track_id != 0 for track in tracks)
+    new: list[Box] = []
+    for box in boxes:
+        if len(new) >= free:
+            break
+        if all(box.iou(each) < _SAME_OVERLAP for each in (*known, *new)):
+            new.append(box)
+    return new

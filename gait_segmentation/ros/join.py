@@ -99,7 +99,7 @@ class ExactJoin:
         self._heard[self._stages[part]] = self._taken
         # Not before all are known to go together.
         if self._joined:
-            self._drop_passed(part, jumped)
+            self._drop_passed(self._entries, [part], jumped)
         entry = self._entry(part, stamp_ns)
         if entry is None:
             if self._is_late(part, (run, stamp_ns)):
@@ -112,7 +112,7 @@ class ExactJoin:
             self._entries.remove(entry)
             self._joined = True
         elif self._joined:
-            self._drop_if_passed(entry)
+            self._drop_passed([entry], self._stages, jumped=False)
         if len(self._entries) > self.capacity:
             self._push_out(self._entries[0])
         return entry.parts if complete else None
@@ -146,20 +146,15 @@ class ExactJoin:
             self.late[part] += 1
         return key in self._given_up
 
-    def _drop_passed(self, part: str, jumped: bool) -> None:
-        """Drop the entries that a part has just passed by."""
-        run, stamp_ns = self._newest[part]
-        for entry in [each for each in self._entries if part not in each.parts]:
-            if entry.run < run if jumped else entry.run == run and entry.stamp_ns < stamp_ns:
-                self._give_up(entry, part)
-
-    def _drop_if_passed(self, entry: _Entry) -> None:
-        """Drop an entry if a part that it lacks had passed it by."""
-        for part in [each for each in self._stages if each not in entry.parts]:
-            run, stamp_ns = self._newest[part]
-            if entry.run == run and entry.stamp_ns < stamp_ns:
-                self._give_up(entry, part)
-                return
+    def _drop_passed(self, entries: Iterable[_Entry], parts: Iterable[str], jumped: bool) -> None:
+        """Drop those of some entries that one of some parts, which they lack, has passed by."""
+        for entry in list(entries):
+            for part in parts:
+                run, stamp_ns = self._newest[part]
+                passed = entry.run == run and entry.stamp_ns < stamp_ns
+                if part not in entry.parts and (entry.run < run if jumped else passed):
+                    self._give_up(entry, part)
+                    break
 
     def _give_up(self, entry: _Entry, part: str) -> None:
         """Drop an entry that a part has passed by, and count it unless it was there before."""

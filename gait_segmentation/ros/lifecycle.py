@@ -8,6 +8,7 @@ import time
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import Any, ClassVar
 
 import cv2
@@ -23,21 +24,32 @@ from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.kernels import Kernels, compile_kernels
 from gait_segmentation.ros.backlog import Backlog, Worker
-from gait_segmentation.ros.camera import CameraMessage, CameraSubscription
-from gait_segmentation.ros.compiling import Aside, compiling
+from gait_segmentation.ros.compiling import compiling
 from gait_segmentation.ros.config import BankConfig, CameraConfig, NodeConfig
 from gait_segmentation.ros.diagnostics import Statistics, diagnostic_message
-from gait_segmentation.ros.endpoints import BETWEEN_NODES, publisher, subscription
+from gait_segmentation.ros.endpoints import (
+    BETWEEN_NODES,
+    CameraMessage,
+    CameraSubscription,
+    publisher,
+    subscription,
+)
 from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.memory import take_ahead
 from gait_segmentation.ros.parameters import NodeParameters, refuse_unknown_types
-from gait_segmentation.ros.transitions import CONFIGURING, configure, serve_transitions, state_of
-from gait_segmentation.ros.waiting import Silence
-from gait_segmentation.ros.warnings import Warnings
+from gait_segmentation.ros.transitions import (
+    CONFIGURING,
+    Aside,
+    configure,
+    serve_transitions,
+    state_of,
+)
+from gait_segmentation.ros.warnings import Silence, Warnings
 
 __all__ = ['GaitNode']
 
 _DRAIN_S = 5.0
+_SUCCESS = TransitionCallbackReturn.SUCCESS
 
 
 class GaitNode(LifecycleNode):
@@ -56,12 +68,16 @@ class GaitNode(LifecycleNode):
     packages: ClassVar[Sequence[str]] = ()
     """Whose kernels the stage needs; of all if there is none."""
 
+    restarting: ClassVar[tuple[type[StageConfig], ...]] = ()
+    """Configurations with which paths begin anew: what is held back is published before."""
+
     stage: Any = None
     """What works on frames, from :meth:`build` to the clean-up."""
 
     bank: TemplateBank
     """What is asked for by :class:`BankConfig`, from :meth:`build` on."""
 
+    camera: CameraSubscription | None = None
     camera_topic = 'image'
     """Not yet remapped."""
 
@@ -77,7 +93,7 @@ class GaitNode(LifecycleNode):
         self.warnings = Warnings(self.get_logger().warning)
         self.enabled = True
         self._silence = Silence()
-        self._inputs: list[Any] = []
+        self._inputs: list[Callable[[], object]] = []
         self._outputs: list[Any] = []
         self._worker: Worker | None = None
         self._aside: Aside | None = None
@@ -117,16 +133,17 @@ class GaitNode(LifecycleNode):
 
     def forget(self) -> None:
         """Forget everybody (worker)."""
-        if self.stage is not None:
-            self.stage.reset()
+        self.stage.reset()
 
     def configured(self) -> Sequence[tuple[Any, str]]:
         """Return the attributes, with their objects, that hold configurations of the stage."""
         return [(self.stage, 'config')]
 
     def apply(self, config: StageConfig) -> None:
-        """Put a changed configuration into force (worker)."""
-        for owner, name in self.configured() if self.stage is not None else ():
+        """Put a changed configuration into force (worker); see :attr:`restarting`."""
+        if isinstance(config, self.restarting):
+            self.finish()
+        for owner, name in self.configured():
             if isinstance(config, type(getattr(owner, name))):
                 setattr(owner, name, config)
 
@@ -142,15 +159,24 @@ class GaitNode(LifecycleNode):
 
     def status(self) -> dict[str, str]:
         """Return what the diagnostics are to report besides the usual."""
-        return {}
+        return (
+            {'camera': self.resolve_topic_name(self.camera_topic)}
+            if self.has(CameraConfig)
+            else {}
+        )
 
     def compile(self) -> None:
         """Open the bank, if the stage has one, and have all kernels compiled (any thread)."""
-        if any(kind is BankConfig for _, kind in self.groups):
+        if self.has(BankConfig):
             self.bank = open_bank(self.parameters.get(BankConfig).bank)
         compile_kernels(*self.packages)
 
     # What derived classes use.
+
+    @classmethod
+    def has(cls, kind: type[StageConfig]) -> bool:
+        """Return whether the node has the parameters of a configuration."""
+        return any(each is kind for _, each in cls.groups)
 
     def output(self, kind: Any, topic: str, profile: QoSProfile = BETWEEN_NODES) -> Any:
         """Make a publisher that lives until the clean-up."""
@@ -166,17 +192,24 @@ class GaitNode(LifecycleNode):
         profile: QoSProfile = BETWEEN_NODES,
     ) -> None:
         """Make a subscription that lives until the deactivation."""
-        self._inputs.append(subscription(self, kind, topic, profile, received, self.warnings.warn))
+        made = subscription(self, kind, topic, profile, received, self.warnings.warn)
+        self.keep_input(partial(self.destroy_subscription, made))
 
-    def camera_input(self, received: Callable[[CameraMessage], None]) -> None:
-        """Subscribe to the camera until the deactivation."""
-        made = CameraSubscription(self, self.parameters.get(CameraConfig), received)
-        self._inputs.append(made)
-        self.camera_topic = made.topic
+    def camera_input(
+        self,
+        config: CameraConfig,
+        received: Callable[[CameraMessage], None],
+        topic: str = 'image',
+    ) -> None:
+        """Subscribe to images of a camera until the deactivation."""
+        made = CameraSubscription(self, config, received, topic)
+        self.keep_input(made.close)
+        if topic == 'image':
+            self.camera, self.camera_topic = made, made.topic
 
-    def keep_input(self, taken: Any) -> None:
-        """Have something with a method ``close`` closed at the deactivation."""
-        self._inputs.append(taken)
+    def keep_input(self, close: Callable[[], object]) -> None:
+        """Have something called at the deactivation, which lets go of an input."""
+        self._inputs.append(close)
 
     def accept(self, stamp_ns: int) -> bool:
         """Return whether a frame is to be taken in; without a stamp it is refused."""
@@ -203,11 +236,7 @@ class GaitNode(LifecycleNode):
             self.warnings.warn_of(dropped, 'cannot keep up: dropped {} that waited')
 
     def note_missed(self, join: ExactJoin, remedy: str = '') -> None:
-        """
-        Count and report frames of which not all parts have come, and empty the join's counters.
-
-        :param remedy: what gives more room to those that wait, if anything does.
-        """
+        """Count and report frames not all of which has come, and empty the join's counters."""
         self.statistics.skipped += join.skipped.total()
         self.statistics.incomplete += join.missed.total() + join.late.total()
         self.warnings.warn_of_missed(join, remedy)
@@ -234,22 +263,21 @@ class GaitNode(LifecycleNode):
     @property
     def compiling(self) -> bool:
         """Return whether kernels are being compiled beside the executor."""
-        return self._aside is not None and not self._aside.done
+        return self._aside is not None and not self._aside.done()
+
+    def start(self) -> bool:
+        """Configure and activate if the node starts itself; return whether that went well."""
+        autostart = self.parameters.get(NodeConfig).autostart
+        return not autostart or (
+            self.trigger_configure() == _SUCCESS and self.trigger_activate() == _SUCCESS
+        )
 
     async def start_beside(self) -> bool:
         """Do what :meth:`start` does, as a task of an executor that spins: others go on."""
         if not self.parameters.get(NodeConfig).autostart:
             return True
-        success = TransitionCallbackReturn.SUCCESS
         configured = await configure(self, self._compile_aside)
-        return configured == success and self.trigger_activate() == success
-
-    def start(self) -> bool:
-        """Configure and activate if the node starts itself; return whether that went well."""
-        if not self.parameters.get(NodeConfig).autostart:
-            return True
-        success = TransitionCallbackReturn.SUCCESS
-        return self.trigger_configure() == success and self.trigger_activate() == success
+        return configured == _SUCCESS and self.trigger_activate() == _SUCCESS
 
     def close(self) -> None:
         """Stop the worker and let go of everything."""
@@ -261,14 +289,14 @@ class GaitNode(LifecycleNode):
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Build stages, publishers and the worker."""
         result = self._transition('configuring', self._configure)
-        if result != TransitionCallbackReturn.SUCCESS:
+        if result != _SUCCESS:
             self._tear_down()
         return result
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Subscribe."""
         result = self._transition('activating', self.connect)
-        if result == TransitionCallbackReturn.SUCCESS:
+        if result == _SUCCESS:
             self.statistics.expect(time.monotonic())
             self.get_logger().info('active')
         else:
@@ -294,16 +322,13 @@ class GaitNode(LifecycleNode):
             if self.context.ok():
                 self.get_logger().error(f'{what} failed: {type(error).__name__}: {error}')
             return TransitionCallbackReturn.FAILURE
-        return TransitionCallbackReturn.SUCCESS
+        return _SUCCESS
 
     def _configure(self) -> None:
         config = self.parameters.get(NodeConfig)
         self.statistics = Statistics()
         aside, self._aside = self._aside, None
-        if aside is None:
-            self._compile()
-        else:
-            aside.check()
+        (self._compile if aside is None else aside.result)()
         self.build()
         take_ahead()
         self._worker = Worker(Backlog(config.backlog), self._work, self._worker_failed)
@@ -329,11 +354,8 @@ class GaitNode(LifecycleNode):
             self.get_logger().info(text)
 
     def _disconnect(self, drain: bool) -> None:
-        for taken in self._inputs:
-            if hasattr(taken, 'close'):
-                taken.close()
-            else:
-                self.destroy_subscription(taken)
+        for close in self._inputs:
+            close()
         self._inputs.clear()
         if drain and self._worker is not None:
             self._worker.backlog.drain(_DRAIN_S)
@@ -364,13 +386,12 @@ class GaitNode(LifecycleNode):
         self.statistics.finished(now_s - arrived_s, now_s)
 
     def _worker_failed(self, error: BaseException) -> None:
-        if self.context.ok():
-            self._failure = error
-            self._wake()
+        self._failure = error
+        self._wake()
 
     def _raise_failure(self) -> None:
         """End the process, in the executor's thread: a node whose worker died is no use."""
-        if self._failure is not None:
+        if self._failure is not None and self.context.ok():
             raise self._failure
 
     # Services, parameters and diagnostics.

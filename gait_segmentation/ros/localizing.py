@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the localization takes in, from camera_info, depth images and tf, and what it gives."""
+"""What the localization takes in, from camera_info, depth images and tf."""
 
 from __future__ import annotations
 
@@ -10,14 +10,11 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from geometry_msgs.msg import PoseWithCovarianceStamped
 from numpy.typing import NDArray
 from rclpy.time import Time
-from sensor_msgs.msg import CameraInfo, Image, JointState
-from visualization_msgs.msg import ImageMarker, MarkerArray
+from sensor_msgs.msg import CameraInfo, Image
 
 from gait_segmentation.errors import GaitSegmentationError, InputError
-from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_depth
 from gait_segmentation.localization import (
     CameraPose,
@@ -27,32 +24,19 @@ from gait_segmentation.localization import (
     PinholeCamera,
 )
 from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.camera import CameraSubscription
 from gait_segmentation.ros.config import CameraConfig, LocalizerNodeConfig
-from gait_segmentation.ros.endpoints import image_profile
-from gait_segmentation.ros.fields import slot_topic
+from gait_segmentation.ros.endpoints import BEST_EFFORT
+from gait_segmentation.ros.fields import DEPTH
 from gait_segmentation.ros.messages import stamp_of
-from gait_segmentation.ros.people_messages import (
-    Person,
-    boxes_message,
-    markers_message,
-    people_message,
-    pose_message,
-    solid_people_message,
-    walk_message,
-)
-from gait_segmentation.ros.vision import detection_types
 
 if TYPE_CHECKING:
     from std_msgs.msg import Header
 
     from gait_segmentation.ros.lifecycle import GaitNode
 
-__all__ = ['Localizing', 'PeopleOutputs', 'read_camera']
+__all__ = ['Localizing', 'read_camera']
 
 _DISTORTIONS = ('', 'plumb_bob', 'rational_polynomial')
-_KEPT = 40
-"""Depth images kept while the mask of their frame has not come."""
 
 
 class Localizing:
@@ -63,16 +47,15 @@ class Localizing:
         self._node = node
         self.stage = Localizer(node.parameters.get(LocalizationConfig))
         self._info: CameraInfo | None = None
-        self._depths: deque[Image] = deque(maxlen=_KEPT)
+        self._depths: deque[Image] = deque(maxlen=DEPTH)
         self._tf: tuple[Any, type[Exception]] | None = None
 
     def connect(self) -> None:
         """Subscribe, until the node's deactivation."""
         node = self._node
         self._depths.clear()
-        node.input(CameraInfo, 'camera_info', self._calibrated, image_profile(best_effort=True))
-        depth = CameraSubscription(node, CameraConfig(), self._depths.append, 'depth')
-        node.keep_input(depth)
+        node.input(CameraInfo, 'camera_info', self._calibrated, BEST_EFFORT)
+        node.camera_input(CameraConfig(), self._depths.append, 'depth')
         if node.parameters.get(LocalizerNodeConfig).ground_frame:
             self._listen()
 
@@ -146,7 +129,7 @@ class Localizing:
         buffer = tf2.Buffer()
         self._tf = buffer, tf2.TransformException
         listener = tf2.TransformListener(buffer, self._node, spin_thread=False)
-        self._node.keep_input(_Closing(listener))
+        self._node.keep_input(listener.unregister)
 
     def _pose(self, header: Header) -> CameraPose | None:
         """
@@ -172,62 +155,6 @@ class Localizing:
             raise InputError(f'tf has no way from {header.frame_id!r} to {frame!r}: {why}')
         at, turn = found.translation, found.rotation
         return CameraPose.from_quaternion((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
-
-
-class _Closing:
-    """A listener to tf, closed as the node's other inputs are."""
-
-    def __init__(self, listener: Any) -> None:
-        self.close = listener.unregister
-
-
-class PeopleOutputs:
-    """What is published of everybody, and of each where and how they walk."""
-
-    def __init__(self, node: GaitNode, slots: int, located: bool) -> None:
-        """Make the publishers; ``located``: whether it will be known where people are."""
-        self._types = detection_types()
-        kinds: dict[str, Any] = {'boxes': ImageMarker}
-        if self._types is not None:
-            kinds['people'] = self._types.Detection2DArray
-        if located:
-            kinds['markers'] = MarkerArray
-            if self._types is not None:
-                kinds['people_3d'] = self._types.Detection3DArray
-            for slot in range(slots):
-                kinds[slot_topic(slot, 'pose')] = PoseWithCovarianceStamped
-                kinds[slot_topic(slot, 'walk')] = JointState
-        self._publishers = {topic: node.output(kind, topic) for topic, kind in kinds.items()}
-
-    def publish(
-        self,
-        matches: Sequence[MatchResult],
-        masks: Sequence[NDArray[np.uint8]],
-        locations: Sequence[Location | None],
-        header: Header,
-    ) -> None:
-        """Publish what is known of a frame, one a slot; nothing of nobody's pose."""
-        made = self._publishers.items()
-        heard = {topic: each for topic, each in made if each.get_subscription_count()}
-        if not heard:
-            return
-        people = []
-        for slot, (match, mask) in enumerate(zip(matches, masks, strict=True)):
-            location = locations[slot] if locations else None
-            box = Box.around(mask) if match.body is not None else None
-            if box is not None:
-                people.append(Person(match, box, location))
-            for name, make in (('pose', pose_message), ('walk', walk_message)):
-                topic = slot_topic(slot, name)
-                if location is not None and topic in heard:
-                    heard[topic].publish(make(location, header))
-        if 'boxes' in heard:
-            heard['boxes'].publish(boxes_message(people, header))
-        if 'markers' in heard:
-            heard['markers'].publish(markers_message(people, header))
-        for topic, make in (('people', people_message), ('people_3d', solid_people_message)):
-            if topic in heard:
-                heard[topic].publish(make(people, header, self._types))
 
 
 def read_camera(message: CameraInfo, rectified: bool = False) -> PinholeCamera:

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from geometry_msgs.msg import Point32, PolygonInstanceStamped
 from numpy.typing import NDArray
-from sensor_msgs.msg import CompressedImage, Image, JointState, RegionOfInterest
+from sensor_msgs.msg import CompressedImage, Image, JointState
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
@@ -34,7 +34,6 @@ __all__ = [
     'read_body',
     'read_box',
     'read_gait',
-    'read_region',
     'stamp_of',
 ]
 
@@ -136,15 +135,6 @@ def read_body(message: PolygonInstanceStamped) -> BodyFrame | None:
     """
     points = points_of(message)
     return BodyFrame.from_corners(points)[0] if points else None
-
-
-def read_region(message: RegionOfInterest) -> Box:
-    """
-    Return the box of a region of interest.
-
-    :raises InputError: if it has no size.
-    """
-    return Box(message.x_offset, message.y_offset, message.width, message.height)
 
 
 def gait_message(match: MatchResult, header: Header) -> JointState:

@@ -19,13 +19,11 @@ import rclpy
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
+from gait_segmentation.ros.ending import HANGS_S
 from gait_segmentation.ros.memory import keep_freed_memory
 from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
 
 __all__ = ['Participant', 'take_part', 'take_part_early']
-
-_LONGEST_S = 20
-"""Time after which a process ends that hangs before anything else could watch over it."""
 
 
 class Participant:
@@ -54,12 +52,8 @@ class Participant:
 
     def appear(self) -> None:
         """Be discovered, and discover others, before there is a node: by a hidden one."""
-        self._herald = Node(
-            f'_gait_{os.getpid()}',
-            use_global_arguments=False,
-            enable_rosout=False,
-            start_parameter_services=False,
-        )
+        quiet = {'enable_rosout': False, 'start_parameter_services': False}
+        self._herald = Node(f'_gait_{os.getpid()}', use_global_arguments=False, **quiet)
 
     def has_node(self) -> None:
         """Have the hidden node go, for there is another."""
@@ -78,7 +72,8 @@ _early: list[Participant] = []
 
 def take_part_early() -> None:
     """Take part with the process's command line, unless that fails: :func:`take_part` says why."""
-    faulthandler.dump_traceback_later(_LONGEST_S, exit=True)
+    # Before anything else can watch over the process.
+    faulthandler.dump_traceback_later(HANGS_S, exit=True)
     with suppress(Exception):
         participant = Participant(None)
         _early.append(participant)

@@ -1,17 +1,19 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where people are and how they walk as messages, of one person and of everybody."""
+"""
+Where people are and how they walk as messages, of one person and of everybody.
+
+Detections are those of vision_msgs since ROS 2 Humble, for those who have that package.
+"""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+import importlib
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import cv2
 import numpy as np
 from geometry_msgs.msg import Point, Pose, PoseWithCovarianceStamped, Quaternion, Vector3
-from numpy.typing import NDArray
 from sensor_msgs.msg import JointState
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import ImageMarker, Marker, MarkerArray
@@ -19,7 +21,7 @@ from visualization_msgs.msg import ImageMarker, Marker, MarkerArray
 from gait_segmentation.drawing import track_colour
 from gait_segmentation.geometry import Box
 from gait_segmentation.localization import Location
-from gait_segmentation.results import MatchResult
+from gait_segmentation.results import MatchResult, TrackResult
 
 if TYPE_CHECKING:
     from std_msgs.msg import Header
@@ -27,10 +29,12 @@ if TYPE_CHECKING:
 __all__ = [
     'Person',
     'boxes_message',
+    'detection_types',
     'markers_message',
     'people_message',
     'pose_message',
     'solid_people_message',
+    'tracks_message',
     'walk_message',
 ]
 
@@ -67,6 +71,31 @@ def walk_message(location: Location, header: Header) -> JointState:
     return JointState(header=header, name=list(values), position=list(values.values()))
 
 
+def detection_types() -> Any:
+    """Return the module of the message types, None if vision_msgs is not installed."""
+    try:
+        return importlib.import_module('vision_msgs.msg')
+    except ImportError:
+        return None
+
+
+def tracks_message(tracks: Sequence[TrackResult], header: Header, types: Any) -> Any:
+    """
+    Describe all tracks that are seen (vision_msgs/Detection2DArray).
+
+    ``id`` is the track id, ``score`` the confidence of the track, ``class_id`` is ``person`` and
+    ``theta`` the tilt of the box in radians, positive with the head to the right.
+    """
+    found = [
+        _detection(
+            track.box, track.angle, track.track_id, {'person': track.confidence}, header, types
+        )
+        for track in tracks
+        if track.box is not None
+    ]
+    return types.Detection2DArray(header=header, detections=found)
+
+
 def people_message(people: Sequence[Person], header: Header, types: Any) -> Any:
     """
     Describe everybody in pixels (vision_msgs/Detection2DArray).
@@ -76,14 +105,9 @@ def people_message(people: Sequence[Person], header: Header, types: Any) -> Any:
     """
     found = []
     for match, box, location in people:
-        center = types.Pose2D(position=types.Point2D(x=float(box.center_x), y=float(box.center_y)))
-        bounds = types.BoundingBox2D(
-            center=center, size_x=float(box.width), size_y=float(box.height)
-        )
-        results = _results(match, location, header, types)
-        each = types.Detection2D(
-            header=header, results=results, bbox=bounds, id=str(match.track_id)
-        )
+        each = _detection(box, 0.0, match.track_id, _numbers(match, location), header, types)
+        if location is not None:
+            each.results[0].pose = pose_message(location, header).pose
         found.append(each)
     return types.Detection2DArray(header=header, detections=found)
 
@@ -96,11 +120,11 @@ def solid_people_message(people: Sequence[Person], header: Header, types: Any) -
             continue
         size = Vector3(x=_WIDTH_M, y=_WIDTH_M, z=float(location.stature))
         bounds = types.BoundingBox3D(center=_pose(location, location.stature / 2), size=size)
-        results = _results(match, location, header, types)
-        each = types.Detection3D(
-            header=header, results=results, bbox=bounds, id=str(match.track_id)
+        results = _results(_numbers(match, location), types)
+        results[0].pose = pose_message(location, header).pose
+        found.append(
+            types.Detection3D(header=header, results=results, bbox=bounds, id=str(match.track_id))
         )
-        found.append(each)
     return types.Detection3DArray(header=header, detections=found)
 
 
@@ -149,41 +173,44 @@ def _walk(location: Location) -> dict[str, float]:
     return {name: float(value) for name, value in known.items() if value is not None}
 
 
-def _results(match: MatchResult, location: Location | None, header: Header, types: Any) -> list:
-    """Return what is known of somebody, by name; the first has the place."""
-    values = {
+def _numbers(match: MatchResult, location: Location | None) -> dict[str, float]:
+    """Return what is known of somebody, by name."""
+    return {
         'person': match.similarity,
         'phase': match.phase,
         'cadence': match.phase_rate,
         'view_azimuth': match.azimuth,
         **({} if location is None else _walk(location)),
     }
-    results = [
-        types.ObjectHypothesisWithPose(
-            hypothesis=types.ObjectHypothesis(class_id=name, score=float(value))
-        )
-        for name, value in values.items()
-    ]
-    if location is not None:
-        results[0].pose = pose_message(location, header).pose
-    return results
+
+
+def _detection(
+    box: Box, angle: float, track_id: int, numbers: Mapping[str, float], header: Header, types: Any
+) -> Any:
+    center = types.Point2D(x=float(box.center_x), y=float(box.center_y))
+    bounds = types.BoundingBox2D(
+        center=types.Pose2D(position=center, theta=float(angle)),
+        size_x=float(box.width),
+        size_y=float(box.height),
+    )
+    return types.Detection2D(
+        header=header, results=_results(numbers, types), bbox=bounds, id=str(track_id)
+    )
+
+
+def _results(numbers: Mapping[str, float], types: Any) -> list[Any]:
+    hypotheses = (
+        types.ObjectHypothesis(class_id=name, score=float(value))
+        for name, value in numbers.items()
+    )
+    return [types.ObjectHypothesisWithPose(hypothesis=each) for each in hypotheses]
 
 
 def _pose(location: Location, up: float = 0.0) -> Pose:
     """Return a pose above the point on the ground; x is the heading and z up."""
-    at = location.position + up * location.up
-    axes = [location.heading, np.cross(location.up, location.heading), location.up]
-    return Pose(
-        position=Point(x=float(at[0]), y=float(at[1]), z=float(at[2])),
-        orientation=_quaternion(np.column_stack(axes)),
-    )
-
-
-def _quaternion(rotation: NDArray[np.float64]) -> Quaternion:
-    vector = cv2.Rodrigues(rotation)[0].ravel()
-    angle = float(np.linalg.norm(vector))
-    x, y, z = vector / angle * math.sin(angle / 2) if angle else vector
-    return Quaternion(x=float(x), y=float(y), z=float(z), w=math.cos(angle / 2))
+    x, y, z = (location.position + up * location.up).tolist()
+    turn = dict(zip('xyzw', location.orientation, strict=True))
+    return Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(**turn))
 
 
 def _colour(track_id: int, opacity: float = 1.0) -> ColorRGBA:

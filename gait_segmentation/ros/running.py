@@ -11,7 +11,6 @@ import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import cv2
 import rclpy
@@ -26,11 +25,9 @@ from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.ros.config import CameraConfig
 from gait_segmentation.ros.ending import Ending, leave
 from gait_segmentation.ros.executor import MessageExecutor
+from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.participant import take_part
 from gait_segmentation.ros.watch import Watch
-
-if TYPE_CHECKING:
-    from gait_segmentation.ros.lifecycle import GaitNode
 
 __all__ = ['run_node', 'silence_opencv']
 
@@ -163,7 +160,7 @@ def _made(make: Callable[[], GaitNode]) -> GaitNode:
 
 def _check(make: Callable[[], GaitNode], arguments: list[str]) -> None:
     """Show the usage if it is asked for, or if there is anything but ROS arguments."""
-    sees = any(kind is CameraConfig for _, kind in getattr(make, 'groups', ()))
+    sees = isinstance(make, type) and issubclass(make, GaitNode) and make.has(CameraConfig)
     parser = argparse.ArgumentParser(
         usage='%(prog)s [--ros-args [-p NAME:=VALUE] [-r FROM:=TO] [--params-file FILE] ...]',
         description=inspect.getdoc(make),

@@ -9,7 +9,8 @@ import os
 import re
 import threading
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 __all__ = ['DeadPorts', 'remove_dead_segments']
@@ -36,42 +37,51 @@ def remove_dead_segments(folder: Path = _FOLDER) -> int:
     """
     Remove the segments of Fast DDS whose processes are gone, as ``fastdds shm clean`` does.
 
-    A process holds a lock on a file beside its segment for as long as it lives; the system takes
-    the lock away from the dead.  Only this user's segments are looked at.
+    Only this user's segments are looked at.
 
     :param folder: where the system keeps shared memory.
     :returns: how many bytes were freed.
     """
     freed = 0
-    if not folder.is_dir():
-        return freed
-    for path in sorted(folder.iterdir()):
-        named = _LOCK.fullmatch(path.name)
+    for lock in sorted(folder.iterdir()) if folder.is_dir() else ():
+        named = _LOCK.fullmatch(lock.name)
         # Another process may be cleaning up as well.
         with suppress(OSError):
-            if named and _is_ours(path):
-                freed += _remove_if_dead(path, folder / named[1])
+            if named and _is_ours(lock) and _age_s(lock) > _YOUNG_S:
+                segment = folder / named[1]
+                with _of_the_dead(lock):
+                    size = segment.lstat().st_size if segment.exists() else 0
+                    segment.unlink(missing_ok=True)
+                freed += size
     return freed
 
 
-def _is_ours(path: Path) -> bool:
-    """Return whether it is a file of this user that has been there for a while."""
-    about = path.lstat()
-    return about.st_uid == os.geteuid() and time.time() - about.st_mtime > _YOUNG_S
+@contextmanager
+def _of_the_dead(lock: Path, flags: int = os.O_RDONLY) -> Iterator[None]:
+    """
+    Hold the lock of a process that is gone, and remove it afterwards.
 
+    A process holds its locks for as long as it lives; the system takes them away from the dead.
 
-def _remove_if_dead(lock: Path, segment: Path) -> int:
-    held = os.open(lock, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
+    :raises OSError: if the process lives, or the lock was removed before it could be taken.
+    """
+    held = os.open(lock, flags | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
     try:
         fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        size = segment.lstat().st_size if segment.exists() else 0
-        segment.unlink(missing_ok=True)
+        if not os.path.samestat(os.fstat(held), lock.stat()):
+            raise FileNotFoundError(lock)
+        yield
         lock.unlink()
-        return size
-    except BlockingIOError:
-        return 0
     finally:
         os.close(held)
+
+
+def _is_ours(path: Path) -> bool:
+    return path.lstat().st_uid == os.geteuid()
+
+
+def _age_s(path: Path) -> float:
+    return time.time() - path.lstat().st_mtime
 
 
 class DeadPorts:
@@ -147,33 +157,16 @@ def _close(port: Path) -> None:
     """
     Put a folder in the place of a port whose reader is dead.
 
-    :raises OSError: if the reader lives, or the port is not this user's.
+    :raises OSError: if the reader lives.
     """
     lock = port.with_name(f'{port.name}_el')
-    if lock.exists() and _age_s(lock) < _LOOKED_AT_S:
-        return
-    if port.lstat().st_uid != os.geteuid():
+    if (lock.exists() and _age_s(lock) < _LOOKED_AT_S) or not _is_ours(port):
         return
     # With the lock nobody else can begin to read there.
-    descriptor = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        # Whoever had it before may have removed the file.
-        if os.path.samestat(os.fstat(descriptor), lock.stat()):
-            _replace(port)
-            lock.unlink()
-    finally:
-        os.close(descriptor)
-
-
-def _replace(port: Path) -> None:
-    for _ in range(_TRIES):
-        port.unlink(missing_ok=True)
-        # Who writes there may just have made it anew.
-        with suppress(FileExistsError):
-            port.mkdir()
-            return
-
-
-def _age_s(path: Path) -> float:
-    return time.time() - path.lstat().st_mtime
+    with _of_the_dead(lock, os.O_RDWR | os.O_CREAT):
+        for _ in range(_TRIES):
+            port.unlink(missing_ok=True)
+            # Who writes there may just have made it anew.
+            with suppress(FileExistsError):
+                port.mkdir()
+                return

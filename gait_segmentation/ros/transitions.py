@@ -9,7 +9,9 @@ the error of an impossible one end the node.
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable
+import threading
+from collections.abc import Awaitable, Callable, Generator
+from concurrent.futures import Future, wait
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -22,14 +24,48 @@ from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 if TYPE_CHECKING:
     from rclpy.lifecycle import LifecycleNode
 
-__all__ = ['CONFIGURING', 'configure', 'serve_transitions', 'state_of']
+__all__ = ['CONFIGURING', 'Aside', 'configure', 'serve_transitions', 'state_of']
 
 CONFIGURING = 'configuring'
 """The state of a node that compiles."""
 
 _CONFIGURE = 'configure'
+_TURN_S = 0.05
 
 Change = Callable[[ChangeState.Request, ChangeState.Response], ChangeState.Response]
+
+
+class Aside(Future[None]):
+    """
+    Something done in a thread of its own, which a coroutine of an executor can wait for.
+
+    rclpy takes up a coroutine that waits whenever the executor wakes.  So each time this waits a
+    moment for the thread, which costs nothing, and then gives way to the other callbacks.
+    """
+
+    def __init__(self, work: Callable[[], None], wake: Callable[[], None]) -> None:
+        """
+        Begin.
+
+        :param wake: wakes the executor when the work has ended; called in the other thread.
+        """
+        super().__init__()
+        self.add_done_callback(lambda _: wake())
+        threading.Thread(target=self._run, args=[work], name='compiler', daemon=True).start()
+
+    def __await__(self) -> Generator[None, None, None]:
+        """Wait until it has ended, however; others have their turn once at least."""
+        while True:
+            wait([self], _TURN_S)
+            yield
+            if self.done():
+                return
+
+    def _run(self, work: Callable[[], None]) -> None:
+        try:
+            self.set_result(work())
+        except Exception as error:  # Handed on to whoever asks for the result.
+            self.set_exception(error)
 
 
 def state_of(node: LifecycleNode) -> str:

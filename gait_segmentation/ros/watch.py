@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numba import carray, cfunc, types
 
-from gait_segmentation.ros.ending import LONGEST_S
+from gait_segmentation.ros.ending import HANGS_S, LONGEST_S
 
 __all__ = ['HUNG', 'UNCLOSED', 'Watch']
 
@@ -29,7 +29,6 @@ HUNG, UNCLOSED = 70, 71
 """Exit codes: of a process that did not turn any more, and of one that a signal did not end."""
 
 _TICK_MS = 100
-_SAY_S, _STILL_S = 10.0, 20.0
 _STDERR = 2
 
 # What both threads know, as 64-bit numbers; times are in ticks.  At the end a struct pollfd, the
@@ -100,8 +99,8 @@ class Watch:
         name: str,
         *,
         longest_s: float = LONGEST_S,
-        say_s: float = _SAY_S,
-        still_s: float = _STILL_S,
+        say_s: float = HANGS_S / 2,
+        still_s: float = HANGS_S,
     ) -> None:
         """
         Begin to watch; to be called in the main thread.

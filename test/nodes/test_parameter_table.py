@@ -8,8 +8,7 @@ import yaml
 
 from gait_segmentation.config import parameters_of
 from gait_segmentation.nodes.parameter_table import NODES, markdown, parameter_file
-from gait_segmentation.ros.config import NodeConfig
-from gait_segmentation.ros.names import qualified
+from gait_segmentation.ros.config import NodeConfig, qualified
 
 ROOT = Path(__file__).parents[2]
 COMMAND = 'python -m gait_segmentation.nodes.parameter_table --update .'

@@ -108,7 +108,7 @@ def test_what_is_fixed_can_be_changed_while_the_node_is_unconfigured(bench: Benc
     topics = {each.topic_name for each in node._outputs}
     assert '/person_2/box' in topics
     assert '/person_3/box' not in topics
-    assert node._inputs[-1].topic == 'image/compressed'
+    assert node.camera.topic == 'image/compressed'
     assert node.intake._initial_box == Box(30.0, 20.0, 24.0, 80.0)
 
 

@@ -13,7 +13,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import CompressedImage, Image
+from sensor_msgs.msg import CompressedImage, Image, RegionOfInterest
 from std_srvs.srv import SetBool, Trigger
 
 from gait_segmentation.errors import ConfigError
@@ -228,7 +228,7 @@ def test_a_best_effort_camera_that_comes_later_is_heard(bench: Bench) -> None:
     bench.record_outputs('person_0/box')
     camera = bench.probe.create_publisher(Image, 'image', BEST_EFFORT)
     bench.until(lambda: camera.get_subscription_count() == 1, 'the new subscription')
-    assert node._inputs[-1].best_effort
+    assert node.camera.best_effort
     bench.feed(camera, [frame(0)])
 
 
@@ -237,7 +237,7 @@ def test_a_best_effort_camera_that_is_there_already_is_heard(bench: Bench) -> No
     node = bench.add(TrackerNode)
     bench.record_outputs('person_0/box')
     bench.until(lambda: camera.get_subscription_count() == 1, 'the subscription')
-    assert node._inputs[-1].best_effort
+    assert node.camera.best_effort
     bench.feed(camera, [frame(0)])
 
 
@@ -262,7 +262,7 @@ def test_the_debug_image_is_made_when_somebody_listens(bench: Bench) -> None:
     bench.record_outputs('person_0/box')
     camera = bench.publisher(Image, 'image', 1)
     pictures = bench.record(Image, 'debug_image')
-    bench.until(lambda: bench.nodes[0]._debug.wanted, 'the listener')
+    bench.until(lambda: bench.nodes[0]._debug._heard('debug_image'), 'the listener')
     bench.feed(camera, [frame(0)])
     bench.until(lambda: len(pictures) == 1, 'the picture')
     assert (pictures[0].encoding, pictures[0].header) == ('bgr8', header(0))
@@ -302,12 +302,12 @@ def test_the_qos_of_endpoints_can_be_overridden(bench: Bench) -> None:
     assert by_name['/person_0/box'].depth == 3
     assert by_name['/person_0/box'].reliability.name == 'BEST_EFFORT'
     assert by_name['/person_0/likelihood'].reliability.name == 'RELIABLE'
-    assert node._inputs[-1]._subscription.qos_profile.depth == 7
+    assert node.camera._subscription.qos_profile.depth == 7
 
 
 def test_images_lost_on_the_way_are_counted_and_warned_about(bench: Bench, capfd) -> None:
     node = bench.add(TrackerNode)
-    node._inputs[-1]._lost(SimpleNamespace(total_count_change=3))
+    node.camera._lost(SimpleNamespace(total_count_change=3))
     assert node.statistics.lost == 3
     said = capfd.readouterr().err
     assert "3 frames lost on the way: start the camera's process with FASTRTPS_DEFAULT" in said
@@ -319,7 +319,7 @@ def test_images_lost_on_the_way_are_counted_and_warned_about(bench: Bench, capfd
 
 def test_who_reads_compressed_images_is_not_told_to(bench: Bench, capfd) -> None:
     node = bench.add(TrackerNode, image_transport='compressed', reliability='best_effort')
-    node._inputs[-1]._lost(SimpleNamespace(total_count_change=1))
+    node.camera._lost(SimpleNamespace(total_count_change=1))
     said = capfd.readouterr().err
     assert '1 frame lost on the way' in said
     assert 'or let the camera publish reliably' in said
@@ -337,7 +337,7 @@ def test_detections_start_tracks_of_new_people_and_tracks_go_out(
     monkeypatch.setattr(camera_node, 'read_detections', lambda message, config: [Box(*BOX)])
     monkeypatch.setattr(
         outputs,
-        'detections_message',
+        'tracks_message',
         lambda tracks, header, types: kind(
             header=header, polygon=PolygonInstance(id=sum(t.box is not None for t in tracks))
         ),
@@ -447,3 +447,11 @@ def test_somebody_lost_keeps_the_id_and_has_no_box(bench: Bench) -> None:
     assert bench.received['person_0/box'][-1].polygon.id == 1
     assert not read_mono8(bench.received['person_0/likelihood'][-1]).any()
     assert node.status()['track of person_0'].startswith('1 lost')
+
+
+def test_a_region_without_a_size_starts_nobody(bench: Bench, capfd) -> None:
+    node = bench.add(TrackerNode)
+    node._start(RegionOfInterest(x_offset=3, y_offset=4))
+    bench.settle()
+    assert 'init_roi is ignored: ' in capfd.readouterr().err
+    assert node.intake.requested == ()

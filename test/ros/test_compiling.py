@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from gait_segmentation.ros.compiling import Aside, compiling
+from gait_segmentation.ros.compiling import compiling
 
 
 def test_what_takes_long_is_said() -> None:
@@ -27,26 +27,6 @@ def test_what_does_not_is_not() -> None:
     with compiling(said.append, patience_s=3600.0):
         pass
     assert not said
-
-
-def test_others_have_their_turn_until_what_is_done_aside_has_ended() -> None:
-    go_on = threading.Event()
-    turns = Aside(go_on.wait, wake=lambda: None).__await__()
-    for _ in range(3):
-        next(turns)
-    go_on.set()
-    assert list(turns) in ([], [None])
-
-
-def test_what_is_done_already_gives_way_once_and_hands_on_its_error() -> None:
-    woken = threading.Event()
-    aside = Aside(lambda: [][0], wake=woken.set)
-    # Whoever is woken finds that it is done.
-    assert woken.wait(60)
-    assert aside.done
-    assert list(aside.__await__()) == [None]
-    with pytest.raises(IndexError):
-        aside.check()
 
 
 def test_a_full_disk_under_the_cache_is_said_to_be_there() -> None:

@@ -27,7 +27,7 @@ import ctypes, sys, time
 from functools import partial
 from rclpy.node import Node
 from gait_segmentation.ros import running
-from gait_segmentation.ros.compiling import Aside
+from gait_segmentation.ros.transitions import Aside
 
 def wait():
     print('starting', flush=True)

@@ -2,10 +2,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.ros.intake import Intake
+from gait_segmentation.results import TrackResult
+from gait_segmentation.ros.config import StartConfig
+from gait_segmentation.ros.intake import Intake, new_people, read_detections
 
 BOX = Box(10, 10, 20, 40)
 IMAGE = np.zeros((60, 80, 3), np.uint8)
@@ -115,3 +120,48 @@ def test_boxes_dropped_before_they_came_in_are_counted_as_well() -> None:
     log.intake.request(BOX)
     assert log.intake.dropped == 8
     assert len(log.events) == 2
+
+
+def track(track_id: int, box: Box | None, confidence: float = 0.75) -> TrackResult:
+    return TrackResult(5, track_id, box, np.zeros((2, 2), np.uint8), confidence, 0.1)
+
+
+def detection(score: float, box: tuple[float, ...], name: str = 'person') -> Any:
+    x, y, width, height = box
+    hypothesis = SimpleNamespace(class_id=name, score=score)
+    center = SimpleNamespace(position=SimpleNamespace(x=x, y=y), theta=0.0)
+    return SimpleNamespace(
+        results=[SimpleNamespace(hypothesis=hypothesis)],
+        bbox=SimpleNamespace(center=center, size_x=width, size_y=height),
+    )
+
+
+def test_people_come_in_the_surest_first() -> None:
+    nothing = detection(0.9, (5, 5, 4, 4))
+    nothing.results = []
+    message = SimpleNamespace(
+        detections=[
+            detection(0.6, (50, 50, 20, 40)),
+            detection(0.9, (10, 20, 4, 8)),
+            detection(0.4, (10, 20, 4, 9)),
+            detection(0.9, (10, 20, 0, 8)),
+            detection(0.9, (float('nan'), 20, 4, 8)),
+            detection(0.99, (10, 20, 4, 8), 'dog'),
+            nothing,
+        ]
+    )
+    assert read_detections(message, StartConfig()) == [Box(8, 16, 4, 8), Box(40, 30, 20, 40)]
+    every = read_detections(message, StartConfig(detection_class='', detection_score=0.95))
+    assert every == [Box(8, 16, 4, 8)]
+
+
+def test_only_new_people_start_and_only_in_free_slots() -> None:
+    known, near, far = Box(10, 10, 20, 60), Box(12, 11, 20, 60), Box(100, 10, 20, 60)
+    further = Box(200, 10, 20, 60)
+    assert new_people([near, far], [track(1, known), track(0, None)], 2) == [far]
+    assert new_people([near, far], [track(1, known)], 1) == []
+    assert new_people([far, far, further], [], 3) == [far, further]
+    assert new_people([far, further], [track(3, None)], 2) == [far]
+    # What another message has asked for just before takes a slot, too.
+    assert new_people([far, further], [], 3, [far]) == [further]
+    assert new_people([far, further], [], 1, [near]) == []

@@ -11,7 +11,7 @@ from hypothesis import given, strategies as st
 pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
 
 from geometry_msgs.msg import Point32, PolygonInstanceStamped
-from sensor_msgs.msg import JointState, RegionOfInterest
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from gait_segmentation.errors import InputError
@@ -24,7 +24,6 @@ from gait_segmentation.ros.messages import (
     read_body,
     read_box,
     read_gait,
-    read_region,
     stamp_of,
 )
 
@@ -95,13 +94,6 @@ def test_polygons_that_are_no_box_are_refused(points) -> None:
     message.polygon.polygon.points = [Point32(x=float(x), y=float(y)) for x, y in points]
     with pytest.raises(InputError):
         read_box(message)
-
-
-def test_regions_need_a_size() -> None:
-    region = RegionOfInterest(x_offset=3, y_offset=4, width=5, height=6)
-    assert read_region(region) == Box(3, 4, 5, 6)
-    with pytest.raises(InputError, match='0 x 0'):
-        read_region(RegionOfInterest())
 
 
 @given(st.floats(0, 0.999), st.floats(-3.14, 3.14))

@@ -143,15 +143,16 @@ def test_compressed_images_are_made_for_those_who_listen_alone() -> None:
 def test_a_picture_goes_out_as_it_is_listened_to(heard: str) -> None:
     node: Any = _Node(heard)
     outputs = DebugOutput(node)
-    assert outputs.wanted
     picture = np.full((16, 16, 3), (10, 120, 200), np.uint8)
-    outputs.publish(picture, HEADER)
+    outputs.publish(HEADER, lambda: picture)
     ((topic, message),) = node.published
     assert topic == heard
     if heard != 'debug_image':
         assert message.format == 'bgr8; jpeg compressed bgr8'
         np.testing.assert_allclose(_decoded(message), picture, atol=4)
-    assert not DebugOutput(_Node()).wanted  # type: ignore[arg-type]
+    drawn: list[int] = []
+    DebugOutput(_Node()).publish(HEADER, lambda: drawn.append(1))  # type: ignore[arg-type]
+    assert not drawn
 
 
 def _decoded(message: Any) -> np.ndarray:

@@ -4,8 +4,9 @@
 
 from __future__ import annotations
 
+import sys
 from functools import partial
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,17 +17,32 @@ from std_msgs.msg import Header
 
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.localization import Location
-from gait_segmentation.results import MatchResult
+from gait_segmentation.results import MatchResult, TrackResult
+from gait_segmentation.ros.config import StartConfig
+from gait_segmentation.ros.intake import read_detections
 from gait_segmentation.ros.people_messages import (
     Person,
     boxes_message,
+    detection_types,
     markers_message,
     people_message,
     pose_message,
     solid_people_message,
+    tracks_message,
 )
-from test.ros.test_vision import DEFINITIONS
 
+DEFINITIONS = {
+    'Point2D': 'float64 x\nfloat64 y',
+    'Pose2D': 'vision_msgs/Point2D position\nfloat64 theta',
+    'BoundingBox2D': 'vision_msgs/Pose2D center\nfloat64 size_x\nfloat64 size_y',
+    'ObjectHypothesis': 'string class_id\nfloat64 score',
+    'ObjectHypothesisWithPose': 'ObjectHypothesis hypothesis\n'
+    'geometry_msgs/PoseWithCovariance pose',
+    'Detection2D': 'std_msgs/Header header\nObjectHypothesisWithPose[] results\n'
+    'BoundingBox2D bbox\nstring id',
+    'Detection2DArray': 'std_msgs/Header header\nDetection2D[] detections',
+}
+KIND = 'vision_msgs/msg/Detection2DArray'
 SOLID = {
     'BoundingBox3D': 'geometry_msgs/Pose center\ngeometry_msgs/Vector3 size',
     'Detection3D': 'std_msgs/Header header\nObjectHypothesisWithPose[] results\n'
@@ -139,3 +155,42 @@ def test_boxes_and_markers_have_the_colours_of_the_tracks() -> None:
     assert body.color.r == boxes.outline_colors[0].r
     assert (body.scale.z, heading.scale.x) == (1.75, 1.0)
     assert about.text == '7  5.2 m  1.3 m/s'
+
+
+def track(track_id: int, box: Box | None, confidence: float = 0.75) -> TrackResult:
+    return TrackResult(5, track_id, box, np.zeros((2, 2), np.uint8), confidence, 0.1)
+
+
+def test_tracks_go_out_field_by_field(store: Any, types: SimpleNamespace) -> None:
+    header = store.types['std_msgs/msg/Header'](
+        stamp=store.types['builtin_interfaces/msg/Time'](sec=3, nanosec=4), frame_id='camera'
+    )
+    tracks = [track(7, Box(10, 20, 30, 80)), track(0, None), track(8, None)]
+    message = tracks_message(tracks, header, types)
+    message = sent(store, message, 'Detection2DArray')
+    (one,) = message.detections
+    assert message.header == one.header == header
+    assert one.id == '7'
+    assert (one.bbox.center.position.x, one.bbox.center.position.y) == (25.0, 60.0)
+    assert (one.bbox.size_x, one.bbox.size_y, one.bbox.center.theta) == (30.0, 80.0, 0.1)
+    (result,) = one.results
+    assert (result.hypothesis.class_id, result.hypothesis.score) == ('person', 0.75)
+    assert read_detections(message, StartConfig()) == [Box(10, 20, 30, 80)]
+
+
+def test_without_the_package_there_are_no_detections(monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, 'vision_msgs', None)
+    monkeypatch.setitem(sys.modules, 'vision_msgs.msg', None)
+    assert detection_types() is None
+
+
+def test_the_package_is_used_where_it_is(monkeypatch, types) -> None:
+    pytest.importorskip('geometry_msgs')
+    module = ModuleType('vision_msgs.msg')
+    for name in DEFINITIONS:
+        setattr(module, name, getattr(types, name))
+    monkeypatch.setitem(sys.modules, 'vision_msgs', ModuleType('vision_msgs'))
+    monkeypatch.setitem(sys.modules, 'vision_msgs.msg', module)
+    found = detection_types()
+    assert found is not None
+    assert found.Detection2DArray is types.Detection2DArray
