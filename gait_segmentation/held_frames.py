@@ -32,14 +32,14 @@ class HeldFrames(Generic[Frame]):
 
     def __init__(self) -> None:
         """Hold nothing."""
-        self._frames: deque[tuple[int, Frame]] = deque()
+        self._frames: deque[tuple[int | None, Frame]] = deque()
 
     def __len__(self) -> int:
         """Return the number of frames held."""
         return len(self._frames)
 
-    def hold(self, stamp_ns: int, frame: Frame) -> None:
-        """Keep a frame, the stamp of which identifies it."""
+    def hold(self, stamp_ns: int | None, frame: Frame) -> None:
+        """Keep a frame by the stamp that its result will have, None if there will be none."""
         self._frames.append((stamp_ns, frame))
 
     def take(self, stamp_ns: int) -> Frame:
@@ -67,7 +67,7 @@ class HeldFrames(Generic[Frame]):
             while any(stamp_ns == result.stamp_ns for stamp_ns, _ in self._frames):
                 stamp_ns, frame = self._frames.popleft()
                 yield frame, result if stamp_ns == result.stamp_ns else None
-        while last and self._frames:
+        while self._frames and (last or self._frames[0][0] is None):
             yield self._frames.popleft()[1], None
 
     def clear(self) -> None:

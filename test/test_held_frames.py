@@ -33,3 +33,14 @@ def test_frames_are_answered_in_order_also_those_passed_over() -> None:
     assert list(held.answered([unasked, second, second])) == [('a', None), ('b', second)]
     assert list(held.answered([])) == []
     assert list(held.answered([], last=True)) == [('c', None), ('d', None)]
+
+
+def test_frames_that_nothing_comes_for_wait_only_for_those_before() -> None:
+    held: HeldFrames[str] = HeldFrames()
+    held.hold(None, 'a')
+    assert list(held.answered([])) == [('a', None)]
+    held.hold(1, 'b')
+    held.hold(None, 'c')
+    assert list(held.answered([])) == []
+    second = SimpleNamespace(stamp_ns=1)
+    assert list(held.answered([second])) == [('b', second), ('c', None)]

@@ -25,9 +25,6 @@ __all__ = ['ahead', 'results_of']
 
 Item = TypeVar('Item')
 
-_NEVER = 0
-"""Stamp under which frames are held that no result comes for: no frame has it."""
-
 
 def ahead(items: Iterator[Item], depth: int = 4) -> Generator[Item, None, None]:
     """
@@ -107,7 +104,7 @@ def results_of(
         if frame is None:
             break
         results: list[FrameResult] = []
-        stamp_ns = _NEVER
+        answered_by = None
         if frame.image is None:
             warn(f'frame {frame.number} cannot be read: {frame.problem}')
         else:
@@ -117,10 +114,10 @@ def results_of(
             heat_maps = _given(pipeline, heat_maps, frame, warn)
             try:
                 results = pipeline.update(frame.image, frame.stamp_ns)
-                stamp_ns = frame.stamp_ns
+                answered_by = frame.stamp_ns
             except InputError as error:
                 warn(f'frame {frame.number} cannot be used: {error}')
-        held.hold(stamp_ns, frame)
+        held.hold(answered_by, frame)
         yield from answers(results)
     start_over()
     yield from flushed
