@@ -18,13 +18,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 
-__all__ = ['BLACK', 'NO_GRADIENT', 'gray_lab', 'is_gray', 'lab_of']
-
-BLACK = 16 * 2.55
-"""
-What is added to the lightness to have it in proportion to the cube root of the light, as all
-but the darkest are in CIE Lab.
-"""
+__all__ = ['NO_GRADIENT', 'gray_lab', 'is_gray']
 
 _SIGMA = 0.8
 """Of the Gaussian over which energy is gathered, in pixels."""
@@ -66,16 +60,3 @@ def gray_lab(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
         energy = cv2.sqrt(cv2.GaussianBlur(cv2.multiply(slope, slope), (0, 0), _SIGMA))
         lab[..., channel] = cv2.convertScaleAbs(energy, alpha=_GAIN, beta=NO_GRADIENT)
     return np.asarray(lab)
-
-
-def lab_of(bgr: NDArray[np.uint8], *, textured: bool) -> NDArray[np.uint8]:
-    """
-    Convert an image.
-
-    :param bgr: (h, w, 3) uint8.
-    :param textured: whether it is grey and gradient energy stands for a* and b*.
-    :returns: (h, w, 3) uint8.
-    """
-    if textured:
-        return gray_lab(np.ascontiguousarray(bgr[..., 0]))
-    return np.asarray(cv2.cvtColor(bgr, cv2.COLOR_BGR2Lab))

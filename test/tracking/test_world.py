@@ -287,5 +287,6 @@ def test_what_is_forgotten_stays_so(frames: int) -> None:
     assert (made.now.background.count[where > 0] == 0).all()
     for stamp in range(2, frames + 2):
         made.take(stamp)
-        assert (made._background.count[55:85, 110:150] == 0).all()
+        # Each step shifts by 2 pixels and blurs over 2.
+        assert (made._background.count[56:84, 112:140] == 0).all()
     assert made._background.count[100:150, 110:150].min() > 0.9
