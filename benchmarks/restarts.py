@@ -11,7 +11,7 @@ includes the start of Python.  A node that gives none within 20 s counts as hung
 printed (SIGUSR1), and it must end within 5 s of SIGTERM.  Needs ROS 2 and the kernels in Numba's
 cache (gait_warm_up); leave the machine alone meanwhile::
 
-    python benchmarks/restarts.py [--kills 50] [--nodes gait_tracker ...]
+    python benchmarks/restarts.py [--kills 50] [--styles split ...]
 
 Fails if the worst time is above 3 s, anything hangs, another node ends, or a process is left.
 """
