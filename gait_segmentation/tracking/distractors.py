@@ -22,21 +22,27 @@ from gait_segmentation.results import LOST
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.background.kernels import SURE_COUNT
 from gait_segmentation.tracking.learner import Learnt
-from gait_segmentation.tracking.person.learning import WHOLE
+from gait_segmentation.tracking.person.learning import MARGIN, WHOLE
 from gait_segmentation.tracking.person.person import LEAST_SEEN
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.target import Target
 
 __all__ = ['Surroundings']
 
-_LEAST_HEIGHT = 0.35
-"""Height of what moves and is somebody else, in body heights of the person near."""
+_LEAST_HEIGHT, _ASIDE = 0.35, 0.25
+"""
+Height of what is somebody else, and distance of its middle from the person's axis, in body heights
+of the person near: an arm or a bag that was missed is nearer.
+"""
 
 _APART = 0.08
 """
 Distance from the template from which nothing is the person's, and from a distractor up to which
 what else is strange belongs to it, in body heights.
 """
+
+_MOVING = 0.2
+"""Least share that must move: what only differs is grass, or stands nearer than the background."""
 
 _PATIENCE_S = 1.0
 """
@@ -135,9 +141,9 @@ class Surroundings:
             person.learn_colours(lab, window, mask, None, config.colour_rate)
         person.shift(dx, dy)
 
-    def newcomer(self, target: Target, learnt: Learnt, known: Sequence[Target]) -> Start | None:
+    def newcomers(self, target: Target, learnt: Learnt, known: Sequence[Target]) -> list[Start]:
         """
-        Return who is new beside a person, the largest if there are several.
+        Return who is new beside a person.
 
         :param learnt: what the person's mask told.
         :param known: the distractors known already.
@@ -145,25 +151,32 @@ class Surroundings:
         person, window = target.person, learnt.window
         height = person.height
         if min(learnt.share, person.share_inside(target.world.shape)) < WHOLE:
-            return None
+            return []
         strange = self._strange[window] * np.uint8(255)
         moving = self._moving[window]
         if not _enough(strange, moving, height):
-            return None
+            return []
         strange[self.away[window] < _APART * height] = 0
         for other in known:
             near = cv2.dilate(other.person.mask, _square(_APART * height))
             strange[near[window] > 0] = 0
-        # A body comes into the window in pieces, one above the other.
-        tall = _square(_APART * height)[:, :3]
-        strange = cv2.morphologyEx(strange, cv2.MORPH_CLOSE, tall)
+        strange = cv2.morphologyEx(strange, cv2.MORPH_CLOSE, _square(MARGIN * height))
         strange = cv2.morphologyEx(strange, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-        _, labels, stats, _ = cv2.connectedComponentsWithStats(strange, connectivity=4)
-        areas = stats[1:, cv2.CC_STAT_AREA]
-        if areas.size == 0:
-            return None
-        part = labels == 1 + int(areas.argmax())
-        return _start(part, target, learnt) if _enough(part, moving, height) else None
+        if not _enough(strange, moving, height):
+            return []
+        count, parts, stats, centers = cv2.connectedComponentsWithStats(strange, connectivity=4)
+        axis = person.center_x - window[1].start
+        found: list[NDArray[np.bool_]] = []
+        for number in range(1, count):
+            part = parts == number
+            _, _, _, tall, area = stats[number]
+            if (
+                tall >= _LEAST_HEIGHT * height
+                and abs(centers[number][0] - axis) >= _ASIDE * height
+                and np.count_nonzero(moving[part]) >= _MOVING * area
+            ):
+                found.append(part)
+        return [_start(part, target, learnt) for part in found]
 
 
 def _start(part: NDArray[np.bool_], target: Target, learnt: Learnt) -> Start:
@@ -178,12 +191,9 @@ def _start(part: NDArray[np.bool_], target: Target, learnt: Learnt) -> Start:
     return Start(mask, mask / np.float32(255), box, body, 0.0, 0.0)
 
 
-def _enough(
-    strange: NDArray[np.uint8] | NDArray[np.bool_], moving: NDArray[np.uint8], height: float
-) -> bool:
+def _enough(strange: NDArray[np.uint8], moving: NDArray[np.uint8], height: float) -> bool:
     """Return whether what is strange moves in enough rows to be somebody."""
-    both = ((strange > 0) & (moving > 0)).view(np.uint8)
-    rows = cv2.reduce(both, 1, cv2.REDUCE_MAX)
+    rows = cv2.reduce(cv2.bitwise_and(strange, moving), 1, cv2.REDUCE_MAX)
     return cv2.countNonZero(rows) >= _LEAST_HEIGHT * height
 
 

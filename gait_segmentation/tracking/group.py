@@ -160,8 +160,7 @@ def learn(
         # It may be them.
         return distractors
     for target, learnt in told:
-        start = about.newcomer(target, learnt, distractors)
-        if start is not None:
+        for start in about.newcomers(target, learnt, distractors):
             number = min((each.track_id for each in distractors), default=0) - 1
             distractors.append(Target(number, world, start, config, record))
     return distractors

@@ -15,13 +15,17 @@ from gait_segmentation.images import Bounds, bounding_box
 
 __all__ = ['Extent', 'axis_tilt', 'extent_of']
 
+_OUTERMOST = 0.005
+"""Share of the pixels at each end that does not count."""
+
 
 @dataclass(frozen=True)
 class Extent:
     """
     How far a mask reaches from a point, along and across the body, in pixels.
 
-    ``axis`` is the median across; ``at_bottom`` tells that the mask ends at the lower border.
+    The outermost 0.5 % of the pixels do not count.  ``axis`` is the median across; ``at_bottom``
+    tells that the mask ends at the lower border.
     """
 
     top: float
@@ -55,9 +59,9 @@ def extent_of(
     right, down = columns + (first + 0.5 - center[0]), rows + (upper + 0.5 - center[1])
     cos, sin = math.cos(angle), math.sin(angle)
     along, across = cos * down - sin * right, cos * right + sin * down
-    top, bottom = float(along.min()) - 0.5, float(along.max()) + 0.5
-    left, far = float(across.min()) - 0.5, float(across.max()) + 0.5
-    return Extent(top, bottom, left, far, float(np.median(across)), at_bottom)
+    top, bottom = np.quantile(along, (_OUTERMOST, 1 - _OUTERMOST)).tolist()
+    left, axis, far = np.quantile(across, (_OUTERMOST, 0.5, 1 - _OUTERMOST)).tolist()
+    return Extent(top - 0.5, bottom + 0.5, left - 0.5, far + 0.5, axis, at_bottom)
 
 
 def axis_tilt(mask: NDArray[np.uint8]) -> float:
