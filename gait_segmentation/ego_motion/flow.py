@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Corners of a frame, and where they are in the next one: sparse optical flow."""
+"""Corners of a frame, where they are in the next one, and the motion that most agree on."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.images import Window
 
-__all__ = ['corners_of', 'followed']
+__all__ = ['camera_motion', 'corners_of', 'followed']
 
 _QUALITY = 0.01
 """Least strength of a corner, as a share of the strongest."""
@@ -21,6 +21,22 @@ _SIDE = 11
 
 _UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 10, 0.02)
 """Steps, and the length of a step (pixels) that is the last."""
+
+_LEAST_POINTS = 8
+_STILL_PX = 0.2
+"""Points that are needed, and the median shift up to which they stand still."""
+
+_REACH_PX = 0.75
+"""How far off a point may be that still counts: little, or slow walkers pull the world along."""
+
+_MOST_SAMPLES = 100
+"""Pairs of points tried."""
+
+_MOST_TURN, _MOST_ZOOM = 0.2, 1.2
+"""Largest rotation (radians) and zoom from frame to frame that are believed."""
+
+_LEAST_AGREEING = 1 / 3
+"""Share of the corners that must agree on the camera's motion; else it counts as unknown."""
 
 
 def corners_of(
@@ -96,3 +112,29 @@ def _about(
     low = np.clip(np.nan_to_num(both.min(axis=0)) - margin, 0, size - 1).astype(int)
     high = np.clip(np.nan_to_num(both.max(axis=0)) + margin, low + 1, size).astype(int)
     return (slice(low[1], high[1]), slice(low[0], high[0])), low.astype(np.float32)
+
+
+def camera_motion(
+    before: NDArray[np.float32], after: NDArray[np.float32]
+) -> NDArray[np.float64] | None:
+    """
+    Return the similarity that most points agree on, None if they stand still or are few.
+
+    :param before, after: (n, 2) float32, positions (x, y) of the same points in two frames.
+    :returns: 2 x 3 transform of positions.
+    """
+    if len(before) < _LEAST_POINTS:
+        return None
+    shift = np.hypot(*(after - before).T)
+    if np.partition(shift, len(shift) // 2)[len(shift) // 2] < _STILL_PX:
+        return None
+    # OpenCV draws the same samples in every call.
+    motion, agrees = cv2.estimateAffinePartial2D(
+        before, after, ransacReprojThreshold=_REACH_PX, maxIters=_MOST_SAMPLES
+    )
+    if motion is None or np.count_nonzero(agrees) < _LEAST_AGREEING * len(before):
+        return None
+    zoom = np.hypot(motion[0, 0], motion[1, 0])
+    if abs(motion[1, 0]) > _MOST_TURN or not 1 / _MOST_ZOOM < zoom < _MOST_ZOOM:
+        return None
+    return np.asarray(motion)

@@ -24,8 +24,8 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector, View
 from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.records import Record, Shift
-from gait_segmentation.tracking.recovery.visibility import Sight
 from gait_segmentation.tracking.target import Target
+from gait_segmentation.tracking.visibility import Sight
 from gait_segmentation.tracking.world import World
 
 __all__ = ['MeanShiftTarget', 'start_in']
@@ -85,7 +85,7 @@ class MeanShiftTarget(Target):
         lost = self.state != TRACKED
         return Claim(window, logit, mask, near, self.feet, person.height, lost)
 
-    def _measured(self, world: Shift, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
+    def _measured(self, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
         """Return that only mean shift tells how far the body went."""
         return None
 

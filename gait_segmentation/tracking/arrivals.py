@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,26 +123,8 @@ class Arrivals:
         if known is not None:
             lab = world.now.image.lab_part(window)
             evidence[window] = known.evidence(lab, window, config.shadow_floor)
-        start = self._estimate(world, box, config, evidence)
-        if heat is not None and not world.now.heat_frames:
-            # The box tells as much of where the person is as a first mask that may be poor.
-            likely = np.float32(0.5) * start.votes
-            there = box.slices(world.shape[1], world.shape[0])
-            likely[there] += heat[there] / np.float32(2 * 255)
-            cue.place(heat, window, likely[window], box.height)
-            cue.begin(heat, box, window)
-            if cue.weight:
-                evidence[window] += cue.evidence(cue.part(heat, window))
-                start = self._estimate(world, box, config, evidence)
-        world.clear(start.mask)
-        if known is not None:
-            world.adopt(known)
-        return start, cue
-
-    def _estimate(
-        self, world: World, box: Box, config: TrackingConfig, evidence: NDArray[np.float32]
-    ) -> Start:
-        return estimate_start(
+        estimate = partial(
+            estimate_start,
             world.now.image.lab,
             box,
             self._bank,
@@ -151,6 +134,21 @@ class Arrivals:
             use_tilt=config.use_tilt,
             evidence=evidence,
         )
+        start = estimate()
+        if heat is not None and not world.now.heat_frames:
+            # The box tells as much of where the person is as a first mask that may be poor.
+            likely = np.float32(0.5) * start.votes
+            there = box.slices(world.shape[1], world.shape[0])
+            likely[there] += heat[there] / np.float32(2 * 255)
+            cue.place(heat, window, likely[window], box.height)
+            cue.begin(heat, box, window)
+            if cue.weight:
+                evidence[window] += cue.evidence(cue.part(heat, window))
+                start = estimate()
+        world.clear(start.mask)
+        if known is not None:
+            world.adopt(known)
+        return start, cue
 
     def new_world(
         self, source: tuple[int, int], height: float, stamp_ns: int, config: TrackingConfig
@@ -178,12 +176,12 @@ def slot_for_found(
         for slot, target in enumerate(slots)
         if target is not None and target.state == LOST
     }
-    alike = {slot: target.memory.likeness(start, world.now) for slot, target in lost.items()}
+    alike = {slot: target.likeness(start, world.now) for slot, target in lost.items()}
     best = max(alike, key=lambda slot: alike[slot], default=None)
     if best is not None and alike[best] >= SAME_COLOURS:
         return best, lost[best].track_id
     if None in slots:
         return list(slots).index(None), None
     if lost:
-        return max(lost, key=lambda slot: lost[slot].memory.lost_s), None
+        return max(lost, key=lambda slot: lost[slot].lost_s), None
     return None

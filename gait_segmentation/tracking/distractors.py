@@ -18,10 +18,12 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.images import Window, bounding_box, overlap, placed
+from gait_segmentation.results import LOST
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.background.kernels import SURE_COUNT
 from gait_segmentation.tracking.learner import Learnt
 from gait_segmentation.tracking.person.learning import MARGIN, WHOLE
+from gait_segmentation.tracking.person.person import LEAST_SEEN
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.target import Target
 
@@ -42,10 +44,10 @@ what else is strange belongs to it, in body heights.
 _MOVING = 0.2
 """Least share that must move: what only differs is grass, or stands nearer than the background."""
 
-_SEEN, _PATIENCE_S = 0.1, 1.0
+_PATIENCE_S = 1.0
 """
-Share of the usual area that must be seen apart from who is tracked, and for how long not: what
-only shows in their place is a part of them that was taken for somebody else.
+Time after which a distractor is forgotten that is seen only in the place of who is tracked: that
+is a part of them which was taken for somebody else.
 """
 
 
@@ -93,24 +95,25 @@ class Surroundings:
 
     def teach(self, distractor: Target) -> bool:
         """
-        Teach a distractor by what it won of the frame; return whether it is still somebody.
+        Teach a distractor by what it won of the frame; return whether it is still there.
 
         That is who is seen apart from those who are tracked, every now and then, in a window
         about one of them.
         """
         record, person = self._record, distractor.person
         windows = [learnt.window for _, learnt in self._told]
-        if not any(overlap(distractor.window, window) for window in windows):
+        near = any(overlap(distractor.window, window) for window in windows)
+        if distractor.state == LOST or not near:
             return False
         distractor.skip(record)
         found = record.won.get(distractor.track_id)
         if found is not None:
             window, won = found
-            near = cv2.dilate(person.mask[window], _square(_APART * person.height))
+            about = cv2.dilate(person.mask[window], _square(_APART * person.height))
             apart = self.away[window] >= _APART * person.height
-            seen = won | np.uint8(255) * ((near > 0) & (self._strange[window] > 0) & apart)
+            seen = won | np.uint8(255) * ((about > 0) & (self._strange[window] > 0) & apart)
             area = cv2.countNonZero(seen)
-            if np.count_nonzero(seen[apart]) >= _SEEN * distractor.usual_area:
+            if np.count_nonzero(seen[apart]) >= LEAST_SEEN * distractor.usual_area:
                 distractor.seen_ns = record.image.stamp_ns
             if area >= WHOLE * distractor.usual_area:
                 distractor.usual_area = max(float(area), distractor.usual_area)

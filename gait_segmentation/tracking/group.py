@@ -16,9 +16,9 @@ from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.tracking.competition import Claim, compete, leave_to
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.distractors import Surroundings
-from gait_segmentation.tracking.finding import recover
 from gait_segmentation.tracking.learner import Learnt, learn as teach
 from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
+from gait_segmentation.tracking.redetection import recover
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
 
@@ -56,7 +56,7 @@ def follow(
         [target.person.area for target in targets],
         camera=config.use_ego_motion,
         texture=config.use_texture,
-        everywhere=any(target.state == LOST for target in targets if not target.is_distractor),
+        everywhere=bool(_lost(targets)),
         heat=heat,
     )
     for target in targets:
@@ -105,8 +105,10 @@ def judge(
         if target.state == TRACKED:
             cover = _cover(target, masks, claim.window)
             target.assess(likelihoods[target.track_id], claim, cover)
-    if any(target.state == LOST and target.memory.lost_s > 0 for target in targets):
-        _recover(world, targets, {t.track_id: claim for t, claim in present}, likelihoods)
+    lost = [each for each in _lost(targets) if each.lost_s > 0]
+    if lost:
+        claims = {target.track_id: claim for target, claim in present}
+        _recover(world, targets, lost, claims, likelihoods)
     return likelihoods
 
 
@@ -154,7 +156,7 @@ def learn(
     busy = world.learn(record, people, around, gate=config.use_motion_gate)
     about = Surroundings(record, told, people, busy)
     distractors = [each for each in distractors if about.teach(each)]
-    if any(target.state == LOST for target in targets if not target.is_distractor):
+    if _lost(targets):
         # It may be them.
         return distractors
     for target, learnt in told:
@@ -193,14 +195,19 @@ def _uncovered(
     return mask if cover is None else np.asarray(cv2.bitwise_and(mask, cv2.bitwise_not(cover)))
 
 
+def _lost(targets: Sequence[Target]) -> list[Target]:
+    """Return who is lost and waited for."""
+    return [each for each in targets if each.state == LOST and not each.is_distractor]
+
+
 def _recover(
     world: World,
     targets: Sequence[Target],
+    lost: Sequence[Target],
     claims: dict[int, Claim],
     likelihoods: Likelihoods,
 ) -> None:
     """Look for those who are lost, where nobody else is."""
-    lost = [target for target in targets if target.state == LOST and target.memory.lost_s > 0]
     taken = np.zeros(world.shape, np.uint8)
     for target in targets:
         if target.state == TRACKED:

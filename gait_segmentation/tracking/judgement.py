@@ -14,14 +14,15 @@ from gait_segmentation.colour import colour_bins
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window, shifted_part, signed_distance
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.likelihood.cues import add_motion, add_propagation
+from gait_segmentation.tracking.likelihood.kernels import LEAST_COUNT
 from gait_segmentation.tracking.likelihood.log_ratio import log_ratio
 from gait_segmentation.tracking.likelihood.spreading import spread_evidence
 from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.records import Record, Shift
 from gait_segmentation.tracking.world import World
+from gait_segmentation.warping import warp_window
 
-__all__ = ['carried_template', 'judge']
+__all__ = ['add_motion', 'carried_template', 'judge']
 
 _LEAST_MOTION = 0.02
 """Motion of the body relative to the world that the cue needs, in body heights."""
@@ -44,8 +45,10 @@ Masks until which there may be ghosts: later a body that was hidden would be tak
 comes forth.
 """
 
-_UNSEEN = 0.5
-"""Times that a pixel of the background was seen up to which it is unknown."""
+_RESIDUAL_SIGMA = 12.0
+_RESIDUAL_LIMIT = 2.0
+_PROPAGATION_SLOPE = 0.02
+_PROPAGATION_LIMIT = 3.0
 
 
 def judge(
@@ -133,7 +136,7 @@ def _add_motion(
     body = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
     moving = add_motion(logit, record.image.gray, earlier.image.gray, motion, body, window, weight)
     if earlier.people is not None and _FOUND <= person.learnt_anew <= _SETTLED:
-        unseen = record.background.count[window] < _UNSEEN
+        unseen = record.background.count[window] < LEAST_COUNT
         there = motion.warped(earlier.people, window, cv2.BORDER_CONSTANT)
         along = shifted_part(earlier.people, round(dx), round(dy), window)
         kept = _take_back_uncovered(there, along, unseen, moving)
@@ -210,3 +213,52 @@ def _add_spread(
         person.height,
         config.shadow_floor,
     )
+
+
+def add_motion(
+    logit: NDArray[np.float32],
+    gray: NDArray[np.uint8],
+    earlier: NDArray[np.uint8],
+    motion: WorldMotion,
+    body: NDArray[np.float64],
+    window: Window,
+    weight: float,
+) -> NDArray[np.float32]:
+    """
+    Add the evidence that pixels move with the body rather than stay with the world.
+
+    An earlier frame is carried to this one twice, with the world and with the body; a pixel
+    belongs to the one that explains it better.  Limited to +-2 times the weight.
+
+    :param logit: (h, w) float32 of the window, changed.
+    :param gray: (H, W) uint8 brightness of this frame.
+    :param earlier: (H, W) uint8, that of a frame some frames back.
+    :param motion: of the still world from then to now.
+    :param body: 2 x 3 transform of positions on the body, likewise.
+    :param window: the window's rows and columns.
+    :returns: the evidence itself, (h, w) float32 within +-2.
+    """
+    stays = motion.warped(earlier, window)
+    moves = warp_window(earlier, body, window)
+    stay, move = (
+        np.square(cv2.blur(cv2.absdiff(gray[window], each), (3, 3)), dtype=np.float32)
+        for each in (stays, moves)
+    )
+    evidence = np.clip((stay - move) / (2 * _RESIDUAL_SIGMA**2), -_RESIDUAL_LIMIT, _RESIDUAL_LIMIT)
+    logit += np.float32(weight) * evidence
+    return evidence
+
+
+def add_propagation(
+    logit: NDArray[np.float32], near: NDArray[np.float32], height: float, weight: float
+) -> None:
+    """
+    Add the weak prior from the last mask; limited to +-3 times the weight.
+
+    :param logit: (h, w) float32 of a window, changed.
+    :param near: (h, w) float32, how far its pixels are from the outline of the last mask carried
+        to this frame, positive inside.
+    :param height: height of the body in pixels.
+    """
+    limit = weight * _PROPAGATION_LIMIT
+    logit += np.clip(near * np.float32(weight / (_PROPAGATION_SLOPE * height)), -limit, limit)

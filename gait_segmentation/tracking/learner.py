@@ -73,7 +73,7 @@ def learn(
     window = target.window
     strange = record.strange(window, target.config.shadow_floor)
     familiar = record.background.is_sure(window) & (strange == 0)
-    whole = target.area.update(mask, person, alone=alone and not target.accompanied)
+    whole = target.area.update(mask, person)
     if whole:
         person.take(mask, prior, _free(mask, prior, window, familiar))
         body = None if feedback.body is None else feedback.body.scaled(world.scale)
@@ -117,7 +117,7 @@ def _learn_all(
     person.learn_place(own, body, own_bounds)
     if config.use_tilt:
         person.learn_angle(own, own_bounds)
-    target.memory.learn_look(person, record, bounds)
+    target.learn_look(record)
     return margin
 
 

@@ -10,9 +10,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.colour import body_rows
 from gait_segmentation.ego_motion.world_motion import WorldMotion
-from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window, placed, shift_whole
+from gait_segmentation.geometry import Box, body_window
+from gait_segmentation.images import Window, placed, shift_whole, shifted_part
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, TrackResult
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.competition import REACH, Claim
@@ -20,28 +21,22 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.judgement import carried_template, judge
 from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
 from gait_segmentation.tracking.mean_shift import mean_shift
-from gait_segmentation.tracking.person.learning import WholeArea
-from gait_segmentation.tracking.person.person import GUARD, Person, new_colours
+from gait_segmentation.tracking.person.appearance import Appearance, colour_signature
+from gait_segmentation.tracking.person.learning import WHOLE, WholeArea
+from gait_segmentation.tracking.person.person import GUARD, LEAST_SEEN, Person, new_colours
 from gait_segmentation.tracking.records import Record, Shift
-from gait_segmentation.tracking.recovery.lost_and_found import Memory
-from gait_segmentation.tracking.recovery.visibility import (
-    ALONE,
-    Sight,
-    Visibility,
-    visible_box,
-)
+from gait_segmentation.tracking.visibility import ALONE, Sight, visible_box
 from gait_segmentation.tracking.world import World
 
 __all__ = ['Target']
 
-_OFF = 0.03
-"""
-Difference from the pace, in body heights, that is no step while somebody is near, who may have
-been followed instead.
-"""
+Pixel = tuple[int, int]
 
-_MOST_MEAN_SHIFT = 0.05
-"""Largest mean shift in a frame, in body heights."""
+_LOST_FRAMES = 2
+"""Frames in a row in which too little is seen after which a person is lost."""
+
+_COAST_S, _STOP_S = 1.0, 0.5
+"""Time for which a hidden person is taken to walk on, and in which they are then to stop."""
 
 
 class Target:
@@ -49,7 +44,9 @@ class Target:
     One person in a world: in a slot, or, with a negative track id, a distractor without one.
 
     A distractor lives as others do, but nobody gives its masks: they are what it wins in the
-    competition for pixels.
+    competition for pixels.  ``seen`` is the share of the person seen last, ``lost_s`` the seconds
+    since somebody lost was seen; ``whole`` is the last mask of all of the person, (h, w) uint8 of
+    the working image, and where the centre of the body was then.
     """
 
     learns_from_masks = True
@@ -96,13 +93,16 @@ class Target:
         # Nothing has been judged yet: being expected at a place then counts.
         self._first = True
         self._box: Box | None = None
-        self.visibility = Visibility()
-        self.area = WholeArea(self.person)
-        self.memory = Memory(self.person, record)
-        self.uncovered = True
-        self.accompanied = False
+        self.seen = 1.0
         self.usual_area = float(cv2.countNonZero(start.mask))
         self.seen_ns = record.image.stamp_ns
+        self._unseen_frames = 0
+        self.lost_s = 0.0
+        self.area = WholeArea(self.person)
+        self.whole = (start.mask, self._pixel)
+        self.appearance = Appearance(self.look(start.mask, record))
+        self.uncovered = True
+        self.accompanied = False
 
     @property
     def is_distractor(self) -> bool:
@@ -137,7 +137,9 @@ class Target:
     def carried_mask(self) -> NDArray[np.uint8]:
         """Return the last mask, carried along with the body, in the window about the person."""
         if self.state == LOST:
-            return self.memory.silhouette.placed(self.person, self.world.shape)[self.window]
+            mask, then = self.whole
+            x, y = self._pixel
+            return shifted_part(mask, x - then[0], y - then[1], self.window)
         return self.world.carried(self.person.mask, self.track_id, self.window)
 
     def carried_part(self) -> NDArray[np.uint8]:
@@ -160,9 +162,9 @@ class Target:
         x, y = motion.carry(person.center_x, person.center_y)
         world = (x - person.center_x, y - person.center_y)
         if body is None:
-            shift = self.memory.coast(person, world, seconds, self.world.shape)
+            shift = self._coast(world, seconds)
         else:
-            measured = self._measured(world, seconds, body)
+            measured = self._measured(seconds, body)
             shift = person.move(
                 world, measured, seconds, steady=self.accompanied and not self.is_distractor
             )
@@ -171,17 +173,55 @@ class Target:
             shift = (shift[0] + back[0], shift[1] + back[1])
         self.world.now.bodies[self.track_id] = shift
 
-    def _measured(self, world: Shift, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
-        """Return how far the body went as its pixels say, None if they may be somebody else's."""
+    @property
+    def _pixel(self) -> Pixel:
+        """Return the centre of the body in whole pixels."""
+        return round(self.person.center_x), round(self.person.center_y)
+
+    def _coast(self, world: Shift, seconds: float) -> Shift:
+        """
+        Let somebody lost walk on unseen, ever slower, and wait at the border of the image.
+
+        :param world: shift of the still world at the person, in working pixels.
+        :returns: the shift made.
+        """
         person = self.person
-        if not (self.visibility.well or self.uncovered):
+        self.lost_s += seconds
+        share = math.exp(-max(self.lost_s - _COAST_S, 0.0) / _STOP_S)
+        dx = world[0] + share * seconds * person.velocity[0]
+        dy = world[1] + share * seconds * person.velocity[1]
+        person.shift(dx, dy)
+        x, y = person.keep_near(self.world.shape)
+        return dx + x, dy + y
+
+    def look(self, mask: NDArray[np.uint8], record: Record) -> NDArray[np.float32]:
+        """Return what the person looks like in a mask of a frame, see ``colour_signature``."""
+        window = self.window
+        lab, rows = record.image.lab_part(window), self.person.rows(window)
+        return colour_signature(lab, mask[window], rows)
+
+    def likeness(self, start: Start, record: Record) -> float:
+        """Return how alike (0..1) the colours of a first mask in some frame are."""
+        body, shape = start.body, start.mask.shape
+        center = (body.center_x, body.center_y)
+        window = body_window(*center, body.height).slices(shape[1], shape[0])
+        part = start.mask[window]
+        rows = body_rows(part.shape, (window[1].start, window[0].start), center, body.height)
+        lab = record.image.lab_part(window)
+        return self.appearance.similarity(colour_signature(lab, part, rows))
+
+    def learn_look(self, record: Record) -> None:
+        """Take in the person's mask, which must be of that frame."""
+        mask = self.person.mask
+        self.appearance.learn(self.look(mask, record))
+        if self.person.share_inside(mask.shape) > ALONE:
+            self.whole = (mask, self._pixel)
+
+    def _measured(self, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
+        """Return how far the body went as its pixels say, None if they may be somebody else's."""
+        if not (self.seen >= WHOLE or self.uncovered):
             return None
-        way = person.way(seconds)
-        measured = self.world.body_shift(body, self.window, way)
-        if measured is None or not (self.accompanied and person.knows_pace):
-            return measured
-        off = math.dist(measured, (world[0] + way[0], world[1] + way[1]))
-        return None if off > _OFF * person.height else measured
+        return self.world.body_shift(body, self.window, self.person.way(seconds))
 
     def judge(self) -> Claim | None:
         """Judge the pixels in a window about the person, None if all of it is outside."""
@@ -212,15 +252,26 @@ class Target:
         :param claim: what was made of the pixels where the person is expected.
         :param cover: (h, w) uint8 of its window, non-zero where others hide the person.
         """
-        person, window = self.person, claim.window
-        values = likelihood[window]
+        values = likelihood[claim.window]
         sight = Sight.of(values, claim.mask, cover)
         self.confidence, self.uncovered = sight.confidence, sight.share > ALONE
-        if not self.visibility.update(sight.seen, person.share_inside(self.world.shape)):
-            if self.visibility.is_lost and not self.is_distractor:
-                self.lose()
-            return
-        self._refine(values, sight, claim)
+        if self._notice(sight.seen):
+            self._refine(values, sight, claim)
+
+    def _notice(self, seen: float) -> bool:
+        """
+        Take in which share of the person was seen in a frame, and give up who is not seen.
+
+        :returns: whether there was enough to go on with.
+        """
+        self.seen = seen
+        if seen >= LEAST_SEEN and self.person.share_inside(self.world.shape) >= LEAST_SEEN / 2:
+            self._unseen_frames = 0
+            return True
+        self._unseen_frames += 1
+        if self._unseen_frames >= _LOST_FRAMES and not self.is_distractor:
+            self.lose()
+        return False
 
     def _refine(self, values: NDArray[np.uint8], sight: Sight, claim: Claim) -> None:
         """
@@ -229,7 +280,7 @@ class Target:
         :param values: (h, w) uint8 likelihood of the window of the claim.
         """
         window = claim.window
-        if self.visibility.well and not self.accompanied:
+        if self.seen >= WHOLE and not self.accompanied:
             # Likely pixels of both would pull the person towards the other.
             self._shift_to_mean(values, sight.uncovered, window)
         self._show(values, sight, claim)
@@ -241,8 +292,8 @@ class Target:
         person = self.person
         box = person.box.shifted(-window[1].start, -window[0].start)
         shift = mean_shift(values, reference, box)
-        gain, limit = self.config.mean_shift_gain, _MOST_MEAN_SHIFT * person.height
-        self.shift_now(*(gain * min(max(each, -limit), limit) for each in (shift.dx, shift.dy)))
+        gain = self.config.mean_shift_gain
+        self.shift_now(gain * shift.dx, gain * shift.dy)
         if len(self.world.pending) > 1:
             # The last mask is not of the last frame: until a newer one comes, this is the size.
             person.follow_scale(shift.scale)
@@ -279,16 +330,14 @@ class Target:
         """Take in that nothing can be seen in the newest frame."""
         self.confidence = 0.0
         if self.state == TRACKED:
-            self.visibility.update(0.0, self.person.share_inside(self.world.shape))
-            if self.visibility.is_lost:
-                self.lose()
+            self._notice(0.0)
 
     def lose(self) -> None:
         """Give the person up for lost."""
         self.state = LOST
         self.person.template = None
-        self.memory.begin_search()
-        self.visibility.restart()
+        self.lost_s = 0.0
+        self._unseen_frames = 0
         self._box = None
 
     def regain(self, values: NDArray[np.uint8], sight: Sight, claim: Claim) -> None:
@@ -302,7 +351,7 @@ class Target:
         self.person.take(shift_whole(expected, round(-dx), round(-dy)), None)
         self.person.learnt_anew = 0
         self.state = TRACKED
-        self.visibility.seen = sight.seen
+        self.seen = sight.seen
         self._show(values, sight, claim)
 
     def result(self, likelihood: NDArray[np.uint8]) -> TrackResult:

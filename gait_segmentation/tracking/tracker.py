@@ -275,16 +275,13 @@ class PeopleTracker:
         return Target(number, world, start, self._config, heat_map=heat_map)
 
     def _start(self, slot: int, image: NDArray[np.uint8], box: Box) -> None:
+        """Start the person in a box that was given."""
         self._slots[slot] = None
         self._drop_empty_worlds()
-        self._slots[slot] = self._new_target(*self._first_look(image, box))
-
-    def _first_look(self, image: NDArray[np.uint8], box: Box) -> tuple[World, Arrival]:
-        """Estimate the first mask of a person in a box that was given."""
-        world = self._world_for(image, box)
-        margin = self._config.box_margin
-        inner = box.padded(-margin * box.width, -margin * box.height)
-        return world, self._arrivals.look_at(world, inner.scaled(world.scale), self._config)
+        world, margin = self._world_for(image, box), self._config.box_margin
+        inner = box.padded(-margin * box.width, -margin * box.height).scaled(world.scale)
+        arrival = self._arrivals.look_at(world, inner, self._config)
+        self._slots[slot] = self._new_target(world, arrival)
 
     def _world_for(self, image: NDArray[np.uint8], box: Box) -> World:
         """Return a world in which a person is well seen, already in the newest frame."""
@@ -317,7 +314,7 @@ class PeopleTracker:
             if likelihood is None or target.state == LOST:
                 likelihood = np.zeros(target.world.shape, np.uint8)
             results.append(target.result(likelihood))
-            if target.state == LOST and target.memory.lost_s > self._config.patience:
+            if target.state == LOST and target.lost_s > self._config.patience:
                 self._slots[slot] = None
         return results
 

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from copy import copy
 
 import cv2
@@ -14,19 +14,19 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.estimator import MotionEstimator
 from gait_segmentation.ego_motion.world_motion import WorldMotion
-from gait_segmentation.geometry import Box
+from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.tracking.background.model import BackgroundModel
+from gait_segmentation.tracking.competition import REACH
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.moving import add_moving
 from gait_segmentation.tracking.picture.contrast import Contrast
 from gait_segmentation.tracking.picture.exposure import Exposure
 from gait_segmentation.tracking.picture.working import WorkingImage, working_scale, working_shape
 from gait_segmentation.tracking.records import Record, Shift, body_over
-from gait_segmentation.tracking.windows import windows_about
 
-__all__ = ['World']
+__all__ = ['World', 'windows_about']
 
 _MOST_PENDING = 15
 """Frames kept that no feedback has come for."""
@@ -325,3 +325,31 @@ class World:
         record = self.pending.popleft()
         self._background = self._background.moved([record.motion], record.windows)
         return record
+
+
+def windows_about(
+    areas: Iterable[Box], motion: WorldMotion, shape: tuple[int, int]
+) -> list[Window]:
+    """
+    Return disjoint windows with room about people, as the camera moved them.
+
+    :param areas: where people were in the last frame, in pixels.
+    :param motion: of the world since.
+    :param shape: (h, w) of the image; all of it is the window if there are no people.
+    """
+    height, width = shape
+    boxes: list[Box] = []
+    for area in areas:
+        x, y = motion.carry(area.center_x, area.center_y)
+        # Farther than pixels are judged: known before the person comes there.
+        ahead = REACH * area.height
+        box = body_window(x, y, area.height).padded(ahead, ahead)
+        while touching := [other for other in boxes if other.iou(box) > 0]:
+            boxes = [other for other in boxes if other not in touching]
+            for other in touching:
+                box = box.union(other)
+        boxes.append(box)
+    if not boxes:
+        return [(slice(0, height), slice(0, width))]
+    windows = (box.slices(width, height) for box in boxes)
+    return [w for w in windows if w[0].start < w[0].stop and w[1].start < w[1].stop]

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from test.tracking.figures import BLUE, Figure, Told, picture
+from test.tracking.figures import Figure, Told
 
 BOARD = (130, 320)
 """It reaches to the border: who walks behind it comes back."""
@@ -54,18 +54,3 @@ def test_afterwards_the_size_is_as_before_and_learning_goes_on(there_and_back) -
     _, path, _, people = there_and_back
     assert people[-1][1] == pytest.approx(path[-1].height, abs=6)
     assert people[-1][0] > people[len(path) // 2][0]
-
-
-def test_a_mask_that_takes_in_who_is_beside_does_not_make_a_body_taller() -> None:
-    """As in a couple before the lower border, of whom one loses all to the other."""
-    behind, before = Figure(150, BLUE, y=85.0), Figure(168, y=128.0)
-    told = Told(slots=2)
-    told.start(behind, before)
-    for number in range(24):
-        across = 1.5 * number
-        people = replace(behind, x=behind.x + across), replace(before, x=before.x + across)
-        image, masks = picture(people)
-        if number >= 12:
-            masks = [np.zeros_like(masks[0]), masks[0] | masks[1]]
-        _, result = told.see(image, masks)
-        assert result.body.height < 1.1 * before.height

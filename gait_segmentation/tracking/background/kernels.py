@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 
-__all__ = ['LIMIT', 'SURE_COUNT', 'sample_residuals', 'update_sums', 'weigh']
+__all__ = ['LIMIT', 'SAMPLE_STEP', 'SURE_COUNT', 'sample_residuals', 'update_sums', 'weigh']
 
-_MAX_COUNT = 30.0
 _LEAST_RATE = 0.04
-_SAMPLE_STEP = 3
+SAMPLE_STEP = 3
 _HIDDEN_DECAY = 0.995
 SURE_COUNT = 2.0
 """Times a pixel was seen to be sure what is there."""
@@ -37,7 +36,7 @@ def update_sums(
 ) -> None:
     """Take in the pixels of a window; by lines, so that the distances in memory are known."""
     decay, zero, one = np.float32(_HIDDEN_DECAY), np.float32(0), np.float32(1)
-    rate, most = np.float32(_LEAST_RATE), np.float32(_MAX_COUNT)
+    rate, most = np.float32(_LEAST_RATE), np.float32(1 / _LEAST_RATE)
     few = np.float32(1 / _LEAST_RATE - 1)
     for row in range(top, bottom):
         line = sums[row].reshape(-1)[4 * left : 4 * right]
@@ -81,8 +80,8 @@ def sample_residuals(
     """
     found = steeps = 0
     one, least = np.float32(1), np.float32(steep * steep)
-    for row in range(top, bottom, _SAMPLE_STEP):
-        for col in range(left, right, _SAMPLE_STEP):
+    for row in range(top, bottom, SAMPLE_STEP):
+        for col in range(left, right, SAMPLE_STEP):
             count = sums[row, col, 3]
             if person[row, col] != 0 or count < one:
                 continue

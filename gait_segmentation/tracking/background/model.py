@@ -14,6 +14,7 @@ from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.background.kernels import (
     LIMIT,
+    SAMPLE_STEP,
     SURE_COUNT,
     sample_residuals,
     update_sums,
@@ -25,13 +26,12 @@ __all__ = ['BackgroundModel']
 
 _WARP_DECAY = 0.98
 _LEAST_SAMPLES = 50
-_SAMPLE_STEP = 3
 
 _STEEP = 4.0
 """Slope per pixel, in ``sigma``, from which residuals tell of a wrong place."""
 
-_NOISE_PLACE, _PLACE_MOST = 0.25, 1.5
-"""What noise alone makes of steep pixels, and the most that is believed, in pixels."""
+_NOISE_PLACE = 0.25
+"""What noise alone makes of steep pixels, in pixels."""
 
 _PLACE_RATE = 0.5
 
@@ -124,7 +124,7 @@ class BackgroundModel:
         """
         total = other = 0
         for window in windows:
-            every = _every(window, _SAMPLE_STEP)
+            every = _every(window, SAMPLE_STEP)
             sure = self.is_sure(every) & (person[every] == 0)
             strange = self.contradicted(np.ascontiguousarray(lab[every]), every, 1.0)
             total += np.count_nonzero(sure)
@@ -235,7 +235,7 @@ class BackgroundModel:
         self.sigma = min(max(0.9 * self.sigma + 0.1 * spread, _SIGMA_LOW), _SIGMA_HIGH)
         if steeps >= _LEAST_SAMPLES:
             spread = _OF_MEDIAN * float(np.median(places[:steeps]))
-            measured = min(max(spread**2 - _NOISE_PLACE**2, 0.0) ** 0.5, _PLACE_MOST)
+            measured = max(spread**2 - _NOISE_PLACE**2, 0.0) ** 0.5
             self.misplacement += _PLACE_RATE * (measured - self.misplacement)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import BANDS, BIN_VOLUME
 from gait_segmentation.kernels import kernel
 
-__all__ = ['ratios']
+__all__ = ['LEAST_COUNT', 'ratios']
 
 _SHADOW_FROM, _SHADOW_TO = 0.60, 0.85
 """Where down the body cast shadows begin and are full."""
@@ -22,7 +22,7 @@ Times a pixel must have been seen for half of the trust: what was just uncovered
 How far the background is misplaced, in pixels, is added, since it may be another pixel then.
 """
 
-_LEAST_COUNT = 0.25
+LEAST_COUNT = 0.25
 """Background pixels seen less often than this, at the rim of what is known, are unknown."""
 
 _FARTHEST = 18.0
@@ -83,89 +83,9 @@ def _look_up(
         of_surroundings[col] = surroundings[bins[col], band]
 
 
-@njit(nogil=True, fastmath=True, error_model='numpy', inline='always')
-def _means_of_row(
-    line: NDArray[np.float32],
-    light: NDArray[np.float32],
-    a: NDArray[np.float32],
-    b: NDArray[np.float32],
-    known: NDArray[np.float32],
-) -> None:
-    """Fill in the means of a row of pixels, and 1 where they are known, else 0."""
-    zero, one, least = np.float32(0), np.float32(1), np.float32(_LEAST_COUNT)
-    for col in range(known.size):
-        count = line[4 * col + 3]
-        share = one / max(count, least)
-        light[col] = line[4 * col] * share
-        a[col] = line[4 * col + 1] * share
-        b[col] = line[4 * col + 2] * share
-        known[col] = one if count >= least else zero
-
-
-@njit(nogil=True, fastmath=True, inline='always')
-def _add_slopes(
-    above: NDArray[np.float32],
-    here: NDArray[np.float32],
-    below: NDArray[np.float32],
-    use: NDArray[np.float32],
-    out: NDArray[np.float32],
-) -> None:
-    """Add the squared slopes of a row, but for its ends."""
-    half = np.float32(0.5)
-    columns = out.size
-    left, right, up, down = here[: columns - 2], here[2:], above[1:-1], below[1:-1]
-    inner, weight = out[1:-1], use[1:-1]
-    for col in range(columns - 2):
-        x, y = half * (right[col] - left[col]), half * (down[col] - up[col])
-        inner[col] += weight[col] * (x * x + y * y)
-
-
-@njit(nogil=True, fastmath=True, error_model='numpy', inline='always')
-def _slopes_of_row(
-    sums: NDArray[np.float32],
-    top: int,
-    left: int,
-    height: int,
-    row: int,
-    means: NDArray[np.float32],
-    use: NDArray[np.float32],
-    steep: NDArray[np.float32],
-    steep_chroma: NDArray[np.float32],
-) -> None:
-    """
-    Fill in the squared slopes of lightness and of chroma, zero next to what is unknown.
-
-    Rows are to be asked for one after the other; those at the window's edge are zero, too.
-
-    :param sums: of the whole image, in which a window begins at ``top`` and ``left``.
-    :param height: rows of the window, of which ``row`` is asked for.
-    :param means: (3, 4, w) float32, of three rows: lightness, a, b and where they are known.
-    :param use: (w,) float32, zero at both ends, for what is calculated on the way.
-    """
-    steep[:] = np.float32(0)
-    steep_chroma[:] = np.float32(0)
-    columns = steep.size
-    if height < 3 or columns < 3:
-        return
-    if row + 1 < height:
-        span = slice(4 * left, 4 * (left + columns))
-        for other in range(row if row == 0 else row + 1, row + 2):
-            each, line = means[other % 3], sums[top + other].reshape(-1)[span]
-            _means_of_row(line, each[0], each[1], each[2], each[3])
-    if row == 0 or row + 1 == height:
-        return
-    above, here, below = means[(row - 1) % 3], means[row % 3], means[(row + 1) % 3]
-    over, under, known = above[3], below[3], here[3]
-    for col in range(1, columns - 1):
-        use[col] = over[col] * under[col] * known[col - 1] * known[col + 1]
-    _add_slopes(above[0], here[0], below[0], use, steep)
-    for channel in range(1, 3):
-        _add_slopes(above[channel], here[channel], below[channel], use, steep_chroma)
-
-
 @kernel(
-    'u1[:,:,::1], u2[:,::1], f4[:,::1], f4[:,:,::1], i8, i8, f8, f4[:,::1], f4[:,::1], f8, '
-    'f8, f8, f8, f8, f4[:,::1]',
+    'u1[:,:,::1], u2[:,::1], f4[:,::1], f4[:,:,::1], i8, i8, f4[:,:,::1], f8, f4[:,::1], '
+    'f4[:,::1], f8, f8, f8, f8, f8, f4[:,::1]',
     fastmath=True,
     error_model='numpy',
 )
@@ -176,6 +96,7 @@ def ratios(
     sums: NDArray[np.float32],
     top: int,
     left: int,
+    wider: NDArray[np.float32],
     misplacement: float,
     person: NDArray[np.float32],
     surroundings: NDArray[np.float32],
@@ -193,7 +114,8 @@ def ratios(
     up, then all that is calculated.
 
     :param sums: of the whole image, in which the window begins at ``top`` and ``left``.
-    :param misplacement: of the background, in pixels; slopes do not count if it is zero.
+    :param wider: (2, h, w) float32, by what the variances of lightness and chroma are greater.
+    :param misplacement: of the background, in pixels.
     """
     zero, one = np.float32(0), np.float32(1)
     doubt = np.float32(_DOUBT + misplacement)
@@ -201,23 +123,15 @@ def ratios(
     peak = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma) ** 1.5)
     flat = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma) / (1 - shadow_floor))
     cast_share, cast_floor = np.float32(shadow_share), np.float32(shadow_floor)
-    most, least = np.float32(trust), np.float32(_LEAST_COUNT)
+    most, least = np.float32(trust), np.float32(LEAST_COUNT)
     ramp_from, ramp_slope = np.float32(_SHADOW_FROM), np.float32(1 / (_SHADOW_TO - _SHADOW_FROM))
     bound = np.float32(limit)
     far = np.float32(_FARTHEST)
-    misplaced = np.float32(misplacement * misplacement / (sigma * sigma))
     width = out.shape[1]
     of_person, of_surroundings = np.empty(width, np.float32), np.empty(width, np.float32)
-    wider, wider_chroma = np.ones(width, np.float32), np.ones(width, np.float32)
-    steep, steep_chroma = np.empty(width, np.float32), np.empty(width, np.float32)
-    means, use = np.empty((3, 4, width), np.float32), np.zeros(width, np.float32)
     for row in range(out.shape[0]):
         _look_up(bins[row], rows[row], person, surroundings, of_person, of_surroundings)
-        if misplaced > zero:
-            _slopes_of_row(sums, top, left, out.shape[0], row, means, use, steep, steep_chroma)
-            for col in range(width):
-                wider[col] = one + misplaced * steep[col]
-                wider_chroma[col] = one + misplaced * steep_chroma[col]
+        wide, wide_chroma = wider[0, row], wider[1, row]
         pixels = lab[row].reshape(-1)
         line = sums[top + row].reshape(-1)[4 * left : 4 * (left + width)]
         down, result = rows[row], out[row]
@@ -228,8 +142,8 @@ def ratios(
             d_light = light - base
             d_a = np.float32(pixels[3 * col + 1]) - line[4 * col + 1] * share
             d_b = np.float32(pixels[3 * col + 2]) - line[4 * col + 2] * share
-            chroma = min((d_a * d_a + d_b * d_b) * scale / wider_chroma[col], far)
-            square = min(d_light * d_light * scale / wider[col], far)
+            chroma = min((d_a * d_a + d_b * d_b) * scale / wide_chroma[col], far)
+            square = min(d_light * d_light * scale / wide[col], far)
             ramp = min(max((down[col] - ramp_from) * ramp_slope, zero), one)
             cast = cast_share * ramp if base > one else zero
             shadow = cast * flat if light > cast_floor * base else zero

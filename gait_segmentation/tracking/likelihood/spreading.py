@@ -29,30 +29,14 @@ from gait_segmentation.tracking.competition import REACH
 
 __all__ = ['spread_evidence']
 
-_MOTION_SHARE = 0.7
-"""How sure the motion cue is against a background that is known well."""
-
-_NOISE, _EDGE = 1.0, 10.0
-"""Change of Lab from pixel to pixel that is none, and that divides the reach by e^1.4."""
+_EDGE = 10.0
+"""Change of Lab from pixel to pixel that divides the reach by e^1.4."""
 
 _DOUBT = 0.05
 """Sureness at which half of the evidence is left."""
 
 _PERSON_SHARE = 0.6
 """Evidence for the person over that for the background: a body often ends without an edge."""
-
-
-def _seeds(
-    lab: NDArray[np.uint8],
-    background: BackgroundModel,
-    window: Window,
-    moving: NDArray[np.float32],
-    shadow_floor: float,
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return evidence times sureness, and sureness, of the pixels of a window."""
-    known = background.evidence(lab, window, shadow_floor) / np.float32(LIMIT)
-    sure = np.float32(_MOTION_SHARE / 2) * np.abs(moving)
-    return sure * moving / 2 + known, sure + np.abs(known)
 
 
 def _links(
@@ -69,7 +53,7 @@ def _links(
         moved = cv2.copyMakeBorder(smooth, 0, to_y, 0, to_x, cv2.BORDER_REPLICATE)[to_y:, to_x:]
         change = cv2.absdiff(smooth, moved).astype(np.float32)
         change = cv2.transform(change, np.ones((1, 3), np.float32))
-        fall = np.maximum(change - _NOISE, 0) / _EDGE + 1 / reach
+        fall = change / _EDGE + 1 / reach
         out.append(np.exp(np.float32(-math.sqrt(2)) * fall))
     return out[0], out[1]
 
@@ -124,7 +108,9 @@ def spread_evidence(
     :param height: of the body in pixels.
     :param shadow_floor: darkest shadow, as a share of the lightness.
     """
-    evidence, sureness = _seeds(lab, background, window, moving, shadow_floor)
+    known = background.evidence(lab, window, shadow_floor) / np.float32(LIMIT)
+    sure = np.abs(moving) / 2
+    evidence, sureness = sure * moving / 2 + known, sure + np.abs(known)
     _smooth(evidence, sureness, *_links(lab, REACH * height))
     value = evidence / (sureness + np.float32(_DOUBT))
     likely = template * np.float32(1 / 255)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 
-__all__ = ['SAME_COLOURS', 'Appearance', 'colour_signature', 'likeness']
+__all__ = ['SAME_COLOURS', 'Appearance', 'colour_signature']
 
 SAME_COLOURS = 0.65
 """Least similarity of the colours of the same person."""
@@ -29,7 +29,7 @@ _LIGHT, _CHROMA = 8, 12
 
 _CHROMA_STEP = 8.0
 _CHROMA_FROM = 128 - _CHROMA_STEP * _CHROMA / 2
-_RATE = 0.05
+_RATE = 0.02
 
 
 @kernel('u1[:,:,::1], u1[:,::1], f4[:,::1], f4[:,:,:,::1]')
@@ -76,7 +76,7 @@ def colour_signature(
     return out.reshape(3, -1) / np.float32(max(total, 1e-6))
 
 
-def likeness(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
+def _likeness(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
     """Return how alike two signatures are, 0..1; bands count by what is seen of them."""
     shares, known = other.sum(axis=1), one.sum(axis=1)
     weights = np.minimum(shares, known)
@@ -90,19 +90,29 @@ def likeness(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
 class Appearance:
     """The colours of a person over time."""
 
-    def __init__(self) -> None:
-        """Begin with somebody never seen."""
-        self._mean: NDArray[np.float32] | None = None
+    def __init__(self, signature: NDArray[np.float32]) -> None:
+        """Begin with the colours of a frame, see :func:`colour_signature`."""
+        self._mean = self._last = signature
 
     def learn(self, signature: NDArray[np.float32]) -> None:
         """Take in the colours of a frame, see :func:`colour_signature`."""
-        if self._mean is None:
-            self._mean = signature
-        else:
-            self._mean = self._mean + np.float32(_RATE) * (signature - self._mean)
+        self._last = signature
+        self._mean = self._mean + np.float32(_RATE) * (signature - self._mean)
 
     def similarity(self, signature: NDArray[np.float32]) -> float:
         """Return how alike the colours are, 0..1; bands count by what is seen of them."""
-        if self._mean is None:
-            return 0.0
-        return likeness(self._mean, signature)
+        return _likeness(self._mean, signature)
+
+    def is_like(self, look: NDArray[np.float32]) -> bool:
+        """
+        Return whether colours are those of the person, as usual or as they were last.
+
+        Somebody who has walked into other light since the track began looks more like the last
+        masks than like the mean.  These count only as far as they are like the mean themselves:
+        they may be of somebody else who was taken for the person.
+        """
+        if self.similarity(look) >= SAME_COLOURS:
+            return True
+        if self.similarity(self._last) < SAME_COLOURS:
+            return False
+        return _likeness(self._last, look) >= SAME_COLOURS

@@ -24,7 +24,8 @@ class Extent:
     """
     How far a mask reaches from a point, along and across the body, in pixels.
 
-    The outermost 0.5 % of the pixels do not count; ``axis`` is the median across.
+    The outermost 0.5 % of the pixels do not count.  ``axis`` is the median across; ``at_bottom``
+    tells that the mask ends at the lower border.
     """
 
     top: float
@@ -54,28 +55,16 @@ def extent_of(
     """
     first, upper, width, height = bounding_box(mask) if bounds is None else bounds
     at_bottom = height > 0 and upper + height >= mask.shape[0] - 1
-    part = mask[upper : upper + height, first : first + width] != 0
-    x, y = center[0] - first, center[1] - upper
-    ends = (_OUTERMOST, 1 - _OUTERMOST)
-    if angle:
-        rows, columns = np.nonzero(part)
-        right, down = columns + 0.5 - x, rows + 0.5 - y
-        cos, sin = math.cos(angle), math.sin(angle)
-        top, bottom = np.quantile(cos * down - sin * right, ends).tolist()
-        left, axis, far = np.quantile(cos * right + sin * down, (ends[0], 0.5, ends[1])).tolist()
-        return Extent(top - 0.5, bottom + 0.5, left - 0.5, far + 0.5, axis, at_bottom)
-    top, bottom = _places(np.count_nonzero(part, axis=1), ends)
-    left, axis, far = _places(np.count_nonzero(part, axis=0), (ends[0], 0.5, ends[1]))
-    return Extent(top - y, bottom + 1 - y, left - x, far + 1 - x, axis + 0.5 - x, at_bottom)
+    rows, columns = np.nonzero(mask[upper : upper + height, first : first + width])
+    right, down = columns + (first + 0.5 - center[0]), rows + (upper + 0.5 - center[1])
+    cos, sin = math.cos(angle), math.sin(angle)
+    along, across = cos * down - sin * right, cos * right + sin * down
+    top, bottom = np.quantile(along, (_OUTERMOST, 1 - _OUTERMOST)).tolist()
+    left, axis, far = np.quantile(across, (_OUTERMOST, 0.5, 1 - _OUTERMOST)).tolist()
+    return Extent(top - 0.5, bottom + 0.5, left - 0.5, far + 0.5, axis, at_bottom)
 
 
 def axis_tilt(mask: NDArray[np.uint8]) -> float:
     """Return by how much the main axis of a mask leans to the right, in radians."""
     moments = cv2.moments(mask, binaryImage=True)
     return 0.5 * math.atan2(-2 * moments['mu11'], moments['mu02'] - moments['mu20'])
-
-
-def _places(counts: NDArray[np.intp], shares: tuple[float, ...]) -> list[float]:
-    """Return the first places up to which counts add up to shares of all."""
-    total = np.cumsum(counts)
-    return [float(np.searchsorted(total, share * total[-1])) for share in shares]

@@ -22,9 +22,6 @@ MARGIN = 0.02
 WHOLE = 0.75
 """Share of the usual area from which a mask shows all of the person, and so is followed."""
 
-_JOINED = 1.3
-"""The same from which it shows somebody else, too, who is near."""
-
 _AREA_RATE = 0.02
 """
 Share by which the usual area moves towards that of a mask: of one of all of the person or not, or
@@ -108,19 +105,15 @@ class WholeArea:
         self._usual = _area(person.mask, person)
         self.share = 1.0
 
-    def update(self, mask: NDArray[np.uint8], person: Person, *, alone: bool = True) -> bool:
+    def update(self, mask: NDArray[np.uint8], person: Person) -> bool:
         """
         Get used to the size of a mask.
 
         :param mask: (h, w) uint8.
-        :param alone: whether nobody else is near, whom the mask may show, too.
-        :returns: whether it was as large as usual; else it shows only part of the person, or
-            somebody else, too.
+        :returns: whether it was as large as usual; else it shows only part of the person.
         """
         area = _area(mask, person)
         self.share = area / max(self._usual, 1e-6)
-        if not alone and self.share > _JOINED:
-            return False
         self._usual += _AREA_RATE * (area - self._usual)
         return self.share >= WHOLE
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -118,7 +117,8 @@ class Person:
 
     def window(self, shape: tuple[int, int]) -> Window:
         """Return the rows and columns in which pixels are judged."""
-        return _window(self.center_x, self.center_y, self.height, self.left, self.right, shape)
+        around = body_window(self.center_x, self.center_y, self.height, self.box)
+        return around.slices(shape[1], shape[0])
 
     def rows(self, window: Window, since: tuple[float, float] = (0.0, 0.0)) -> NDArray[np.float32]:
         """
@@ -185,11 +185,6 @@ class Person:
         """Return how far the person goes against the still world in a time, in pixels."""
         seconds = max(seconds, _LEAST_STEP_S)
         return self.velocity[0] * seconds, self.velocity[1] * seconds
-
-    @property
-    def knows_pace(self) -> bool:
-        """Return whether the velocity was learnt from as many frames as it remembers."""
-        return self.moves * _VELOCITY_RATE >= 1
 
     def move(
         self,
@@ -358,20 +353,6 @@ class Person:
         window = self.window(mask.shape)
         area = cv2.countNonZero(mask[window])
         return bool(area > max(LEAST_SEEN * count_likely(prior[window]), 9))
-
-
-@lru_cache(maxsize=64)
-def _window(
-    center_x: float,
-    center_y: float,
-    height: float,
-    left: float,
-    right: float,
-    shape: tuple[int, int],
-) -> Window:
-    """Return the rows and columns about a person; asked for again until the person moves."""
-    box = Box(center_x - left, center_y - height / 2, left + right, height)
-    return body_window(center_x, center_y, height, box).slices(shape[1], shape[0])
 
 
 def new_colours(config: TrackingConfig) -> tuple[ColourModel, ColourModel]:

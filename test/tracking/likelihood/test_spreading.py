@@ -134,10 +134,9 @@ def test_it_is_the_recursive_filter_of_evidence_over_that_of_sureness() -> None:
         across[:, :-1] = np.abs(np.diff(smooth, axis=1)).sum(axis=2)
         down[:-1] = np.abs(np.diff(smooth, axis=0)).sum(axis=2)
         across, down = (
-            np.exp(-np.sqrt(2) * (np.maximum(each - 1, 0) / 10 + 1 / (0.12 * TALL)))
-            for each in (across, down)
+            np.exp(-np.sqrt(2) * (each / 10 + 1 / (0.12 * TALL))) for each in (across, down)
         )
-        sure = 0.35 * np.abs(moving)
+        sure = 0.5 * np.abs(moving)
         evidence = _filtered(sure * moving / 2, across, down)
         value = evidence / (_filtered(sure, across, down) + 0.05)
         likely = template / 255

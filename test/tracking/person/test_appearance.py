@@ -38,8 +38,7 @@ def test_a_signature_has_the_share_of_each_band() -> None:
 
 
 def test_the_same_is_alike_and_others_are_not() -> None:
-    appearance = Appearance()
-    assert appearance.similarity(signature(Figure(100))) == 0
+    appearance = Appearance(signature(Figure(58)))
     for x in (60, 62, 64):
         appearance.learn(signature(Figure(x)))
     assert appearance.similarity(signature(Figure(200))) > 0.9
@@ -49,14 +48,22 @@ def test_the_same_is_alike_and_others_are_not() -> None:
 
 
 def test_the_upper_half_is_enough() -> None:
-    appearance = Appearance()
-    appearance.learn(signature(Figure(100, RED)))
+    appearance = Appearance(signature(Figure(100, RED)))
     upper = slice(0, 90)
     assert appearance.similarity(signature(Figure(100, RED), part=upper)) > 0.8
     assert appearance.similarity(signature(Figure(100, BLUE), part=upper)) < 0.4
 
 
 def test_nothing_seen_is_like_nobody() -> None:
-    appearance = Appearance()
-    appearance.learn(signature(Figure(100)))
+    appearance = Appearance(signature(Figure(100)))
     assert appearance.similarity(signature(Figure(100), part=slice(0, 1))) == 0
+
+
+@pytest.mark.parametrize(('coat', 'found'), [(RED, True), (BLUE, False)])
+def test_the_last_look_counts_only_as_far_as_it_is_the_usual_one(
+    coat: tuple[int, int, int], found: bool
+) -> None:
+    appearance = Appearance(signature(Figure(100, RED)))
+    # The last mask is that of somebody else, perhaps.
+    appearance.learn(signature(Figure(100, coat)))
+    assert appearance.is_like(signature(Figure(120, coat))) == found

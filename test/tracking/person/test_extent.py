@@ -21,13 +21,6 @@ def test_a_mask_is_measured_from_a_point() -> None:
     assert extent_of(mask, (30, 30), 0.0).at_bottom
 
 
-def test_single_pixels_do_not_count() -> None:
-    mask = np.zeros((60, 80), np.uint8)
-    mask[10:50, 20:40] = 255
-    mask[30, 70] = 255
-    assert extent_of(mask, (30, 30), 0.0).right == 10
-
-
 def test_along_a_tilted_body_the_extent_is_that_of_the_body() -> None:
     mask = np.zeros((200, 200), np.uint8)
     cv2.ellipse(mask, (100, 100), (20, 60), 20, 0, 360, 255, -1)

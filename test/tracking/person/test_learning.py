@@ -72,17 +72,6 @@ def test_half_a_mask_is_not_whole() -> None:
     assert area.update(block(20, 10, 40, 48), person)
 
 
-def test_two_bodies_in_a_mask_are_not_one_that_is_whole() -> None:
-    one, two = block(20, 10, 40, 50), block(20, 10, 50, 50)
-    person = someone(one)
-    area = WholeArea(person)
-    assert area.update(one, person, alone=False)
-    assert not area.update(two, person, alone=False)
-    assert area.update(one, person, alone=False)
-    # With nobody near it is of one person.
-    assert area.update(two, person)
-
-
 def test_a_first_mask_far_too_large_does_not_keep_others_out_for_ever() -> None:
     true = block(20, 10, 40, 50)
     person = someone(block(14, 10, 46, 50))

@@ -13,7 +13,7 @@ import pytest
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import TrackResult
-from gait_segmentation.tracking.recovery.visibility import Sight
+from gait_segmentation.tracking.redetection import recover
 from test.tracking.figures import (
     BLUE,
     GREEN,
@@ -213,23 +213,24 @@ def test_two_who_cross_keep_their_ids_and_share_the_pixels_out() -> None:
     assert two.box.iou(box_of(near[-1])) > 0.7
 
 
-def searching(lost_s: float, *, taken: bool = False) -> bool:
-    """Return whether a search finds somebody who is to be seen."""
+@pytest.mark.parametrize('taken', [False, True])
+@pytest.mark.parametrize('away', [30.0, 200.0])
+def test_who_is_lost_is_sought_all_over_but_not_among_others(away: float, taken: bool) -> None:
     told = Told()
-    told.start(Figure(60))
-    for figure in walk(Figure(60), 5):
+    path = walk(Figure(60), 12)
+    told.start(path[0])
+    for figure in path:
         told.show(figure)
     (target,) = told.tracker._targets()
-    others = np.zeros(target.world.shape, np.uint8)
-    others[:] = 255 * taken
-    target.memory.begin_search()
-    target.memory.lost_s = lost_s
-    return target.memory.search(target.person, target.world, others, target.config) is not None
-
-
-def test_who_is_lost_is_sought_all_over() -> None:
-    assert searching(0.2)
-    assert searching(0.8)
+    target.lose()
+    target.lost_s = 0.2
+    scale = target.world.scale
+    target.person.shift(away * scale, 0.0)
+    others = np.full(target.world.shape, 255 * taken, np.uint8)
+    found = recover(target, None, None, others)
+    assert (found is None) == taken
+    expected = path[-1].x + taken * away
+    assert target.person.center_x / scale == pytest.approx(expected, abs=4)
 
 
 @pytest.mark.parametrize(
@@ -253,32 +254,8 @@ def test_who_left_is_waited_for_a_little_beyond_the_border(
     person.height = 100.0
     person.velocity = pace
     for _ in range(20):
-        target.memory.coast(person, (0.0, 0.0), 0.1, target.world.shape)
+        target._coast((0.0, 0.0), 0.1)
     assert (person.center_x, person.center_y) == pytest.approx(place)
-
-
-@pytest.mark.parametrize(('coat', 'found'), [(RED, True), (BLUE, False)])
-def test_the_last_look_counts_only_as_far_as_it_is_the_usual_one(
-    coat: tuple[int, int, int], found: bool
-) -> None:
-    told = Told()
-    path = walk(Figure(60), 30)
-    told.start(path[0])
-    for figure in path:
-        told.show(figure)
-    (target,) = told.tracker._targets()
-    # The last mask is that of somebody else, perhaps.
-    image, _ = picture([replace(path[-1], coat=coat)])
-    told.tracker.update(image, told.stamp_ns)
-    person, record = target.person, target.world.now
-    for _ in range(3):
-        target.memory.learn_look(person, record)
-    sight = Sight.of(person.mask, person.mask, None)
-    assert target.memory.is_found(person, sight, None, person.mask, record) == found
-
-
-def test_nobody_is_sought_among_others() -> None:
-    assert not searching(0.2, taken=True)
 
 
 # Input that is no good.

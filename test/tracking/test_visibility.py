@@ -8,11 +8,7 @@ import pytest
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import signed_distance
-from gait_segmentation.tracking.recovery.visibility import (
-    Sight,
-    Visibility,
-    visible_box,
-)
+from gait_segmentation.tracking.visibility import Sight, visible_box
 
 SHAPE = (40, 30)
 
@@ -43,19 +39,6 @@ def test_others_are_not_what_is_around() -> None:
     likely = mask | other
     assert Sight.of(likely, mask, None).outside > 0.2
     assert Sight.of(likely, mask, other, other).outside == 0
-
-
-def test_a_person_is_lost_in_the_second_frame_without_sight() -> None:
-    visibility = Visibility()
-    assert visibility.update(0.9, 1.0)
-    assert not visibility.update(0.1, 1.0)
-    assert not visibility.is_lost
-    assert visibility.update(0.9, 1.0)
-    visibility.update(0.1, 1.0)
-    assert not visibility.update(0.9, 0.05)
-    assert visibility.is_lost
-    visibility.restart()
-    assert not visibility.is_lost
 
 
 def test_what_stands_before_a_person_is_not_looked_at() -> None:

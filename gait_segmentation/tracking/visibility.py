@@ -12,22 +12,19 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window
-from gait_segmentation.tracking.person.extent import extent_of
-from gait_segmentation.tracking.person.learning import WHOLE
 from gait_segmentation.tracking.person.person import GUARD, LEAST_SEEN
 
 __all__ = [
     'ALONE',
     'Sight',
-    'Visibility',
     'visible_box',
 ]
 
+_OUTERMOST = 0.005
+"""Share of the likely pixels on each side that the box about them leaves out."""
+
 ALONE = 0.9
 """Share that must not be hidden by others, so that what hides the rest is the background."""
-
-_LOST_FRAMES = 2
-"""Frames in a row that it takes."""
 
 
 @dataclass(frozen=True)
@@ -94,44 +91,6 @@ class Sight:
         return self.share * max(0.0, self.inside - self.outside)
 
 
-class Visibility:
-    """How much of a person was seen of late."""
-
-    def __init__(self) -> None:
-        """Begin with a person who is seen as a whole."""
-        self.seen = 1.0
-        self._unseen_frames = 0
-
-    @property
-    def well(self) -> bool:
-        """Return whether all of the person was seen."""
-        return self.seen >= WHOLE
-
-    def update(self, seen: float, inside: float) -> bool:
-        """
-        Take in what was seen in a frame.
-
-        :param seen: share of the person.
-        :param inside: share of the body's box that lies in the image.
-        :returns: whether there was enough to go on with.
-        """
-        self.seen = seen
-        if seen < LEAST_SEEN or inside < LEAST_SEEN / 2:
-            self._unseen_frames += 1
-            return False
-        self._unseen_frames = 0
-        return True
-
-    @property
-    def is_lost(self) -> bool:
-        """Return whether too little was seen for too long."""
-        return self._unseen_frames >= _LOST_FRAMES
-
-    def restart(self) -> None:
-        """Begin to count anew the frames in which too little is seen."""
-        self._unseen_frames = 0
-
-
 def visible_box(
     values: NDArray[np.uint8],
     mask: NDArray[np.uint8],
@@ -152,10 +111,12 @@ def visible_box(
     likely = (values > 127) & (near >= -max(1.0, GUARD * height))
     if np.count_nonzero(likely) < max(1.0, LEAST_SEEN * cv2.countNonZero(mask)):
         return None
-    extent = extent_of(likely.view(np.uint8), (0.0, 0.0), 0.0)
-    return Box(
-        window[1].start + extent.left,
-        window[0].start + extent.top,
-        extent.right - extent.left,
-        extent.bottom - extent.top,
-    )
+    (top, bottom), (left, right) = (_ends(np.count_nonzero(likely, axis=axis)) for axis in (1, 0))
+    return Box(window[1].start + left, window[0].start + top, right - left, bottom - top)
+
+
+def _ends(counts: NDArray[np.intp]) -> tuple[int, int]:
+    """Return the first and after the last of some rows or columns that count."""
+    total = np.cumsum(counts)
+    ends = np.searchsorted(total, (_OUTERMOST * total[-1], (1 - _OUTERMOST) * total[-1]))
+    return int(ends[0]), int(ends[1]) + 1
