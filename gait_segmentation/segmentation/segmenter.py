@@ -15,6 +15,7 @@ from gait_segmentation.heat_maps import Grades, says_something
 from gait_segmentation.images import check_image
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.alignment import align
+from gait_segmentation.segmentation.carried import Carried
 from gait_segmentation.segmentation.components import fill_holes, keep_supported
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.energy import contrast_links, distance_links
@@ -82,6 +83,7 @@ class Segmenter:
         self._grades = Grades(_FLOOR)
         self._track_id = 0
         self._fit = 1.0
+        self._carried = Carried()
         self._last: Box | None = None
 
     def update(
@@ -148,6 +150,7 @@ class Segmenter:
         assert found is not None
         self._last = found.shifted(window[1].start, window[0].start)
         self._judge(match.similarity, labels, evidence)
+        self._carried.learn(evidence, place)
         if self.config.use_refinement:
             labels = refine(source, labels, logit, self.config.contrast)
         mask = np.zeros((height, width), np.uint8)
@@ -191,7 +194,10 @@ class Segmenter:
         support = evidence.astype(np.float32) / np.float32(255)
         if terms.psi is not None:
             support = (support + prior / np.float32(255)) / 2
-        labels = keep_supported(labels, support)
+        known = None
+        if terms.psi is not None:
+            known = (prior > 127) | self._carried.at(body, prior.shape)
+        labels = keep_supported(labels, support, known, body.height)
         labels = fill_holes(labels, self.config.hole_area * body.height**2)
         return labels, logit
 
