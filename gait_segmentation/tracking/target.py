@@ -32,6 +32,12 @@ __all__ = ['Target']
 
 Pixel = tuple[int, int]
 
+_OFF = 0.03
+"""
+Difference from the pace, in body heights, that is no step while somebody is near, who may have
+been followed instead.
+"""
+
 _LOST_FRAMES = 2
 """Frames in a row in which too little is seen after which a person is lost."""
 
@@ -164,7 +170,7 @@ class Target:
         if body is None:
             shift = self._coast(world, seconds)
         else:
-            measured = self._measured(seconds, body)
+            measured = self._measured(world, seconds, body)
             shift = person.move(
                 world, measured, seconds, steady=self.accompanied and not self.is_distractor
             )
@@ -217,11 +223,17 @@ class Target:
         if self.person.share_inside(mask.shape) > ALONE:
             self.whole = (mask, self._pixel)
 
-    def _measured(self, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
+    def _measured(self, world: Shift, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
         """Return how far the body went as its pixels say, None if they may be somebody else's."""
+        person = self.person
         if not (self.seen >= WHOLE or self.uncovered):
             return None
-        return self.world.body_shift(body, self.window, self.person.way(seconds))
+        way = person.way(seconds)
+        measured = self.world.body_shift(body, self.window, way)
+        if measured is None or not (self.accompanied and person.knows_pace):
+            return measured
+        off = math.dist(measured, (world[0] + way[0], world[1] + way[1]))
+        return None if off > _OFF * person.height else measured
 
     def judge(self) -> Claim | None:
         """Judge the pixels in a window about the person, None if all of it is outside."""

@@ -186,6 +186,11 @@ class Person:
         seconds = max(seconds, _LEAST_STEP_S)
         return self.velocity[0] * seconds, self.velocity[1] * seconds
 
+    @property
+    def knows_pace(self) -> bool:
+        """Return whether the velocity was learnt from as many frames as it remembers."""
+        return self.moves * _VELOCITY_RATE >= 1
+
     def move(
         self,
         world: tuple[float, float],
