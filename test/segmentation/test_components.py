@@ -29,6 +29,21 @@ def test_a_well_supported_second_part_stays() -> None:
     assert np.array_equal(kept, labels)
 
 
+def test_what_is_apart_from_the_body_goes() -> None:
+    labels = np.zeros((60, 80), np.bool_)
+    labels[5:45, 10:25] = True
+    labels[48:51, 12:17] = True  # a shoe
+    labels[5:55, 40:70] = True  # a car
+    body = np.zeros(labels.shape, np.bool_)
+    body[5:52, 10:25] = True
+    kept = keep_supported(labels, np.ones(labels.shape, np.float32), body, 47.0)
+    assert not kept[:, 40:].any()
+    assert kept[20, 14]
+    assert not kept[49, 14]
+    labels[48:54, 10:20] = True
+    assert keep_supported(labels, np.ones(labels.shape, np.float32), body, 47.0)[49, 14]
+
+
 def test_nothing_stays_nothing() -> None:
     labels = np.zeros((5, 5), np.bool_)
     assert not keep_supported(labels, np.ones((5, 5), np.float32)).any()

@@ -214,12 +214,18 @@ def test_a_template_is_not_moved_where_others_hide_somebody() -> None:
     np.testing.assert_array_equal(cut(half, True), cut(half, False))
 
 
-def test_a_bag_beside_the_template_stays() -> None:
+def test_a_bag_in_the_hand_stays_once_it_was_seen_for_some_time() -> None:
     bag = np.s_[70:118, 100:118]
-    apart = person()
+    segmenter = Segmenter()
+    joined, apart = person(), person()
+    joined[70:118, 70:118] = 255
     apart[bag] = 255
     likely = 20 + apart // 255 * np.uint8(215)
-    assert Segmenter().update(picture(), likely, match()).mask[bag].mean() > 200
+    assert not segmenter.update(picture(), likely, match()).mask[bag].any()
+    for stamp in range(2, 22):
+        with_arm = 20 + joined // 255 * np.uint8(215)
+        segmenter.update(picture(), with_arm, match(stamp=stamp))
+    assert segmenter.update(picture(), likely, match(stamp=22)).mask[bag].mean() > 200
 
 
 def test_where_somebody_was_seen_is_forgotten_while_nobody_is() -> None:
