@@ -6,8 +6,9 @@ What a heat map is worth: good maps, and maps spoilt in every way that a robot m
 
 The maps are read from NAME/NNNN.png beside the frames of each sequence, as ``gait_evaluate
 --heat-map NAME`` does, and spoilt: those of another sequence, mirrored, shifted by half a body,
-inverted, constant, noise, of every third frame only, or three frames late.  ``alone`` is without
-a map, and ``map`` the map itself above one half.  Prints J and the error rate in percent.  Usage::
+inverted, constant, noise, of every third frame only, or three frames late, with the stamp of
+their own frame or unsaid.  ``alone`` is without a map, and ``map`` the map itself above one half.
+Prints J and the error rate in percent.  Usage::
 
     python benchmarks/heat_maps.py SEQUENCE_DIR ... [--heat-map NAME] [--rows ROW ...]
         [--init auto] [--set STAGE.PARAM=VALUE] [--json FILE]
@@ -37,6 +38,7 @@ from gait_segmentation.evaluation.report import aligned
 from gait_segmentation.evaluation.runner import heat_maps_of, run
 from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.session import load_sequences
+from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import shift_whole
 from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
@@ -44,43 +46,48 @@ from gait_segmentation.pipeline import Pipeline, PipelineConfig
 GRADE = 200
 """Value of the constant map."""
 
-LATE, EVERY = 3, 3
-
-HARMLESS = ('other', 'mirrored', 'shifted', 'inverted', 'constant', 'noise')
+HARMLESS = ('other', 'mirrored', 'shifted', 'inverted', 'constant', 'noise', 'late unsaid')
+TIMED = {'every third': ':0:3', 'late': ':3', 'late unsaid': ':3'}
 ROWS = ('alone', 'map', 'heat', *HARMLESS, 'every third', 'late')
 
-Maps = Callable[[int], NDArray[np.uint8] | None]
+Maps = Callable[[int], HeatMap | None]
 
 
 def spoilt(row: str, sequence: Sequence, maps: Maps, others: Maps | None) -> Maps | None:
     """Return what gives the maps of a row, None if there are none."""
-    numbers, (width, height) = sequence.numbers, sequence.size
-    place = {number: index for index, number in enumerate(numbers)}
+    width, height = sequence.size
+    place = {number: index for index, number in enumerate(sequence.numbers)}
     box = sequence.initial_box
     half = round((height if box is None else box.height) / 2)
 
-    def changed(number: int) -> NDArray[np.uint8] | None:
-        index = place[number]
-        if row == 'every third' and index % EVERY:
+    def changed(number: int) -> HeatMap | None:
+        heat = maps(number)
+        other = others(place[number]) if row == 'other' and others is not None else heat
+        if heat is None or other is None:
             return None
-        heat = maps(numbers[max(index - LATE, 0)] if row == 'late' else number)
-        if row == 'other' and others is not None:
-            heat = others(index)
-        if heat is None:
-            return None
-        if row == 'mirrored':
-            return np.ascontiguousarray(heat[:, ::-1])
-        if row == 'shifted':
-            return shift_whole(heat, round(half * heat.shape[1] / width), 0)
-        if row == 'inverted':
-            return 255 - heat
-        if row == 'constant':
-            return np.full_like(heat, GRADE)
-        if row == 'noise':
-            return np.random.default_rng(number).integers(0, 256, heat.shape, np.uint8)
-        return heat
+        stamp_ns = sequence.stamp_ns(number) if row == 'late unsaid' else heat.stamp_ns
+        return HeatMap(_changed(row, other.values, number, half / width), stamp_ns)
 
     return None if row == 'alone' else changed
+
+
+def _changed(row: str, values: NDArray[np.uint8], number: int, half: float) -> NDArray[np.uint8]:
+    """
+    Return the values of a map, (h, w) uint8, as in a row.
+
+    :param half: of a body, over the width of the map.
+    """
+    if row == 'mirrored':
+        return np.ascontiguousarray(values[:, ::-1])
+    if row == 'shifted':
+        return shift_whole(values, round(half * values.shape[1]), 0)
+    if row == 'inverted':
+        return 255 - values
+    if row == 'constant':
+        return np.full_like(values, GRADE)
+    if row == 'noise':
+        return np.random.default_rng(number).integers(0, 256, values.shape, np.uint8)
+    return values
 
 
 def of_place(sequence: Sequence, maps: Maps) -> Maps:
@@ -97,9 +104,9 @@ def measure(
         for number in sequence.numbers:
             truth, heat = sequence.truth(number), given(number)
             if truth is not None:
-                heat = np.zeros_like(truth) if heat is None else heat
-                heat = np.asarray(cv2.resize(heat, sequence.size))
-                found = np.where(heat > 127, 255, 0).astype(np.uint8)
+                values = np.zeros_like(truth) if heat is None else heat.values
+                values = np.asarray(cv2.resize(values, sequence.size))
+                found = np.where(values > 127, 255, 0).astype(np.uint8)
                 scores.append(score_frame(found, None, truth))
     else:
         starts = {} if auto else sequence.starts
@@ -133,7 +140,8 @@ def measure_row(
     for index, sequence in enumerate(sequences):
         # Half way round the list, so that it is not a clip of the same film.
         other = sequences[(index + len(sequences) // 2) % len(sequences)]
-        maps, others = heat_maps_of(sequence, name), heat_maps_of(other, name)
+        maps = heat_maps_of(sequence, name + TIMED.get(row, ''))
+        others = heat_maps_of(other, name)
         assert maps is not None
         assert others is not None
         given = spoilt(row, sequence, maps, of_place(other, others))

@@ -143,9 +143,10 @@ def parser() -> argparse.ArgumentParser:
     add(
         '--heat-map',
         default='',
-        metavar='NAME',
+        metavar='NAME[:LATE[:EVERY]]',
         help='take SEQUENCE_DIR/NAME/NNNN.png (grey, any size) as heat maps beside the '
-        "tracker's own likelihood; frames may go without",
+        "tracker's own likelihood; frames may go without; maps come LATE frames after theirs (0), "
+        'with every EVERYth frame (1)',
     )
     add(
         '--json',

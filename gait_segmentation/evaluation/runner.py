@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +20,7 @@ from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.evaluation.truth import PERSON, read_mask
 from gait_segmentation.files.image_files import read_heat_map
 from gait_segmentation.geometry import Box
+from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.results import TRACKED
 
@@ -36,6 +38,9 @@ __all__ = [
     'run',
 ]
 
+_TIMED = re.compile(r'([^:]+)(?::([0-9]+)(?::([1-9][0-9]*))?)?')
+"""Name of heat maps, how many frames late they come, and of which of them there is one."""
+
 
 class Runnable(Protocol):
     """What an evaluation needs of a pipeline."""
@@ -48,9 +53,11 @@ class Runnable(Protocol):
         image: NDArray[np.uint8],
         stamp_ns: int,
         likelihood: NDArray[np.uint8] | None = None,
-        heat_map: NDArray[np.uint8] | None = None,
     ) -> list[Any]:
         """Take in a frame, return the results that are complete."""
+
+    def add_heat_map(self, heat_map: NDArray[np.uint8], stamp_ns: int) -> None:
+        """Take in the heat map of the frame with a stamp, which may have come."""
 
     def flush(self) -> list[Any]:
         """Return the results held back."""
@@ -104,7 +111,7 @@ def run(
     *,
     clock: Callable[[], float],
     likelihood: Callable[[int], NDArray[np.uint8]] | None = None,
-    heat_map: Callable[[int], NDArray[np.uint8] | None] | None = None,
+    heat_map: Callable[[int], HeatMap | None] | None = None,
 ) -> Iterator[Outcome]:
     """
     Give the frames of a clip to a pipeline and score what comes back, frame by frame.
@@ -117,7 +124,7 @@ def run(
         are to be tracked from there on, empty if the pipeline finds people by itself.
     :param clock: seconds, for the durations.
     :param likelihood: makes the likelihood image to use in a frame in place of the tracker's.
-    :param heat_map: makes the heat map to use in a frame beside it, None where there is none.
+    :param heat_map: makes the heat map that comes with a frame, None where there is none.
     """
     numbers = list(numbers)
     starts = {numbers[0]: (box,)} if isinstance(box, Box) else box
@@ -130,7 +137,9 @@ def run(
         given = None if likelihood is None else likelihood(number)
         heat = None if heat_map is None else heat_map(number)
         started = clock()
-        results = pipeline.update(image, stamp, given, heat)
+        if heat is not None:
+            pipeline.add_heat_map(heat.values, heat.stamp_ns)
+        results = pipeline.update(image, stamp, given)
         held.hold(stamp, (number, image.shape[:2], clock() - started))
         for frame, result in held.answered(results):
             yield _outcome(clip, *frame, result)
@@ -201,21 +210,32 @@ def likelihoods_of(sequence: Sequence, name: str) -> Callable[[int], NDArray[np.
     return lambda number: read_mask(folder / f'{sequence.frames[number].stem}.png', sequence.size)
 
 
-def heat_maps_of(
-    sequence: Sequence, name: str
-) -> Callable[[int], NDArray[np.uint8] | None] | None:
+def heat_maps_of(sequence: Sequence, name: str) -> Callable[[int], HeatMap | None] | None:
     """
-    Return what reads the heat map of a frame, None for an empty name.
+    Return what reads the heat map that comes with a frame, None for an empty name.
 
-    :param name: of the folder beside ``frames``.
-    :raises SequenceError: if there is no such folder, or no map of any frame in it.
+    :param name: of the folder beside ``frames``; with ``NAME:3`` maps come three frames after
+        their own, with ``NAME:3:2`` besides with every second frame only.
+    :raises SequenceError: if there is no such folder, no map of any frame in it, or these are no
+        such numbers.
     """
     if not name:
         return None
-    folder: Path = sequence.folder / name
+    called = _TIMED.fullmatch(name)
+    if called is None:
+        raise SequenceError(f'heat maps must be NAME, NAME:LATE or NAME:LATE:EVERY, got {name}')
+    folder, late, every = sequence.folder / called[1], int(called[2] or 0), int(called[3] or 1)
     if not folder.is_dir():
         raise SequenceError(f'{folder} is missing, no heat maps to read')
     paths = {each: folder / f'{path.stem}.png' for each, path in sequence.frames.items()}
     if not any(path.exists() for path in paths.values()):
         raise SequenceError(f'{folder} has no heat map of a frame, such as {paths[min(paths)]}')
-    return lambda number: read_heat_map(paths[number]) if paths[number].exists() else None
+    numbers = sequence.numbers
+    own = dict(zip(numbers[late::every], numbers[::every], strict=False))
+
+    def read(number: int) -> HeatMap | None:
+        if number not in own or not paths[own[number]].exists():
+            return None
+        return HeatMap(read_heat_map(paths[own[number]]), sequence.stamp_ns(own[number]))
+
+    return read

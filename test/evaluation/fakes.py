@@ -70,14 +70,16 @@ class FakePipeline:
         self.box = None
         self.held = []
         self.likelihoods = []
-        self.heat_maps = []
+        self.heat_maps = {}
 
     def initialize(self, box):
         self.box = box
 
-    def update(self, image, stamp_ns, likelihood=None, heat_map=None):
+    def add_heat_map(self, heat_map, stamp_ns):
+        self.heat_maps[len(self.likelihoods)] = (heat_map, stamp_ns)
+
+    def update(self, image, stamp_ns, likelihood=None):
         self.likelihoods.append(likelihood)
-        self.heat_maps.append(heat_map)
         mask = np.where(image[..., 2] > image[..., 1] + 60, 255, 0).astype(np.uint8)
         if likelihood is not None:
             mask = likelihood

@@ -56,8 +56,8 @@ def test_late_results_are_matched_by_stamp(sequence, lag):
 class Forgetful(FakePipeline):
     """Says nothing about the first frame, and nothing about the last."""
 
-    def update(self, image, stamp_ns, likelihood=None, heat_map=None):
-        results = super().update(image, stamp_ns, likelihood, heat_map)
+    def update(self, image, stamp_ns, likelihood=None):
+        results = super().update(image, stamp_ns, likelihood)
         return [] if len(self.likelihoods) in (1, 8) else results
 
 
@@ -73,8 +73,8 @@ def test_frames_without_a_result_count_as_empty(sequence):
 class Repeating(FakePipeline):
     """Answers each frame twice, the second time without anybody, and some other frame besides."""
 
-    def update(self, image, stamp_ns, likelihood=None, heat_map=None):
-        (result,) = super().update(image, stamp_ns, likelihood, heat_map)
+    def update(self, image, stamp_ns, likelihood=None):
+        (result,) = super().update(image, stamp_ns, likelihood)
         (person,) = result.people
         nobody = SimpleNamespace(mask=np.zeros_like(person.segmentation.mask))
         again = SimpleNamespace(**vars(person) | {'segmentation': nobody})
@@ -128,13 +128,39 @@ def test_heat_maps_of_any_size_are_read_where_there_are_some(sequence):
         cv2.imwrite(str(folder / f'{number:04d}.png'), np.full((4, 7), number, np.uint8))
     pipeline = FakePipeline()
     list(run_sequence(pipeline, sequence, heat_map=heat_maps_of(sequence, 'map')))
-    maps = pipeline.heat_maps
-    assert [None if each is None else each.tolist() for each in maps] == [
-        4 * [7 * [number]] if number in (2, 5) else None for number in range(8)
-    ]
+    assert {number: values.tolist() for number, (values, _) in pipeline.heat_maps.items()} == {
+        number: 4 * [7 * [number]] for number in (2, 5)
+    }
     cv2.imwrite(str(folder / '0003.png'), np.full((4, 7, 3), (1, 2, 3), np.uint8))
     with pytest.raises(SequenceError, match=r'0003\.png: heat map must be grey'):
         list(run_sequence(FakePipeline(), sequence, heat_map=heat_maps_of(sequence, 'map')))
+
+
+@pytest.mark.parametrize(
+    ('timing', 'own'),
+    [
+        (':0', {n: n for n in range(8)}),
+        (':2', {n: n - 2 for n in range(2, 8)}),
+        (':1:3', {1: 0, 4: 3, 7: 6}),
+    ],
+)
+def test_heat_maps_come_late_with_the_stamps_of_their_own_frames(sequence, timing, own):
+    (sequence.folder / 'map').mkdir()
+    for number in sequence.numbers:
+        cv2.imwrite(
+            str(sequence.folder / f'map/{number:04d}.png'), np.full((4, 7), number, np.uint8)
+        )
+    pipeline = FakePipeline()
+    list(run_sequence(pipeline, sequence, heat_map=heat_maps_of(sequence, f'map{timing}')))
+    assert {came: int(values[0, 0]) for came, (values, _) in pipeline.heat_maps.items()} == own
+    stamps = {came: stamp_ns for came, (_, stamp_ns) in pipeline.heat_maps.items()}
+    assert stamps == {came: sequence.stamp_ns(number) for came, number in own.items()}
+
+
+@pytest.mark.parametrize('name', ['map:late', 'map:1:0', ':3', 'map:-1'])
+def test_how_late_heat_maps_come_must_be_a_number(sequence, name):
+    with pytest.raises(SequenceError, match='NAME:LATE:EVERY, got'):
+        heat_maps_of(sequence, name)
 
 
 def test_masks_of_zeros_and_ones_are_refused(sequence):
@@ -147,8 +173,8 @@ def test_masks_of_zeros_and_ones_are_refused(sequence):
 class Pair(FakePipeline):
     """Sees somebody else in its first slot, and the red man in its second; a third is lost."""
 
-    def update(self, image, stamp_ns, likelihood=None, heat_map=None):
-        (result,) = super().update(image, stamp_ns, likelihood, heat_map)
+    def update(self, image, stamp_ns, likelihood=None):
+        (result,) = super().update(image, stamp_ns, likelihood)
         (person,) = result.people
         other = np.zeros_like(person.segmentation.mask)
         other[6:35, 30:40] = 255
