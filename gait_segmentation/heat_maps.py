@@ -96,11 +96,11 @@ class Grades:
         :param values: (h, w) uint8, a part of a map.
         :param person: (h, w) uint8, non-zero on the person.
         """
-        # Not cv2.compare: that takes an image of one pixel for something else.
-        parts = person, cv2.inRange(person, 0, 0)
         bins, range_ = [256 // _GRADE], [0.0, 256.0]
-        counts = [cv2.calcHist([values], [0], part, bins, range_).ravel() for part in parts]
-        return _normalized(np.stack(counts))
+        own, all_ = (
+            cv2.calcHist([values], [0], part, bins, range_).ravel() for part in (person, None)
+        )
+        return _normalized(np.stack([own, all_ - own]))
 
     def believe(self, values: NDArray[np.uint8]) -> None:
         """Take the values of a map, (h, w) uint8, for the probabilities they seem to be."""
@@ -129,7 +129,7 @@ class Grades:
             return np.zeros(values.shape, np.float32)
         person, other = self.shares + self._floor
         table = np.repeat(weight * np.log(person / other), _GRADE).astype(np.float32)
-        return np.asarray(table[values])
+        return np.asarray(cv2.LUT(values, table))
 
 
 def _normalized(counts: NDArray[Any]) -> NDArray[np.float64]:
