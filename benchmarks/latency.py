@@ -13,6 +13,7 @@ nothing but noise between.  Needs ROS 2; leave the machine alone meanwhile::
     python benchmarks/latency.py [--seconds 60] [--sizes 640x480 1280x720] [--json FILE]
         [--plot docs/images/latency.png] [--rate 15] [-p matching.kernel:=direct_access_table ...]
     python benchmarks/latency.py --people 1 --styles single --seconds 1800
+    python benchmarks/latency.py --heat-map 10
 
 Latencies in ms are over all frames answered; ``lost`` counts frames without a mask that were
 published after the first second, ``lost_first_second`` those before, ``first`` is the latency of
@@ -25,6 +26,7 @@ first size at the top, and all sizes under their names.
 from __future__ import annotations
 
 import argparse
+import itertools
 import json
 import sys
 import tempfile
@@ -34,6 +36,8 @@ from typing import Any
 
 import cv2
 import numpy as np
+from rclpy.node import Node
+from sensor_msgs.msg import Image
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
@@ -89,6 +93,17 @@ def write_scenes(folder: Path) -> None:
         cv2.imwrite(str(folder / f'{number:06d}.bmp'), image)
 
 
+def echo_masks(node: Node, every: int) -> None:
+    """Publish one of so many masks as a heat map of its frame, which comes as late as the mask."""
+    maps, places = node.create_publisher(Image, 'heat_map', 5), itertools.count()
+
+    def heard(data: bytes) -> None:
+        if next(places) % every == 0:
+            maps.publish(data)
+
+    node.create_subscription(Image, 'mask', heard, 5, raw=True)
+
+
 def measure(style: str, size: tuple[int, int], options: argparse.Namespace) -> dict[str, Any]:
     """Measure one style at one size."""
     nodes, memory = STYLES[style], []
@@ -98,6 +113,8 @@ def measure(style: str, size: tuple[int, int], options: argparse.Namespace) -> d
             write_scenes(film)
         else:
             box = write_clip(Path(folder), size, max(2, round(options.seconds * options.rate)))
+        if options.heat_map:
+            echo_masks(listener.node, max(1, round(options.rate / options.heat_map)))
         parameters = f'max_people:={options.people or 1}', *options.parameters
         start(processes, nodes, listener, *parameters, box=box)
         played = play(
@@ -169,6 +186,7 @@ def main() -> int:
     add('-p', dest='parameters', nargs='+', default=[], metavar='NAME:=VALUE', help='of all nodes')
     add('--json', type=Path, metavar='FILE', help='write the figures here')
     add('--plot', type=Path, metavar='FILE', help='draw the distribution of the latency')
+    add('--heat-map', type=float, default=0.0, metavar='HZ', help='publish heat maps as often')
     add('--people', type=int, default=0, metavar='N', help='play scenes for ever, N slots')
     options = parser.parse_args()
     report: Report = {}
