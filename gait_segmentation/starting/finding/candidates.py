@@ -22,7 +22,9 @@ _MOST = 24
 _LOST_S = 0.3
 """Time for which a candidate may go unseen."""
 
-_GAIN_PLACE, _GAIN_SPEED, _GAIN_SIZE = 0.6, 0.3, 0.3
+_GAIN_PLACE, _GAIN = 0.6, 0.3
+"""Share of a sighting in the place, and in speed and size."""
+
 _LEAST_OVERLAP = 0.25
 _MOST_ASPECT = 1.3
 """Largest width over height of a new candidate."""
@@ -67,16 +69,15 @@ class Candidate:
         expected = self.predicted(seconds)
         off = box.center_x - expected.center_x, box.center_y - expected.center_y
         gain = max(_GAIN_PLACE, 1 / (self.sightings + 1))
-        size = max(_GAIN_SIZE, 1 / (self.sightings + 1))
+        rate = max(_GAIN, 1 / (self.sightings + 1))
         x = expected.center_x + gain * off[0]
         y = expected.center_y + gain * off[1]
-        rate = max(_GAIN_SPEED, 1 / (self.sightings + 1))
         self.speed = (
             self.speed[0] + rate * off[0] / passed,
             self.speed[1] + rate * off[1] / passed,
         )
-        width = self.box.width + size * (box.width - self.box.width)
-        height = self.box.height + size * (box.height - self.box.height)
+        width = self.box.width + rate * (box.width - self.box.width)
+        height = self.box.height + rate * (box.height - self.box.height)
         self.box = Box.from_center(x, y, width, height)
         self.seen = seconds
         self.sightings += 1

@@ -21,8 +21,8 @@ _ROWS, _COLUMNS, _FILL = 48, 36, 0.9
 _NEAR = 0.06
 """Margin about the template, in body heights."""
 
-_THIN, _BEYOND = 0.03, 0.03
-"""Least width of what is taken along beyond the template, and how far that goes, in heights."""
+_THIN = 0.03
+"""Least width of what is taken along beyond the template, and how far it may reach, in heights."""
 
 _RIM = 0.003
 """Share of the pixels left out at each side of a person's box."""
@@ -209,7 +209,7 @@ def person_box(likelihood: NDArray[np.uint8], result: MatchResult) -> tuple[Box 
     left, right = _ends(columns, _RIM)
     # Feet and head that the template just misses.
     counts = moving[:, left:right].sum(axis=1)
-    least, most = max(1.0, _THIN * body.height), round(_BEYOND * body.height)
+    least, most = max(1.0, _THIN * body.height), round(_THIN * body.height)
     top -= _run(counts[:top][::-1], least, most)
     bottom += _run(counts[bottom:], least, most)
     box = Box(left, top, right - left, bottom - top)

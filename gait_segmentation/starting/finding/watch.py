@@ -28,11 +28,13 @@ _PERIOD_S = 0.06
 _WINDOW_S = 0.35
 """Time over which the gait is measured."""
 
-_LATE_S = 0.12
+_LATE_S = 2 * _PERIOD_S
 """Time for which one match speaks at most."""
 
 _ROWS = 48
-_PHASE_STEP, _VIEW_STEP = 2, 2
+_STEP = 2
+"""Every second view and phase of the bank is searched."""
+
 _GAIN_BODY, _GAIN_BLOB = 0.3, 0.15
 """Shares by which the matched body and the blob move the box that is matched about."""
 
@@ -137,9 +139,9 @@ def _between(box: Box, body: BodyFrame, blob: Box) -> Box:
 def light_bank(bank: TemplateBank) -> TemplateBank:
     """Return a smaller bank to search with: its first build, fewer views, phases and pixels."""
     chosen = [k for k, build in enumerate(bank.builds) if build == bank.builds[0]]
-    if len(chosen) >= 8 * _VIEW_STEP:
-        chosen = chosen[::_VIEW_STEP]
-    step = _PHASE_STEP if bank.phases >= 8 * _PHASE_STEP else 1
+    if len(chosen) >= 8 * _STEP:
+        chosen = chosen[::_STEP]
+    step = _STEP if bank.phases >= 8 * _STEP else 1
     templates = bank.templates[chosen][:, ::step]
     rows, columns = bank.grid
     if rows > _ROWS:
