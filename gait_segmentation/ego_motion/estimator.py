@@ -44,6 +44,12 @@ _FOLLOWED = 8
 _LEAST_FOLLOWED = 40
 """Fewer corners of the world than this are replaced at once."""
 
+_ASTRAY_PX = 1.0
+"""
+How far off a point of a body may end when it is followed back: the window about a point of a small
+body is larger than the body, and follows what is behind it.
+"""
+
 _LEVELS_WORLD, _LEVELS_BODY = range(1, 5), range(3)
 _AWAY = 4
 """Pixels of half the size that corners of the world are away from people."""
@@ -173,7 +179,7 @@ def _body_shift(
     rows, columns = np.nonzero(inner[apart // 2 :: apart, apart // 2 :: apart])
     points = apart * np.column_stack([columns, rows]) + (left + apart // 2, top + apart // 2)
     points = points.astype(np.float32) + np.float32(0.5)
-    before, after = followed(last, now, points, _LEVELS_BODY, expected)
+    before, after = followed(last, now, points, _LEVELS_BODY, expected, astray=_ASTRAY_PX)
     if len(before) < _LEAST_OF_BODY:
         return None
     x, y = np.median(after - before, axis=0).tolist()

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -72,6 +74,8 @@ def followed(
     points: NDArray[np.float32],
     levels: range,
     expected: tuple[float, float] = (0.0, 0.0),
+    *,
+    astray: float = math.inf,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """
     Follow points by the pyramidal method of Lucas and Kanade.
@@ -80,10 +84,27 @@ def followed(
     :param points: (n, 2) float32, positions (x, y) in the last frame.
     :param levels: of the pyramids to use, the largest image first.
     :param expected: shift (x, y) in pixels about which they are sought.
+    :param astray: distance in pixels from where a point began that it may end at when it is
+        followed back; by default this is not tried (Kalal, Mikolajczyk and Matas, ICPR 2010).
     :returns: where those that were found were and are now, (m, 2) float32 each.
     """
     if len(points) == 0:
         return points, points
+    after, found = _follow(last, now, points, levels, expected)
+    if math.isfinite(astray):
+        again, back = _follow(now, last, after, levels, (-expected[0], -expected[1]))
+        found &= back & (np.hypot(*(again - points).T) < astray)
+    return points[found], after[found]
+
+
+def _follow(
+    last: Pyramid,
+    now: Pyramid,
+    points: NDArray[np.float32],
+    levels: range,
+    expected: tuple[float, float],
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Return where points are now, (n, 2) float32, and (n,) bool, whether that is known."""
     scale, levels_up = np.float32(0.5**levels.start), len(levels) - 1
     before = scale * points - np.float32(0.5)
     after = before + scale * np.array(expected, np.float32)
@@ -99,8 +120,7 @@ def followed(
         criteria=_UNTIL,
         flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
     )
-    use = found.ravel() > 0
-    return points[use], np.asarray((moved[use] + corner + np.float32(0.5)) / scale)
+    return np.asarray((moved + corner + np.float32(0.5)) / scale), found.ravel() > 0
 
 
 def _about(

@@ -49,22 +49,9 @@ class SegmentationConfig(StageConfig):
         maximum=5.0,
     )
     template_slope: float = parameter(
-        0.02,
-        "Distance over which the template's log-odds change by one, outside of it.",
+        0.025,
+        "Distance from the template's outline over which its log-odds change by one.",
         minimum=0.002,
-        maximum=0.5,
-    )
-    template_depth: float = parameter(
-        0.008,
-        "Distance over which the template's log-odds change by one, inside: limbs are thin.",
-        minimum=0.002,
-        maximum=0.5,
-    )
-    template_margin: float = parameter(
-        0.004,
-        'Distance outside of the template up to which its log-odds are constant: people '
-        'wear more than the model.',
-        minimum=0.0,
         maximum=0.5,
     )
     fit_low: float = parameter(

@@ -54,11 +54,7 @@ def shape_terms(
     psi = np.minimum(np.abs(distance) / np.float32(config.distance_reach * height), np.float32(1))
     if config.prior == 'distance':
         return ShapeTerms(None, psi)
-    away = distance + np.float32(config.template_margin * height)
-    away /= np.where(
-        away > 0,
-        np.float32(config.template_depth * height),
-        np.float32(config.template_slope * height),
-    )
-    weight = np.float32(trust * config.template_weight)
-    return ShapeTerms(weight * np.clip(away, -_LIMIT, _LIMIT, out=away), psi)
+    # As steep inside: limbs are thin, so that what hides a leg or where it is a phase ahead is
+    # for the likelihood to say.
+    odds = np.clip(distance / np.float32(config.template_slope * height), -_LIMIT, _LIMIT)
+    return ShapeTerms(np.float32(trust * config.template_weight) * odds, psi)

@@ -85,7 +85,7 @@ class MeanShiftTarget(Target):
         lost = self.state != TRACKED
         return Claim(window, logit, mask, near, self.feet, person.height, lost)
 
-    def _measured(self, world: Shift, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
+    def _measured(self, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
         """Return that only mean shift tells how far the body went."""
         return None
 

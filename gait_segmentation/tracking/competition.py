@@ -55,8 +55,7 @@ class Claim:
     ``logit`` is (h, w) float32 and ``mask`` (h, w) uint8, where the person is expected;
     ``near`` is (h, w) float32, how far from its outline pixels are, positive inside.
     ``feet`` is the row of the soles and ``height`` that of the body, in pixels.  Somebody
-    ``hidden`` competes, too, so that nobody takes what is about to be seen of them.  Of who is not
-    ``known`` it cannot be told who stands nearer.
+    ``hidden`` competes, too, so that nobody takes what is about to be seen of them.
     """
 
     window: Window
@@ -66,7 +65,6 @@ class Claim:
     feet: float
     height: float
     hidden: bool = False
-    known: bool = True
 
 
 def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
@@ -87,8 +85,6 @@ def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
         for k, rival in ((one, two), (two, one)):
             claim, other = claims[k], claims[rival]
             depth = _NEARER if claim.feet > other.feet and not claim.hidden else -_NEARER
-            if not (claim.known and other.known):
-                depth = 0.0
             part = strong[k][within(shared, claim.window)]
             rivals[rival][within(shared, other.window)] += np.float32(math.exp(depth)) * part
     logits = [

@@ -15,8 +15,7 @@ from gait_segmentation.images import Window, overlap, size_of, within
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.tracking.competition import Claim, compete, leave_to
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.distractors import Surroundings
-from gait_segmentation.tracking.learner import Learnt, learn as teach
+from gait_segmentation.tracking.learner import learn as teach
 from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
 from gait_segmentation.tracking.redetection import recover
 from gait_segmentation.tracking.target import Target
@@ -41,7 +40,7 @@ def follow(
     """
     Take a frame into a world and follow its people.
 
-    :param targets: all people of the world, with and without a slot.
+    :param targets: all people of the world.
     :param image: (H, W, 3) uint8 BGR.
     :param heat: P(person) from elsewhere, of this frame or one before.
     """
@@ -61,10 +60,6 @@ def follow(
     )
     for target in targets:
         target.follow(motion, visible.get(target.track_id))
-        target.accompanied = any(
-            other.is_distractor != target.is_distractor and target.is_near(other)
-            for other in targets
-        )
 
 
 def judge(
@@ -73,7 +68,7 @@ def judge(
     """
     Let people compete for pixels, assess each by what it got, and look for the lost.
 
-    :param targets: all people of the world, with and without a slot.
+    :param targets: all people of the world.
     :param strangers: (h, w) uint8 of any size, non-zero where others move.
     :returns: the likelihoods, (h, w) uint8, by track id.
     """
@@ -97,10 +92,7 @@ def judge(
     masks: list[Place] = []
     for (target, claim), logit in zip(present, logits, strict=True):
         likelihoods[target.track_id] = likelihood_image(logit, claim.window, world.shape)
-        mask = claim.mask
-        if target.is_distractor and target.state == TRACKED:
-            mask = target.win(likelihoods[target.track_id], claim)
-        masks.append((target, claim.window, mask))
+        masks.append((target, claim.window, claim.mask))
     for target, claim in present:
         if target.state == TRACKED:
             cover = _cover(target, masks, claim.window)
@@ -118,65 +110,43 @@ def learn(
     stamp_ns: int,
     by_track: Mapping[int, Feedback],
     config: TrackingConfig,
-) -> list[Target]:
+) -> None:
     """
     Learn a frame in one world: people first, then what surrounds all of them.
 
-    :param targets: all people of the world, with and without a slot.
+    :param targets: all people of the world.
     :param by_track: the masks of that frame by track id.
-    :returns: those without a slot from now on.
     """
-    distractors = [target for target in targets if target.is_distractor]
     skipped, record = world.take(stamp_ns)
     for each in skipped:
         for target in targets:
             target.skip(each)
     if record is None:
-        return distractors
+        return
     people = np.zeros(world.shape, np.uint8)
-    told: list[tuple[Target, Learnt]] = []
+    around: list[Window] = []
     for target in targets:
-        if target.is_distractor or target.track_id not in record.bodies:
+        if target.track_id not in record.bodies:
             continue
-        alone = not any(
-            target.is_near(other)
-            for other in targets
-            if other is not target and not other.is_distractor
-        )
+        alone = not any(target.is_near(other) for other in targets if other is not target)
         learnt = teach(target, record, by_track.get(target.track_id), alone=alone)
         if learnt is None:
             people[target.person.area.slices(world.shape[1], world.shape[0])] = 255
         else:
             where, margin = learnt.margin
             people[where] |= margin
-            told.append((target, learnt))
-    if not (told and config.use_background):
-        return distractors
-    around = [learnt.window for _, learnt in told]
-    busy = world.learn(record, people, around, gate=config.use_motion_gate)
-    about = Surroundings(record, told, people, busy)
-    distractors = [each for each in distractors if about.teach(each)]
-    if _lost(targets):
-        # It may be them.
-        return distractors
-    for target, learnt in told:
-        for start in about.newcomers(target, learnt, distractors):
-            number = min((each.track_id for each in distractors), default=0) - 1
-            distractors.append(Target(number, world, start, config, record))
-    return distractors
+            around.append(learnt.window)
+    if around and config.use_background:
+        world.learn(record, people, around, gate=config.use_motion_gate)
 
 
 def _cover(target: Target, masks: Sequence[Place], window: Window) -> NDArray[np.uint8] | None:
-    """
-    Return where in a window a person is hidden by those who stand nearer, None if nowhere.
-
-    Who stands nearer is not known of who has no slot: that may be both.
-    """
+    """Return where in a window a person is hidden by those who stand nearer, None if nowhere."""
     cover = None
     for other, about, mask in masks:
         if other is target or other.state == LOST:
             continue
-        if other.feet <= target.feet and not (other.is_distractor or target.is_distractor):
+        if other.feet <= target.feet:
             continue
         shared = overlap(about, window)
         if shared is None:
@@ -197,7 +167,7 @@ def _uncovered(
 
 def _lost(targets: Sequence[Target]) -> list[Target]:
     """Return who is lost and waited for."""
-    return [each for each in targets if each.state == LOST and not each.is_distractor]
+    return [each for each in targets if each.state == LOST]
 
 
 def _recover(

@@ -33,18 +33,12 @@ class Learnt:
     """
     What a mask that was learnt from told, in the frame it belongs to.
 
-    ``mask`` and ``template`` are (H, W) uint8 of the working image, ``strange`` (h, w) uint8 of
-    the window about the person, non-zero on what is not the known background.  ``margin`` is a
-    window and (h, w) uint8 of it, the mask with a margin: where the person may be.  ``share`` is
-    the area of the mask over what is usual.
+    ``window`` is about the person, ``margin`` a window and (h, w) uint8 of it, the mask with a
+    margin: where the person may be.
     """
 
     window: Window
-    mask: NDArray[np.uint8]
     margin: tuple[Window, NDArray[np.uint8]]
-    template: NDArray[np.uint8]
-    strange: NDArray[np.uint8]
-    share: float
 
 
 def learn(
@@ -85,7 +79,7 @@ def learn(
     person.shift(dx, dy)
     if not (whole or alone):
         return None
-    return Learnt(window, mask, margin, prior, strange, target.area.share)
+    return Learnt(window, margin)
 
 
 def _learn_all(

@@ -32,8 +32,7 @@ class Record:
     (-2..2) that its pixels move with the body rather than stay.  ``heat`` is (h, w) uint8,
     P(person) as others see it, if they do, of ``heat_frames`` frames before; ``heat_parts`` has
     a window for some tracks and the part of it that was put there.  ``people`` is (h, w) uint8,
-    non-zero where people were when the frame was learnt; None before.  ``won`` has a window and
-    (h, w) uint8 0/255 for some tracks: what they won of it in the competition for pixels.
+    non-zero where people were when the frame was learnt; None before.
     ``outdated`` tells that more is known of the background by now, ``blank`` that nothing of the
     scene can be seen: something covers the lens, the picture is damaged, or it shows another
     place.
@@ -51,7 +50,6 @@ class Record:
     bodies: dict[int, Shift] = field(default_factory=dict)
     moving: dict[int, tuple[Window, NDArray[np.float32]]] = field(default_factory=dict)
     heat_parts: dict[int, tuple[Window, NDArray[np.uint8]]] = field(default_factory=dict)
-    won: dict[int, tuple[Window, NDArray[np.uint8]]] = field(default_factory=dict)
 
     def strange(self, window: Window, shadow_floor: float) -> NDArray[np.uint8]:
         """

@@ -59,6 +59,8 @@ def recover(
         likelihood = likelihood_image(claim.logit, claim.window, target.world.shape)
         likelihood[taken > 0] = 0
         if _shows(target, claim, likelihood, taken):
+            # Who is not where the pace led does not walk at it.
+            target.person.forget_pace()
             return likelihood
     target.shift_now(-dx, -dy)
     return None

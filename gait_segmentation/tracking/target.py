@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,7 +22,7 @@ from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
 from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.person.appearance import Appearance, colour_signature
 from gait_segmentation.tracking.person.learning import WHOLE, WholeArea
-from gait_segmentation.tracking.person.person import GUARD, LEAST_SEEN, Person, new_colours
+from gait_segmentation.tracking.person.person import LEAST_SEEN, Person, new_colours
 from gait_segmentation.tracking.records import Record, Shift
 from gait_segmentation.tracking.visibility import ALONE, Sight, visible_box
 from gait_segmentation.tracking.world import World
@@ -31,12 +30,6 @@ from gait_segmentation.tracking.world import World
 __all__ = ['Target']
 
 Pixel = tuple[int, int]
-
-_OFF = 0.03
-"""
-Difference from the pace, in body heights, that is no step while somebody is near, who may have
-been followed instead.
-"""
 
 _LOST_FRAMES = 2
 """Frames in a row in which too little is seen after which a person is lost."""
@@ -47,10 +40,9 @@ _COAST_S, _STOP_S = 1.0, 0.5
 
 class Target:
     """
-    One person in a world: in a slot, or, with a negative track id, a distractor without one.
+    One person in a world.
 
-    A distractor lives as others do, but nobody gives its masks: they are what it wins in the
-    competition for pixels.  ``seen`` is the share of the person seen last, ``lost_s`` the seconds
+    ``seen`` is the share of the person seen last, ``lost_s`` the seconds
     since somebody lost was seen; ``whole`` is the last mask of all of the person, (h, w) uint8 of
     the working image, and where the centre of the body was then.
     """
@@ -65,16 +57,14 @@ class Target:
         world: World,
         start: Start,
         config: TrackingConfig,
-        record: Record | None = None,
         heat_map: HeatMapCue | None = None,
     ) -> None:
         """
         Begin with the first mask.
 
-        :param record: the frame of it, the world's newest if None.
         :param heat_map: what is known of the heat map, if anything.
         """
-        record = world.now if record is None else record
+        record = world.now
         self.track_id = track_id
         self.world = world
         self.config = config
@@ -100,20 +90,12 @@ class Target:
         self._first = True
         self._box: Box | None = None
         self.seen = 1.0
-        self.usual_area = float(cv2.countNonZero(start.mask))
-        self.seen_ns = record.image.stamp_ns
         self._unseen_frames = 0
         self.lost_s = 0.0
         self.area = WholeArea(self.person)
         self.whole = (start.mask, self._pixel)
         self.appearance = Appearance(self.look(start.mask, record))
         self.uncovered = True
-        self.accompanied = False
-
-    @property
-    def is_distractor(self) -> bool:
-        """Return whether this is somebody without a slot."""
-        return self.track_id < 0
 
     @property
     def box(self) -> Box:
@@ -170,10 +152,8 @@ class Target:
         if body is None:
             shift = self._coast(world, seconds)
         else:
-            measured = self._measured(world, seconds, body)
-            shift = person.move(
-                world, measured, seconds, steady=self.accompanied and not self.is_distractor
-            )
+            measured = self._measured(seconds, body)
+            shift = person.move(world, measured, seconds)
             # After a gap of hours the pace leads anywhere.
             back = person.keep_near(self.world.shape)
             shift = (shift[0] + back[0], shift[1] + back[1])
@@ -223,17 +203,12 @@ class Target:
         if self.person.share_inside(mask.shape) > ALONE:
             self.whole = (mask, self._pixel)
 
-    def _measured(self, world: Shift, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
+    def _measured(self, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
         """Return how far the body went as its pixels say, None if they may be somebody else's."""
         person = self.person
         if not (self.seen >= WHOLE or self.uncovered):
             return None
-        way = person.way(seconds)
-        measured = self.world.body_shift(body, self.window, way)
-        if measured is None or not (self.accompanied and person.knows_pace):
-            return measured
-        off = math.dist(measured, (world[0] + way[0], world[1] + way[1]))
-        return None if off > _OFF * person.height else measured
+        return self.world.body_shift(body, self.window, person.way(seconds))
 
     def judge(self) -> Claim | None:
         """Judge the pixels in a window about the person, None if all of it is outside."""
@@ -251,8 +226,7 @@ class Target:
             return None
         self._first = False
         window, logit, near = judged
-        known = not self.is_distractor
-        return Claim(window, logit, expected, near, self.feet, person.height, not seen, known)
+        return Claim(window, logit, expected, near, self.feet, person.height, not seen)
 
     def assess(
         self, likelihood: NDArray[np.uint8], claim: Claim, cover: NDArray[np.uint8] | None
@@ -281,7 +255,7 @@ class Target:
             self._unseen_frames = 0
             return True
         self._unseen_frames += 1
-        if self._unseen_frames >= _LOST_FRAMES and not self.is_distractor:
+        if self._unseen_frames >= _LOST_FRAMES:
             self.lose()
         return False
 
@@ -292,8 +266,7 @@ class Target:
         :param values: (h, w) uint8 likelihood of the window of the claim.
         """
         window = claim.window
-        if self.seen >= WHOLE and not self.accompanied:
-            # Likely pixels of both would pull the person towards the other.
+        if self.seen >= WHOLE:
             self._shift_to_mean(values, sight.uncovered, window)
         self._show(values, sight, claim)
 
@@ -321,22 +294,6 @@ class Target:
         self.person.shift(dx, dy)
         body = self.world.now.bodies[self.track_id]
         self.world.now.bodies[self.track_id] = (body[0] + dx, body[1] + dy)
-
-    def win(self, likelihood: NDArray[np.uint8], claim: Claim) -> NDArray[np.uint8]:
-        """
-        Note in the newest frame what a distractor won that is not the known background.
-
-        :param likelihood: (h, w) uint8 of the working image.
-        :returns: that, (h, w) uint8 0/255 of the window of the claim.
-        """
-        record, window = self.world.now, claim.window
-        won = likelihood[window] > 127
-        won &= claim.near > -GUARD * self.person.height
-        other = record.strange(window, self.config.shadow_floor) > 0
-        won &= other | ~record.background.is_sure(window)
-        mask = np.uint8(255) * won.view(np.uint8)
-        record.won[self.track_id] = (window, mask)
-        return mask
 
     def miss(self) -> None:
         """Take in that nothing can be seen in the newest frame."""

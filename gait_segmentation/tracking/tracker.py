@@ -71,7 +71,6 @@ class PeopleTracker:
     def _forget(self) -> None:
         self._slots = [None] * len(self._slots)
         self._worlds: list[World] = []
-        self._distractors: dict[World, list[Target]] = {}
         self._source: tuple[int, int] | None = None
         self._heat_map: HeatMap | None = None
         self._stamp_ns = 0
@@ -164,7 +163,7 @@ class PeopleTracker:
         self._source, self._stamp_ns = source, stamp_ns
         self._heat_map = self._heat_maps.newest(stamp_ns, self._config.heat_map_age)
         for world in self._worlds:
-            people = self._everybody(world)
+            people = self._targets(world)
             group.follow(world, people, image, stamp_ns, self._config, self._heat_map)
         boxes, self._boxes = self._boxes, []
         self._given = self._given or bool(boxes)
@@ -182,7 +181,7 @@ class PeopleTracker:
         results = self._judge()
         for world in self._worlds:
             for record in world.drop_old():
-                for target in self._everybody(world):
+                for target in self._targets(world):
                     target.skip(record)
         return results
 
@@ -210,20 +209,13 @@ class PeopleTracker:
                 check_body(each.body, (each.mask.shape[1], each.mask.shape[0]))
         if by_track:
             for world in self._worlds:
-                people = self._everybody(world)
                 stamp_ns = feedback[0].stamp_ns
-                self._distractors[world] = group.learn(
-                    world, people, stamp_ns, by_track, self._config
-                )
+                group.learn(world, self._targets(world), stamp_ns, by_track, self._config)
 
     def _targets(self, world: World | None = None) -> list[Target]:
         """Return the people of a world, or all."""
         found = (target for target in self._slots if target is not None)
         return [target for target in found if world is None or target.world is world]
-
-    def _everybody(self, world: World) -> list[Target]:
-        """Return the people of a world, with and without a slot."""
-        return [*self._targets(world), *self._distractors.get(world, [])]
 
     def _slot_for(self, box: Box, started: set[int]) -> int:
         """Return the slot that a box starts: that of the same person, a free one, or any."""
@@ -266,8 +258,6 @@ class PeopleTracker:
         self._drop_empty_worlds()
 
     def _new_target(self, world: World, arrival: Arrival, track_id: int | None = None) -> Target:
-        # They may be who gets a slot now.
-        self._distractors[world] = []
         number = next(self._ids) if track_id is None else track_id
         start, heat_map = arrival
         if self._config.method == 'adaptive_mean_shift':
@@ -296,14 +286,13 @@ class PeopleTracker:
 
     def _drop_empty_worlds(self) -> None:
         self._worlds = [world for world in self._worlds if self._targets(world)]
-        self._distractors = {world: self._distractors.get(world, []) for world in self._worlds}
 
     def _judge(self) -> list[TrackResult]:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""
         likelihoods: dict[int, NDArray[np.uint8]] = {}
         strangers = self._arrivals.strangers(self._stamp_ns)
         for world in self._worlds:
-            people = self._everybody(world)
+            people = self._targets(world)
             likelihoods |= group.judge(world, people, strangers)
         results = []
         for slot, target in enumerate(self._slots):

@@ -40,12 +40,11 @@ def test_default_is_for_inside_and_against_outside() -> None:
     assert terms.logit[50, 0] == pytest.approx(-1.5)
 
 
-def test_the_template_is_even_a_margin_outside_of_it() -> None:
-    config = SegmentationConfig(template_slope=0.05, template_margin=0.05)
-    terms = shape_terms(template(), HEIGHT, config)
+def test_the_template_is_no_surer_inside_than_as_far_outside() -> None:
+    terms = shape_terms(template(), HEIGHT, SegmentationConfig(template_slope=0.05))
     assert terms.logit is not None
-    # Four pixels left of the outline.
-    assert terms.logit[50, 17] > 0 > terms.logit[50, 14]
+    # Two pixels to either side of the outline.
+    assert terms.logit[50, 21] == pytest.approx(-terms.logit[50, 18])
 
 
 def test_an_empty_template_adds_nothing() -> None:

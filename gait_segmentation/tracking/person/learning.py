@@ -94,16 +94,11 @@ def without_parts_apart(
 
 
 class WholeArea:
-    """
-    How large the masks of a person usually are, for the height.
-
-    ``share`` is the area of the last mask over what was usual then.
-    """
+    """How large the masks of a person usually are, for the height."""
 
     def __init__(self, person: Person) -> None:
         """Begin with the person's mask."""
         self._usual = _area(person.mask, person)
-        self.share = 1.0
 
     def update(self, mask: NDArray[np.uint8], person: Person) -> bool:
         """
@@ -113,9 +108,9 @@ class WholeArea:
         :returns: whether it was as large as usual; else it shows only part of the person.
         """
         area = _area(mask, person)
-        self.share = area / max(self._usual, 1e-6)
+        share = area / max(self._usual, 1e-6)
         self._usual += _AREA_RATE * (area - self._usual)
-        return self.share >= WHOLE
+        return share >= WHOLE
 
 
 def _area(mask: NDArray[np.uint8], person: Person) -> float:

@@ -186,18 +186,11 @@ class Person:
         seconds = max(seconds, _LEAST_STEP_S)
         return self.velocity[0] * seconds, self.velocity[1] * seconds
 
-    @property
-    def knows_pace(self) -> bool:
-        """Return whether the velocity was learnt from as many frames as it remembers."""
-        return self.moves * _VELOCITY_RATE >= 1
-
     def move(
         self,
         world: tuple[float, float],
         body: tuple[float, float] | None,
         seconds: float,
-        *,
-        steady: bool = False,
     ) -> tuple[float, float]:
         """
         Move the person by the measured shift of the body, or as it moved before.
@@ -205,30 +198,31 @@ class Person:
         :param world: shift of the still world at the person.
         :param body: measured shift of the body in the image, None if unknown.
         :param seconds: between the two frames.
-        :param steady: whether to keep to the pace so far.
         :returns: the shift made.
         """
         if body is None:
             x, y = self.way(seconds)
             body = (world[0] + x, world[1] + y)
         else:
-            self.learn_pace(world, body, seconds, steady=steady)
+            self.learn_pace(world, body, seconds)
         self.shift(*body)
         return body
+
+    def forget_pace(self) -> None:
+        """Take the person for standing until steps are seen again."""
+        self.velocity, self.moves = (0.0, 0.0), 0
 
     def learn_pace(
         self,
         world: tuple[float, float],
         body: tuple[float, float],
         seconds: float,
-        *,
-        steady: bool = False,
     ) -> None:
         """Learn the velocity from a shift of the body; see :meth:`move`."""
         if seconds < _LEAST_STEP_S:
             return
         self.moves += 1
-        rate = max(0.0 if steady else _VELOCITY_RATE, 1 / self.moves)
+        rate = max(_VELOCITY_RATE, 1 / self.moves)
         x, y = ((b - w) / seconds - v for b, w, v in zip(body, world, self.velocity, strict=True))
         self.velocity = (self.velocity[0] + rate * x, self.velocity[1] + rate * y)
 

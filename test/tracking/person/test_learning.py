@@ -68,7 +68,6 @@ def test_half_a_mask_is_not_whole() -> None:
     area = WholeArea(person)
     assert area.update(whole, person)
     assert not area.update(half, person)
-    assert area.share == pytest.approx(0.5)
     assert area.update(block(20, 10, 40, 48), person)
 
 

@@ -118,13 +118,20 @@ def test_without_a_measurement_the_person_moves_on_with_the_camera() -> None:
     assert state.move((-2.0, 0.0), None, 0.04) == pytest.approx((1.0, 0.0), abs=0.01)
 
 
-def test_frames_too_close_and_steps_beside_somebody_do_not_change_the_pace() -> None:
+def test_frames_too_close_do_not_change_the_pace() -> None:
     state = person()
     state.move((0.0, 0.0), (4.0, 0.0), 0.04)
     state.move((0.0, 0.0), (4.0, 0.0), 0.001)
-    for _ in range(9):
-        state.move((0.0, 0.0), (2.0, 0.0), 0.04, steady=True)
-    assert state.velocity[0] > 50
+    assert state.velocity[0] == pytest.approx(100)
+
+
+def test_a_pace_that_is_forgotten_begins_anew() -> None:
+    state = person()
+    state.move((0.0, 0.0), (4.0, 0.0), 0.04)
+    state.forget_pace()
+    assert state.velocity == (0, 0)
+    state.move((0.0, 0.0), (-2.0, 0.0), 0.04)
+    assert state.velocity[0] == pytest.approx(-50)
 
 
 @pytest.mark.parametrize('degrees', [-20, 20])
