@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What stays of a cut: the parts that belong to the person, without pinholes."""
+"""What stays of a cut: the parts that belong to the person."""
 
 from __future__ import annotations
 
@@ -8,9 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import Box
-
-__all__ = ['fill_holes', 'keep_supported']
+__all__ = ['keep_supported']
 
 _LEAST_OVERLAP = 0.04
 """Summed support of a part, as a share of the best one's, from which it may stay."""
@@ -45,30 +43,3 @@ def keep_supported(
         apart = np.bincount(parts.ravel(), (away > _APART * height).ravel(), count)
         overlap[2 * apart > np.bincount(parts.ravel(), minlength=count)] = 0
     return np.asarray((overlap > _LEAST_OVERLAP * overlap.max())[parts])
-
-
-def fill_holes(labels: NDArray[np.bool_], largest: float) -> NDArray[np.bool_]:
-    """
-    Fill the holes of at most ``largest`` pixels that do not touch the border.
-
-    :param labels: (h, w) bool.
-    """
-    found = Box.around(labels)
-    if found is None:
-        return labels
-    # Beyond one pixel about the labels nothing is enclosed.
-    part = found.padded(1, 1).slices(labels.shape[1], labels.shape[0])
-    _, parts, stats, _ = cv2.connectedComponentsWithStats(
-        (~labels[part]).view(np.uint8), connectivity=8
-    )
-    height, width = parts.shape
-    left, top = stats[:, cv2.CC_STAT_LEFT], stats[:, cv2.CC_STAT_TOP]
-    right, bottom = left + stats[:, cv2.CC_STAT_WIDTH], top + stats[:, cv2.CC_STAT_HEIGHT]
-    hole = (stats[:, cv2.CC_STAT_AREA] <= largest) & (left > 0) & (top > 0)
-    hole &= (right < width) & (bottom < height)
-    hole[0] = False
-    if not hole.any():
-        return labels
-    filled = labels.copy()
-    filled[part] |= hole[parts]
-    return filled

@@ -86,12 +86,6 @@ class SegmentationConfig(StageConfig):
         "detector's heat map that takes its place on the topic; gait_evaluate "
         '--likelihood implies it.',
     )
-    hole_area: float = parameter(
-        0.0015,
-        'Largest hole that is filled, in squared body heights.',
-        minimum=0.0,
-        maximum=0.1,
-    )
     vocabulary: str = parameter(
         '',
         "File of the paper prior's vocabulary, made by gait_bank vocabulary; empty: the shipped "

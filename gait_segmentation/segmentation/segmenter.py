@@ -16,7 +16,7 @@ from gait_segmentation.images import check_image
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.alignment import align
 from gait_segmentation.segmentation.carried import Carried
-from gait_segmentation.segmentation.components import fill_holes, keep_supported
+from gait_segmentation.segmentation.components import keep_supported
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.energy import contrast_links, distance_links
 from gait_segmentation.segmentation.graph_cut import decided, minimum_cut, open_graph
@@ -197,9 +197,7 @@ class Segmenter:
         known = None
         if terms.psi is not None:
             known = (prior > 127) | self._carried.at(body, prior.shape)
-        labels = keep_supported(labels, support, known, body.height)
-        labels = fill_holes(labels, self.config.hole_area * body.height**2)
-        return labels, logit
+        return keep_supported(labels, support, known, body.height), logit
 
     def _calibrated(self, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return what a likelihood from outside is as earlier masks tell, (h, w) uint8."""

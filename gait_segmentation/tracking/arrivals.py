@@ -17,7 +17,7 @@ from gait_segmentation.results import LOST
 from gait_segmentation.starting import Start, StartingConfig, estimate_start
 from gait_segmentation.tracking.adaptive_mean_shift import start_in
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
+from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.map_finder import MapFinder
 from gait_segmentation.tracking.person.appearance import SAME_COLOURS
 from gait_segmentation.tracking.person.person import WIDEST
@@ -143,7 +143,7 @@ class Arrivals:
             cue.place(heat, window, likely[window], box.height)
             cue.begin(heat, box, window)
             if cue.weight:
-                evidence[window] += cue.evidence(cue.part(heat, window))
+                evidence[window] += cue.evidence_of(cue.part(heat, window))
                 start = estimate()
         world.clear(start.mask)
         if known is not None:

@@ -133,20 +133,7 @@ class TrackingConfig(StageConfig):
         True, 'Prefer as person what moves with the body, as background what stays.'
     )
     motion_weight: float = parameter(
-        0.6, 'Weight of the cue from motion.', minimum=0.0, maximum=2.0
-    )
-    spread_weight: float = parameter(
-        3.0,
-        'Weight, in the first frames, of evidence spread from pixels nearby to where the '
-        'background was never seen; 0 = none.',
-        minimum=0.0,
-        maximum=10.0,
-    )
-    use_propagation: bool = parameter(
-        True, 'Carry the last mask forward with the motion of the body as a weak prior.'
-    )
-    propagation_weight: float = parameter(
-        0.25, 'Weight of the propagated mask.', minimum=0.0, maximum=2.0
+        0.3, 'Weight of the cue from motion.', minimum=0.0, maximum=2.0
     )
     use_tilt: bool = parameter(
         True, 'Follow the tilt of the body, as wide-angle cameras show it near their borders.'

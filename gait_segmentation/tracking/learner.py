@@ -98,9 +98,8 @@ def _learn_all(
     """
     person, config = target.person, target.config
     mask, rate = person.mask, config.colour_rate
-    if target.track_id in record.heat_parts:
-        about, values = record.heat_parts[target.track_id]
-        person.heat_map.learn(values, mask[about])
+    for cue in person.cues:
+        cue.learn(record, target.track_id, mask)
     lab = record.image.lab_part(window)
     person.learn_colours(lab, window, mask, person.template, rate, familiar)
     bounds = bounding_box(mask)

@@ -28,14 +28,12 @@ class Record:
     ``motion`` is how the world moved since the frame before.
     ``windows`` are the parts in which the background is known and learnt, disjoint.
     ``bodies`` has the shift of each body since the frame before, by track id; a track that is not
-    in it did not exist.  ``moving`` has a window for some tracks and (h, w) float32, the evidence
-    (-2..2) that its pixels move with the body rather than stay.  ``heat`` is (h, w) uint8,
-    P(person) as others see it, if they do, of ``heat_frames`` frames before; ``heat_parts`` has
-    a window for some tracks and the part of it that was put there.  ``people`` is (h, w) uint8,
-    non-zero where people were when the frame was learnt; None before.
-    ``outdated`` tells that more is known of the background by now, ``blank`` that nothing of the
-    scene can be seen: something covers the lens, the picture is damaged, or it shows another
-    place.
+    in it did not exist.  ``notes`` has by track and cue a window and (h, w) uint8, what the cue
+    will learn from when the mask comes.  ``heat`` is (h, w) uint8, P(person) as others see it, if
+    they do, of ``heat_frames`` frames before; ``people`` is (h, w) uint8, non-zero where people
+    were when the frame was learnt, None before.  ``outdated`` tells that more is known of the
+    background by now, ``blank`` that nothing of the scene can be seen: something covers the lens,
+    the picture is damaged, or it shows another place.
     """
 
     image: WorkingImage
@@ -48,8 +46,7 @@ class Record:
     outdated: bool = False
     people: NDArray[np.uint8] | None = None
     bodies: dict[int, Shift] = field(default_factory=dict)
-    moving: dict[int, tuple[Window, NDArray[np.float32]]] = field(default_factory=dict)
-    heat_parts: dict[int, tuple[Window, NDArray[np.uint8]]] = field(default_factory=dict)
+    notes: dict[tuple[int, str], tuple[Window, NDArray[np.uint8]]] = field(default_factory=dict)
 
     def strange(self, window: Window, shadow_floor: float) -> NDArray[np.uint8]:
         """

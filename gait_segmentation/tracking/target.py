@@ -17,8 +17,9 @@ from gait_segmentation.results import LOST, TRACKED, FeatureWeight, TrackResult
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.competition import REACH, Claim
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.cues import new_cues
+from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.judgement import carried_template, judge
-from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
 from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.person.appearance import Appearance, colour_signature
 from gait_segmentation.tracking.person.learning import WHOLE, WholeArea
@@ -79,15 +80,12 @@ class Target:
             max(start.box.right - start.body.center_x, 1.0),
             start.mask,
             *new_colours(config),
+            cues=new_cues(heat_map),
         )
-        if heat_map is not None:
-            self.person.heat_map = heat_map
         if config.use_tilt:
             self.person.tilt = self.person.angle = start.body.angle
         self.person.learn_first_colours(record.image.lab, start.votes)
         record.bodies[track_id] = (0.0, 0.0)
-        # Nothing has been judged yet: being expected at a place then counts.
-        self._first = True
         self._box: Box | None = None
         self.seen = 1.0
         self._unseen_frames = 0
@@ -214,17 +212,9 @@ class Target:
         """Judge the pixels in a window about the person, None if all of it is outside."""
         person, seen = self.person, self.state == TRACKED
         expected = self.carried_mask()
-        judged = judge(
-            person,
-            self.world,
-            expected,
-            self.config,
-            seen=seen,
-            propagate=self._first or self.config.use_propagation,
-        )
+        judged = judge(person, self.world, expected, self.config, seen=seen)
         if judged is None:
             return None
-        self._first = False
         window, logit, near = judged
         return Claim(window, logit, expected, near, self.feet, person.height, not seen)
 
@@ -318,7 +308,6 @@ class Target:
         dx, dy = self.world.since_mask(self.track_id)
         expected = placed(claim.mask, claim.window, self.world.shape)
         self.person.take(shift_whole(expected, round(-dx), round(-dy)), None)
-        self.person.learnt_anew = 0
         self.state = TRACKED
         self.seen = sight.seen
         self._show(values, sight, claim)

@@ -22,7 +22,7 @@ from gait_segmentation.tracking import group
 from gait_segmentation.tracking.adaptive_mean_shift import MeanShiftTarget
 from gait_segmentation.tracking.arrivals import Arrival, Arrivals, slot_for_found
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
+from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.picture.working import working_scale, working_shape
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from hypothesis import assume, example, given, settings, strategies as st
+from hypothesis import assume, given, settings, strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gait_segmentation.segmentation.components import fill_holes, keep_supported
+from gait_segmentation.segmentation.components import keep_supported
 
 
 def test_the_best_supported_part_stays_and_the_rest_goes() -> None:
@@ -47,25 +47,12 @@ def test_what_is_apart_from_the_body_goes() -> None:
 def test_nothing_stays_nothing() -> None:
     labels = np.zeros((5, 5), np.bool_)
     assert not keep_supported(labels, np.ones((5, 5), np.float32)).any()
-    assert not fill_holes(labels, 3).any()
 
 
-def test_only_small_inner_holes_are_filled() -> None:
-    labels = np.ones((20, 20), np.bool_)
-    labels[3, 3] = False
-    labels[8:14, 8:14] = False
-    labels[0, 10] = False
-    filled = fill_holes(labels, 4)
-    assert filled[3, 3]
-    assert not filled[10, 10]
-    assert not filled[0, 10]
-
-
-def parts_of(labels: np.ndarray, diagonal: bool) -> list[np.ndarray]:
+def parts_of(labels: np.ndarray) -> list[np.ndarray]:
     """Return each component of a mask, found by growing it step by step."""
     rest, found = labels.copy(), []
-    shape = cv2.MORPH_RECT if diagonal else cv2.MORPH_CROSS
-    kernel = cv2.getStructuringElement(shape, (3, 3))
+    kernel = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
     while rest.any():
         part = np.zeros(labels.shape, np.uint8)
         part.flat[int(rest.argmax())] = 1
@@ -76,22 +63,7 @@ def parts_of(labels: np.ndarray, diagonal: bool) -> list[np.ndarray]:
     return found
 
 
-MASKS = arrays(np.bool_, st.tuples(st.integers(1, 7), st.integers(1, 7)))
 SEVERAL = arrays(np.bool_, st.tuples(st.integers(3, 7), st.integers(3, 7)), fill=st.nothing())
-
-
-@given(MASKS, st.integers(0, 5))
-@example(np.pad(np.zeros((1, 2), np.bool_), 2, constant_values=True), 2)
-def test_holes_are_what_the_border_cannot_be_reached_from(
-    labels: np.ndarray, largest: int
-) -> None:
-    border = np.ones(labels.shape, np.bool_)
-    border[1:-1, 1:-1] = False
-    expected = labels.copy()
-    for part in parts_of(~labels, diagonal=True):
-        if not (part & border).any() and part.sum() <= largest:
-            expected |= part
-    assert np.array_equal(fill_holes(labels, largest), expected)
 
 
 @settings(max_examples=60)
@@ -99,7 +71,7 @@ def test_holes_are_what_the_border_cannot_be_reached_from(
 def test_parts_are_kept_by_their_support(labels: np.ndarray, seed: int) -> None:
     rng = np.random.default_rng(seed)
     support = (rng.integers(0, 9, labels.shape) / 8).astype(np.float32)
-    parts = parts_of(labels, diagonal=False)
+    parts = parts_of(labels)
     assume(len(parts) > 1)
     worth = [float(support[part].sum()) for part in parts]
     assume(worth.count(max(worth)) == 1)

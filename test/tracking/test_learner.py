@@ -31,7 +31,7 @@ def there_and_back() -> tuple[Told, list[Figure], list, list]:
         results.append(told.show(figure, boards=[BOARD])[0])
         target = told.tracker._slots[0]
         assert target is not None
-        people.append((target.person.learnt, target.body.height))
+        people.append((hash(target.person.person.table.tobytes()), target.body.height))
     return told, path, results, people
 
 
@@ -45,7 +45,7 @@ def test_somebody_half_hidden_who_turns_is_followed_by_what_is_seen(there_and_ba
 def test_half_a_body_teaches_neither_colours_nor_size(there_and_back) -> None:
     _, path, _, people = there_and_back
     half = [k for k, figure in enumerate(path) if figure.x >= 126]
-    assert people[half[-1]][0] <= people[half[0]][0] + 1
+    assert len({people[k][0] for k in half}) <= 2
     heights = [people[k][1] for k in half]
     assert max(heights) - min(heights) < 2
 
@@ -53,4 +53,4 @@ def test_half_a_body_teaches_neither_colours_nor_size(there_and_back) -> None:
 def test_afterwards_the_size_is_as_before_and_learning_goes_on(there_and_back) -> None:
     _, path, _, people = there_and_back
     assert people[-1][1] == pytest.approx(path[-1].height, abs=6)
-    assert people[-1][0] > people[len(path) // 2][0]
+    assert len({colours for colours, _ in people[-10:]}) == 10

@@ -269,7 +269,6 @@ def all_parts() -> TrackResult:
         'use_texture',
         'use_motion_cue',
         'use_motion_gate',
-        'use_propagation',
     ],
 )
 def test_each_part_matters_and_can_be_switched_off(name: str, all_parts: TrackResult) -> None:

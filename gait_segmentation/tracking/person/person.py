@@ -22,7 +22,7 @@ from gait_segmentation.images import (
     size_of,
 )
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
+from gait_segmentation.tracking.cues.cue import Cue
 from gait_segmentation.tracking.person.extent import axis_tilt, extent_of
 from gait_segmentation.tracking.person.samples import samples
 
@@ -68,9 +68,8 @@ class Person:
     from; ``mask_height`` is the height at the last mask.  ``template`` is the template, (h, w)
     uint8, that came with ``mask``, None if none did; ``part`` is (h, w) uint8, what can be
     followed of what the very last mask showed, while ``mask`` is the last of all of the person;
-    ``rest`` is by how much they lag behind the body, in pixels.  ``learnt`` counts the masks that
-    the colours were learnt from, ``learnt_anew`` those since the person was found again, if
-    ever, ``moves`` the frames that the velocity was learnt from.
+    ``rest`` is by how much they lag behind the body, in pixels.  ``moves`` counts the
+    frames that the velocity was learnt from.
     """
 
     track_id: int
@@ -90,10 +89,8 @@ class Person:
     template: NDArray[np.uint8] | None = None
     part: NDArray[np.uint8] = field(init=False)
     rest: tuple[float, float] = (0.0, 0.0)
-    learnt: int = 0
-    learnt_anew: int = 0
-    heat_map: HeatMapCue = field(default_factory=HeatMapCue)
     moves: int = 0
+    cues: tuple[Cue, ...] = ()
 
     def __post_init__(self) -> None:
         """Take the first height for that of the first mask, which is followed at first."""
@@ -250,8 +247,6 @@ class Person:
         inside, outside = samples(part, template, GUARD * self.height, familiar)
         self.person.learn(bins, rows, inside, rate)
         self.surroundings.learn(bins, rows, outside, rate)
-        self.learnt += 1
-        self.learnt_anew += 1
 
     def learn_first_colours(self, lab: NDArray[np.uint8], votes: NDArray[np.float32]) -> None:
         """

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.tracking.likelihood.heat_map import HeatMapCue
+from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 
 SHAPE = (120, 160)
 WINDOW = (slice(10, 110), slice(30, 130))
@@ -45,7 +45,7 @@ def seated(heat: np.ndarray) -> HeatMapCue:
 
 def logits(cue: HeatMapCue, heat: np.ndarray) -> tuple[float, float]:
     """Return the mean evidence on the person and elsewhere in the window."""
-    found, person = cue.evidence(cue.part(heat, WINDOW)), body()[WINDOW] > 0
+    found, person = cue.evidence_of(cue.part(heat, WINDOW)), body()[WINDOW] > 0
     return float(found[person].mean()), float(found[~person].mean())
 
 
@@ -57,7 +57,7 @@ def test_a_map_that_tells_the_person_counts_whatever_its_values_are(how, taught)
     if taught == 'box':
         cue.begin(heat, BOX, WINDOW)
     else:
-        cue.learn(heat[WINDOW], body()[WINDOW])
+        cue.learn_values(heat[WINDOW], body()[WINDOW])
     on, off = logits(cue, heat)
     assert on > 3
     assert off < -2
@@ -71,23 +71,23 @@ def test_a_map_that_tells_nothing_counts_nothing(how, taught):
     if taught == 'box':
         cue.begin(heat, BOX, WINDOW)
     else:
-        cue.learn(heat[WINDOW], body()[WINDOW])
-    assert np.abs(cue.evidence(heat[WINDOW])).max() < 0.5
+        cue.learn_values(heat[WINDOW], body()[WINDOW])
+    assert np.abs(cue.evidence_of(heat[WINDOW])).max() < 0.5
 
 
 def test_nothing_is_said_before_anything_is_learnt():
     cue = HeatMapCue()
-    assert not cue.evidence(body()[WINDOW]).any()
-    cue.learn(body()[WINDOW], np.zeros_like(body()[WINDOW]))
-    assert not cue.evidence(body()[WINDOW]).any()
+    assert not cue.evidence_of(body()[WINDOW]).any()
+    cue.learn_values(body()[WINDOW], np.zeros_like(body()[WINDOW]))
+    assert not cue.evidence_of(body()[WINDOW]).any()
 
 
 def test_trust_goes_when_the_map_turns_wrong():
     cue = seated(body())
-    cue.learn(body()[WINDOW], body()[WINDOW])
+    cue.learn_values(body()[WINDOW], body()[WINDOW])
     before = logits(cue, body())
     for _ in range(30):
-        cue.learn(body(40)[WINDOW], body()[WINDOW])
+        cue.learn_values(body(40)[WINDOW], body()[WINDOW])
     after = logits(cue, body())
     assert before[0] - before[1] > 6
     assert after[0] - after[1] < 2
@@ -116,12 +116,12 @@ def test_a_map_that_is_right_is_not_moved():
 def test_a_map_that_correlates_little_counts_nothing_whatever_was_learnt():
     cue, heat = seated(body()), np.zeros(SHAPE, np.uint8)
     heat[:, :90] = 255
-    cue.learn(body()[WINDOW], body()[WINDOW])
+    cue.learn_values(body()[WINDOW], body()[WINDOW])
     assert cue.weight == 1
     for _ in range(10):
         cue.place(heat, WINDOW, body()[WINDOW].astype(np.float32) / 255, HEIGHT)
     assert cue.weight == 0
-    assert not cue.evidence(cue.part(heat, WINDOW)).any()
+    assert not cue.evidence_of(cue.part(heat, WINDOW)).any()
 
 
 def test_a_body_of_a_tenth_of_a_pixel_makes_no_huge_image(monkeypatch):

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import Grades
 from gait_segmentation.images import Window, shifted_part, size_of
+from gait_segmentation.tracking.cues.cue import Cue, View
 from gait_segmentation.tracking.records import Shift
 
 __all__ = ['HeatMapCue']
@@ -50,7 +51,7 @@ another person's silhouette rarely comes to the first, a map three frames late t
 """
 
 
-class HeatMapCue:
+class HeatMapCue(Cue):
     """What the values of a heat map say of one person."""
 
     def __init__(self) -> None:
@@ -127,7 +128,20 @@ class HeatMapCue:
         dx, dy = (round(there - off) for there, off in zip(moved, self._off, strict=True))
         return shifted_part(heat, dx, dy, window)
 
-    def evidence(self, values: NDArray[np.uint8]) -> NDArray[np.float32]:
+    def evidence(self, view: View) -> NDArray[np.float32] | None:
+        """Put the map where it belongs and return its evidence, see :meth:`Cue.evidence`."""
+        record = view.world.now
+        if record.heat is None:
+            return None
+        moved = view.world.body_since(view.track_id, record.heat_frames)
+        if view.seen:
+            likely = np.asarray(1 / (1 + np.exp(-view.logit)), np.float32)
+            self.place(record.heat, view.window, likely, view.height, moved)
+        part = self.part(record.heat, view.window, moved)
+        self.note(view, part)
+        return self.evidence_of(part)
+
+    def evidence_of(self, values: NDArray[np.uint8]) -> NDArray[np.float32]:
         """
         Return the log-likelihood ratios of the person, 0 if nothing is known of the map.
 
@@ -135,13 +149,8 @@ class HeatMapCue:
         """
         return self._grades.evidence(values, self.weight)
 
-    def learn(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
-        """
-        Learn where the person was.
-
-        :param values: (h, w) uint8, a part of the map.
-        :param person: (h, w) uint8, non-zero on the person.
-        """
+    def learn_values(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+        """Learn what the values of the map mean, see :meth:`Cue.learn_values`."""
         self._grades.learn(values, person)
 
 

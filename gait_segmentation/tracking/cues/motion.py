@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Motion: what moves with the body, what stays with the world, and what does neither.
+
+An earlier frame is carried to this one twice, with the world and with the body, and both are
+compared with it.  Two things are made of the two differences.  A pixel belongs to the motion that
+explains it better, which needs no learning.  And how often each pair of differences was seen on
+the person and beside it, apart for what the person had covered in the earlier frame and what not,
+is counted from the masks: an arm that swings moves otherwise than the body, leaves do so beside
+it, and a wall that the first mask took for a coat does not move at all.
+"""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.tracking.cues.cue import Cue, View
+from gait_segmentation.warping import warp_window
+
+__all__ = ['MotionCue']
+
+_LEAST_MOTION = 0.02
+"""Motion of the body against the world from which the better explanation counts, in heights."""
+
+_SIGMA = 12.0
+"""Spread of the difference of a pixel that is explained, in grey levels."""
+
+_LIMIT = 2.0
+"""Largest log-likelihood ratio of either part, before it is weighed."""
+
+_EDGES = (2, 4, 7, 12, 20)
+"""Differences, in grey levels, above which the next grade begins; about a factor apart."""
+
+_GRADES = len(_EDGES) + 1
+_KINDS = _GRADES**2
+_GRADE_OF = np.searchsorted(_EDGES, np.arange(256)).astype(np.uint8)
+
+_RATE = 0.1
+"""Least share by which the counts move towards those of a frame."""
+
+_FEW = 0.02
+"""Share of the pixels of either kind from which their own differences count, not those of all."""
+
+_FLOOR = 0.01
+"""Share of the pixels of either kind that may show any pair of differences."""
+
+
+class MotionCue(Cue):
+    """What the motion of the pixels says of one person."""
+
+    def __init__(self) -> None:
+        """Begin without having seen the person move."""
+        self._shares = np.zeros((2, 2 * _KINDS))
+        """Of person and surroundings, the share of pixels of each pair of differences."""
+
+        self._masks = 0
+
+    def evidence(self, view: View) -> NDArray[np.float32] | None:
+        """Return log-likelihood ratios, see :meth:`Cue.evidence`."""
+        motions = view.world.motions_of(view.track_id)
+        if motions is None or not (view.seen and view.config.use_motion_cue):
+            return None
+        earlier, motion, (dx, dy) = motions
+        gray = view.world.now.image.gray[view.window]
+        stays = motion.warped(earlier.image.gray, view.window)
+        body = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
+        moves = warp_window(earlier.image.gray, body, view.window)
+        stay, move = (cv2.blur(cv2.absdiff(gray, each), (3, 3)) for each in (stays, moves))
+        kinds = np.asarray(_GRADES * _GRADE_OF[stay] + _GRADE_OF[move])
+        if earlier.people is not None:
+            covered = motion.warped(earlier.people, view.window, cv2.BORDER_CONSTANT) > 127
+            kinds += np.uint8(_KINDS) * covered
+        self.note(view, kinds)
+        evidence = self._ratios()[kinds]
+        x, y = motion.carry(view.center[0] - dx, view.center[1] - dy)
+        if math.hypot(view.center[0] - x, view.center[1] - y) >= _LEAST_MOTION * view.height:
+            evidence += explained(stay, move)
+        return np.float32(view.config.motion_weight) * evidence
+
+    def learn_values(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+        """Count pairs of differences on and beside the person, see :meth:`Cue.learn_values`."""
+        beside = cv2.dilate(person, np.ones((3, 3), np.uint8)) == 0
+        counts = [np.bincount(values[at], minlength=2 * _KINDS) for at in (person > 0, beside)]
+        if not all(count.any() for count in counts):
+            return
+        self._masks += 1
+        rate = max(_RATE, 1 / self._masks)
+        self._shares += rate * (np.stack([count / count.sum() for count in counts]) - self._shares)
+
+    def _ratios(self) -> NDArray[np.float32]:
+        """Return the log-likelihood ratio of each pair of differences, float32."""
+        if not self._masks:
+            return np.zeros(2 * _KINDS, np.float32)
+        shares = self._shares.reshape(2, 2, _KINDS)
+        # Among what was covered and what was not: where the person was is no evidence.  Of what
+        # is seldom seen, as nothing that was covered is beside somebody who stands, as of all.
+        every = shares.sum(axis=1, keepdims=True)
+        shares = shares + _FEW * every
+        shares = shares / shares.sum(axis=2, keepdims=True) + _FLOOR
+        ratios = np.log(shares[0] / shares[1])
+        return np.clip(ratios, -_LIMIT, _LIMIT).astype(np.float32).ravel()
+
+
+def explained(stay: NDArray[np.uint8], move: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """
+    Return the evidence of pixels that are explained better by one of two motions.
+
+    :param stay: (h, w) uint8, differences from an earlier frame carried with the world.
+    :param move: (h, w) uint8, those from it carried with the body.
+    :returns: (h, w) float32 within +-2, positive where the body explains more.
+    """
+    square = np.square(stay, dtype=np.float32) - np.square(move, dtype=np.float32)
+    return np.clip(square / np.float32(2 * _SIGMA**2), -_LIMIT, _LIMIT)

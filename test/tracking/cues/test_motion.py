@@ -1,0 +1,138 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.tracking import TrackingConfig
+from gait_segmentation.tracking.cues.cue import View
+from gait_segmentation.tracking.cues.motion import MotionCue, explained
+from gait_segmentation.tracking.world import World
+from test.tracking.figures import HEIGHT, STEP_NS, WIDTH, wall
+
+RNG = np.random.default_rng(0)
+CLOTH = RNG.integers(0, 255, (60, 20, 3)).astype(np.uint8)
+WINDOW = slice(0, HEIGHT), slice(0, WIDTH)
+TOP = 60
+
+
+class Walk:
+    """A patch of cloth that walks before a wall, and a cue that is told its true mask."""
+
+    def __init__(self, step: int, **tracking) -> None:
+        self.config = TrackingConfig(**tracking)
+        self.world = World.for_person((HEIGHT, WIDTH), 100.0, self.config)
+        self.cue = MotionCue()
+        self.step, self.left, self.frames = step, 60, 0
+
+    def see(self, extra: slice | None = None) -> np.ndarray | None:
+        """Return the evidence of the next frame; ``extra`` are columns that are noise."""
+        image = wall().copy()
+        image[TOP : TOP + 60, self.left : self.left + 20] = CLOTH
+        if extra is not None:
+            shape = image[TOP : TOP + 60, extra].shape
+            image[TOP : TOP + 60, extra] = RNG.integers(0, 255, shape)
+        self.frames += 1
+        self.world.advance(image, self.frames * STEP_NS, (), camera=False)
+        self.world.now.bodies[1] = (float(self.step), 0.0)
+        nothing = np.zeros((HEIGHT, WIDTH), np.float32)
+        center = (self.left + 10.0, TOP + 30.0)
+        view = View(self.world, 1, center, 100.0, WINDOW, nothing, True, self.config)
+        return self.cue.evidence(view)
+
+    def learn(self, mask: np.ndarray | None = None) -> None:
+        """Tell the mask of the frame, the true one if None, and let the cloth go on."""
+        mask = self.mask if mask is None else mask
+        record = self.world.now
+        record.people = mask
+        self.cue.learn(record, 1, mask)
+        self.left += self.step
+
+    @property
+    def mask(self) -> np.ndarray:
+        mask = np.zeros((HEIGHT, WIDTH), np.uint8)
+        mask[TOP : TOP + 60, self.left : self.left + 20] = 255
+        return mask
+
+    def inside(self, evidence: np.ndarray | None) -> tuple[float, float]:
+        """Return the mean evidence on the cloth and beside it."""
+        assert evidence is not None
+        on = self.mask > 0
+        return float(evidence[on].mean()), float(evidence[~on].mean())
+
+
+def test_the_first_frame_tells_nothing_of_motion() -> None:
+    assert Walk(3).see() is None
+
+
+def test_what_moves_with_the_body_is_the_persons_before_anything_is_learnt() -> None:
+    walk = Walk(3)
+    for _ in range(4):
+        walk.see()
+        walk.left += walk.step
+    on, beside = walk.inside(walk.see())
+    assert on > 0.3
+    assert beside < 0.1
+
+
+@pytest.mark.parametrize(('step', 'told'), [(1, True), (0, False)])
+def test_of_who_stands_nothing_is_told_until_it_is_learnt(step: int, told: bool) -> None:
+    walk = Walk(step)
+    for _ in range(5):
+        evidence = walk.see()
+        walk.left += walk.step
+    assert evidence is not None
+    assert bool(evidence.any()) == told
+
+
+def test_an_arm_that_swings_is_learnt_to_be_the_persons() -> None:
+    walk, arm = Walk(0), slice(80, 90)
+    for _ in range(12):
+        evidence = walk.see(arm)
+        mask = walk.mask
+        mask[TOP : TOP + 60, arm] = 255
+        walk.learn(mask)
+    assert evidence is not None
+    assert np.median(evidence[TOP : TOP + 60, 82:88]) > 0.3
+    assert np.median(evidence[:TOP]) < 0
+
+
+def test_leaves_beside_the_person_are_learnt_to_be_none() -> None:
+    walk, leaves = Walk(0), slice(110, 140)
+    for _ in range(12):
+        evidence = walk.see(leaves)
+        walk.learn()
+    assert evidence is not None
+    assert np.median(evidence[TOP : TOP + 60, 112:138]) < -0.3
+
+
+def test_what_the_person_has_left_is_learnt_to_be_the_walls() -> None:
+    walk = Walk(4)
+    for _ in range(14):
+        evidence = walk.see()
+        left = walk.left
+        walk.learn()
+    assert evidence is not None
+    # Uncovered since the frame that is compared: it changed, and is hardly anybody.
+    assert np.median(evidence[TOP + 5 : TOP + 55, left - 12 : left - 4]) < 0.15
+    assert np.median(evidence[TOP + 5 : TOP + 55, left + 4 : left + 16]) > 0.5
+
+
+def test_it_can_be_switched_off_and_weighed() -> None:
+    found = []
+    for weight in (0.2, 0.4):
+        walk = Walk(3, motion_weight=weight)
+        for _ in range(6):
+            evidence = walk.see()
+            walk.learn()
+        found.append(evidence)
+    np.testing.assert_allclose(2 * found[0], found[1], rtol=1e-5)
+    walk = Walk(3, use_motion_cue=False)
+    assert all(walk.see() is None for _ in range(6))
+
+
+def test_the_better_explanation_is_the_difference_of_the_squares_and_limited() -> None:
+    stay = np.array([[0, 12, 12, 255]], np.uint8)
+    move = np.array([[255, 12, 0, 0]], np.uint8)
+    np.testing.assert_allclose(explained(stay, move), [[-2, 0, 0.5, 2]])
