@@ -210,6 +210,19 @@ class ColourModel:
             self.table,
         )
 
+    def fade(self, chroma: float) -> None:
+        """Go on as if all that was learnt had the same a* and b*, and its own lightness."""
+        light = self._histogram.reshape(BINS, BINS**2, BANDS).sum(axis=1)
+        self._histogram[:] = 0
+        level = int(chroma * BINS / 256)
+        self._histogram[(np.arange(BINS) * BINS + level) * BINS + level] = light
+        self._used[:] = self._histogram.any(axis=1)
+        self.table[:] = self.floor
+        if self._used.any():
+            nothing = np.zeros((1, 1), np.uint16)
+            one = np.ones((1, 1), np.float32)
+            self.learn(nothing, np.zeros((1, 1), np.float32), one, 0.0)
+
     def whole(self) -> NDArray[np.float32]:
         """Return the histogram of the whole body, (BINS^3,) float32 with sum one."""
         whole = self._histogram.sum(axis=1)

@@ -18,13 +18,16 @@ from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 
-__all__ = ['NO_GRADIENT', 'gray_lab', 'is_gray']
+__all__ = ['NO_CHROMA', 'NO_GRADIENT', 'gray_lab', 'is_gray']
 
 _SIGMA = 0.8
 """Of the Gaussian over which energy is gathered, in pixels."""
 
 _GAIN = 0.3
 """Levels of a* or b* that a mean gradient of one level a pixel counts."""
+
+NO_CHROMA = 128.0
+"""Level of a* or b* that stands for no colour."""
 
 NO_GRADIENT = 110.0
 """Level of a* or b* that stands for no gradient."""

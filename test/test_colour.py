@@ -73,3 +73,18 @@ def test_rows_count_down_the_axis_of_the_body_wherever_the_window_begins(angle: 
     y, x = np.mgrid[12:17, 30:37] + 0.5
     expected = 0.5 + (np.cos(angle) * (y - 16) - np.sin(angle) * (x - 33)) / 20
     np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize('chroma', [110, 128])
+def test_faded_colours_are_told_by_their_lightness(chroma: int) -> None:
+    lab = np.random.default_rng(1).integers(0, 255, (16, 16, 3)).astype(np.uint8)
+    rows = np.repeat(np.linspace(0.01, 0.99, 16, dtype=np.float32)[:, None], 16, 1)
+    coloured, gray = model(), model()
+    coloured.learn(colour_bins(lab), rows, np.ones(rows.shape, np.float32), 1.0)
+    lab[..., 1:] = chroma
+    gray.learn(colour_bins(lab), rows, np.ones(rows.shape, np.float32), 1.0)
+    coloured.fade(chroma)
+    assert coloured.table == pytest.approx(gray.table, abs=1e-5)
+    empty = model()
+    empty.fade(chroma)
+    assert np.all(empty.table == np.float32(1e-4))

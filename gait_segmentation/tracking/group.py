@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window, overlap, size_of, within
+from gait_segmentation.lab import NO_CHROMA, NO_GRADIENT
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.tracking.competition import Claim, compete, leave_to
 from gait_segmentation.tracking.config import TrackingConfig
@@ -59,6 +60,8 @@ def follow(
         heat=heat,
     )
     for target in targets:
+        if world.fades:
+            target.fade(NO_GRADIENT if world.now.image.textured else NO_CHROMA)
         target.follow(motion, visible.get(target.track_id))
 
 

@@ -194,6 +194,11 @@ class Target:
         lab = record.image.lab_part(window)
         return self.appearance.similarity(colour_signature(lab, part, rows))
 
+    def fade(self, chroma: float) -> None:
+        """Go on as if all that is known of the colours had the same a* and b*."""
+        for model in (self.person.person, self.person.surroundings, self.appearance):
+            model.fade(chroma)
+
     def learn_look(self, record: Record) -> None:
         """Take in the person's mask, which must be of that frame."""
         mask = self.person.mask

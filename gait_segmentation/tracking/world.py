@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Sequence
-from copy import copy
+from copy import deepcopy
 
 import cv2
 import numpy as np
@@ -22,7 +22,7 @@ from gait_segmentation.tracking.competition import REACH
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.moving import add_moving
 from gait_segmentation.tracking.picture.contrast import Contrast
-from gait_segmentation.tracking.picture.exposure import Exposure
+from gait_segmentation.tracking.picture.light import Light
 from gait_segmentation.tracking.picture.working import WorkingImage, working_scale, working_shape
 from gait_segmentation.tracking.records import Record, Shift, body_over
 
@@ -68,9 +68,12 @@ class World:
         self._at_largest = scale >= largest
         self._working_height = working_height
         self._estimator = MotionEstimator()
-        self._exposure = Exposure()
+        self._light = Light()
         self._contrast = Contrast()
         self._background = BackgroundModel(self.shape)
+        self.fades = False
+        """Whether the newest frame is the first without colours after those that had some."""
+
         self.pending: deque[Record] = deque()
         self.history: deque[Record] = deque(maxlen=_MOTION_GAP + 1)
 
@@ -88,9 +91,9 @@ class World:
         )
         return cls(source, scale, largest, config.working_height)
 
-    def see_as(self, exposure: Exposure, contrast: Contrast) -> None:
-        """Take over exposure and levels of somebody who has seen the place before."""
-        self._exposure, self._contrast = copy(exposure), contrast
+    def see_as(self, light: Light, contrast: Contrast) -> None:
+        """Take over light and levels of somebody who has seen the place before."""
+        self._light, self._contrast = deepcopy(light), contrast
 
     def fits(self, height: float) -> bool:
         """Return whether a person of the given height in source pixels is well seen here."""
@@ -138,8 +141,13 @@ class World:
         :returns: what moved; :meth:`body_shift` then measures the people.
         """
         frame = WorkingImage.of(
-            image, stamp_ns, self.shape, self._exposure, self._contrast, texture=texture
+            image, stamp_ns, self.shape, self._light, self._contrast, texture=texture
         )
+        self.fades = frame.faded and not (self.history and self.now.image.faded)
+        if self.fades:
+            models = [self._background, *(each.background for each in self.pending)]
+            for model in {id(each): each for each in models}.values():
+                model.fade(frame.textured)
         people = np.zeros(self.shape, np.uint8)
         for area in areas:
             people[area.slices(self.shape[1], self.shape[0])] = 1
@@ -154,6 +162,8 @@ class World:
                 blank, motion = True, WorldMotion()
                 self._estimator.leave_out()
                 background = self._background.moved(self._steps, windows)
+        if not blank:
+            self._light.follow(motion, people)
         record = Record(frame, motion, background, windows, blank=blank)
         self.pending.append(record)
         self.history.append(record)
@@ -186,6 +196,7 @@ class World:
 
     def _begin_anew(self, background: BackgroundModel) -> None:
         """Forget the place, for the camera shows another one from now on."""
+        self._light.forget()
         for model in (self._background, background):
             model.sums[:] = 0
         self.history.clear()

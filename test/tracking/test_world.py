@@ -242,9 +242,27 @@ def test_a_world_sees_as_another_did() -> None:
     first.advance(wall(), 10**7, (), camera=False)
     dark = cv2.convertScaleAbs(wall(), alpha=0.7)
     first.advance(dark, 2 * 10**7, (), camera=False)
-    second.see_as(first._exposure, first._contrast)
+    second.see_as(first._light, first._contrast)
     second.advance(dark, 2 * 10**7, (), camera=False)
     np.testing.assert_array_equal(second.now.image.bgr, first.now.image.bgr)
+
+
+@pytest.mark.parametrize('texture', [False, True])
+def test_a_place_that_loses_its_colours_is_known_all_the_same(texture: bool) -> None:
+    made, nobody = world(), np.zeros(world().shape, np.uint8)
+    coloured = cv2.convertScaleAbs(wall() * np.array([1.0, 0.8, 0.6]))
+    gray = cv2.cvtColor(cv2.cvtColor(coloured, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
+    for number in range(1, 7):
+        image = coloured if number < 5 else gray
+        made.advance(image, number, (), camera=False, texture=texture)
+        assert made.fades == (number == 5)
+        assert not made.now.blank
+        background, lab = made.now.background, made.now.image.lab
+        if number > 3:
+            assert background.agreement(lab, nobody, made.now.windows) > 0.95
+        _, record = made.take(number)
+        assert record is not None
+        made.learn(record, nobody, ())
 
 
 def panned(frames: int) -> World:

@@ -27,7 +27,7 @@ from gait_segmentation.starting.finding.hollow import fill_hollow
 from gait_segmentation.tracking.background.kernels import SURE_COUNT
 from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.picture.contrast import Contrast
-from gait_segmentation.tracking.picture.exposure import Exposure
+from gait_segmentation.tracking.picture.light import Light
 from gait_segmentation.tracking.picture.working import WorkingImage, working_shape
 
 __all__ = ['MotionScene', 'SceneFrame']
@@ -117,7 +117,7 @@ class MotionScene:
         self._searched = searched
         self._shape = working_shape(*source, min(1.0, _LARGEST / max(source)))
         self._scale = scaling(searched[1] / self._shape[1], searched[0] / self._shape[0])
-        self._exposure, self._contrast = Exposure(), Contrast()
+        self._light, self._contrast = Light(), Contrast()
         self._estimator = MotionEstimator()
         self._forget()
 
@@ -134,9 +134,9 @@ class MotionScene:
         """Return whether anything has been learnt."""
         return self._learnt > 0
 
-    def levels(self) -> tuple[Exposure, Contrast]:
+    def levels(self) -> tuple[Light, Contrast]:
         """Return how the newest frame must be shown to look as the background does."""
-        return self._exposure, self._contrast
+        return self._light, self._contrast
 
     def background(self, shape: tuple[int, int]) -> BackgroundModel:
         """Return the background in the newest frame for a working image of (h, w)."""
@@ -155,8 +155,9 @@ class MotionScene:
             known who is there.
         """
         seconds = stamp_ns / 1e9
-        frame = WorkingImage.of(image, stamp_ns, self._shape, self._exposure, self._contrast)
+        frame = WorkingImage.of(image, stamp_ns, self._shape, self._light, self._contrast)
         motion = self._estimator.update(frame.pyramid, self._moved)
+        self._light.follow(motion, self._moved)
         self._since = WorldMotion.over([self._since, motion])
         step = self._in_searched(motion)
         height, width = self._searched

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
+from gait_segmentation.lab import NO_CHROMA, gray_lab
 from gait_segmentation.tracking.background.kernels import (
     LIMIT,
     SAMPLE_STEP,
@@ -142,6 +143,22 @@ class BackgroundModel:
         :param where: (h, w) uint8, non-zero where to forget.
         """
         self.sums[where > 0] = 0
+
+    def fade(self, textured: bool) -> None:
+        """
+        Go on as if all that was seen had been grey, of the same lightness.
+
+        :param textured: whether gradient energy stands for colours, which is that of the mean.
+        """
+        mean = np.full((*self.sums.shape[:2], 3), NO_CHROMA, np.uint8)
+        mean[..., 0] = np.rint(self.mean[..., 0])
+        if textured:
+            gray = cv2.cvtColor(cv2.cvtColor(mean, cv2.COLOR_Lab2BGR), cv2.COLOR_BGR2GRAY)
+            mean = gray_lab(np.asarray(gray))
+            # There is no gradient to what is not known.
+            unknown = (self.count == 0).view(np.uint8)
+            self.forget(cv2.dilate(unknown, np.ones((5, 5), np.uint8)))
+        self.sums[..., 1:3] = mean[..., 1:] * self.sums[..., 3:]
 
     def adopt(self, other: BackgroundModel) -> None:
         """Take over what another model of the same frame and size knows better."""

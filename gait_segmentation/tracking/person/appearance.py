@@ -87,12 +87,24 @@ def _likeness(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
     return float((weights * alike).sum() / weights.sum())
 
 
+def _faded(signature: NDArray[np.float32], chroma: float) -> NDArray[np.float32]:
+    """Return a signature as if all its colours had the same a* and b*."""
+    bins = signature.reshape(3, _LIGHT, _CHROMA, _CHROMA)
+    place = (chroma - _CHROMA_FROM) / _CHROMA_STEP - 0.5
+    shares = np.maximum(1 - np.abs(np.arange(_CHROMA, dtype=np.float32) - np.float32(place)), 0)
+    return (bins.sum(axis=(2, 3), keepdims=True) * np.outer(shares, shares)).reshape(3, -1)
+
+
 class Appearance:
     """The colours of a person over time."""
 
     def __init__(self, signature: NDArray[np.float32]) -> None:
         """Begin with the colours of a frame, see :func:`colour_signature`."""
         self._mean = self._last = signature
+
+    def fade(self, chroma: float) -> None:
+        """Go on as if all colours had the same a* and b*, and their own lightness."""
+        self._mean, self._last = (_faded(each, chroma) for each in (self._mean, self._last))
 
     def learn(self, signature: NDArray[np.float32]) -> None:
         """Take in the colours of a frame, see :func:`colour_signature`."""

@@ -32,18 +32,14 @@ class Contrast:
         self._curve: NDArray[np.uint8] | None = None
         self._known = False
 
-    def curve_for(
-        self, image: NDArray[np.uint8], levels: NDArray[np.uint8] | None = None
-    ) -> NDArray[np.uint8] | None:
+    def curve_for(self, image: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
         """
         Return the curve that spreads the levels of a picture, (256,) uint8, None if it needs none.
 
         :param image: (h, w, 3) uint8; only the first one is looked at.
-        :param levels: (256,) uint8, what its levels are to be before that, None if as they are.
         """
         if not self._known:
-            made = image if levels is None else levels[image]
-            self._curve, self._known = contrast_curve(made), True
+            self._curve, self._known = contrast_curve(image), True
         return self._curve
 
 

@@ -16,12 +16,9 @@ from gait_segmentation.images import Window
 from gait_segmentation.lab import gray_lab, is_gray
 from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.picture.contrast import Contrast
-from gait_segmentation.tracking.picture.exposure import Exposure
+from gait_segmentation.tracking.picture.light import Light
 
 __all__ = ['WorkingImage', 'working_scale', 'working_shape']
-
-
-_LEVELS = np.arange(256, dtype=np.uint8)
 
 
 @dataclass(frozen=True)
@@ -31,7 +28,8 @@ class WorkingImage:
 
     ``bgr`` is (h, w, 3) uint8, ``gray`` its brightness, (h, w) uint8, with which ``pyramid``
     begins; ``textured`` says that it has no colour and shows gradient energy in the place of a*
-    and b* (:func:`~gait_segmentation.lab.gray_lab`).
+    and b* (:func:`~gait_segmentation.lab.gray_lab`); ``faded`` that it has none although earlier
+    ones had.
     """
 
     stamp_ns: int
@@ -39,6 +37,7 @@ class WorkingImage:
     gray: NDArray[np.uint8]
     pyramid: Pyramid
     textured: bool
+    faded: bool = False
 
     @classmethod
     def of(
@@ -46,7 +45,7 @@ class WorkingImage:
         image: NDArray[np.uint8],
         stamp_ns: int,
         shape: tuple[int, int],
-        exposure: Exposure | None = None,
+        light: Light | None = None,
         contrast: Contrast | None = None,
         *,
         texture: bool = True,
@@ -56,7 +55,7 @@ class WorkingImage:
 
         :param image: (H, W, 3) uint8 BGR.
         :param shape: (h, w) of the working image.
-        :param exposure: whose jumps are undone, if any.
+        :param light: which is undone, if any.
         :param contrast: which spreads the levels, if any.
         :param texture: whether gradient energy stands for colours that there are not.
         """
@@ -64,19 +63,17 @@ class WorkingImage:
         if small is image:
             # Lab comes later, when the caller may have filled its buffer anew.
             small = image.copy()
+        colourless, faded = is_gray(small), False
+        if light is not None:
+            # First, as light is a factor only of the levels as they came.
+            small, faded = light.corrected(small, gray=colourless), light.faded
         gray = np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
-        pyramid = Pyramid(gray)
-        # First, as a jump is a factor only of the levels as they came.
-        gain = 1.0 if exposure is None else exposure.update(pyramid)
-        curve = None if gain == 1.0 else np.asarray(cv2.convertScaleAbs(_LEVELS, alpha=gain))
-        if contrast is not None:
-            curve = _both(curve, contrast.curve_for(small, curve))
+        curve = None if contrast is None else contrast.curve_for(small)
         if curve is not None:
             # Not of the colours with other levels, which would take three times as long.
-            gray = np.asarray(cv2.LUT(gray, curve))
-            pyramid = Pyramid(gray)
-            small = np.asarray(cv2.LUT(small, curve))
-        return cls(stamp_ns, small, gray, pyramid, texture and is_gray(small))
+            gray, small = (np.asarray(cv2.LUT(each, curve)) for each in (gray, small))
+        textured = texture and colourless
+        return cls(stamp_ns, small, gray, Pyramid(gray), textured, faded)
 
     @cached_property
     def lab(self) -> NDArray[np.uint8]:
@@ -88,15 +85,6 @@ class WorkingImage:
     def lab_part(self, window: Window) -> NDArray[np.uint8]:
         """Return a window in Lab, (h, w, 3) uint8, its rows contiguous as kernels want them."""
         return np.ascontiguousarray(self.lab[window])
-
-
-def _both(
-    first: NDArray[np.uint8] | None, second: NDArray[np.uint8] | None
-) -> NDArray[np.uint8] | None:
-    """Return one curve of levels after another, None if there is neither."""
-    if first is None or second is None:
-        return second if first is None else first
-    return second[first]
 
 
 def working_scale(

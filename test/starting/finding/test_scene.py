@@ -111,6 +111,13 @@ def test_a_jump_of_the_exposure_is_undone() -> None:
     assert scene.levels()[0].gain == pytest.approx(1 / 0.7, abs=0.05)
 
 
+def test_a_slow_change_of_light_is_undone() -> None:
+    gains = {number: 1 - 0.01 * max(number - 10, 0) for number in range(40)}
+    scene, shown = play(40, speed=0.0, gain=gains)
+    assert all(each.blobs == [] and not each.fresh for each in shown)
+    assert scene.levels()[0].gain == pytest.approx(1 / gains[39], rel=0.05)
+
+
 def test_a_shadow_does_not_stand_out() -> None:
     scene = MotionScene(SHAPE, SHAPE)
     for number in range(12):

@@ -2,10 +2,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.ego_motion.world_motion import WorldMotion
+from gait_segmentation.lab import gray_lab
 from gait_segmentation.tracking.background.model import BackgroundModel
 
 
@@ -198,3 +200,26 @@ def test_what_is_lighter_or_coloured_or_black_is_no_wall() -> None:
 def test_where_nothing_is_known_nothing_is_said() -> None:
     assert evidence(WALL, count=0) == evidence((20, 128, 128), count=1) == 0
     assert abs(evidence(WALL, count=2)) < abs(evidence(WALL, count=9))
+
+
+def test_a_faded_background_keeps_its_lightness() -> None:
+    model, lab = BackgroundModel((60, 80)), texture()
+    model.learn(lab, np.zeros((60, 80), np.uint8))
+    model.fade(textured=False)
+    assert model.mean[..., 0] == pytest.approx(lab[..., 0])
+    assert (model.mean[..., 1:] == 128).all()
+
+
+def test_a_faded_background_has_the_texture_of_its_lightness() -> None:
+    model, nobody = BackgroundModel((60, 80)), np.zeros((60, 80), np.uint8)
+    gray = cv2.blur(texture()[..., 0], (5, 5))
+    person = nobody.copy()
+    person[20:40, 30:50] = 255
+    coloured = cv2.cvtColor(cv2.cvtColor(gray, cv2.COLOR_GRAY2BGR), cv2.COLOR_BGR2Lab)
+    coloured[..., 1:] = 150
+    for _ in range(3):
+        model.learn(coloured, person)
+    model.fade(textured=True)
+    assert (model.count[20:40, 30:50] == 0).all()
+    lab = gray_lab(gray)
+    assert model.contradicted(lab, (slice(0, 60), slice(0, 80)), 1.0).mean() < 0.02

@@ -67,3 +67,14 @@ def test_the_last_look_counts_only_as_far_as_it_is_the_usual_one(
     # The last mask is that of somebody else, perhaps.
     appearance.learn(signature(Figure(100, coat)))
     assert appearance.is_like(signature(Figure(120, coat))) == found
+
+
+def test_without_colours_it_is_known_by_lightness() -> None:
+    lab, seen, rows = looked_at(Figure(100))
+    lab = lab.copy()
+    lab[..., 1:] = 128
+    gray = colour_signature(lab, seen, rows)
+    appearance = Appearance(signature(Figure(100)))
+    assert appearance.similarity(gray) < 0.5
+    appearance.fade(128)
+    assert appearance.similarity(gray) > 0.95

@@ -69,9 +69,3 @@ def test_the_first_picture_decides_for_all_that_follow() -> None:
     contrast = Contrast()
     contrast.curve_for(later)
     assert contrast.curve_for(picture(40, 100)) is None
-
-
-def test_levels_are_spread_as_they_are_made_before() -> None:
-    image, levels = picture(40, 200), np.arange(256, dtype=np.uint8) // 4
-    assert Contrast().curve_for(image) is None
-    assert np.array_equal(Contrast().curve_for(image, levels), contrast_curve(levels[image]))

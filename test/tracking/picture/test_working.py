@@ -6,8 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.tracking.picture.contrast import Contrast
-from gait_segmentation.tracking.picture.exposure import Exposure
+from gait_segmentation.tracking.picture.light import Light
 from gait_segmentation.tracking.picture.working import WorkingImage, working_scale, working_shape
 
 
@@ -33,11 +34,11 @@ def test_a_frame_outlives_the_buffer_it_came_from() -> None:
 def test_a_jump_of_the_exposure_is_undone_before_levels_are_spread() -> None:
     image = np.random.default_rng(0).integers(60, 130, (240, 320, 3)).astype(np.uint8)
     image = cv2.blur(image, (5, 5))
-    exposure, contrast = Exposure(), Contrast()
-    made = [
-        WorkingImage.of(cv2.convertScaleAbs(image, alpha=gain), 3, (240, 320), exposure, contrast)
-        for gain in (1.0, 1.5)
-    ]
+    light, contrast, made = Light(), Contrast(), []
+    for gain in (1.0, 1.5):
+        bright = cv2.convertScaleAbs(image, alpha=gain)
+        made.append(WorkingImage.of(bright, 3, (240, 320), light, contrast))
+        light.follow(WorldMotion(), np.zeros((240, 320), np.uint8))
     assert np.ptp(made[0].gray) > 1.5 * np.ptp(image)
     assert np.abs(made[1].gray.astype(int) - made[0].gray).mean() < 2
 
@@ -62,3 +63,15 @@ def test_a_grey_frame_shows_texture() -> None:
     window = slice(3, 40, 2), slice(0, 60, 2)
     assert np.array_equal(frame.lab_part(window), frame.lab[window])
     assert frame.lab_part(window).flags.c_contiguous
+
+
+@pytest.mark.parametrize('texture', [False, True])
+def test_a_frame_tells_that_it_has_lost_its_colours(texture: bool) -> None:
+    image = np.random.default_rng(2).integers(0, 255, (40, 60, 3)).astype(np.uint8)
+    gray = cv2.cvtColor(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
+    light = Light()
+    assert not WorkingImage.of(image, 3, (40, 60), light).faded
+    frame = WorkingImage.of(gray, 4, (40, 60), light, texture=texture)
+    assert frame.faded
+    assert frame.textured == texture
+    assert not WorkingImage.of(gray, 4, (40, 60), Light()).faded

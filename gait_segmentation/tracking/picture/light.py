@@ -1,0 +1,229 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+What the light does to the colours, undone.
+
+Exposure, white balance and lamps that flicker multiply the levels of a channel, all over the image
+or by rows, as a rolling shutter reads them.  The factors are measured against what the still
+world is remembered to look like, not against the last frame, so that slow changes add up as jumps
+do, and errors do not.
+"""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.ego_motion.world_motion import WorldMotion
+from gait_segmentation.geometry import compose, scaling
+from gait_segmentation.tracking.background.model import BackgroundModel
+
+__all__ = ['Light']
+
+_CELL = 8
+"""Pixels across the cells that are compared, in which noise and small motions count little."""
+
+_DARKEST = 12
+"""Levels from black or white within which a cell may be clipped."""
+
+_LEAST_RANGE = 8
+"""Levels between the darkest and the brightest cell below which nothing can be seen."""
+
+_LEAST_CELLS = 50
+"""Cells that tell the light; fewer may be one surface, which somebody hides."""
+
+_AGREE, _ALIKE = 0.6, 0.15
+"""Share of the cells that must have changed by the same factor, give or take this (as a log)."""
+
+_CORRELATION = 0.3
+"""Least correlation of the levels of cells that show the same place, even through bands."""
+
+_UNNOTICED = 0.02
+"""Change (as a log) that is left to the models: two levels of 100, as the noise they allow."""
+
+_PERIODS = np.arange(1, 3.01, 0.125).tolist()
+"""
+Periods of flicker in the image: a shutter reads it in 10 to 30 ms, lamps flicker at 100 Hz.  Less
+than a period is not told from a shade.
+"""
+
+_GRAY = np.array([0.114, 0.587, 0.299], np.float32)
+"""Weights of blue, green and red in the brightness, as OpenCV has them."""
+
+_Floats = NDArray[np.float32]
+_Wave = tuple[float, float, float]
+
+
+class Light:
+    """
+    Follows the light of a stream, so that all frames look as the first one did.
+
+    ``wave`` is that of the logs of the factors down the image: its periods, and its amplitudes as
+    cosine and sine; None if the light does not flicker.  ``faded`` says that the frames have no
+    colour, as at night, although earlier ones had.
+    """
+
+    def __init__(self) -> None:
+        """Begin with the light of the first frame."""
+        self.wave: _Wave | None = None
+        self.faded = False
+        self._coloured = False
+        self._logs = np.zeros(3, np.float32)
+        self._known = BackgroundModel((0, 0))
+        self._people = self._strange = np.zeros((0, 0), np.bool_)
+        self._now: NDArray[np.uint8] | None = None
+
+    @property
+    def gain(self) -> _Floats:
+        """Return what the levels of blue, green and red must be multiplied with, (3,) float32."""
+        return np.exp(self._logs)
+
+    def corrected(self, image: NDArray[np.uint8], *, gray: bool = False) -> NDArray[np.uint8]:
+        """
+        Take in a frame; one in which nothing can be seen says nothing.
+
+        :param image: (h, w, 3) uint8 BGR.
+        :param gray: whether its channels are all the same.
+        :returns: the frame as it would look in the first light; ``image`` itself if it does.
+        """
+        rows, columns = (max(size // _CELL, 1) for size in image.shape[:2])
+        part = image[: rows * _CELL, : columns * _CELL]
+        cells = np.asarray(cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA))
+        self._now = None
+        if np.ptp(cells @ _GRAY) >= _LEAST_RANGE:
+            self._coloured |= not gray
+            self.faded = gray and self._coloured
+            self._measure(cells)
+            self._now = self._undone(cells)
+        return self._undone(image)
+
+    def follow(self, motion: WorldMotion, people: NDArray[np.uint8]) -> None:
+        """
+        Remember what the newest frame shows.
+
+        :param motion: of the world since the frame before.
+        :param people: (h, w) uint8, non-zero where people or other things may move.
+        """
+        if self._now is None:
+            return
+        now, self._now = self._now, None
+        if motion.camera is not None:
+            small, large = scaling(1 / _CELL), scaling(_CELL)
+            motion = WorldMotion(compose(compose(small, motion.camera), large))
+            self._known = self._known.moved([motion])
+        hidden = (people > 0).view(np.uint8) * 255
+        hidden = np.asarray(cv2.resize(hidden, now.shape[1::-1], interpolation=cv2.INTER_AREA))
+        self._people = hidden > 0
+        if not self.faded:
+            # Somebody nobody knows of, say: the place is not forgotten at once.
+            hidden[self._strange] = 255
+            self._known.learn(now, hidden)
+
+    def forget(self) -> None:
+        """Forget the place, for the camera shows another one from now on, in the same light."""
+        self._known.sums[:] = 0
+
+    def _measure(self, cells: NDArray[np.uint8]) -> None:
+        """Measure the light of a frame, (h, w, 3) uint8."""
+        self.wave, shape = None, (cells.shape[0], cells.shape[1])
+        if self._known.sums.shape[:2] != shape:
+            known = self._known
+            self._known = known.resized(shape) if known.sums.size else BackgroundModel(shape)
+            self._people = np.zeros(shape, np.bool_)
+        mean, now = self._known.mean, cells.astype(np.float32)
+        bright, bright_now = mean @ _GRAY, now @ _GRAY
+        if self.faded:
+            mean = np.repeat(bright[..., None], 3, axis=2)
+            self._logs[:] = self._logs @ _GRAY
+        self._strange = _visible(bright) & _visible(bright_now)
+        use = self._strange & ~self._people
+        if np.count_nonzero(use) < _LEAST_CELLS:
+            return
+        pair = bright[use][None], bright_now[use][None]
+        if cv2.matchTemplate(*pair, cv2.TM_CCOEFF_NORMED)[0, 0] < _CORRELATION:
+            return
+        shade, logs = _log_ratios(bright, bright_now), _log_ratios(mean, now)
+        # Against the brightness, as what is not quite in place changes both.
+        tints = logs - shade[..., None]
+        self.wave = _wave_in(shade, use)
+        if self.wave is not None:
+            shade -= _along(self.wave, shape[0])[:, None]
+        near = use & (np.abs(shade - np.median(shade[use])) < _ALIKE)
+        if np.count_nonzero(near) > _AGREE * np.count_nonzero(use):
+            # Those that agree once more: what covers a part of the world is on one side of it.
+            total = np.median(shade[near]) + np.median(tints[near], axis=0)
+            if np.abs(total - self._logs).max() > _UNNOTICED:
+                # All of it, so that what is left out does not add up in what is remembered.
+                self._logs = total.astype(np.float32)
+        self._strange &= np.abs(shade - self._logs @ _GRAY) > _ALIKE
+
+    def _undone(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return an image, (h, w, 3) uint8, in the first light; itself if it is."""
+        if self.wave is None and not self._logs.any():
+            return image
+        if self.wave is None:
+            table = np.minimum(np.arange(256, dtype=np.float32)[:, None] * self.gain, 255)
+            return np.asarray(cv2.LUT(image, np.rint(table).astype(np.uint8)[None]))
+        factors = np.exp(_along(self.wave, image.shape[0]))[:, None, None] * self.gain
+        every = cv2.resize(factors, image.shape[1::-1], interpolation=cv2.INTER_NEAREST)
+        return np.asarray(cv2.multiply(image, every, dtype=cv2.CV_8U))
+
+
+def _visible(levels: _Floats) -> NDArray[np.bool_]:
+    """Return which levels are known, and not clipped."""
+    return (levels > _DARKEST) & (levels < 255 - _DARKEST)
+
+
+def _log_ratios(known: _Floats, now: _Floats) -> _Floats:
+    """Return the logs of known over present levels, of which those that are too dark are alike."""
+    return np.log(np.maximum(known, _DARKEST) / np.maximum(now, _DARKEST))
+
+
+def _wave_in(logs: _Floats, use: NDArray[np.bool_]) -> _Wave | None:
+    """
+    Return the wave in the logs of gains down the image, None if there is none.
+
+    Lamps flicker on the left as on the right, and in waves; what does not is something else: what
+    changes on one side only leaves as much that a wave does not tell as it tells.
+
+    :param logs: (h, w), of the cells.
+    :param use: (h, w), those that tell anything.
+    """
+    # A column in the middle is on both sides, so that none is empty.
+    middle = logs.shape[1] // 2
+    sides = (np.s_[:, : middle + 1], np.s_[:, middle:])
+    values = np.concatenate([_medians(logs[side], use[side]) for side in sides])
+    told = ~np.isnan(values)
+    if 2 * np.count_nonzero(told) < told.size:
+        return None
+    values = values[told]
+    if np.std(values) < 2 * _UNNOTICED:
+        return None
+    places = np.tile((np.arange(logs.shape[0]) + 0.5) / logs.shape[0], 2)[told]
+    best, rest = (0.0, 0.0, 0.0), math.inf
+    for periods in _PERIODS:
+        angles = 2 * math.pi * periods * places
+        basis = np.column_stack([np.ones_like(angles), np.cos(angles), np.sin(angles)])
+        found = np.linalg.lstsq(basis, values, rcond=None)[0]
+        left = float(np.mean((values - basis @ found) ** 2))
+        if left < rest:
+            best, rest = (periods, float(found[1]), float(found[2])), left
+    power = (best[1] ** 2 + best[2] ** 2) / 2
+    return best if power > rest else None
+
+
+def _medians(logs: _Floats, use: NDArray[np.bool_]) -> _Floats:
+    """Return the median of each row of (h, w), (h,), NaN where no cell tells."""
+    ordered = np.sort(np.where(use, logs, np.float32(np.nan)), axis=1)
+    middle = np.count_nonzero(use, axis=1, keepdims=True) // 2
+    return np.take_along_axis(ordered, middle, axis=1)[:, 0]
+
+
+def _along(wave: _Wave, height: int) -> _Floats:
+    """Return a wave at the rows of an image, (height,) float32."""
+    periods, cosine, sine = wave
+    angles = (2 * math.pi * periods / height) * (np.arange(height) + 0.5)
+    return (cosine * np.cos(angles) + sine * np.sin(angles)).astype(np.float32)

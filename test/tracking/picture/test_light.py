@@ -1,0 +1,194 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.ego_motion.world_motion import WorldMotion
+from gait_segmentation.tracking.picture.light import Light
+
+SHAPE = (240, 320)
+STILL = WorldMotion()
+NOBODY = np.zeros(SHAPE, np.uint8)
+
+
+def scene(seed: int = 1, shape: tuple[int, int] = SHAPE) -> np.ndarray:
+    """Return a coloured place, (h, w, 3) uint8."""
+    rng = np.random.default_rng(seed)
+    small = rng.integers(60, 180, (shape[0] // 20, shape[1] // 20, 3)).astype(np.uint8)
+    return cv2.resize(small, shape[::-1], interpolation=cv2.INTER_CUBIC)
+
+
+def lit(image: np.ndarray, gain: object, noise: int | None = None) -> np.ndarray:
+    """Return an image in other light, with noise of 2 levels if it gets a seed."""
+    levels = image * np.asarray(gain, np.float32)
+    if noise is not None:
+        levels += np.random.default_rng(noise).normal(0, 2, image.shape)
+    return np.clip(levels + 0.5, 0, 255).astype(np.uint8)
+
+
+def shown(
+    light: Light,
+    image: np.ndarray,
+    motion: WorldMotion = STILL,
+    people: np.ndarray = NOBODY,
+) -> np.ndarray:
+    made = light.corrected(image)
+    light.follow(motion, people)
+    return made
+
+
+def error(made: np.ndarray, wanted: np.ndarray) -> float:
+    return float(np.abs(made.astype(int) - wanted).mean())
+
+
+@pytest.mark.parametrize('factor', [0.5, 0.8, 1.3])
+def test_a_jump_is_undone_and_the_way_back_too(factor: float) -> None:
+    light = Light()
+    assert shown(light, scene()) is not None
+    for _ in range(2):
+        assert error(shown(light, lit(scene(), factor)), scene()) < 2.5
+        assert light.gain == pytest.approx(1 / factor, rel=0.03)
+    assert error(shown(light, scene()), scene()) < 2.5
+
+
+@pytest.mark.parametrize('last', [(0.7, 0.7, 0.7), (1.12, 1.0, 0.88)])
+def test_slow_changes_of_exposure_and_white_balance_are_undone(
+    last: tuple[float, float, float],
+) -> None:
+    light = Light()
+    for number in range(35):
+        gain = 1 + (np.array(last) - 1) * min(max(number - 15, 0) / 12, 1)
+        made = shown(light, lit(scene(), gain, number))
+        assert error(made, scene()) < 6, number
+    assert light.gain == pytest.approx(1 / np.array(last), rel=0.06)
+    assert light.wave is None
+
+
+def test_the_same_light_leaves_frames_as_they_are() -> None:
+    light = Light()
+    for number in range(30):
+        image = lit(scene(), 1, number)
+        assert shown(light, image) is image
+    assert (light.gain == 1).all()
+
+
+def test_bands_that_wander_are_undone() -> None:
+    light = Light()
+    rows = np.arange(SHAPE[0]) / SHAPE[0]
+    for number in range(25):
+        gain = 1 + 0.15 * np.sin(2 * np.pi * (1.5 * rows + 0.37 * number))
+        image = lit(scene(), gain[:, None, None] if number >= 10 else 1, number)
+        made = shown(light, image)
+        assert (light.wave is not None) == (number >= 10)
+        assert error(made, scene()) < 4
+    assert shown(light, scene()) is not None
+    assert light.wave is None
+
+
+@pytest.mark.parametrize(('width', 'known'), [(60, False), (100, True)])
+def test_bands_are_undone_behind_a_person(width: int, known: bool) -> None:
+    light, people, columns = Light(), NOBODY.copy(), slice(40, 40 + width)
+    people[60:, columns] = 255 if known else 0
+    rows = np.arange(SHAPE[0]) / SHAPE[0]
+    for number in range(25):
+        image, gain = scene(), np.ones((SHAPE[0], 1, 1))
+        if number >= 5:
+            image[60:, columns] = 70
+        if number >= 10:
+            gain[:, 0, 0] += 0.15 * np.sin(2 * np.pi * (1.5 * rows + 0.37 * number))
+        made = shown(light, lit(image, gain, number), people=people)
+        assert (light.wave is not None) == (number >= 10)
+        assert error(made, image) < 4
+
+
+def test_what_changes_on_one_side_only_is_no_band() -> None:
+    light = Light()
+    shown(light, scene())
+    darker = scene()
+    darker[60:140, :150] //= 2
+    shown(light, darker)
+    assert light.wave is None
+    assert (light.gain == 1).all()
+
+
+def test_other_pictures_and_moved_ones_are_no_light() -> None:
+    light = Light()
+    shown(light, scene())
+    for image in (np.roll(scene(), 40, axis=1), scene(2)):
+        light.corrected(image)
+        assert light.gain == pytest.approx(1, abs=0.03)
+    stripes = np.where(np.arange(320) // 4 % 2, 150, 90).astype(np.uint8)
+    image = np.broadcast_to(stripes[None, :, None], (*SHAPE, 3))
+    light = Light()
+    for step in range(9):
+        shown(light, np.ascontiguousarray(np.roll(image, step, axis=1)))
+        assert (light.gain == 1).all()
+
+
+@pytest.mark.parametrize('value', [0, 255])
+def test_black_and_white_images_say_nothing(value: int) -> None:
+    light = Light()
+    shown(light, scene())
+    shown(light, lit(scene(), 0.7))
+    gain = light.gain.copy()
+    shown(light, np.full((*SHAPE, 3), value, np.uint8))
+    assert np.array_equal(light.gain, gain)
+    assert error(shown(light, lit(scene(), 0.7)), scene()) < 2.5
+
+
+@pytest.mark.parametrize('width', [0.3, 0.47, 0.7, 1.0])
+@pytest.mark.parametrize('known', [False, True])
+def test_a_person_who_fills_the_picture_is_no_light(width: float, known: bool) -> None:
+    light = Light()
+    for number in range(20):
+        image, people = lit(scene(), 1, number), NOBODY.copy()
+        if number >= 5:
+            columns = slice(0, round(width * SHAPE[1] * min((number - 4) / 8, 1)))
+            image[:, columns] = lit(np.full_like(image[:, columns], 70), 1, number)
+            people[:, columns] = 255 if known else 0
+        shown(light, image, people=people)
+        if known or width < 0.5:
+            assert light.gain == pytest.approx(1, abs=0.03)
+    for number in range(20, 24):
+        made = shown(light, lit(scene(), 1, number))
+    assert error(made, scene()) < 5
+
+
+def test_the_place_is_known_while_the_camera_moves() -> None:
+    wide, light = scene(3, (240, 960)), Light()
+    motion = WorldMotion(np.array([[1.0, 0.0, -5.0], [0.0, 1.0, 0.0]]))
+    for number in range(40):
+        part = np.ascontiguousarray(wide[:, 5 * number : 5 * number + 320])
+        made = shown(light, lit(part, 1 - 0.01 * number, number), motion if number else STILL)
+        assert error(made, part) < 9, number
+    assert light.gain == pytest.approx(1 / (1 - 0.01 * 39), rel=0.12)
+
+
+def test_colours_that_go_are_told_and_leave_no_tint() -> None:
+    light = Light()
+    warm = lit(scene(), (0.6, 1, 1.2))
+    gray = np.repeat(cv2.cvtColor(warm, cv2.COLOR_BGR2GRAY)[..., None], 3, axis=2)
+    light.corrected(gray, gray=True)
+    assert not light.faded
+    light = Light()
+    shown(light, warm)
+    shown(light, lit(warm, (1.1, 1, 0.9)))
+    for gain in (1.0, 0.8):
+        made = light.corrected(lit(gray, gain), gray=True)
+        light.follow(STILL, NOBODY)
+        assert light.faded
+        assert np.ptp(made.astype(int), axis=2).max() <= 1
+        assert error(made, gray) < 4
+    made = shown(light, warm)
+    assert not light.faded
+    assert error(made, warm) < 4
+
+
+def test_an_image_smaller_than_a_cell_says_nothing() -> None:
+    light = Light()
+    for value in (200, 50):
+        image = np.full((5, 40, 3), value, np.uint8)
+        assert shown(light, image, people=np.zeros((5, 40), np.uint8)) is image
