@@ -110,3 +110,19 @@ def test_points_that_stand_still_or_do_not_agree_have_no_motion(after: np.ndarra
 
 def test_few_points_have_no_motion() -> None:
     assert camera_motion(points(7), carried(points(7))) is None
+
+
+def test_points_that_do_not_come_back_are_left_out() -> None:
+    small = np.random.default_rng(0).integers(0, 255, (14, 22)).astype(np.uint8)
+    image = cv2.resize(small, (110, 70), interpolation=cv2.INTER_CUBIC)
+    last, now = image[:, 4:].copy(), image[:, :-4].copy()
+    # What was there has gone, and something else is in its place.
+    now[20:50, 60:100] = np.random.default_rng(1).integers(0, 255, (30, 40))
+    kept = np.float32([(x + 0.5, y + 0.5) for x in range(14, 44, 6) for y in range(16, 54, 6)])
+    gone = np.float32([(x + 0.5, y + 0.5) for x in range(64, 94, 6) for y in range(24, 48, 6)])
+    pair, levels, step = (Pyramid(last), Pyramid(now)), range(2), (4.0, 0.0)
+    assert len(followed(*pair, gone, levels, step)[0]) == len(gone)
+    assert len(followed(*pair, gone, levels, step, astray=1.0)[0]) < len(gone) / 3
+    before, after = followed(*pair, kept, levels, step, astray=1.0)
+    np.testing.assert_array_equal(before, kept)
+    np.testing.assert_allclose(after - before, np.broadcast_to(step, kept.shape), atol=0.1)
