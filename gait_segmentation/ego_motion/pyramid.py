@@ -10,12 +10,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ['Pyramid']
+__all__ = ['LEAST_RANGE', 'Pyramid']
 
 _CELLS = 3
 """Halvings that make a cell a pixel."""
 
-_LEAST_RANGE = 8
+LEAST_RANGE = 8
 """Grey levels between the darkest and the brightest cell below which nothing can be seen."""
 
 
@@ -55,7 +55,7 @@ class Pyramid:
     def is_blank(self) -> bool:
         """Return whether nothing can be seen, as when something covers the lens."""
         darkest, brightest, *_ = cv2.minMaxLoc(self.cells)
-        return brightest - darkest < _LEAST_RANGE
+        return brightest - darkest < LEAST_RANGE
 
     def resembles(self, other: Pyramid) -> bool:
         """Return whether another picture, of the same size, may show the same place."""

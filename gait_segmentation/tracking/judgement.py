@@ -15,7 +15,7 @@ from gait_segmentation.tracking.likelihood.log_ratio import log_ratio
 from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.world import World
 
-__all__ = ['carried_template', 'judge']
+__all__ = ['judge']
 
 
 def judge(
@@ -59,14 +59,3 @@ def judge(
             logit += evidence
     near = signed_distance(expected > 127)
     return window, logit, near
-
-
-def carried_template(person: Person, world: World, window: Window) -> NDArray[np.uint8] | None:
-    """
-    Return a window of the last template, carried along with the body; None without one.
-
-    :returns: (h, w) uint8, contiguous.
-    """
-    if person.template is None:
-        return None
-    return np.ascontiguousarray(world.carried(person.template, person.track_id, window))

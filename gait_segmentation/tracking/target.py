@@ -19,7 +19,7 @@ from gait_segmentation.tracking.competition import REACH, Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import new_cues
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
-from gait_segmentation.tracking.judgement import carried_template, judge
+from gait_segmentation.tracking.judgement import judge
 from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.person.appearance import Appearance, colour_signature
 from gait_segmentation.tracking.person.learning import WHOLE, WholeArea
@@ -134,7 +134,10 @@ class Target:
 
     def carried_template(self, window: Window) -> NDArray[np.uint8] | None:
         """Return the last matched body in a window, carried along likewise; None without one."""
-        return carried_template(self.person, self.world, window)
+        template = self.person.template
+        if template is None:
+            return None
+        return np.ascontiguousarray(self.world.carried(template, self.track_id, window))
 
     def follow(self, motion: WorldMotion, body: NDArray[np.uint8] | None) -> None:
         """

@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.ego_motion.pyramid import LEAST_RANGE
 from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import compose, scaling
 from gait_segmentation.tracking.background.model import BackgroundModel
@@ -28,9 +29,6 @@ _CELL = 8
 
 _DARKEST = 12
 """Levels from black or white within which a cell may be clipped."""
-
-_LEAST_RANGE = 8
-"""Levels between the darkest and the brightest cell below which nothing can be seen."""
 
 _LEAST_CELLS = 50
 """Cells that tell the light; fewer may be one surface, which somebody hides."""
@@ -93,7 +91,7 @@ class Light:
         part = image[: rows * _CELL, : columns * _CELL]
         cells = np.asarray(cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA))
         self._now = None
-        if np.ptp(cells @ _GRAY) >= _LEAST_RANGE:
+        if np.ptp(cells @ _GRAY) >= LEAST_RANGE:
             self._coloured |= not gray
             self.faded = gray and self._coloured
             self._measure(cells)
