@@ -52,17 +52,19 @@ $(VENV)/demo: setup.py
 	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable '.[ros,tools]'
 	@touch $@
 
-$(VENV)/installed: $(VENV)/demo
+$(VENV)/installed: $(VENV)/demo tools/setup.py
 	@echo 'Installing what the tests need: some minutes, once'
-	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable '.[ros,test]'
+	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable '.[ros,test]' \
+		--editable './tools[evaluate,learn]'
 	@touch $@
 
 # matplotlib 3.6 has wheels for no newer Python.
-$(OLDEST)/installed: setup.py test/oldest.txt
+$(OLDEST)/installed: setup.py tools/setup.py test/oldest.txt
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 10) <= sys.version_info < (3, 12) and \
 		"Python 3.10 or 3.11 is needed: make test-oldest PYTHON=python3.11")'
 	@echo 'Installing the oldest libraries into $(OLDEST): some minutes, once'
 	@$(PYTHON) -m venv $(OLDEST)
 	@$(OLDEST)/bin/python -m pip install --quiet --upgrade pip
-	PYTHONWARNINGS=ignore $(OLDEST)/bin/python -m pip install --quiet --constraint test/oldest.txt --editable '.[ros,test]'
+	PYTHONWARNINGS=ignore $(OLDEST)/bin/python -m pip install --quiet --constraint test/oldest.txt --editable '.[ros,test]' \
+		--editable './tools[evaluate,learn]'
 	@touch $@

@@ -23,15 +23,10 @@ ROS = [
 # does not name it.
 TOOLS = [
     'lz4>=4.0.2',
-    'matplotlib>=3.6.3',
     'mcap>=1.2.2',
     'rosbags>=0.10.11',
     'tqdm>=4.66.2',
 ]
-# Only `gait_bank vocabulary` needs it; the learnt words are shipped.
-LEARN = ['scikit-learn>=1.4.1.post1']
-# `gait_evaluate` leaves MOTA and IDF1 out without it.
-EVALUATE = ['motmetrics>=1.4.0']
 # `gait_replay --dask` and tables in Parquet.
 ARCHIVE = ['distributed', 'pyarrow']
 TEST = [
@@ -67,7 +62,7 @@ setup(
     packages=find_packages(include=[NAME, f'{NAME}.*']),
     package_data={
         NAME: ['py.typed'],
-        f'{NAME}.gait_model': ['*.json'],
+        f'{NAME}.gait_model': ['*.npz'],
         f'{NAME}.segmentation': ['*.json'],
         f'{NAME}.starting.finding': ['*.json'],
     },
@@ -88,17 +83,13 @@ setup(
     extras_require={
         'ros': ROS,
         'tools': TOOLS,
-        'learn': LEARN,
-        'evaluate': EVALUATE,
         'archive': [*TOOLS, *ARCHIVE],
-        'test': [*TEST, *TOOLS, *LEARN, *EVALUATE],
+        'test': [*TEST, *TOOLS],
     },
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            'gait_bank = gait_segmentation.commands:bank',
             'gait_demo = gait_segmentation.commands:demo',
-            'gait_evaluate = gait_segmentation.commands:evaluate',
             'gait_localizer = gait_segmentation.commands:localizer',
             'gait_matcher = gait_segmentation.commands:matcher',
             'gait_pipeline = gait_segmentation.commands:pipeline',

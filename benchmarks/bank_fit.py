@@ -27,9 +27,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.evaluation.report import aligned
-from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank, default_bank
+from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import BodyFrame, Box, pixel_affine, template_to_image
+from gait_tools.evaluation.report import aligned
+from gait_tools.gait_model import BankSpec, build_bank
 
 Float = NDArray[np.float32]
 

@@ -35,15 +35,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.bars import holds
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
-from gait_segmentation.evaluation.metrics import score_frame, true_box
-from gait_segmentation.evaluation.report import aligned
-from gait_segmentation.evaluation.runner import Clip, run
-from gait_segmentation.evaluation.sequence import Sequence
-from gait_segmentation.evaluation.session import load_sequences
-from gait_segmentation.evaluation.truth import PERSON
 from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.pipeline import Pipeline
+from gait_tools.evaluation.metrics import score_frame, true_box
+from gait_tools.evaluation.report import aligned
+from gait_tools.evaluation.runner import Clip, run
+from gait_tools.evaluation.sequence import Sequence
+from gait_tools.evaluation.session import load_sequences
+from gait_tools.evaluation.truth import PERSON
 
 MOST = 0.6
 FLIPPED = 0.2

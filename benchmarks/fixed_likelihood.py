@@ -28,13 +28,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.config import overridden, parameters_of, replaced
-from gait_segmentation.evaluation.metrics import error_percent, evaluation_window
-from gait_segmentation.evaluation.report import aligned
-from gait_segmentation.evaluation.sequence import Sequence
-from gait_segmentation.evaluation.session import load_sequences
 from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.segmentation import PeopleSegmenter
+from gait_tools.evaluation.metrics import error_percent, evaluation_window
+from gait_tools.evaluation.report import aligned
+from gait_tools.evaluation.sequence import Sequence
+from gait_tools.evaluation.session import load_sequences
 
 
 def measure(sequence: Sequence, config: PipelineConfig, priors: tuple[str, ...]) -> list[float]:

@@ -43,8 +43,8 @@ from gait_segmentation.cli.tool import run_tool
 
 MODULES = {
     'gait_replay': 'gait_segmentation.cli.replay',
-    'gait_evaluate': 'gait_segmentation.cli.evaluate',
-    'gait_bank': 'gait_segmentation.cli.bank',
+    'gait_evaluate': 'gait_tools.cli.evaluate',
+    'gait_bank': 'gait_tools.cli.bank',
     'gait_demo': 'gait_segmentation.cli.demo',
     'gait_source': 'gait_segmentation.nodes.source_node',
 }

@@ -35,7 +35,7 @@ from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.config import Parameter, StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError, InputError
-from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank, default_bank
+from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import BodyFrame, Box, check_matched_box, check_start_box
 from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
@@ -45,6 +45,7 @@ from gait_segmentation.results import EMPTY, MatchResult, SegmentationResult, Tr
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import TrackingConfig
+from gait_tools.gait_model import BankSpec, build_bank
 
 Image = NDArray[np.uint8]
 Shape = tuple[int, int]

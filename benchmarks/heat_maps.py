@@ -33,15 +33,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.bars import holds
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.config import overridden
-from gait_segmentation.evaluation.metrics import FrameScore, score_frame
-from gait_segmentation.evaluation.report import aligned
-from gait_segmentation.evaluation.runner import heat_maps_of, run
-from gait_segmentation.evaluation.sequence import Sequence
-from gait_segmentation.evaluation.session import load_sequences
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import shift_whole
 from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
+from gait_tools.evaluation.metrics import FrameScore, score_frame
+from gait_tools.evaluation.report import aligned
+from gait_tools.evaluation.runner import heat_maps_of, run
+from gait_tools.evaluation.sequence import Sequence
+from gait_tools.evaluation.session import load_sequences
 
 GRADE = 200
 """Value of the constant map."""

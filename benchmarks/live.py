@@ -31,12 +31,12 @@ from gait_segmentation.cli.demo import frames_shown, play, read_stamps, start_no
 from gait_segmentation.cli.processes import ProcessGroup
 from gait_segmentation.cli.recorder import Recorder
 from gait_segmentation.cli.tool import run_tool
-from gait_segmentation.evaluation.metrics import jaccard
-from gait_segmentation.evaluation.runner import run
-from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
+from gait_tools.evaluation.metrics import jaccard
+from gait_tools.evaluation.runner import run
+from gait_tools.evaluation.sequence import Sequence
 
 BAR = 0.02
 

@@ -48,8 +48,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.bars import holds
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.gait_model import TemplateBank, default_bank
-from gait_segmentation.gait_model.builder import quantize
-from gait_segmentation.gait_model.render import render_cycle, render_silhouette
+from gait_segmentation.gait_model.bank import quantize
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
 from gait_segmentation.matching.tanimoto import (
@@ -59,6 +58,7 @@ from gait_segmentation.matching.tanimoto import (
     ReferenceKernel,
     WindowGrid,
 )
+from gait_tools.gait_model.render import render_cycle, render_silhouette
 
 ROOT = Path(__file__).resolve().parents[1]
 COUNTS = (30, 60, 120, 240, 480, 960)

@@ -43,14 +43,15 @@ from benchmarks.bars import holds
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.config import overridden
-from gait_segmentation.evaluation.report import aligned
-from gait_segmentation.evaluation.sequence import Sequence
-from gait_segmentation.gait_model import FIGURES, default_bank
+from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.results import MatchResult, TrackResult
+from gait_tools.evaluation.report import aligned
+from gait_tools.evaluation.sequence import Sequence
+from gait_tools.gait_model import FIGURES
 
 ROOT = Path(__file__).resolve().parents[1]
 AZIMUTHS = (0, -20, 35, 60, 80, 90, 100, -85, 125, 150, 180, -135)  # degrees

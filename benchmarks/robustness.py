@@ -37,11 +37,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.variants import KINDS, PAIRED, MadeClip, moved_boxes, variants_of
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.config import overridden
-from gait_segmentation.evaluation.report import aligned
-from gait_segmentation.evaluation.runner import run
-from gait_segmentation.evaluation.sequence import Sequence
-from gait_segmentation.evaluation.session import load_sequences
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
+from gait_tools.evaluation.report import aligned
+from gait_tools.evaluation.runner import run
+from gait_tools.evaluation.sequence import Sequence
+from gait_tools.evaluation.session import load_sequences
 
 
 @dataclass(frozen=True)

@@ -42,18 +42,18 @@ from benchmarks.synthetic import SyntheticFrame
 from benchmarks.synthetic.scenes import SCENES, scene
 from gait_segmentation.cli.tool import check_file, run_tool
 from gait_segmentation.config import overridden, replaced
-from gait_segmentation.evaluation.output import write_image
-from gait_segmentation.evaluation.report import (
+from gait_segmentation.files.image_files import read_grey
+from gait_segmentation.kernels import compile_kernels
+from gait_segmentation.pipeline import Pipeline, PipelineConfig
+from gait_tools.evaluation.output import write_image
+from gait_tools.evaluation.report import (
     aligned,
     mean_tracking,
     tracking_table,
     write_json,
 )
-from gait_segmentation.evaluation.sequence import Sequence
-from gait_segmentation.evaluation.session import Session, load_sequences
-from gait_segmentation.files.image_files import read_grey
-from gait_segmentation.kernels import compile_kernels
-from gait_segmentation.pipeline import Pipeline, PipelineConfig
+from gait_tools.evaluation.sequence import Sequence
+from gait_tools.evaluation.session import Session, load_sequences
 
 MAPS, BLUR, BLOCK, INVERTED = 'map', 4.0, 8, 0.1
 """Folder of heat maps, their blur and the side of their blocks in pixels, and share inverted."""

@@ -34,13 +34,13 @@ from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.config import replaced
 from gait_segmentation.drawing import Image, draw_label
-from gait_segmentation.evaluation.output import outlines, write_image
-from gait_segmentation.evaluation.report import aligned
-from gait_segmentation.evaluation.runner import Outcome, run
-from gait_segmentation.gait_model import FIGURES
 from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.sheets import TILE_SIZE, contact_sheet, tile
+from gait_tools.evaluation.output import outlines, write_image
+from gait_tools.evaluation.report import aligned
+from gait_tools.evaluation.runner import Outcome, run
+from gait_tools.gait_model import FIGURES
 
 FRAMES = 50
 LEAST_MEAN, LEAST_WORST = 0.93, 0.85

@@ -38,10 +38,11 @@ from sklearn.preprocessing import StandardScaler
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from benchmarks.synthetic.things import THINGS, ThingClip
 from gait_segmentation.cli.tool import run_tool
-from gait_segmentation.gait_model import FIGURES, default_bank
+from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting import StartingConfig, WalkerFinder
 from gait_segmentation.starting.finding.walking import MODEL_FILE
+from gait_tools.gait_model import FIGURES
 
 RIGHT = 0.5
 DIRECTIONS = 10

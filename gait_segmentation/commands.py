@@ -19,9 +19,7 @@ from types import FrameType, ModuleType
 from gait_segmentation.errors import EXTRAS, not_installed
 
 __all__ = [
-    'bank',
     'demo',
-    'evaluate',
     'localizer',
     'matcher',
     'pipeline',
@@ -55,14 +53,18 @@ def main() -> int:
     return int(globals()[name]())
 
 
-def _run_tool(name: str) -> int:
-    """Run a command that says so and returns 130 when it is interrupted."""
+def run_tool(name: str, package: str = _PACKAGE) -> int:
+    """
+    Run a command that says so and returns 130 when it is interrupted.
+
+    :param package: the one whose ``cli`` has it.
+    """
     if not _arguments_are_text(f'gait_{name}'):
         return FAILED
     before = {number: signal.getsignal(number) for number in _SIGNALS}
     text = f'gait_{name}: interrupted\n'
     try:
-        module = _imported(f'gait_segmentation.cli.{name}', text, INTERRUPTED)
+        module = _imported(f'{package}.cli.{name}', text, INTERRUPTED)
         for number, handler in before.items():
             default = handler is signal.default_int_handler
             signal.signal(number, _interrupt if default else handler)
@@ -157,11 +159,9 @@ def _imported(module: str, text: str, code: int) -> ModuleType:
     return import_module(module)
 
 
-bank = partial(_run_tool, 'bank')
-demo = partial(_run_tool, 'demo')
-evaluate = partial(_run_tool, 'evaluate')
-replay = partial(_run_tool, 'replay')
-warm_up = partial(_run_tool, 'warm_up')
+demo = partial(run_tool, 'demo')
+replay = partial(run_tool, 'replay')
+warm_up = partial(run_tool, 'warm_up')
 tracker = partial(_run_node, 'tracker')
 matcher = partial(_run_node, 'matcher')
 localizer = partial(_run_node, 'localizer')

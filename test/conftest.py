@@ -16,6 +16,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 import gait_segmentation
+import gait_tools
 
 # Before anything reads it: with several workers, threads of OpenMP mostly wait for each other.
 os.environ.setdefault('OMP_NUM_THREADS', '1')
@@ -35,15 +36,16 @@ if _ignored and threading.current_thread() is threading.main_thread():
 
 def pytest_collection_finish() -> None:
     """
-    Import the whole package.
+    Import both packages, whole.
 
     Hypothesis tries the constants of all modules of the project that are loaded, so the examples
     would depend on the tests that are chosen and on those that ran before.
     """
-    for module in pkgutil.walk_packages(gait_segmentation.__path__, 'gait_segmentation.'):
-        # Without ROS 2 some cannot be.
-        with contextlib.suppress(ImportError):
-            importlib.import_module(module.name)
+    for package in (gait_segmentation, gait_tools):
+        for module in pkgutil.walk_packages(package.__path__, f'{package.__name__}.'):
+            # Without ROS 2 some cannot be.
+            with contextlib.suppress(ImportError):
+                importlib.import_module(module.name)
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent.parent / 'gait_segmentation'
+TOOLS = Path(__file__).parent.parent / 'tools/gait_tools'
 ADAPTERS = {'ros', 'nodes', 'cli'}
 MESSAGES = {'rclpy', 'builtin_interfaces', 'rcl_interfaces', 'launch', 'launch_ros'}
 CLOCKS = {'time', 'datetime'}
@@ -16,12 +17,12 @@ ALGORITHMS = ('tracking', 'matching', 'segmentation', 'starting')
 
 
 def modules(*parts: str) -> list[Path]:
-    roots = [PACKAGE / part for part in parts] if parts else [PACKAGE]
+    roots = [PACKAGE / part for part in parts] if parts else [PACKAGE, TOOLS]
     return sorted(
         path
         for root in roots
         for path in root.rglob('*.py')
-        if not ADAPTERS & set(path.relative_to(PACKAGE).parts)
+        if not ADAPTERS & set(path.relative_to(PACKAGE.parent).parts)
     )
 
 
@@ -44,6 +45,12 @@ def test_there_is_something_to_look_at() -> None:
     assert len(modules()) > 100
     assert 'numpy' in imported(PACKAGE / 'pipeline.py')
     assert all(modules(stage) for stage in ALGORITHMS)
+
+
+def test_what_robots_run_knows_nothing_of_the_tools() -> None:
+    assert any('gait_segmentation.pipeline' in imported(path) for path in TOOLS.rglob('*.py'))
+    for path in PACKAGE.rglob('*.py'):
+        assert 'gait_tools' not in {name.split('.')[0] for name in imported(path)}, path
 
 
 def test_only_adapters_import_ros() -> None:
@@ -71,7 +78,8 @@ def test_the_stages_open_no_files() -> None:
 
 
 def test_every_module_has_its_licence() -> None:
-    for path in [*PACKAGE.rglob('*.py'), *Path(__file__).parent.rglob('*.py')]:
+    roots = PACKAGE, TOOLS.parent, Path(__file__).parent
+    for path in (path for root in roots for path in root.rglob('*.py')):
         text = path.read_text()
         if text:
             assert 'SPDX-License-Identifier: GPL-3.0-or-later' in text.split('\n\n')[0], path

@@ -20,7 +20,7 @@ from gait_segmentation import commands
 ROOT = Path(__file__).resolve().parents[1]
 TIMEOUT_S = 300.0
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
-TOOLS = ('bank', 'demo', 'evaluate', 'replay', 'warm_up')
+TOOLS = ('demo', 'replay', 'warm_up')
 NODES = tuple(name for name in commands.__all__ if name not in TOOLS)
 
 SCRIPT = """
@@ -44,7 +44,7 @@ pytestmark = pytest.mark.usefixtures('signal_handlers')
 @pytest.mark.parametrize('number', SIGNALS)
 @pytest.mark.parametrize(
     ('name', 'code', 'text'),
-    [('tracker', 0, ''), ('evaluate', 130, 'gait_evaluate: interrupted\n')],
+    [('tracker', 0, ''), ('replay', 130, 'gait_replay: interrupted\n')],
 )
 def test_a_signal_during_the_imports_ends_a_command_quietly(
     number: signal.Signals, name: str, code: int, text: str
@@ -101,7 +101,7 @@ def test_without_ros_it_is_said_what_to_do(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ('name', 'package', 'extra'),
-    [('replay', 'tqdm', 'tools'), ('evaluate', 'tqdm', 'tools'), ('replay', 'pyarrow', 'archive')],
+    [('replay', 'tqdm', 'tools'), ('demo', 'tqdm', 'tools'), ('replay', 'pyarrow', 'archive')],
 )
 def test_without_what_tools_need_it_is_said_what_to_install(
     name: str, package: str, extra: str, monkeypatch, capsys
@@ -181,13 +181,13 @@ def test_a_node_that_may_say_something_of_its_command_line_does_not_appear(
 
 def test_commands_run_where_they_are_not_installed() -> None:
     run = [sys.executable, '-m', 'gait_segmentation']
-    done = subprocess.run([*run, 'bank', '--help'], cwd=ROOT, capture_output=True, text=True)
+    done = subprocess.run([*run, 'replay', '--help'], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0
-    assert done.stdout.startswith('usage: gait_bank ')
-    for wrong in ([], ['main'], ['gait_bank']):
+    assert done.stdout.startswith('usage: gait_replay ')
+    for wrong in ([], ['main'], ['gait_replay']):
         done = subprocess.run([*run, *wrong], cwd=ROOT, capture_output=True, text=True)
         assert done.returncode == 2
-        assert 'the commands are bank, demo' in done.stderr
+        assert 'the commands are demo, localizer' in done.stderr
 
 
 @pytest.mark.parametrize('name', commands.__all__)
@@ -219,11 +219,11 @@ def test_an_interrupt_of_a_call_into_a_kernel_ends_a_command_quietly(
 
     monkeypatch.setattr(commands, 'import_module', lambda each: Module)
     if cause is KeyboardInterrupt:
-        assert commands.evaluate() == 130
-        assert capfd.readouterr().err == 'gait_evaluate: interrupted\n'
+        assert commands.replay() == 130
+        assert capfd.readouterr().err == 'gait_replay: interrupted\n'
     else:
         with pytest.raises(SystemError):
-            commands.evaluate()
+            commands.replay()
 
 
 def test_all_commands_are_installed() -> None:

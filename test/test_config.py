@@ -15,7 +15,7 @@ from gait_segmentation.config import (
     stages_of,
 )
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
-from test.evaluation.fakes import FakePipelineConfig
+from test.tools.evaluation.fakes import FakePipelineConfig
 
 
 @dataclass(frozen=True)

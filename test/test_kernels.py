@@ -20,16 +20,16 @@ from numpy.typing import NDArray
 
 import gait_segmentation
 from gait_segmentation import kernels as module
-from gait_segmentation.gait_model import BankSpec, build_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import Kernels, compile_kernels, kernel
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.segmentation import SegmentationConfig
+from gait_tools.gait_model import BankSpec, build_bank
 from test.walkers import box_of, clip, couple, sunlit
 
-NOT_OF_A_STAGE = ('cli', 'commands', 'evaluation', 'nodes', 'ros')
+NOT_OF_A_STAGE = ('cli', 'commands', 'nodes', 'ros')
 FRAMES = 14
 
 Play = tuple[list[NDArray[np.uint8]], list[Box]]

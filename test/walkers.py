@@ -15,8 +15,9 @@ from benchmarks.synthetic import (
     SyntheticFrame,
     SyntheticSequence,
 )
-from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank
+from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box
+from gait_tools.gait_model import BankSpec, build_bank
 
 
 @cache

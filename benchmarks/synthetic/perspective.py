@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from benchmarks.synthetic.clothing import make_outfit
 from benchmarks.synthetic.scenery import make_panorama
-from gait_segmentation.gait_model.body import PARTS, Body, body_at, named_build
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.localization import CameraPose, PinholeCamera
+from gait_tools.gait_model.body import PARTS, Body, body_at, named_build
 
 __all__ = ['PATHS', 'STATURE', 'Shot', 'Walk', 'film']
 

@@ -27,7 +27,7 @@ from benchmarks.synthetic.scenery import make_boards, muted_colour
 from benchmarks.synthetic.sequence import SyntheticSequence
 from benchmarks.synthetic.walkers import Walker
 from gait_segmentation.errors import InputError
-from gait_segmentation.gait_model import FIGURES
+from gait_tools.gait_model import FIGURES
 
 __all__ = ['SCENES', 'scene']
 

@@ -27,12 +27,12 @@ from benchmarks.synthetic.props import Prop, draw_prop
 from benchmarks.synthetic.scenery import make_panorama
 from benchmarks.synthetic.walkers import Walker, draw_walker
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.evaluation.output import write_image
-from gait_segmentation.evaluation.sequence import frame_stamp_ns
-from gait_segmentation.evaluation.truth import AMBIGUOUS, PERSON, UNCLEAR
 from gait_segmentation.files.output_files import write_file, writing
-from gait_segmentation.gait_model import FIGURES
 from gait_segmentation.geometry import Box
+from gait_tools.evaluation.output import write_image
+from gait_tools.evaluation.sequence import frame_stamp_ns
+from gait_tools.evaluation.truth import AMBIGUOUS, PERSON, UNCLEAR
+from gait_tools.gait_model import FIGURES
 
 __all__ = ['SyntheticFrame', 'SyntheticSequence', 'draw_walkers']
 

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.synthetic.scenery import make_panorama, muted_colour, value_noise
-from gait_segmentation.evaluation.sequence import frame_stamp_ns
-from gait_segmentation.gait_model import FIGURES, render_silhouette
+from gait_tools.evaluation.sequence import frame_stamp_ns
+from gait_tools.gait_model import FIGURES, render_silhouette
 
 __all__ = ['THINGS', 'ThingClip']
 

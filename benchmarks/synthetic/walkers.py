@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from benchmarks.synthetic.clothing import Outfit, paint
 from benchmarks.synthetic.courses import Course, Straight, Whereabouts
-from gait_segmentation.gait_model import render_parts
 from gait_segmentation.geometry import BodyFrame, Box
+from gait_tools.gait_model import render_parts
 
 __all__ = ['Walker', 'draw_walker']
 

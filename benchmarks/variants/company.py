@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.variants.made_clip import Frame, MadeClip
-from gait_segmentation.evaluation.metrics import true_box
-from gait_segmentation.evaluation.truth import AMBIGUOUS, PERSON
 from gait_segmentation.geometry import Box
+from gait_tools.evaluation.metrics import true_box
+from gait_tools.evaluation.truth import AMBIGUOUS, PERSON
 
 __all__ = ['before_other_background', 'with_second_person']
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.evaluation.metrics import start_box
-from gait_segmentation.evaluation.sequence import Sequence, frame_stamp_ns
 from gait_segmentation.geometry import Box
+from gait_tools.evaluation.metrics import start_box
+from gait_tools.evaluation.sequence import Sequence, frame_stamp_ns
 
 __all__ = ['MadeClip']
 

@@ -18,7 +18,6 @@ import zipfile
 from pathlib import Path
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.gait_model.builder import cache_folder
 from gait_segmentation.geometry import Box
 
 __all__ = ['CLIP_BOX', 'CLIP_START', 'demo_clip']
@@ -59,6 +58,14 @@ def demo_clip(folder: Path | None = None) -> Path:
     except OSError as error:
         raise SequenceError(f'the clip cannot be kept in {folder}: {error}') from error
     return path
+
+
+def cache_folder() -> Path:
+    """Return ``$XDG_CACHE_HOME/gait_segmentation``, by default below ``~/.cache``."""
+    base = os.environ.get('XDG_CACHE_HOME', '')
+    # The XDG specification: a relative path is to be ignored.
+    root = Path(base) if os.path.isabs(base) else Path(os.path.expanduser('~/.cache'))
+    return root / 'gait_segmentation'
 
 
 def clip_of_wheel(wheel: Path) -> bytes:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from gait_segmentation.cli.recorder import Record
 from gait_segmentation.cli.replaying.file_outputs import Film
 from gait_segmentation.cli.replaying.mark import mask_png
-from gait_segmentation.drawing import draw_person, track_colour
+from gait_segmentation.drawing import BACKDROP, draw_label, draw_person, track_colour
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.files.output_files import write_file, write_picture
 from gait_segmentation.geometry import Box
@@ -33,6 +33,9 @@ __all__ = [
     'write_phase',
     'write_pictures',
 ]
+
+_GRID = (90, 90, 90)
+"""Colour of the lines of plots."""
 
 
 def person_mask(labels: NDArray[np.uint8], slot: int) -> NDArray[np.uint8]:
@@ -119,30 +122,48 @@ def _tile(image: NDArray[np.uint8], shown: Record, slot: int) -> NDArray[np.uint
 
 
 def write_phase(path: Path, frames: Sequence[Record]) -> None:
-    """Plot gait phase and walking direction of the person seen longest over time."""
-    import matplotlib
+    """
+    Plot gait phase and walking direction of the person seen longest over time.
 
-    matplotlib.use('Agg')
-    from matplotlib import pyplot as plt
-
-    times = np.array([shown.time_s for shown in frames])
+    :raises SequenceError: if the file cannot be written.
+    """
     slot = longest(frames)
+    times = np.array([shown.time_s for shown in frames])
     phase = np.array([shown.person(slot).phase for shown in frames])
-    # No line where the phase begins anew.
-    line = np.where(np.abs(np.diff(phase, prepend=phase[:1])) > 0.5, np.nan, phase)
     azimuth = np.rad2deg([shown.person(slot).azimuth for shown in frames]) % 360
-    figure, axes = plt.subplots(2, 1, sharex=True, figsize=(8, 5), height_ratios=(2, 1))
-    axes[0].plot(times, line, color='tab:blue')
-    axes[0].plot(times, phase, '.', color='tab:blue', markersize=3)
-    axes[0].set(ylabel='gait phase (strides)', ylim=(0, 1), title='0 = heel contact of near leg')
-    axes[1].plot(times, azimuth, '.', color='tab:orange', markersize=3)
-    axes[1].set(xlabel='time (s)', ylabel='direction (degrees)', ylim=(0, 360))
-    axes[1].set_yticks([0, 90, 180, 270, 360])
-    for each in axes:
-        each.grid(alpha=0.3)
-    figure.tight_layout()
-    figure.savefig(path, dpi=110)
-    plt.close(figure)
+    panels = (
+        _panel('gait phase in strides, 0 = heel contact of the near leg', times, phase, 1, 0.25),
+        _panel('walking direction in degrees, over time in seconds', times, azimuth, 360, 90),
+    )
+    write_picture(path, np.vstack(panels))
+
+
+def _panel(
+    title: str, times: NDArray[np.float64], values: NDArray[np.float64], top: float, step: float
+) -> NDArray[np.uint8]:
+    """Return a plot of values from 0 to ``top`` as dots, with lines at seconds and steps."""
+    rows, columns, margin = 240, 880, 50
+    picture = np.full((rows, columns, 3), BACKDROP, np.uint8)
+    last = max(float(times.max()), 1.0)
+
+    def place(time: float, value: float) -> tuple[int, int]:
+        across, up = time / last, value / top
+        return (
+            round(margin + (columns - 2 * margin) * across),
+            round(rows - margin / 2 - (rows - margin) * up),
+        )
+
+    for value in np.arange(0, top + step, step):
+        cv2.line(picture, place(0, value), place(last, value), _GRID)
+        draw_label(picture, f'{value:g}', (4, place(0, value)[1] - 8))
+    for second in range(0, math.floor(last) + 1, math.ceil(last / 20)):
+        cv2.line(picture, place(second, 0), place(second, top), _GRID)
+        draw_label(picture, f'{second}', (place(second, 0)[0] - 6, rows - 18))
+    for time, value in zip(times, values, strict=True):
+        if not math.isnan(value):
+            cv2.circle(picture, place(time, value), 2, track_colour(1), -1, cv2.LINE_AA)
+    draw_label(picture, title, (margin, 4))
+    return picture
 
 
 def make_report(

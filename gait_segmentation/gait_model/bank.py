@@ -5,7 +5,8 @@ The standard gait model: silhouettes ordered by view, build and phase, and its f
 
 Files are compressed ``.npz`` archives of plain arrays, read without pickle.  Entries: ``format``
 (the text :data:`FORMAT`), ``version`` (:data:`FORMAT_VERSION`), ``templates``, ``azimuth``,
-``builds``, ``fill`` and ``provenance`` (a JSON object of texts).
+``builds``, ``fill`` and ``provenance`` (a JSON object of texts); of finer views
+``finer_templates``, ``finer_azimuth`` and ``finer_builds``.
 """
 
 from __future__ import annotations
@@ -18,10 +19,11 @@ import tokenize
 import zipfile
 import zlib
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,12 +31,30 @@ from gait_segmentation.errors import BankError
 from gait_segmentation.files.output_files import write_file
 from gait_segmentation.files.reading import regular
 
-__all__ = ['FORMAT', 'FORMAT_VERSION', 'TemplateBank', 'extents']
+__all__ = [
+    'FORMAT',
+    'FORMAT_VERSION',
+    'LEAST_SIDE',
+    'TemplateBank',
+    'default_bank',
+    'extents',
+    'fine_grid',
+    'open_bank',
+    'quantize',
+]
 
 FORMAT = 'gait_segmentation template bank'
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+LEAST_SIDE = 16
+"""Rows and columns of the smallest grid that is drawn."""
+
+_STANDARD = Path(__file__).with_name('standard.npz')
+_FINE_ROWS = 48
+"""Outlines move by less than a row between phases, but all along their length."""
 _MOST_PIXELS = (2**31 - 1) // 255  # sums over a template fit 32 bits
-_ENTRIES = ('templates', 'azimuth', 'builds', 'fill', 'provenance')
+_VIEWS = ('templates', 'azimuth', 'builds')
+_ENTRIES = (*_VIEWS, 'fill', 'provenance')
+_FINER = 'finer_'
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +70,8 @@ class TemplateBank:
     :param builds: V names, e.g. ``'average'``, ``'coat'``; sequences of one build differ in view.
     :param fill: share of the rows the body takes.
     :param provenance: how the bank was made, name -> text.
+    :param finer: the same builds in more directions, in the grid of :func:`fine_grid`, by which
+        phases are told; None if there are no such views.
 
     Phase p of every sequence is at p / P of the stride, 0 = heel contact of the *right* leg, so
     that phases agree between neighbouring views.
@@ -64,6 +86,7 @@ class TemplateBank:
     builds: tuple[str, ...]
     fill: float
     provenance: dict[str, str] = field(default_factory=dict)
+    finer: TemplateBank | None = None
 
     def __post_init__(self) -> None:
         """Check that the parts fit together."""
@@ -90,6 +113,13 @@ class TemplateBank:
             )
         if not 0 < self.fill <= 1:
             raise BankError(f'fill must be in (0, 1], got {self.fill}')
+        if self.finer is not None:
+            needed = self.phases, fine_grid(self.grid), sorted(set(self.builds))
+            found = self.finer.phases, self.finer.grid, sorted(set(self.finer.builds))
+            if found != needed:
+                raise BankError(
+                    f'finer views must have phases, grid and builds {needed}, got {found}'
+                )
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> TemplateBank:
@@ -111,21 +141,26 @@ class TemplateBank:
         :raises BankError: if the file cannot be written.
         """
         packed = io.BytesIO()
+        finer = {} if self.finer is None else self.finer._views()
         np.savez_compressed(
             packed,
             format=np.array(FORMAT),
             version=np.array(FORMAT_VERSION, dtype=np.int64),
-            templates=self.templates,
-            azimuth=self.azimuth,
-            builds=np.array(self.builds, dtype=np.str_),
+            **self._views(),
             fill=np.array(self.fill, dtype=np.float64),
             provenance=np.array(json.dumps(self.provenance, sort_keys=True)),
+            **{f'{_FINER}{name}': array for name, array in finer.items()},
         )
         try:
             write_file(Path(path), packed.getvalue())
         except OSError as error:
             reason = error.strerror or str(error)
             raise BankError(f'cannot write the bank {os.fspath(path)}: {reason}') from error
+
+    def _views(self) -> dict[str, Any]:
+        """Return the entries of a file that hold the templates."""
+        builds = np.array(self.builds, dtype=np.str_)
+        return {'templates': self.templates, 'azimuth': self.azimuth, 'builds': builds}
 
     @cached_property
     def extents(self) -> tuple[NDArray[np.int32], ...]:
@@ -146,6 +181,46 @@ class TemplateBank:
     def grid(self) -> tuple[int, int]:
         """Return (H, W) of the template grid."""
         return int(self.templates.shape[2]), int(self.templates.shape[3])
+
+
+def open_bank(path: str) -> TemplateBank:
+    """
+    Return the bank of a file, the standard one for an empty path.
+
+    :raises BankError: if it cannot be read.
+    """
+    return TemplateBank.load(path) if path else default_bank()
+
+
+@cache
+def default_bank() -> TemplateBank:
+    """
+    Return the standard bank, an average walker from all sides: kept and shared, not to be changed.
+
+    :raises BankError: if the installation is damaged.
+    """
+    return TemplateBank.load(_STANDARD)
+
+
+def fine_grid(grid: tuple[int, int]) -> tuple[int, int]:
+    """Return rows and columns of finer views: 48 rows of the proportions of a grid."""
+    height, width = grid
+    return _FINE_ROWS, max(round(_FINE_ROWS * width / height), LEAST_SIDE)
+
+
+def quantize(templates: NDArray[np.uint8], levels: int) -> NDArray[np.uint8]:
+    """
+    Round to evenly spaced grey levels that include 0 and 255.
+
+    :param templates: uint8 of any shape.
+    :param levels: number of levels, 2..256.
+    """
+    steps = np.arange(256, dtype=np.float64) * (levels - 1) / 255
+    table = np.floor(np.floor(steps + 0.5) * 255 / (levels - 1) + 0.5).astype(np.uint8)
+    # NumPy's own indexing takes ten times as long.
+    return np.asarray(cv2.LUT(np.ascontiguousarray(templates).reshape(-1, 1), table)).reshape(
+        templates.shape
+    )
 
 
 def extents(
@@ -229,11 +304,10 @@ def _entries(arrays: dict[str, Any]) -> dict[str, Any]:
     missing = [entry for entry in _ENTRIES if entry not in arrays]
     if missing:
         raise BankError(f'entries missing: {", ".join(missing)}')
-    builds = arrays['builds']
-    if builds.ndim != 1 or builds.dtype.kind != 'U':
-        raise BankError(
-            f'builds must be a list of texts, got {builds.dtype} of shape {builds.shape}'
-        )
+    fill = float(_scalar(arrays, 'fill', 'f'))
+    finer = None
+    if any(entry.startswith(_FINER) for entry in arrays):
+        finer = TemplateBank(**_views_of(arrays, _FINER), fill=fill)
     try:
         provenance = json.loads(_scalar(arrays, 'provenance', 'U'))
     except (ValueError, RecursionError) as error:
@@ -242,10 +316,18 @@ def _entries(arrays: dict[str, Any]) -> dict[str, Any]:
         isinstance(value, str) for value in provenance.values()
     ):
         raise BankError('provenance must be a JSON object of texts')
-    return {
-        'templates': arrays['templates'],
-        'azimuth': arrays['azimuth'],
-        'builds': tuple(str(build) for build in builds),
-        'fill': float(_scalar(arrays, 'fill', 'f')),
-        'provenance': provenance,
-    }
+    return {**_views_of(arrays), 'fill': fill, 'provenance': provenance, 'finer': finer}
+
+
+def _views_of(arrays: dict[str, Any], prefix: str = '') -> dict[str, Any]:
+    """Return the fields that hold the templates, those of finer views by their prefix."""
+    missing = [f'{prefix}{name}' for name in _VIEWS if f'{prefix}{name}' not in arrays]
+    if missing:
+        raise BankError(f'entries missing: {", ".join(missing)}')
+    views = {name: arrays[f'{prefix}{name}'] for name in _VIEWS}
+    builds = views['builds']
+    if builds.ndim != 1 or builds.dtype.kind != 'U':
+        raise BankError(
+            f'builds must be a list of texts, got {builds.dtype} of shape {builds.shape}'
+        )
+    return {**views, 'builds': tuple(str(build) for build in builds)}

@@ -11,8 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.gait_model.builder import fine_grid, finer_bank
+from gait_segmentation.gait_model.bank import TemplateBank, fine_grid
 
 __all__ = ['FineViews', 'fine_views']
 
@@ -25,7 +24,7 @@ _ERROR = math.radians(7.0)
 
 class FineViews:
     """
-    The walkers of a bank, if possible in more directions than the bank has.
+    The walkers of a bank, in its finer views if it has such.
 
     Views 22.5 degrees apart are too coarse for the phase of somebody seen from the front, and so
     is blending them.  The views of a build lie in a ring; places in it are counted anticlockwise.
@@ -34,16 +33,15 @@ class FineViews:
 
     def __init__(self, bank: TemplateBank) -> None:
         """
-        Take the views from the gait model if the bank is drawn from it, else from the bank.
+        Take the finer views, or those that the bank is searched by.
 
         :param bank: the bank that is searched.
         """
-        finer = finer_bank(bank)
-        source = bank if finer is None else finer
+        source = bank.finer or bank
         self.templates: NDArray[np.uint8] = source.templates
         """(V, P, h, w) uint8 in the grid of ``fine_grid``."""
-        if finer is None:
-            self.templates = _resized(bank.templates, fine_grid(bank))
+        if bank.finer is None:
+            self.templates = _resized(bank.templates, fine_grid(bank.grid))
         self._rings: dict[str, NDArray[np.int64]] = {}
         self._azimuth = np.asarray(source.azimuth, np.float64)
         for build in set(bank.builds):
@@ -51,7 +49,7 @@ class FineViews:
             self._rings[build] = views[np.argsort(self._azimuth[views], kind='stable')]
         widest = max(_widest_gap(self._azimuth[ring]) for ring in self._rings.values())
         count = min(len(ring) for ring in self._rings.values())
-        self.reach = min(_REACH if finer is not None else 1, (count - 1) // 2)
+        self.reach = min(1 if bank.finer is None else _REACH, (count - 1) // 2)
         """How many views to either side are compared."""
         if widest > _WIDEST:
             self.reach = 0

@@ -9,8 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.gait_model.builder import quantize
+from gait_segmentation.gait_model.bank import TemplateBank, quantize
 from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.path import UNIT
 from gait_segmentation.matching.placements import Sampled, SearchRange

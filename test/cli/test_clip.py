@@ -67,3 +67,15 @@ def test_without_a_network_the_message_names_the_way_out(tmp_path, monkeypatch) 
     monkeypatch.delenv('PIP_FIND_LINKS', raising=False)
     with pytest.raises(SequenceError, match='gait_demo --clip FILE'):
         clip.demo_clip(tmp_path)
+
+
+def test_without_a_folder_in_the_environment_it_is_below_home(monkeypatch) -> None:
+    for value in (None, '', 'relative/path'):
+        if value is None:
+            monkeypatch.delenv('XDG_CACHE_HOME', raising=False)
+        else:
+            monkeypatch.setenv('XDG_CACHE_HOME', value)
+        monkeypatch.setenv('HOME', '/home/somebody')
+        assert clip.cache_folder() == Path('/home/somebody/.cache/gait_segmentation')
+    monkeypatch.setenv('XDG_CACHE_HOME', '/var/cache')
+    assert clip.cache_folder() == Path('/var/cache/gait_segmentation')

@@ -6,9 +6,18 @@ import os
 
 import numpy as np
 import pytest
+from hypothesis import given, strategies as st
 
 from gait_segmentation.errors import BankError
-from gait_segmentation.gait_model.bank import FORMAT, FORMAT_VERSION, TemplateBank, extents
+from gait_segmentation.gait_model.bank import (
+    FORMAT,
+    FORMAT_VERSION,
+    TemplateBank,
+    default_bank,
+    extents,
+    open_bank,
+    quantize,
+)
 from gait_segmentation.geometry import Box
 from test.walkers import small_bank
 
@@ -29,8 +38,19 @@ def test_sizes():
     assert (bank.sequences, bank.phases, bank.grid) == (2, 3, (4, 5))
 
 
-def test_save_and_load(tmp_path):
-    bank = make()
+def finer(**changes):
+    parts = {
+        'templates': np.ones((3, 3, 48, 60), np.uint8),
+        'azimuth': np.zeros(3, np.float32),
+        'builds': ('b', 'a', 'a'),
+        'fill': 0.9,
+    }
+    return TemplateBank(**{**parts, **changes})
+
+
+@pytest.mark.parametrize('fine', [None, finer()])
+def test_save_and_load(tmp_path, fine):
+    bank = make(finer=fine)
     path = tmp_path / 'bank.npz'
     bank.save(path)
     again = TemplateBank.load(str(path))
@@ -39,6 +59,11 @@ def test_save_and_load(tmp_path):
     assert again.builds == bank.builds
     assert again.fill == bank.fill
     assert again.provenance == bank.provenance
+    assert (again.finer is None) == (fine is None)
+    if fine is not None:
+        assert (again.finer.templates == fine.templates).all()
+        assert (again.finer.azimuth == fine.azimuth).all()
+        assert (again.finer.builds, again.finer.fill) == (fine.builds, fine.fill)
     assert again.templates.dtype == np.uint8
     assert again.azimuth.dtype == np.float32
     assert [file.name for file in tmp_path.iterdir()] == ['bank.npz']
@@ -56,6 +81,12 @@ def test_save_and_load(tmp_path):
         ({'azimuth': np.array([0, np.nan], np.float32)}, 'finite float32'),
         ({'builds': ('a',)}, '2 sequences need'),
         ({'fill': 0.0}, r'fill must be in \(0, 1\], got 0.0'),
+        (
+            {'finer': finer(templates=np.ones((3, 3, 48, 32), np.uint8))},
+            r'finer views must have phases, grid and builds .*\(48, 60\).*, got .*\(48, 32\)',
+        ),
+        ({'finer': finer(templates=np.ones((3, 2, 48, 60), np.uint8))}, 'got .2, '),
+        ({'finer': finer(builds=('a', 'a', 'a'))}, r"got .*\['a'\]"),
     ],
 )
 def test_malformed_banks_are_refused(changes, message):
@@ -91,7 +122,7 @@ def write_raw(path, **changes):
     [
         (
             {'version': np.array(99)},
-            'wrong.npz: a bank of version 99, this program reads version 1',
+            'wrong.npz: a bank of version 99, this program reads version 2',
         ),
         ({'version': np.array('1')}, 'version.*must be a single number'),
         ({'format': np.array('something')}, "format must be .*got 'something'"),
@@ -104,6 +135,7 @@ def write_raw(path, **changes):
         ),
         ({'provenance': np.array('{')}, 'provenance must be JSON'),
         ({'provenance': np.array('[1]')}, 'provenance must be a JSON object of texts'),
+        ({'finer_azimuth': np.zeros(1, np.float32)}, 'missing: finer_templates, finer_builds'),
         ({'builds': np.array([{}], dtype=object)}, 'is not a bank or is damaged.*pickle'),
     ],
 )
@@ -174,6 +206,36 @@ def test_a_failed_write_leaves_the_old_file_and_no_rubbish(tmp_path, monkeypatch
 def test_a_missing_folder_cannot_be_written_to(tmp_path):
     with pytest.raises(BankError, match='cannot write the bank'):
         make().save(tmp_path / 'none' / 'bank.npz')
+
+
+def test_a_bank_is_opened_by_its_file_and_the_standard_one_without(tmp_path):
+    make().save(tmp_path / 'bank.npz')
+    assert open_bank(str(tmp_path / 'bank.npz')).grid == (4, 5)
+    with pytest.raises(BankError):
+        open_bank(str(tmp_path / 'missing.npz'))
+    assert open_bank('') is default_bank()
+
+
+def test_the_standard_bank_has_480_templates():
+    bank = default_bank()
+    assert (len(set(bank.azimuth.tolist())), bank.phases, set(bank.builds)) == (
+        16,
+        30,
+        {'average'},
+    )
+    assert bank.finer.sequences == 64
+
+
+@given(st.integers(2, 256))
+def test_quantize(levels):
+    values = np.arange(256, dtype=np.uint8)
+    once = quantize(values, levels)
+    assert (quantize(once, levels) == once).all()
+    assert len(np.unique(once)) == levels
+    assert once[0] == 0
+    assert once[255] == 255
+    assert (np.diff(once.astype(int)) >= 0).all()
+    assert np.abs(once.astype(int) - values).max() <= 255 / (levels - 1) / 2 + 1
 
 
 def test_a_pipe_is_no_bank(tmp_path):

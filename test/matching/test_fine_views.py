@@ -5,18 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from gait_segmentation.gait_model import BankSpec, TemplateBank, build_bank
-from gait_segmentation.gait_model.builder import fine_grid, finer_bank
+from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.matching.fine_views import FineViews
+from gait_tools.gait_model import BankSpec, build_bank
 
 SPEC = BankSpec(height=96, width=64, azimuths=4, phases=4, builds='average,coat')
-
-
-@pytest.fixture(scope='module', autouse=True)
-def cache(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('XDG_CACHE_HOME', str(tmp_path_factory.mktemp('cache')))
-        yield
 
 
 @pytest.fixture(scope='module')
@@ -31,32 +24,9 @@ def foreign(azimuths, height=20):
     return TemplateBank(templates, np.radians(azimuths).astype(np.float32), names, 0.9)
 
 
-def test_the_gait_model_is_drawn_in_more_directions_and_coarser(drawn):
-    finer = finer_bank(drawn)
-    assert finer.grid == fine_grid(drawn) == (48, 32)
-    assert (finer.phases, finer.fill) == (drawn.phases, drawn.fill)
-    for sequence in range(drawn.sequences):
-        away = np.abs(np.exp(1j * finer.azimuth) - np.exp(1j * drawn.azimuth[sequence]))
-        same = [
-            k for k, name in enumerate(finer.builds)
-            if name == drawn.builds[sequence] and away[k] < 1e-5
-        ]  # fmt: skip
-        assert len(same) == 1
-        full = drawn.templates[sequence].astype(float).reshape(4, 48, 2, 32, 2).mean((2, 4))
-        assert np.abs(full - finer.templates[same[0]]).mean() < 2
-
-
-def test_a_bank_of_silhouettes_or_of_another_model_has_no_finer_views(drawn):
-    assert finer_bank(foreign([0, 180])) is None
-    old = TemplateBank(
-        drawn.templates, drawn.azimuth, drawn.builds, drawn.fill,
-        {**drawn.provenance, 'model': 'version 1, 0'},
-    )  # fmt: skip
-    assert finer_bank(old) is None
-
-
 def test_places_go_round(drawn):
     views = FineViews(drawn)
+    assert views.templates is drawn.finer.templates
     assert views.reach == 3
     for azimuth in np.linspace(-3.1, 3.1, 9):
         place = views.place('coat', azimuth)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.gait_model import BankSpec, build_bank
-from gait_segmentation.gait_model.render import render_silhouette
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
+from gait_tools.gait_model import BankSpec, build_bank
+from gait_tools.gait_model.render import render_silhouette
 
 SIZE = (150, 130)  # width, height
 HEIGHT, FPS, RATE = 80.0, 20, 1.0

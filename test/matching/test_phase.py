@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, strategies as st
 
-from gait_segmentation.gait_model import BankSpec, build_bank, render_silhouette
+from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.matching.phase import (
@@ -16,13 +16,14 @@ from gait_segmentation.matching.phase import (
     SteadyBody,
     phase_near,
 )
+from gait_tools.gait_model import render_silhouette
 
 FPS, RATE, HEIGHT = 25, 0.95, 90.0
 
 
 @pytest.fixture(scope='module')
 def bank():
-    return build_bank(BankSpec(azimuths=16, phases=30, builds='average'))
+    return default_bank()
 
 
 def phase_errors(bank, azimuths, told, off=0.01):

@@ -4,18 +4,11 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.gait_model import BankSpec, build_bank, render_silhouette
+from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.matching.fine_views import FineViews
 from gait_segmentation.matching.phase_evidence import HEIGHTS, ROWS, FineEvidence
-
-
-@pytest.fixture(scope='module', autouse=True)
-def cache(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('XDG_CACHE_HOME', str(tmp_path_factory.mktemp('cache')))
-        yield
-
+from gait_tools.gait_model import render_silhouette
 
 HEIGHT = 86.4
 PHASE = 8
@@ -23,7 +16,7 @@ PHASE = 8
 
 @pytest.fixture(scope='module')
 def bank():
-    return build_bank(BankSpec(azimuths=16, phases=30, builds='average'))
+    return default_bank()
 
 
 @pytest.fixture(scope='module')

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-NEVER = ('sklearn', 'matplotlib', 'rosbags', 'motmetrics', 'gait_segmentation.evaluation')
+NEVER = ('sklearn', 'matplotlib', 'rosbags', 'motmetrics', 'gait_tools')
 OTHERS = {
     'tracker_node': ('gait_segmentation.pipeline',),
     'matcher_node': ('gait_segmentation.segmentation', 'gait_segmentation.tracking'),

@@ -19,7 +19,7 @@ TIMEOUT_S = 300
 WITHOUT = f"""
 import sys
 from importlib import import_module
-TOOLS = {[*EXTRAS, 'motmetrics', 'sklearn']}
+TOOLS = {[*EXTRAS, 'matplotlib', 'motmetrics', 'sklearn']}
 for name in TOOLS:
     sys.modules[name] = None
 """

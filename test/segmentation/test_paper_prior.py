@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.gait_model import render_silhouette
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.results import MatchResult
 from gait_segmentation.segmentation import SegmentationConfig, Segmenter
@@ -27,6 +26,7 @@ from gait_segmentation.segmentation.paper_prior import (
     word_distances,
 )
 from gait_segmentation.segmentation.vocabulary import VocabularyError, default_vocabulary
+from gait_tools.gait_model import render_silhouette
 from test.segmentation.grids import NEIGHBOURS, links_of
 
 HEIGHT = 100

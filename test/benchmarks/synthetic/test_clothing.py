@@ -3,7 +3,7 @@
 import numpy as np
 
 from benchmarks.synthetic.clothing import make_outfit, paint
-from gait_segmentation.gait_model import PARTS, render_parts
+from gait_tools.gait_model import PARTS, render_parts
 
 
 def test_outfits_differ_and_have_all_parts():

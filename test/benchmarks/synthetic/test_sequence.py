@@ -13,9 +13,9 @@ from benchmarks.synthetic.props import make_pillar
 from benchmarks.synthetic.sequence import draw_walkers
 from benchmarks.synthetic.walkers import Walker
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.evaluation.metrics import true_box
-from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.geometry import Box
+from gait_tools.evaluation.metrics import true_box
+from gait_tools.evaluation.sequence import Sequence
 
 
 def small(**changes):

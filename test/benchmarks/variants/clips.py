@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.variants import MadeClip
-from gait_segmentation.evaluation.metrics import start_box
-from gait_segmentation.evaluation.truth import PERSON
+from gait_tools.evaluation.metrics import start_box
+from gait_tools.evaluation.truth import PERSON
 from test import walkers
 
 

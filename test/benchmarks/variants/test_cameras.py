@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from benchmarks.variants import variants_of
-from gait_segmentation.evaluation.metrics import true_box
-from gait_segmentation.evaluation.truth import AMBIGUOUS, PERSON
+from gait_tools.evaluation.metrics import true_box
+from gait_tools.evaluation.truth import AMBIGUOUS, PERSON
 
 from .clips import clip_of, size_of
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from benchmarks.variants import variants_of
-from gait_segmentation.evaluation.truth import PERSON
+from gait_tools.evaluation.truth import PERSON
 
 from .clips import clip_of, size_of
 

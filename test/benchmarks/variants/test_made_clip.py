@@ -9,11 +9,11 @@ import pytest
 
 from benchmarks.variants import MadeClip
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.evaluation.metrics import start_box
-from gait_segmentation.evaluation.sequence import Sequence
 from gait_segmentation.geometry import Box
+from gait_tools.evaluation.metrics import start_box
+from gait_tools.evaluation.sequence import Sequence
 
-from ...evaluation.fakes import write_sequence
+from ...tools.evaluation.fakes import write_sequence
 from .clips import clip_of
 
 

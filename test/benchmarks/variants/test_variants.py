@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.variants import KINDS, PAIRED, moved_boxes, variants_of
-from gait_segmentation.evaluation.metrics import start_box
+from gait_tools.evaluation.metrics import start_box
 
 from .clips import clip_of
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.gait_model import render_silhouette
 from gait_segmentation.geometry import BodyFrame, Box, Placement
 from gait_segmentation.results import MatchResult
 from gait_segmentation.starting.finding.gait import Shape, measures_of, person_box
+from gait_tools.gait_model import render_silhouette
 
 BODY = BodyFrame(80.0, 60.0, 90.0)
 

@@ -10,11 +10,11 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.gait_model import render_silhouette
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.starting.finding.candidates import Candidate
 from gait_segmentation.starting.finding.watch import Watch, light_bank
+from gait_tools.gait_model import render_silhouette
 from test.walkers import small_bank
 
 PERIOD = 0.04

@@ -1,0 +1,152 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import json
+import re
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.gait_model import TemplateBank
+from gait_tools.cli import bank as command
+from gait_tools.gait_model import render_silhouette
+
+GRID = ['--height', '48', '--width', '32', '--phases', '4']
+SMALL = [*GRID, '--azimuths', '2']
+
+
+def draw_walk(folder):
+    for n in range(64):
+        alpha = render_silhouette(n / 28, 0.0, 60.0)
+        cv2.imwrite(str(folder / f'{n:03}.png'), np.where(alpha >= 128, 255, 0).astype(np.uint8))
+
+
+@pytest.fixture
+def built(tmp_path):
+    path = tmp_path / 'bank.npz'
+    assert command.main(['build', str(path), *SMALL, '--quiet']) == 0
+    return path
+
+
+def test_build_and_info(built, capsys):
+    assert command.main(['info', str(built), '--json']) == 0
+    about = json.loads(capsys.readouterr().out)
+    assert about['sequences'] == 2
+    assert about['azimuths_deg'] == [0.0, 180.0]
+    assert about['builds'] == ['average']
+    assert about['provenance']['source'] == 'gait model'
+    assert command.main(['info', str(built)]) == 0
+    assert 'azimuths_deg         0.0, 180.0' in capsys.readouterr().out
+
+
+def test_build_says_what_it_made(tmp_path, capsys):
+    path = tmp_path / 'two.npz'
+    assert command.main(['build', str(path), *SMALL, '--builds', 'average,coat']) == 0
+    assert '4 sequences x 4 phases of 48 x 32 pixels' in capsys.readouterr().out
+
+
+def test_show(built, tmp_path, capsys):
+    picture = tmp_path / 'sheet.png'
+    assert command.main(['show', str(built), '-o', str(picture), '--columns', '2']) == 0
+    image = cv2.imread(str(picture), cv2.IMREAD_GRAYSCALE)
+    assert f'{image.shape[1]} x {image.shape[0]}' in capsys.readouterr().out
+    assert image.max() == 255
+
+
+def test_build_from_silhouettes(tmp_path):
+    folder = tmp_path / 'walk'
+    folder.mkdir()
+    draw_walk(folder)
+    path = tmp_path / 'own.npz'
+    arguments = ['build', str(path), *GRID, '--quiet', '--from', str(folder)]
+    assert command.main([*arguments, '--azimuth', '0', '--mirror']) == 0
+    bank = TemplateBank.load(path)
+    assert bank.builds == ('walk', 'walk')
+    assert bank.azimuth == pytest.approx([0, np.pi])
+    arguments += [str(folder), '--azimuth', '0', '--average']
+    assert command.main(arguments) == 0
+    assert TemplateBank.load(path).builds == ('average',)
+
+
+def test_folders_of_the_same_name_are_told_apart(tmp_path):
+    folders = [tmp_path / name / 'masks' for name in ('anna', 'bert')]
+    for folder in folders:
+        folder.mkdir(parents=True)
+        draw_walk(folder)
+    path = tmp_path / 'own.npz'
+    names = [str(folder) for folder in folders]
+    arguments = ['build', str(path), *GRID, '--quiet', '--from', *names, '--azimuth', '0']
+    assert command.main(arguments) == 0
+    assert TemplateBank.load(path).builds == ('anna_masks', 'bert_masks')
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (['info', 'none.npz'], 'cannot read the bank none.npz'),
+        (['show', 'none.npz'], 'cannot read the bank none.npz'),
+        (['build', 'x.npz', '--phases', '1'], 'phases must be an integer from 4 to 240, got 1'),
+        (['build', 'x.npz', '--builds', 'giant'], "build must be one of .*got 'giant'"),
+        (['build', 'no/where/x.npz'], 'no/where is not a folder'),
+        (['build', 'x.npz', '--azimuth', '3'], '--mirror and --average belong to --from'),
+        (['build', 'x.npz', '--average'], '--mirror and --average belong to --from'),
+        (['build', 'x.npz', '--first-contact', 'left'], '--average belong to --from'),
+        (
+            ['build', 'x.npz', '--from', 'f', '--azimuth', '400'],
+            'from -360 to 360 degrees, got 400',
+        ),
+        (
+            ['build', 'x.npz', '--from', 'f', '--azimuth', '0', '--builds', 'coat'],
+            '--builds: only',
+        ),
+        (['build', 'x.npz', '--from', 'f'], '--from needs --azimuth'),
+        (['build', 'x.npz', '--from', 'f', 'g', 'h', '--azimuth', '1', '2'], '1 or 3 values'),
+        (['build', 'x.npz', '--from', 'none', '--azimuth', '1'], 'none is not a folder'),
+    ],
+)
+def test_errors_are_one_line_and_two(tmp_path, monkeypatch, capsys, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    assert command.main(arguments) == 2
+    lines = [line for line in capsys.readouterr().err.splitlines() if 'error' in line]
+    assert len(lines) == 1
+    assert lines[0].startswith('gait_bank: error: ')
+    assert re.search(message, lines[0])
+
+
+def test_pictures_that_cannot_be_written(built, tmp_path, capsys):
+    assert command.main(['show', str(built), '-o', str(tmp_path / 'sheet.xyz')]) == 2
+    assert 'sheet.xyz cannot be written: its name must end in .png' in capsys.readouterr().err
+    assert command.main(['show', str(built), '-o', str(tmp_path / 'no' / 'sheet.png')]) == 2
+
+
+def test_what_is_read_is_not_written_to(built, tmp_path, capsys):
+    before = built.read_bytes()
+    (tmp_path / 'link.png').symlink_to(built)
+    assert command.main(['show', str(built), '-o', str(tmp_path / 'link.png')]) == 2
+    assert f'is the input {built}, which would be changed' in capsys.readouterr().err
+    assert built.read_bytes() == before
+    (tmp_path / 'walk').mkdir()
+    given = ['--from', str(tmp_path / 'walk'), '--azimuth', '0']
+    assert command.main(['build', str(tmp_path / 'walk/0.png'), *given]) == 2
+    assert 'lies in the input' in capsys.readouterr().err
+    assert command.main(['vocabulary', str(tmp_path / 'walk/0.json'), *given[:2]]) == 2
+    assert 'lies in the input' in capsys.readouterr().err
+
+
+def test_interrupt(monkeypatch, capsys, tmp_path):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command, 'build_bank', stop)
+    assert command.main(['build', str(tmp_path / 'x.npz'), '--quiet']) == 130
+    assert 'Traceback' not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('arguments', [['--help'], ['build', '--help'], ['show', '--help']])
+def test_help(arguments, capsys):
+    with pytest.raises(SystemExit) as left:
+        command.main(arguments)
+    assert left.value.code == 0
+    assert 'usage: gait_bank' in capsys.readouterr().out

@@ -1,0 +1,281 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import json
+import sys
+from types import ModuleType
+
+import cv2
+import pytest
+
+from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
+from gait_tools.cli.evaluate import main
+from test.walkers import small_bank
+
+from ..evaluation.fakes import FakePipeline, FakePipelineConfig, write_sequence
+
+
+@pytest.fixture
+def pipeline(monkeypatch):
+    """Put a quick pipeline in place of the real one."""
+    module = ModuleType('gait_segmentation.pipeline')
+    module.Pipeline = FakePipeline
+    module.PipelineConfig = FakePipelineConfig
+    monkeypatch.setitem(sys.modules, 'gait_segmentation.pipeline', module)
+    monkeypatch.setattr('gait_segmentation.kernels.compile_kernels', lambda: None)
+    threads = cv2.getNumThreads()
+    yield module
+    cv2.setNumThreads(threads)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return write_sequence(tmp_path / 'walk', frames=6)
+
+
+def test_scores_are_printed_and_written(pipeline, folder, tmp_path, capsys):
+    out, scores = tmp_path / 'out', tmp_path / 'scores.json'
+    assert main([str(folder), '--json', str(scores), '--out', str(out), '--restarts']) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1].split()[:3] == ['walk', '6', '1.0000']
+    report = json.loads(scores.read_text())
+    numbers = report['sequences']['walk']
+    assert set(numbers) == {
+        'frames', 'J', 'F', 'error_rate', 'error_rate_image', 'box_iou', 'lost_frames',
+        'tracked', 'matched', 'ms_per_frame', 'fps', 'tracking',
+    }  # fmt: skip
+    assert set(numbers['ms_per_frame']) == {'tracking', 'matching', 'segmentation', 'total'}
+    assert report['mean']['J'] == 1
+    assert report['restarts']['J0'] == 1
+    assert (out / 'walk' / 'contact_sheet.png').is_file()
+    assert cv2.imread(str(out / 'walk' / 'masks' / '0000.png'), -1).max() == 255
+
+
+def test_numbers_alone_are_on_standard_output_if_asked_for(pipeline, folder, tmp_path, capsys):
+    assert main([str(folder), '--json', '-']) == 0
+    said = capsys.readouterr()
+    assert json.loads(said.out)['mean']['J'] == 1
+    assert said.err.splitlines()[1].split()[:3] == ['walk', '6', '1.0000']
+
+
+def test_people_are_followed_in_a_second_table(pipeline, folder, tmp_path, capsys):
+    scores = tmp_path / 'scores.json'
+    assert main([str(folder), '--json', str(scores)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[3] == ''
+    assert lines[4].startswith('tracking')
+    assert lines[5].split()[:3] == ['walk', '1', '1.0000']
+    tracking = json.loads(scores.read_text())['sequences']['walk']['tracking']
+    assert tracking['people']['1']['ids'] == [1]
+    assert tracking['lock_seconds'] == 0
+    assert tracking['false_slots'] == 0
+
+
+def test_without_motmetrics_its_columns_are_left_out(pipeline, folder, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, 'motmetrics', None)
+    assert main([str(folder)]) == 0
+    text = capsys.readouterr().out
+    assert 'MOTA  ' not in text
+    assert 'MOTA and IDF1 need the Python package motmetrics' in text
+
+
+def test_boxes_are_given_or_not(pipeline, folder, monkeypatch):
+    made = []
+    monkeypatch.setattr(
+        pipeline, 'Pipeline', lambda config, **_: made.append(FakePipeline(config)) or made[-1]
+    )
+    assert main([str(folder)]) == 0
+    assert made[-1].box is not None
+    assert made[-1].config.starting.auto_init == 'none'
+    assert main([str(folder), '--init', 'auto', '--set', 'people.max_people=3']) == 0
+    assert made[-1].box is None
+    assert made[-1].config.starting.auto_init == 'motion'
+    assert made[-1].config.people.max_people == 3
+    assert main([str(folder), '--set', 'starting.auto_init=motion']) == 0
+    assert made[-1].config.starting.auto_init == 'motion'
+
+
+def test_nothing_to_run_is_an_error(capsys):
+    with pytest.raises(SystemExit, match='2'):
+        main([])
+    assert 'required: SEQUENCE_DIR' in capsys.readouterr().err
+
+
+def test_two_runs_write_the_same_bytes(pipeline, folder, tmp_path):
+    for name in 'ab':
+        assert main([str(folder), '--out', str(tmp_path / name)]) == 0
+    files = sorted((tmp_path / 'a').rglob('*.png'))
+    assert len(files) == 7
+    for path in files:
+        other = tmp_path / 'b' / path.relative_to(tmp_path / 'a')
+        assert path.read_bytes() == other.read_bytes()
+
+
+def test_parameters_reach_the_pipeline(pipeline, folder, capsys):
+    assert main([str(folder), '--prior', 'none', '--set', 'tracking.use_colour=false']) == 0
+    assert float(capsys.readouterr().out.splitlines()[1].split()[2]) < 0.6
+
+
+def test_a_bank_reaches_the_pipeline(pipeline, folder, tmp_path, monkeypatch):
+    path, given = tmp_path / 'mine.npz', []
+    small_bank().save(path)
+
+    class Kept(FakePipeline):
+        def __init__(self, config, bank, clock):
+            given.append(bank)
+            super().__init__(config)
+
+    monkeypatch.setattr(pipeline, 'Pipeline', Kept)
+    assert main([str(folder)]) == 0
+    assert main([str(folder), '--bank', str(path)]) == 0
+    assert given[0] is None
+    assert given[1].templates.shape == small_bank().templates.shape
+
+
+def test_a_preset_is_overridden_by_other_options(pipeline, folder, tmp_path, monkeypatch, capsys):
+    file = tmp_path / 'preset.yaml'
+    file.write_text(
+        '/**:\n  ros__parameters:\n    tracking: {use_colour: false}\n'
+        '    segmentation: {prior: distance}\n'
+    )
+    monkeypatch.setattr('gait_tools.cli.evaluate.preset_file', {'paper': file}.get)
+    made = []
+    monkeypatch.setattr(
+        pipeline, 'Pipeline', lambda config, **_: made.append(FakePipeline(config)) or made[-1]
+    )
+    command = [str(folder), '--preset', 'paper']
+    assert main(command) == 0
+    assert main([*command, '--prior', 'none', '--set', 'tracking.use_colour=true']) == 0
+    given = [(each.config.segmentation.prior, each.config.tracking.use_colour) for each in made]
+    assert given == [('distance', False), ('none', True)]
+    with pytest.raises(SystemExit, match='2'):
+        main([str(folder), '--preset', 'papre'])
+    said = capsys.readouterr().err
+    assert 'papre' in said
+    assert 'paper' in said.split('papre')[1]
+
+
+def test_priors_are_compared(pipeline, folder, tmp_path, capsys):
+    pytest.importorskip('matplotlib')
+    out, scores = tmp_path / 'out', tmp_path / 'scores.json'
+    arguments = [str(folder), '--ablate', 'priors', '--out', str(out), '--json', str(scores)]
+    assert main(arguments) == 0
+    assert 'prior' in capsys.readouterr().out
+    assert (out / 'priors.png').is_file()
+    assert list(json.loads(scores.read_text())['priors']) == ['none', 'distance', 'default']
+
+
+def test_ingredients_are_left_out(pipeline, folder, tmp_path, capsys):
+    scores = tmp_path / 'scores.json'
+    assert main([str(folder), '--ablate', 'ingredients', '--json', str(scores)]) == 0
+    assert 'tracking.use_colour' in capsys.readouterr().out
+    assert list(json.loads(scores.read_text())['ingredients']) == ['tracking.use_colour']
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (['--set', 'tracking.gain=7'], 'gain must be a number from 0 to 1, got 7.0'),
+        (['--prior', 'hard'], 'prior must be one of none, distance, default'),
+        (['--bank', 'none.npz'], 'cannot read the bank none.npz'),
+        (['--threads', '0'], '--threads must be at least 1, got 0'),
+        (['--likelihood', 'heat'], 'heat is missing'),
+        (['--heat-map', 'heat'], 'heat is missing, no heat maps'),
+        (['--json', '/nowhere/at/all.json'], 'cannot be written'),
+        (['--out', '/dev/null/at/all'], '--out /dev/null/at/all: nothing can be written'),
+    ],
+)
+def test_errors_are_one_line(pipeline, folder, capsys, arguments, message):
+    assert main([str(folder), *arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.err.startswith('gait_evaluate: error: ')
+    assert captured.err.count('\n') == 1
+    assert message in captured.err
+
+
+@pytest.mark.parametrize(
+    ('option', 'place', 'how'),
+    [
+        ('--out', '.', 'lies in'),
+        ('--out', 'link', 'lies in'),
+        ('--out', 'walk', 'lies in'),
+        ('--json', 'walk/sequence.yaml', 'lies in'),
+        ('--json', 'hard.yaml', 'is'),
+    ],
+)
+def test_a_sequence_is_never_written_to(
+    pipeline, folder, tmp_path, monkeypatch, capsys, option, place, how
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'link').symlink_to('.')
+    (tmp_path / 'hard.yaml').hardlink_to(folder / 'sequence.yaml')
+    before = {path: path.read_bytes() for path in sorted(folder.rglob('*.*'))}
+    given = ['walk', option, place]
+    if how == 'is' and option == '--json':
+        # As a file that is read.
+        given = ['hard.yaml', *given[1:]]
+    assert main(given) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f'gait_evaluate: error: {option} ')
+    assert f' {how} the input {given[0]}, which would be changed' in said
+    assert {path: path.read_bytes() for path in sorted(folder.rglob('*.*'))} == before
+    assert not (tmp_path / 'masks').exists()
+
+
+def test_scores_that_could_not_be_kept_are_not_worked_out(
+    pipeline, folder, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr(FakePipeline, 'update', lambda *_: pytest.fail('it ran'))
+    (tmp_path / 'place').mkdir()
+    assert main([str(folder), '--json', str(tmp_path / 'place')]) == 2
+    assert 'cannot be written: Is a directory' in capsys.readouterr().err
+    kept = tmp_path / 'kept.json'
+    kept.write_text('before')
+    assert main([str(folder), '--json', str(kept), '--prior', 'hard']) == 2
+    assert kept.read_text() == 'before'
+
+
+@pytest.mark.parametrize('option', ['--json', '--out'])
+def test_outputs_that_cannot_be_written_are_refused_before_anything_is_loaded(
+    folder, option, monkeypatch, capsys
+):
+    monkeypatch.setitem(sys.modules, 'gait_segmentation.pipeline', None)
+    assert main([str(folder), option, '/dev/null/file']) == 2
+    assert '/dev/null/file' in capsys.readouterr().err
+
+
+def test_folders_that_cannot_be_scored_are_errors(pipeline, tmp_path, capsys):
+    assert main([str(tmp_path / 'nothing')]) == 2
+    assert 'nothing is not a folder' in capsys.readouterr().err
+    bare = write_sequence(tmp_path / 'bare', without_mask=range(8))
+    assert main([str(bare)]) == 2
+    assert 'nothing to score' in capsys.readouterr().err
+
+
+def test_an_interrupt_ends_quietly(pipeline, folder, monkeypatch, capsys):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(FakePipeline, 'update', interrupted)
+    assert main([str(folder)]) == 130
+    assert 'Traceback' not in capsys.readouterr().err
+
+
+def test_help_tells_what_a_sequence_is(capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(['--help'])
+    assert stopped.value.code == 0
+    text = capsys.readouterr().out
+    assert 'sequence.yaml' in text
+    assert '--restarts' in text
+    assert '[{frame: N, box: [x, y, w, h]}, ...]' in text
+
+
+def test_the_real_pipeline_follows_a_synthetic_walker(tmp_path, capsys):
+    clip = SyntheticSequence(SyntheticConfig(seed=6, frames=8, person_height=100.0))
+    clip.write(tmp_path / 'made')
+    scores = tmp_path / 'scores.json'
+    assert main([str(tmp_path / 'made'), '--json', str(scores)]) == 0
+    numbers = json.loads(scores.read_text())['mean']
+    assert numbers['J'] > 0.85
+    assert numbers['lost_frames'] == 0
+    assert numbers['ms_per_frame']['total'] > 0

@@ -1,0 +1,138 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import BankError, ConfigError
+from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
+from gait_tools.cli import bank, vocabulary as command
+from gait_tools.gait_model import render_silhouette
+
+needs_sklearn = pytest.mark.skipif(
+    importlib.util.find_spec('sklearn') is None, reason='scikit-learn is not installed'
+)
+QUICK = ['--words', '3', '--points', '500']
+
+
+def run(*arguments: str) -> None:
+    parser = argparse.ArgumentParser()
+    command.add_parser(parser.add_subparsers(dest='command'))
+    command.run(parser.parse_args(['vocabulary', *arguments]))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    made = tmp_path / 'walk'
+    made.mkdir()
+    for index in range(6):
+        mask = render_silhouette(index / 6, 0.0, 80)
+        cv2.imwrite(str(made / f'{index}.png'), mask)
+    return made
+
+
+@needs_sklearn
+def test_words_of_a_folder(
+    tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output, picture = tmp_path / 'words.json', tmp_path / 'words.png'
+    run(str(output), '--from', str(folder), '--picture', str(picture), *QUICK)
+    assert '3 words from 6 silhouettes (500 of ' in capsys.readouterr().out
+    made = Vocabulary.load(output)
+    assert made.words == 3
+    assert made.provenance['source'] == 'folders walk'
+    assert cv2.imread(str(picture)).shape == (384, 7 * 256, 3)
+    run(str(tmp_path / 'again.json'), '--from', str(folder), '--quiet', *QUICK)
+    assert capsys.readouterr().out == ''
+    assert (tmp_path / 'again.json').read_bytes() == output.read_bytes()
+
+
+@needs_sklearn
+def test_words_of_masks_of_many_sizes(tmp_path: Path, folder: Path) -> None:
+    cv2.imwrite(str(folder / '6.png'), render_silhouette(0.1, 0.0, 60))
+    cv2.imwrite(str(folder / '7.png'), np.zeros((90, 90), np.uint8))
+    output = tmp_path / 'words.json'
+    run(str(output), '--from', str(folder), '--quiet', *QUICK)
+    assert Vocabulary.load(output).provenance['silhouettes'] == '7'
+
+
+@needs_sklearn
+def test_a_picture_of_no_known_format_is_refused(tmp_path: Path, folder: Path) -> None:
+    with pytest.raises(VocabularyError, match=r'must end in \.png'):
+        run(
+            str(tmp_path / 'words.json'),
+            '--from',
+            str(folder),
+            '--picture',
+            str(tmp_path / 'words.xyz'),
+            *QUICK,
+        )
+
+
+def test_the_model_is_the_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+
+    def learn(silhouettes: list, spec: object, source: str) -> Vocabulary:
+        seen.append((len(silhouettes), source))
+        return Vocabulary(np.ones(1), np.zeros((1, 4)), np.eye(4)[None], 0.35, 0.9, 0.67)
+
+    monkeypatch.setattr(command, 'learn_vocabulary', learn)
+    run(str(tmp_path / 'words.json'), '--quiet')
+    assert seen[0][0] >= 400
+    assert seen[0][1] == 'gait model'
+    assert Vocabulary.load(tmp_path / 'words.json').words == 1
+
+
+def test_bad_input_is_refused_before_learning(tmp_path: Path) -> None:
+    with pytest.raises(VocabularyError, match='is not a folder'):
+        run(str(tmp_path / 'missing' / 'words.json'))
+    with pytest.raises(VocabularyError, match='is not a folder'):
+        run(str(tmp_path / 'words.json'), '--picture', str(tmp_path / 'missing' / 'words.png'))
+    with pytest.raises(ConfigError, match='words must be'):
+        run(str(tmp_path / 'words.json'), '--words', '0')
+    with pytest.raises(BankError, match='is not a folder of silhouettes'):
+        run(str(tmp_path / 'words.json'), '--from', str(tmp_path / 'missing'))
+    far = tmp_path / 'far'
+    far.mkdir()
+    cv2.imwrite(str(far / '1.png'), np.pad(np.full((9, 3), 255, np.uint8), 5))
+    with pytest.raises(VocabularyError, match=r'far: .* at least 16 px tall, .* has 9 px'):
+        run(str(tmp_path / 'words.json'), '--from', str(far))
+    assert not (tmp_path / 'words.json').exists()
+
+
+@needs_sklearn
+def test_what_walks_a_bank_is_made_of_make_words(
+    tmp_path: Path,
+    folder: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Cut out by their boxes, as some data sets have them, in one folder for each walk."""
+    other = tmp_path / 'cut'
+    other.mkdir()
+    for path in folder.iterdir():
+        mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+        x, y, w, h = cv2.boundingRect(np.where(mask > 127, mask, 0))
+        cv2.imwrite(str(other / path.name), mask[y : y + h, x : x + w])
+    output = tmp_path / 'words.json'
+    monkeypatch.setattr(sys.stderr, 'isatty', lambda: True)
+    run(str(output), '--from', str(folder), str(other), *QUICK)
+    made = Vocabulary.load(output)
+    assert made.provenance['source'] == 'folders walk, cut'
+    assert made.provenance['silhouettes'] == '12'
+    shown = capsys.readouterr().err
+    assert 'learning from 12 silhouettes' in shown
+    assert '2/2' in shown
+
+
+def test_it_is_a_command_of_gait_bank(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    missing = tmp_path / 'missing' / 'words.json'
+    assert bank.main(['vocabulary', str(missing)]) == 2
+    assert f'gait_bank: error: cannot write {missing}' in capsys.readouterr().err

@@ -1,0 +1,146 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import json
+import math
+
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.geometry import Box
+from gait_tools.evaluation.attendance import Attendance
+from gait_tools.evaluation.metrics import BoxScore, FrameScore
+from gait_tools.evaluation.report import (
+    Summary,
+    aligned,
+    mean_of,
+    mean_tracking,
+    restart_report,
+    table,
+    tracking_table,
+    write_json,
+)
+from gait_tools.evaluation.runner import Outcome
+from gait_tools.evaluation.tracking_score import TrackingScore
+
+from .fakes import found_person
+
+
+def outcome(j, box_iou=0.5, total=10.0, scored=True):
+    boxes = [BoxScore(box_iou / share, (share - 1) / 10) for share in (1, 2, 4)]
+    score = FrameScore(j, 0.5, 1.0, 0.1, *boxes)
+    times = {'tracking': 1.0, 'matching': 2.0, 'segmentation': 3.0, 'total': total}
+    return Outcome(0, None, None, 0.0, times, 0.02, score if scored else None)
+
+
+def tracking(held):
+    """Score one frame with one person, who is held or not."""
+    labels = np.zeros((20, 30), np.uint8)
+    labels[4:16, 10:14] = 1
+    attendance = Attendance([(0, labels)], 25.0, (30, 20))
+    score = TrackingScore(attendance, {1: 0})
+    score.add(0, labels, [found_person(5, Box(10, 4, 4, 12), labels * 255)] if held else [])
+    return score
+
+
+@pytest.fixture
+def report():
+    first, second = Summary(tracking(True)), Summary(tracking(False))
+    for j, total in ((0.5, 10), (0.7, 12), (0.9, 500)):
+        first.add(outcome(j, total=total), None)
+    first.add(outcome(0, scored=False), None)
+    second.add(outcome(1.0, box_iou=math.nan), None)
+    second.add(outcome(0.0, box_iou=0.1), None)
+    rows = {'one': first.numbers(), 'two': second.numbers()}
+    return {'sequences': rows, 'mean': mean_of(rows)}
+
+
+def test_numbers_are_means_of_frames_and_medians_of_times(report):
+    one, two = report['sequences']['one'], report['sequences']['two']
+    assert one['frames'] == 3
+    assert one['J'] == pytest.approx(0.7)
+    assert one['ms_per_frame']['total'] == 11
+    assert one['fps'] == pytest.approx(50)
+    assert two['box_iou'] == pytest.approx(0.1)
+    assert two['lost_frames'] == 1
+    assert two['tracked'] == pytest.approx({'box_iou': 0.05, 'centre_error': 0.1})
+    assert two['matched'] == pytest.approx({'box_iou': 0.025, 'centre_error': 0.3})
+
+
+def test_every_sequence_counts_the_same(report):
+    assert report['mean']['J'] == pytest.approx(0.6)
+    assert report['mean']['frames'] == 5
+    assert report['mean']['matched']['box_iou'] == pytest.approx((0.125 + 0.025) / 2)
+    assert report['mean']['lost_frames'] == 1
+    assert report['mean']['ms_per_frame']['matching'] == 2
+
+
+def test_restarts_are_averaged_per_sequence_first(report):
+    starts = {
+        'one': {0: [0.6, 1.0], 10: [0.4, 0.8]},
+        'two': {0: [1.0]},
+    }
+    restarts = restart_report(starts)
+    assert restarts['J'] == pytest.approx(0.85)
+    assert restarts['J0'] == pytest.approx(0.75)
+    assert restarts['per_sequence']['one']['starts']['10'] == {
+        'J': pytest.approx(0.6),
+        'J0': 0.4,
+    }
+    text = table({**report, 'restarts': restarts})
+    assert 'restart J' in text
+    assert '0.8500' in text.splitlines()[-1]
+
+
+def test_a_sequence_without_starts_has_no_restart_score():
+    restarts = restart_report({'short': {}})
+    assert restarts['J'] is None
+    assert restarts['per_sequence']['short']['J'] is None
+
+
+def test_the_table_is_aligned(report):
+    lines = table(report).splitlines()
+    assert len(lines) == 4
+    assert lines[0].split()[:3] == ['sequence', 'frames', 'J']
+    assert len({len(line) for line in lines}) == 1
+    assert aligned([['a', 'b'], ['ccc', 'dd']]) == 'a     b\nccc  dd'
+
+
+def test_tracking_has_a_table_of_its_own(report):
+    pytest.importorskip('motmetrics')
+    lines = tracking_table(report).splitlines()
+    assert lines[0].split()[:3] == ['tracking', 'people', 'J']
+    perfect = ['1.0000', '1.0000', '1.000', '0.000', '0', '0', '0', '1.000', '1.000']
+    assert lines[1].split() == ['one', '1', *perfect, '0.00', '-', '0']
+    assert lines[2].split()[:3] == ['two', '1', '0.0000']
+    assert '- (1 never)' in lines[2]
+    assert lines[3].split()[:2] == ['mean', '0.5000']
+    assert report['mean']['tracking']['never_locked'] == 1
+
+
+def test_the_report_is_written_as_json(report, tmp_path):
+    write_json(tmp_path / 'scores.json', report)
+    assert json.loads((tmp_path / 'scores.json').read_text()) == report
+    with pytest.raises(SequenceError, match='cannot be written'):
+        write_json(tmp_path / 'missing' / 'scores.json', report)
+
+
+def _row(**other: object) -> dict[str, object]:
+    counts = ('lost_frames', 'id_switches', 'shared_ids', 'false_slots', 'false_frames')
+    row: dict[str, object] = dict.fromkeys((*counts, 'never_locked', 'never_recovered'), 1)
+    row |= {'J': 0.5, 'J_one_id': 0.4, 'box_iou': None, 'centre_error': 0.1}
+    return row | {'lock_seconds': 0.2, 'recovery_seconds': None} | other
+
+
+def test_counts_are_summed_and_the_longest_of_times_is_taken() -> None:
+    mean = mean_tracking([_row(), _row(J=1.0, lock_seconds=0.7, box_iou=0.6)])
+    assert mean['J'] == pytest.approx(0.75)
+    assert mean['box_iou'] == pytest.approx(0.6)
+    assert mean['false_slots'] == 2
+    assert mean['lock_seconds'] == 0.7
+    assert mean['recovery_seconds'] is None
+
+
+def test_what_a_sequence_has_not_measured_has_no_mean() -> None:
+    assert 'mota' not in mean_tracking([_row(mota=0.9), _row()])
+    assert mean_tracking([_row(mota=0.9), _row(mota=0.7)])['mota'] == pytest.approx(0.8)

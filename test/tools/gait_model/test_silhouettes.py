@@ -1,0 +1,196 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import dataclasses
+import os
+import re
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import BankError
+from gait_tools.gait_model.builder import BankSpec, build_bank
+from gait_tools.gait_model.render import render_silhouette
+from gait_tools.gait_model.silhouettes import (
+    SilhouetteSequence,
+    bank_from_silhouettes,
+    read_masks,
+    read_silhouettes,
+    register_silhouettes,
+)
+
+GRID, FILL = (48, 32), 0.9
+
+
+def walker(frames, stride, azimuth=np.pi, start=0.0, height=60.0, build='average'):
+    return np.stack(
+        [
+            255 * (render_silhouette(start + n / stride, azimuth, height, build=build) >= 128)
+            for n in range(frames)
+        ]
+    ).astype(np.uint8)
+
+
+@pytest.fixture(scope='module')
+def masks():
+    return walker(70, 31.0, start=0.1)
+
+
+@pytest.fixture(scope='module')
+def registered(masks):
+    return register_silhouettes(masks, GRID, FILL)
+
+
+def test_registration_centres_and_scales(registered):
+    inside = registered >= 128
+    rows = [np.flatnonzero(m.any(axis=1)) for m in inside]
+    heights = [r[-1] + 1 - r[0] for r in rows]
+    assert np.mean(heights) == pytest.approx(FILL * GRID[0], abs=1)
+    mass = np.cumsum(registered.sum(axis=1, dtype=float), axis=1)
+    medians = [np.interp(m[-1] / 2, m, np.arange(1, GRID[1] + 1)) for m in mass]
+    assert np.mean(medians) == pytest.approx(GRID[1] / 2, abs=0.5)
+
+
+def test_place_and_size_in_the_picture_do_not_matter(masks):
+    moved = np.pad(masks, ((0, 0), (7, 30), (40, 3)))
+    usual = register_silhouettes(masks, GRID, FILL)
+    assert (np.abs(register_silhouettes(moved, GRID, FILL).astype(int) - usual) <= 1).all()
+
+
+def test_reading_a_folder(tmp_path, masks):
+    for n in range(3):
+        cv2.imwrite(str(tmp_path / f'{n:03}.png'), masks[n])
+    (tmp_path / 'notes.txt').write_text('not an image')
+    assert (read_silhouettes(tmp_path) == masks[:3]).all()
+
+
+def test_images_are_read_whatever_their_names_are_written_in(tmp_path, masks):
+    image = tmp_path / '000.png'
+    cv2.imwrite(str(image), masks[0])
+    image.rename(tmp_path / os.fsdecode(b'000\xff.png'))
+    assert (read_silhouettes(tmp_path) == masks[:1]).all()
+
+
+def test_folders_that_cannot_be_used(tmp_path, masks):
+    with pytest.raises(BankError, match='is not a folder'):
+        read_silhouettes(tmp_path / 'none')
+    with pytest.raises(BankError, match='no images in'):
+        read_silhouettes(tmp_path)
+    cv2.imwrite(str(tmp_path / '0.png'), masks[0])
+    cv2.imwrite(str(tmp_path / '1.png'), masks[1][:-2])
+    with pytest.raises(BankError, match=r'1\.png is 48 x .*before it are'):
+        read_silhouettes(tmp_path)
+    cv2.imwrite(str(tmp_path / '1.png'), np.zeros_like(masks[0]))
+    cv2.imwrite(str(tmp_path / '2.png'), masks[2])
+    with pytest.raises(BankError, match=r'1\.png is empty, and those before and after'):
+        read_silhouettes(tmp_path)
+    cv2.imwrite(str(tmp_path / '1.png'), 255 - masks[1])
+    with pytest.raises(BankError, match=r'1\.png is white in all corners'):
+        read_silhouettes(tmp_path)
+    (tmp_path / '1.png').write_bytes(b'broken')
+    with pytest.raises(BankError, match=r'1\.png is not a complete image'):
+        read_silhouettes(tmp_path)
+
+
+def test_folders_without_anybody_say_how_bright_they_are(tmp_path, masks):
+    cv2.imwrite(str(tmp_path / '0.png'), masks[0] // 255)
+    with pytest.raises(BankError, match=r'no silhouettes: .* at most 1$'):
+        read_silhouettes(tmp_path)
+
+
+def test_images_before_and_after_the_walk_may_be_empty(tmp_path, masks):
+    for n, mask in enumerate([0 * masks[0], *masks[:3], 0 * masks[0]]):
+        cv2.imwrite(str(tmp_path / f'{n}.png'), mask)
+    assert (read_silhouettes(tmp_path) == masks[:3]).all()
+
+
+def test_silhouettes_cut_out_by_their_boxes_make_the_same_bank(tmp_path, masks):
+    for n, mask in enumerate(masks):
+        rows, columns = np.nonzero(mask)
+        crop = mask[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
+        cv2.imwrite(str(tmp_path / f'{n}.png'), crop)
+    cut = register_silhouettes(read_silhouettes(tmp_path), GRID, FILL)
+    whole = register_silhouettes(masks, GRID, FILL)
+    difference = np.abs(cut.astype(int) - whole).mean() / whole.mean()
+    assert difference < 0.05
+
+
+def test_masks_of_any_size_are_read_without_those_of_nobody(tmp_path, masks):
+    for n, mask in enumerate([masks[0], 0 * masks[1], masks[2][:-2]]):
+        cv2.imwrite(str(tmp_path / f'{n}.png'), mask)
+    found = read_masks(tmp_path)
+    assert [path.name for path, _ in found] == ['0.png', '2.png']
+    assert [mask.shape for _, mask in found] == [masks[0].shape, masks[2][:-2].shape]
+
+
+SPEC = BankSpec(height=48, width=32, phases=10)
+
+
+@pytest.fixture(scope='module')
+def strides():
+    return walker(72, 30, start=0.6, height=80.0)
+
+
+def tanimoto(first, second):
+    first, second = first.astype(int), second.astype(int)
+    return np.minimum(first, second).sum() / np.maximum(first, second).sum()
+
+
+def test_the_bank_of_drawn_silhouettes_is_the_drawn_bank(strides):
+    # The first contact comes at phase 1.0, which is the right leg's.
+    bank = bank_from_silhouettes([SilhouetteSequence(strides, np.pi, 'walker')], SPEC)
+    drawn = build_bank(BankSpec(height=48, width=32, phases=10, azimuths=2))
+    assert bank.templates.shape == (1, 10, 48, 32)
+    assert bank.builds == ('walker',)
+    assert tanimoto(bank.templates[0], drawn.templates[1]) > 0.88
+    assert re.search('step (14.9|15.0)', bank.provenance['sequences'])
+    assert len(np.unique(bank.templates)) <= 8
+
+
+def test_mirror(strides):
+    bank = bank_from_silhouettes([SilhouetteSequence(strides, np.pi, 'walker')], SPEC, mirror=True)
+    assert bank.azimuth == pytest.approx([np.pi, 0.0])
+    half = np.roll(bank.templates[0], 5, axis=0)[:, :, ::-1]
+    assert tanimoto(bank.templates[1], half) > 0.95
+
+
+def test_walkers_of_one_direction_are_averaged_if_asked(strides):
+    walkers = [
+        SilhouetteSequence(strides, np.pi, 'anna'),
+        SilhouetteSequence(walker(72, 30, start=0.6, height=80.0, build='stout'), np.pi, 'bert'),
+    ]
+    spec = dataclasses.replace(SPEC, levels=256)
+    apart = bank_from_silhouettes(walkers, spec, mirror=True)
+    bank = bank_from_silhouettes(walkers, spec, mirror=True, average=True)
+    assert apart.builds == ('anna', 'anna', 'bert', 'bert')
+    assert bank.builds == ('average', 'average')
+    assert bank.azimuth == pytest.approx([np.pi, 0.0])
+    for view in (0, 1):
+        mean = apart.templates[view::2].astype(float).mean(axis=0)
+        np.testing.assert_allclose(bank.templates[view], mean, atol=0.5)
+    assert not np.array_equal(apart.templates[0], apart.templates[2])
+    # Who walks the other way is not averaged with them.
+    other = [walkers[0], SilhouetteSequence(strides[:, :, ::-1], 0.0, 'cleo')]
+    assert bank_from_silhouettes(other, spec, average=True).sequences == 2
+
+
+def test_the_leg_of_the_first_contact_shifts_by_half_a_stride(strides):
+    right = bank_from_silhouettes([SilhouetteSequence(strides, np.pi, 'w')], SPEC)
+    left = bank_from_silhouettes([SilhouetteSequence(strides, np.pi, 'w', 'left')], SPEC)
+    assert tanimoto(left.templates[0], np.roll(right.templates[0], 5, axis=0)) > 0.95
+
+
+def test_azimuths_are_wrapped(strides):
+    bank = bank_from_silhouettes([SilhouetteSequence(strides, 5 * np.pi, 'walker')], SPEC)
+    assert bank.azimuth[0] == pytest.approx(np.pi)
+
+
+def test_bad_input(strides):
+    with pytest.raises(BankError, match='at least one sequence'):
+        bank_from_silhouettes([], SPEC)
+    with pytest.raises(BankError, match=r'walker: .*fewer than three heel contacts'):
+        bank_from_silhouettes([SilhouetteSequence(strides[:27], 0.0, 'walker')], SPEC)
+    with pytest.raises(BankError, match='azimuth must be a finite number'):
+        SilhouetteSequence(strides, np.nan, 'walker')

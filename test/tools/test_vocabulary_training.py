@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import importlib.util
+import sys
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.errors import ConfigError
+from gait_segmentation.segmentation.vocabulary import VocabularyError
+from gait_tools.gait_model import BankSpec, build_bank
+from gait_tools.vocabulary_picture import draw_vocabulary
+from gait_tools.vocabulary_training import (
+    Silhouette,
+    VocabularySpec,
+    bank_silhouettes,
+    learn_vocabulary,
+    mask_silhouettes,
+    outline_features,
+)
+
+needs_sklearn = pytest.mark.skipif(
+    importlib.util.find_spec('sklearn') is None, reason='scikit-learn is not installed'
+)
+SPEC = VocabularySpec(words=4, points=1500)
+
+
+@pytest.fixture(scope='module')
+def silhouettes() -> list[Silhouette]:
+    return list(bank_silhouettes(build_bank(BankSpec(azimuths=4, phases=4, levels=256))))
+
+
+@needs_sklearn
+def test_words_are_deterministic(silhouettes: list[Silhouette]) -> None:
+    first, second = (learn_vocabulary(silhouettes, SPEC, 'a test') for _ in range(2))
+    np.testing.assert_array_equal(first.means, second.means)
+    np.testing.assert_array_equal(first.covariances, second.covariances)
+    np.testing.assert_array_equal(first.weights, second.weights)
+    assert first.words == 4
+    assert (np.diff(first.means[:, 1]) >= 0).all()
+    assert first.provenance['source'] == 'a test'
+    assert first.provenance['silhouettes'] == '16'
+
+
+@needs_sklearn
+def test_words_part_the_outline(silhouettes: list[Silhouette]) -> None:
+    vocabulary = learn_vocabulary(silhouettes, SPEC)
+    z, _ = outline_features(silhouettes, SPEC)
+    shares = np.bincount(vocabulary.nearest(z), minlength=4) / len(z)
+    assert shares.min() > 0.03
+    picture = draw_vocabulary(vocabulary, silhouettes[:2])
+    assert picture.shape == (384, 3 * 256, 3)
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 4
+
+
+def test_a_square_has_its_outline_at_its_place() -> None:
+    mask = np.zeros((120, 100), np.uint8)
+    mask[10:100, 35:65] = 255
+    (silhouette,) = mask_silhouettes([mask])
+    assert silhouette.body.height == 90
+    z, count = outline_features([silhouette], SPEC)
+    assert count == 1
+    # In the frame of 100 x 66.7 px the square is 0.9 high and 0.45 wide about the middle; of the
+    # two pixels at a clear edge, the outline has the upper or left one.
+    half = np.array([0.5 / (200 / 3), 0.5 / 100])
+    np.testing.assert_allclose(z[:, :2].min(axis=0), (0.275, 0.05) - half, atol=1e-4)
+    np.testing.assert_allclose(z[:, :2].max(axis=0), (0.725, 0.95) - half, atol=1e-4)
+    side = np.abs(z[:, 1] - 0.5) < 0.3
+    np.testing.assert_allclose(z[side, 2], 0.35, atol=1e-4)
+
+
+@pytest.mark.parametrize('factor', [0.4, 3])
+def test_near_and_far_people_count_alike(silhouettes: list[Silhouette], factor: float) -> None:
+    mask = np.where(silhouettes[5].mask > 127, 255, 0).astype(np.uint8)
+    large = cv2.resize(mask, None, fx=factor, fy=factor, interpolation=cv2.INTER_NEAREST)
+    (one,), (other,) = mask_silhouettes([mask]), mask_silhouettes([large])
+    assert one.body.height == other.body.height
+    z, found = (outline_features([each], SPEC)[0] for each in (one, other))
+    assert len(found) == pytest.approx(len(z), rel=0.1)
+    away = np.linalg.norm(found[:, None, :2] - z[None, :, :2], axis=2).min(axis=1)
+    assert away.max() < 0.04
+
+
+def test_a_mask_that_fills_its_image_keeps_its_outline() -> None:
+    (silhouette,) = mask_silhouettes([np.full((60, 20), 255, np.uint8)])
+    z, _ = outline_features([silhouette], SPEC)
+    assert z[:, 1].min() < 0.1
+    assert z[:, 1].max() > 0.9
+
+
+def test_what_is_too_little_is_refused(silhouettes: list[Silhouette]) -> None:
+    small = np.zeros((40, 40), np.uint8)
+    small[10:20, 10:15] = 255
+    with pytest.raises(VocabularyError, match='at least 16 px tall, the tallest of 2 has 10 px'):
+        mask_silhouettes([small, small[:, 12:]])
+    large = np.full((16, 5), 255, np.uint8)
+    assert len(mask_silhouettes([small, large])) == 1
+    with pytest.raises(VocabularyError, match='at least 40 outline points, got 0'):
+        outline_features([], SPEC)
+    with pytest.raises(ConfigError, match='words must be'):
+        VocabularySpec(words=0)
+    with pytest.raises(ConfigError, match='at least 10 for each of 100 words, got 999'):
+        VocabularySpec(words=100, points=999)
+    VocabularySpec(words=100, points=1000)
+
+
+def test_a_missing_scikit_learn_is_named(
+    monkeypatch: pytest.MonkeyPatch, silhouettes: list[Silhouette]
+) -> None:
+    monkeypatch.setitem(sys.modules, 'sklearn.cluster', None)
+    with pytest.raises(VocabularyError, match='pip install scikit-learn'):
+        learn_vocabulary(silhouettes, SPEC)

@@ -1,0 +1,256 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""``gait_evaluate``: score the pipeline on sequences with ground truth."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+from collections.abc import Iterable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import TypeVar
+
+import cv2
+from tqdm import tqdm
+
+from gait_segmentation.cli.tool import (
+    add_config_options,
+    check_file,
+    command_parser,
+    make_folder,
+    preset_file,
+    run_tool,
+)
+from gait_segmentation.config import overridden
+from gait_segmentation.errors import ConfigError
+from gait_segmentation.files.output_files import keep_apart
+from gait_segmentation.ros.compiling import compiling
+from gait_tools.evaluation.ablation import (
+    ABLATIONS,
+    compare,
+    comparison_table,
+    plot_priors,
+)
+from gait_tools.evaluation.report import table, tracking_table, write_json
+from gait_tools.evaluation.session import Session, load_sequences
+
+__all__ = ['main', 'parser']
+
+Item = TypeVar('Item')
+
+_OUTPUT = Path('-')
+
+DESCRIPTION = """\
+Run the pipeline over sequences with ground truth and score the masks and tracks.
+
+The pipeline gets each person's first box once (or none, --init auto) and then
+every frame in order, in lockstep, so that two runs give the same masks to the
+bit.
+"""
+
+EPILOG = """\
+a sequence is a folder with
+  frames/NNNN.png     the images (png, jpg, bmp, ...), named by number, which a
+                      name may precede (frame_0007.png)
+  masks/NNNN.png      the truth: 255 person, 0 background, any other value
+                      ambiguous (left out of every score); frames without a
+                      mask are run but not scored
+  sequence.yaml       fps, initial_box: [x, y, width, height], initial_frame
+and, where several people are labelled,
+  labels/NNNN.png     0 nobody, 1 to 16 one person each, 255 ambiguous; there
+                      are then as many slots as people (unless --set says
+                      people.max_people); people start from the initial_boxes
+                      of sequence.yaml ([{frame: N, box: [x, y, w, h]}, ...]),
+                      or else from their true box in the first frame that
+                      shows all of them
+
+columns of the first table
+  J        intersection over union in the window of 1.5 x the true box
+  F        boundary measure of DAVIS (tolerance 0.8 % of the diagonal)
+  error %  missegmented pixels in the window; image %: in the whole image
+  box IoU  with the true box, of the box about what is seen; tracked: of the
+           box of the whole body, which the matcher starts from; matched: of
+           the one that it finds; lost: frames with a box IoU < 0.2
+  ms       median per frame, all stages; fps: frames over the whole time in
+           the pipeline, the start included
+
+columns of the second table
+  J, box IoU, centre  per person, with the track that fits best in each frame;
+                      centre: distance over the person's height
+  one id              J with the one track id that fits the person best
+  lost                frames of somebody visible without a box of IoU >= 0.2
+  switches            times that somebody is held (IoU >= 0.5) by another id
+                      than before; shared: ids that held two people
+  MOTA, IDF1          by motmetrics, left out if that is not installed
+  lock s              longest time from showing somebody whole to the first box
+                      with IoU >= 0.5; back s: the same for somebody who is
+                      visible again after an occlusion
+  false               track ids that never were on a person
+
+examples
+  gait_evaluate data/hall data/lucia --json scores.json
+  gait_evaluate data/hall --json - | jq .mean.J
+  gait_evaluate data/* --out out/eval --restarts
+  gait_evaluate data/* --preset paper --prior none
+  gait_evaluate data/* --ablate priors --out out/eval
+  gait_evaluate data/hall --set tracking.use_background=false --bank mine.npz
+  gait_evaluate data/hall --init auto --set people.max_people=3
+"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    made = command_parser('gait_evaluate', DESCRIPTION, EPILOG)
+    add = made.add_argument
+    add('sequence', nargs='+', type=Path, metavar='SEQUENCE_DIR', help='sequence folders')
+    add(
+        '--init',
+        choices=('box', 'auto'),
+        default='box',
+        help='how people get a track: from boxes of the ground truth, or found by the pipeline '
+        'itself (default: %(default)s)',
+    )
+    add_config_options(made)
+    add('--prior', help='shape prior of the segmentation, e.g. none or default')
+    add('--bank', metavar='FILE', help='template bank, as gait_bank writes it')
+    add(
+        '--restarts',
+        action='store_true',
+        help='also restart at every 10th frame for 14 frames: J over all of them, and J0 of the '
+        'first frame alone, show how well tracks start',
+    )
+    add(
+        '--warm',
+        action='store_true',
+        help='also give the box at every 10th frame to a camera that has been running since the '
+        "clip's first frame, and score 14 frames: J and J0 as with --restarts",
+    )
+    add(
+        '--ablate',
+        choices=tuple(ABLATIONS),
+        help='compare the shape priors, or leave out one ingredient (use_... parameter) at a time',
+    )
+    add(
+        '--likelihood',
+        default='',
+        metavar='NAME',
+        help="take SEQUENCE_DIR/NAME/NNNN.png (grey) as likelihood in place of the tracker's",
+    )
+    add(
+        '--heat-map',
+        default='',
+        metavar='NAME[:LATE[:EVERY]]',
+        help='take SEQUENCE_DIR/NAME/NNNN.png (grey, any size) as heat maps beside the '
+        "tracker's own likelihood; frames may go without; maps come LATE frames after theirs (0), "
+        'with every EVERYth frame (1)',
+    )
+    add(
+        '--json',
+        type=Path,
+        metavar='FILE',
+        help='write all numbers to a file; - = to standard output (tables then to standard error)',
+    )
+    add(
+        '--out',
+        type=Path,
+        metavar='DIR',
+        help='write DIR/NAME/masks/NNNN.png and DIR/NAME/contact_sheet.png (found: green, true: '
+        'magenta, without its ambiguous rim), and plots of ablations',
+    )
+    add('--threads', type=int, default=1, help='threads of OpenCV (default: %(default)s)')
+    return made
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command and return its exit code."""
+    return run_tool('gait_evaluate', lambda: evaluate(parser().parse_args(arguments)))
+
+
+def _shown(items: Iterable[Item], name: str, total: int) -> Iterator[Item]:
+    # disable=None: no bar where stderr is not a terminal.
+    yield from tqdm(items, desc=name, total=total, unit='frame', disable=None, leave=False)
+
+
+def evaluate(options: argparse.Namespace) -> None:
+    """
+    Run, print and write everything that is asked for.
+
+    :raises GaitSegmentationError: if an option, a sequence or a file cannot be used.
+    """
+    if options.threads < 1:
+        raise ConfigError(f'--threads must be at least 1, got {options.threads}')
+    _keep_inputs(options)
+    if options.json not in (None, _OUTPUT):
+        check_file(options.json)
+    if options.out is not None:
+        make_folder('--out', options.out)
+    # Here, so that --help does not wait for the kernels to be loaded.
+    from gait_segmentation.gait_model import TemplateBank
+    from gait_segmentation.kernels import compile_kernels
+    from gait_segmentation.pipeline import Pipeline, PipelineConfig
+
+    to_output = options.json == _OUTPUT
+    say = partial(print, file=sys.stderr if to_output else sys.stdout)
+    cv2.setNumThreads(options.threads)
+    settings = list(options.set)
+    if options.prior is not None:
+        settings.append(f'segmentation.prior={options.prior}')
+    config = PipelineConfig()
+    if options.preset is not None:
+        from gait_segmentation.cli.settings import Settings, read_parameter_file
+
+        config = read_parameter_file(preset_file(options.preset), Settings(config)).config
+    config = overridden(config, settings)
+    bank = TemplateBank.load(options.bank) if options.bank is not None else None
+    session = Session(
+        sequences=load_sequences(options.sequence, options.likelihood, options.heat_map),
+        make_pipeline=lambda config: Pipeline(config, bank=bank, clock=time.perf_counter),
+        clock=time.perf_counter,
+        restarts=options.restarts,
+        warm=options.warm,
+        likelihood=options.likelihood,
+        heat_map=options.heat_map,
+        progress=_shown,
+        auto=options.init == 'auto',
+        fixed=frozenset(setting.partition('=')[0].strip() for setting in settings),
+    )
+    with compiling(lambda text: print(f'gait_evaluate: {text}', file=sys.stderr)):
+        compile_kernels()
+    report = session.evaluate(config, options.out)
+    say(f'{table(report)}\n\n{tracking_table(report)}')
+    if options.ablate is not None:
+        found = compare(session, config, report, options.ablate)
+        say(f'\n{comparison_table(options.ablate, report, found)}')
+        if options.ablate == 'priors' and options.out is not None:
+            plot_priors(options.out / 'priors.png', found)
+        report[options.ablate] = found
+    if to_output:
+        print(json.dumps(report, indent=2))
+    elif options.json is not None:
+        write_json(options.json, report)
+
+
+def _keep_inputs(options: argparse.Namespace) -> None:
+    """
+    Refuse outputs that would change a sequence.
+
+    :raises ConfigError: if there are such.
+    """
+    outputs = [('--json', None if options.json == _OUTPUT else options.json)]
+    if options.out is not None:
+        names = [os.path.basename(os.path.realpath(path)) for path in options.sequence]
+        outputs += [
+            ('--out', options.out / name / what)
+            for name in names
+            for what in ('masks', 'contact_sheet.png')
+        ]
+        outputs += [('--out', options.out / 'priors.png')]
+    keep_apart(outputs, options.sequence)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -1,0 +1,12 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The commands; see :mod:`gait_segmentation.commands`, which imports little as well."""
+
+from functools import partial
+
+from gait_segmentation.commands import run_tool
+
+__all__ = ['bank', 'evaluate']
+
+bank = partial(run_tool, 'bank', 'gait_tools')
+evaluate = partial(run_tool, 'evaluate', 'gait_tools')

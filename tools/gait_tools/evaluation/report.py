@@ -1,0 +1,240 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Summaries of an evaluation: numbers per sequence, their means, tables and JSON."""
+
+from __future__ import annotations
+
+import json
+import statistics
+from collections.abc import Callable, Iterable, Mapping, Sequence as ListLike
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.files.output_files import write_file, writing
+from gait_tools.evaluation.metrics import FrameScore, mean_known
+from gait_tools.evaluation.runner import Outcome
+from gait_tools.evaluation.tracking_score import MISSING, TrackingScore
+
+__all__ = [
+    'Summary',
+    'aligned',
+    'mean_of',
+    'mean_tracking',
+    'restart_report',
+    'table',
+    'tracking_table',
+    'write_json',
+]
+
+STAGES = ('tracking', 'matching', 'segmentation', 'total')
+
+_AVERAGED = ('J', 'F', 'error_rate', 'error_rate_image', 'box_iou', 'fps')
+
+_TRACKING_SUMMED = (
+    'lost_frames',
+    'id_switches',
+    'shared_ids',
+    'false_slots',
+    'false_frames',
+    'never_locked',
+    'never_recovered',
+)
+_TRACKING_AVERAGED = ('J', 'J_one_id', 'box_iou', 'centre_error', 'mota', 'idf1')
+_TRACKING_WORST = ('lock_seconds', 'recovery_seconds')
+
+
+@dataclass
+class Summary:
+    """Collects the outcomes of one sequence, without their images."""
+
+    tracking: TrackingScore
+    scores: list[FrameScore] = field(default_factory=list)
+    timings: list[Mapping[str, float]] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+
+    def add(self, outcome: Outcome, labels: NDArray[np.uint8] | None) -> None:
+        """
+        Take in one frame.
+
+        :param labels: who is where, None without truth.
+        """
+        if labels is not None:
+            self.tracking.add(outcome.number, labels, outcome.people)
+        if outcome.score is not None:
+            self.scores.append(outcome.score)
+        if outcome.timings_ms:
+            self.timings.append(outcome.timings_ms)
+        self.seconds.append(outcome.seconds)
+
+    def numbers(self) -> dict[str, Any]:
+        """
+        Return the scores of the sequence.
+
+        ``frames`` counts the scored ones; ``ms_per_frame`` are medians, ``fps`` is frames over
+        the whole time in the pipeline, the start included.
+        """
+        total = sum(self.seconds)
+        return {
+            'frames': len(self.scores),
+            'J': mean_known(score.j for score in self.scores),
+            'F': mean_known(score.f for score in self.scores),
+            'error_rate': mean_known(score.error_rate for score in self.scores),
+            'error_rate_image': mean_known(score.error_rate_image for score in self.scores),
+            'box_iou': mean_known(score.visible.iou for score in self.scores),
+            **{
+                name: {
+                    'box_iou': mean_known(score.iou for score in boxes),
+                    'centre_error': mean_known(score.centre_error for score in boxes),
+                }
+                for name, boxes in (
+                    ('tracked', [score.tracked for score in self.scores]),
+                    ('matched', [score.matched for score in self.scores]),
+                )
+            },
+            'lost_frames': sum(score.lost for score in self.scores),
+            'ms_per_frame': {
+                stage: statistics.median([times.get(stage, 0.0) for times in self.timings] or [0])
+                for stage in STAGES
+            },
+            'fps': len(self.seconds) / total if total > 0 else 0.0,
+            'tracking': self.tracking.numbers(),
+        }
+
+
+def mean_of(sequences: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Average the sequences' numbers, each sequence counting the same; counts are summed."""
+    rows = list(sequences.values())
+    mean: dict[str, Any] = {
+        'frames': sum(row['frames'] for row in rows),
+        'lost_frames': sum(row['lost_frames'] for row in rows),
+        'ms_per_frame': {
+            stage: mean_known(row['ms_per_frame'][stage] for row in rows) for stage in STAGES
+        },
+    }
+    for name in _AVERAGED:
+        mean[name] = mean_known(row[name] for row in rows)
+    for name in ('tracked', 'matched'):
+        mean[name] = {
+            key: mean_known(row[name][key] for row in rows) for key in ('box_iou', 'centre_error')
+        }
+    mean['tracking'] = mean_tracking(row['tracking'] for row in rows)
+    return mean
+
+
+def mean_tracking(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """Put the scores of sequences together: means, sums of counts, the longest of times."""
+    rows = list(rows)
+    mean: dict[str, Any] = {name: sum(row[name] for row in rows) for name in _TRACKING_SUMMED}
+    for name in _TRACKING_AVERAGED:
+        if all(name in row for row in rows):
+            mean[name] = mean_known(row[name] for row in rows)
+    for name in _TRACKING_WORST:
+        times = [row[name] for row in rows if row[name] is not None]
+        mean[name] = max(times, default=None)
+    return mean
+
+
+def restart_report(starts: Mapping[str, Mapping[int, ListLike[float]]]) -> dict[str, Any]:
+    """
+    Average the starts of each sequence, then the sequences that have any.
+
+    :param starts: sequence -> first frame of a start -> J of its frames.
+    """
+    per_sequence: dict[str, dict[str, Any]] = {}
+    for name, runs in starts.items():
+        scores = {str(n): {'J': float(np.mean(js)), 'J0': js[0]} for n, js in runs.items()}
+        means = {key: mean_known(each[key] for each in scores.values()) for key in ('J', 'J0')}
+        per_sequence[name] = {**means, 'starts': scores}
+    return {key: mean_known(row[key] for row in per_sequence.values()) for key in ('J', 'J0')} | {
+        'per_sequence': per_sequence
+    }
+
+
+def aligned(rows: ListLike[ListLike[str]]) -> str:
+    """Join cells to lines, the first column flush left and the others right."""
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    return '\n'.join(
+        '  '.join(
+            cell.ljust(width) if column == 0 else cell.rjust(width)
+            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    )
+
+
+def _cell(value: float | None, digits: int) -> str:
+    return '-' if value is None else f'{value:.{digits}f}'
+
+
+def _time(value: float | None, never: int) -> str:
+    """Return the longest time, and how many never came."""
+    return _cell(value, 2) + (f' ({never} never)' if never else '')
+
+
+_COLUMNS: dict[str, Callable[[Mapping[str, Any]], str]] = {
+    'frames': lambda row: str(row['frames']),
+    'J': lambda row: _cell(row['J'], 4),
+    'F': lambda row: _cell(row['F'], 4),
+    'error %': lambda row: _cell(row['error_rate'], 2),
+    'image %': lambda row: _cell(row['error_rate_image'], 2),
+    'box IoU': lambda row: _cell(row['box_iou'], 3),
+    'tracked': lambda row: _cell(row['tracked']['box_iou'], 3),
+    'matched': lambda row: _cell(row['matched']['box_iou'], 3),
+    'lost': lambda row: str(row['lost_frames']),
+    'ms': lambda row: _cell(row['ms_per_frame']['total'], 1),
+    'fps': lambda row: _cell(row['fps'], 1),
+}
+_TRACKING_COLUMNS: dict[str, Callable[[Mapping[str, Any]], str]] = {
+    'people': lambda row: str(len(row['people'])) if 'people' in row else '',
+    'J': lambda row: _cell(row['J'], 4),
+    'one id': lambda row: _cell(row['J_one_id'], 4),
+    'box IoU': lambda row: _cell(row['box_iou'], 3),
+    'centre': lambda row: _cell(row['centre_error'], 3),
+    'lost': lambda row: str(row['lost_frames']),
+    'switches': lambda row: str(row['id_switches']),
+    'shared': lambda row: str(row['shared_ids']),
+    'MOTA': lambda row: _cell(row['mota'], 3),
+    'IDF1': lambda row: _cell(row['idf1'], 3),
+    'lock s': lambda row: _time(row['lock_seconds'], row['never_locked']),
+    'back s': lambda row: _time(row['recovery_seconds'], row['never_recovered']),
+    'false': lambda row: str(row['false_slots']),
+}
+
+
+def table(report: Mapping[str, Any]) -> str:
+    """Return the report as an aligned table, one line per sequence and one for the mean."""
+    kinds = {'restarts': 'restart', 'warm': 'warm'}
+    again = {name: report[kind] for kind, name in kinds.items() if kind in report}
+    header = ['sequence', *_COLUMNS]
+    rows = [header + [cell for name in again for cell in (f'{name} J', 'J0')]]
+    for name, numbers in [*report['sequences'].items(), ('mean', report['mean'])]:
+        row = [name, *(cell(numbers) for cell in _COLUMNS.values())]
+        for starts in again.values():
+            scores = starts if name == 'mean' else starts['per_sequence'][name]
+            row += [_cell(scores['J'], 4), _cell(scores['J0'], 4)]
+        rows.append(row)
+    return aligned(rows)
+
+
+def tracking_table(report: Mapping[str, Any]) -> str:
+    """Return how people were followed as an aligned table, one line per sequence and the mean."""
+    known = 'mota' in report['mean']['tracking']
+    columns = {k: v for k, v in _TRACKING_COLUMNS.items() if known or k not in ('MOTA', 'IDF1')}
+    rows = [['tracking', *columns]]
+    for name, numbers in [*report['sequences'].items(), ('mean', report['mean'])]:
+        rows.append([name, *(cell(numbers['tracking']) for cell in columns.values())])
+    return aligned(rows) + ('' if known else f'\n({MISSING})')
+
+
+def write_json(path: Path, report: Mapping[str, Any]) -> None:
+    """
+    Write a report.
+
+    :raises SequenceError: if the file cannot be written.
+    """
+    with writing(path):
+        write_file(path, (json.dumps(report, indent=2) + '\n').encode())

@@ -1,0 +1,205 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One evaluation: several sequences, one configuration, one report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence as ListLike
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gait_segmentation.config import replaced
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.geometry import Box
+from gait_tools.evaluation.metrics import start_box
+from gait_tools.evaluation.output import SequenceOutput
+from gait_tools.evaluation.report import Summary, mean_of, restart_report
+from gait_tools.evaluation.runner import (
+    Clip,
+    Outcome,
+    Runnable,
+    check_truth,
+    heat_maps_of,
+    likelihoods_of,
+    run,
+)
+from gait_tools.evaluation.sequence import Sequence
+from gait_tools.evaluation.tracking_score import TrackingScore, first_frames
+
+__all__ = ['Progress', 'Session', 'load_sequences', 'restarts_of']
+
+RESTART_EVERY = 10
+"""Frames between the starts of the restart score."""
+
+RESTART_FRAMES = 14
+"""Length of the runs of the restart score."""
+
+RESTART_LEAST = 5
+"""Frames that must follow a start for it to count."""
+
+Progress = Callable[[Iterable[Any], str, int], Iterator[Any]]
+"""Passes on so many items of a name, and may show how far it is."""
+
+
+def load_sequences(
+    folders: Iterable[Path], likelihood: str = '', heat_map: str = ''
+) -> list[Sequence]:
+    """
+    Open sequences to be scored.
+
+    :param likelihood: folder of likelihood images that each must have, if it is not empty.
+    :param heat_map: the same of heat maps.
+    :raises SequenceError: if one cannot be used, has no ground truth, or two have one name.
+    """
+    loaded: dict[str, Sequence] = {}
+    for folder in folders:
+        sequence = Sequence.load(folder)
+        check_truth(sequence)
+        likelihoods_of(sequence, likelihood)
+        heat_maps_of(sequence, heat_map)
+        if sequence.name in loaded:
+            raise SequenceError(
+                f'{sequence.folder} has the same name as {loaded[sequence.name].folder}; '
+                'every sequence needs a name of its own'
+            )
+        loaded[sequence.name] = sequence
+    return list(loaded.values())
+
+
+def restarts_of(clip: Clip) -> list[tuple[list[int], Box]]:
+    """
+    Return the stretches of the restart score: their frames, and the box in the first.
+
+    They are 14 frames long, from every tenth frame on that has a person in its truth and at least
+    five frames to follow; the box is the true one with its ambiguous rim.
+    """
+    numbers = clip.numbers
+    found = []
+    for place in range(0, len(numbers) - RESTART_LEAST, RESTART_EVERY):
+        truth = clip.truth(numbers[place])
+        box = None if truth is None else start_box(truth)
+        if box is not None:
+            found.append((numbers[place : place + RESTART_FRAMES], box))
+    return found
+
+
+@dataclass(frozen=True)
+class Session:
+    """
+    What stays the same while configurations are compared.
+
+    ``make_pipeline`` makes a pipeline that has seen nothing from a configuration, ``clock`` gives
+    seconds.  With ``restarts`` the report has the restart score, too, and with ``warm`` that of
+    pipelines that have seen the clip from its first frame on.  ``likelihood`` is the folder
+    beside the frames with likelihood images to use, empty for the tracker's, and ``heat_map`` that
+    with heat maps.
+
+    With ``auto`` no boxes are given and pipelines find people by themselves; without it they only
+    track who is given.  Pipelines of sequences with several people have a slot for each of them.
+    ``fixed`` are the parameters (``stage.name``) that are not changed for that.
+    """
+
+    sequences: ListLike[Sequence]
+    make_pipeline: Callable[[Any], Runnable]
+    clock: Callable[[], float]
+    restarts: bool = False
+    warm: bool = False
+    likelihood: str = ''
+    heat_map: str = ''
+    progress: Progress = lambda items, name, total: iter(items)
+    auto: bool = False
+    fixed: frozenset[str] = frozenset()
+
+    def evaluate(self, config: Any, out: Path | None = None, name: str = '') -> dict[str, Any]:
+        """
+        Run a configuration over all sequences.
+
+        :param config: of the pipeline.
+        :param out: folder for masks and contact sheets, in a folder per sequence.
+        :param name: of the configuration, for the progress.
+        :returns: ``sequences`` (name -> numbers), ``mean``, and ``restarts`` if asked for.
+        :raises SequenceError: if an image cannot be read or written.
+        """
+        rows: dict[str, Any] = {}
+        kinds = [name for name in ('restarts', 'warm') if getattr(self, name)]
+        starts: dict[str, dict[str, dict[int, list[float]]]] = {kind: {} for kind in kinds}
+        for sequence in self.sequences:
+            title = f'{name} {sequence.name}'.strip()
+            rows[sequence.name] = self._score(config, sequence, out, title)
+            for kind in kinds:
+                runs = self._restarts(config, sequence, warm=kind == 'warm')
+                count = len(restarts_of(sequence))
+                starts[kind][sequence.name] = dict(self.progress(runs, f'{title} {kind}', count))
+        report: dict[str, Any] = {'sequences': rows, 'mean': mean_of(rows)}
+        return report | {kind: restart_report(starts[kind]) for kind in kinds}
+
+    def _run(
+        self,
+        config: Any,
+        sequence: Sequence,
+        numbers: Iterable[int],
+        starts: Mapping[int, Iterable[Box]],
+    ) -> Iterator[Outcome]:
+        """Run a pipeline that has seen nothing over frames of a sequence."""
+        return run(
+            self.make_pipeline(config),
+            sequence,
+            numbers,
+            starts,
+            clock=self.clock,
+            likelihood=likelihoods_of(sequence, self.likelihood),
+            heat_map=heat_maps_of(sequence, self.heat_map),
+        )
+
+    def _score(
+        self, config: Any, sequence: Sequence, out: Path | None, title: str
+    ) -> dict[str, Any]:
+        """Return the scores of a sequence, and write its masks and contact sheet to a folder."""
+        attendance, starts = sequence.attendance, {} if self.auto else sequence.starts
+        slots = len(attendance.people) if sequence.label_files else 0
+        summary = Summary(TrackingScore(attendance, first_frames(attendance, starts)))
+        output = None if out is None else SequenceOutput(out / sequence.name, sequence)
+        config = self._suited(config, slots, auto=self.auto)
+        outcomes = self._run(config, sequence, sequence.numbers, starts)
+        for outcome in self.progress(outcomes, title, len(sequence.numbers)):
+            summary.add(outcome, sequence.labels(outcome.number))
+            if output is not None:
+                output.add(outcome)
+        if output is not None:
+            output.close()
+        return summary.numbers()
+
+    def _restarts(
+        self, config: Any, sequence: Sequence, *, warm: bool
+    ) -> Iterator[tuple[int, list[float]]]:
+        """
+        Start anew at each stretch of :func:`restarts_of`; yield its first frame, and J of all.
+
+        :param warm: whether the pipeline also sees the frames before, from the clip's first one.
+        """
+        single = self._suited(config, 1, auto=False)
+        for numbers, box in restarts_of(sequence):
+            first = numbers[0]
+            before = [number for number in sequence.frames if warm and number < first]
+            outcomes = self._run(single, sequence, [*before, *numbers], {first: (box,)})
+            yield (
+                first,
+                [
+                    outcome.score.j
+                    for outcome in outcomes
+                    if outcome.number >= first and outcome.score is not None
+                ],
+            )
+
+    def _suited(self, config: Any, slots: int, *, auto: bool) -> Any:
+        """Return a configuration with a number of slots (0 as it is) that starts by itself."""
+        changes: dict[tuple[str, str], Any] = {
+            ('starting', 'auto_init'): 'motion' if auto else 'none'
+        }
+        if slots > 0:
+            changes['people', 'max_people'] = slots
+        for (stage, name), value in changes.items():
+            if f'{stage}.{name}' not in self.fixed:
+                config = replaced(config, stage, name, value)
+        return config

@@ -1,0 +1,315 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+How well people are followed: silhouettes, boxes and identities against labels of several people.
+
+A person counts in a frame if :meth:`Attendance.seen` and the start is past: the frame of the
+person's box, or the first that shows all of the person.
+
+*Silhouettes and boxes.*  In every frame people and tracks are paired one to one, the pair with
+the greatest J (then box IoU) first; J, box IoU and centre error are those of the pair, whatever
+its id.  For who is left over J and box IoU are 0, and there is no centre error.  ``J_one_id``
+takes for each person the one id that suits best over the whole clip.
+
+*Identities.*  Somebody is *held* by a track whose box overlaps the true box by an IoU of at least
+0.5.  As in CLEAR-MOT (Bernardin and Stiefelhagen, 2008) who is held stays with the track as long
+as that is so; others are given to free tracks by greatest overlap.  An id switch is somebody held
+by another id than the last time.
+
+*Ghosts.*  A track in a frame is false if its box overlaps nobody's by :data:`LOST_IOU` and its
+mask (its box, if the mask is empty) lies less than half in ambiguous pixels; a false slot is a
+track id that is false in all its frames.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.people import MOST_PEOPLE
+from gait_segmentation.results import FeatureWeight
+from gait_tools.evaluation.attendance import SAME_IOU, Attendance
+from gait_tools.evaluation.metrics import (
+    LOST_IOU,
+    centre_distance,
+    jaccard,
+    mean_known,
+    window_about,
+)
+from gait_tools.evaluation.truth import truth_of
+
+if TYPE_CHECKING:
+    # Which takes long to load.
+    from gait_segmentation.pipeline import PersonResult
+
+__all__ = ['MISSING', 'PersonScore', 'TrackingScore', 'first_frames', 'mot_scores']
+
+MISSING = 'MOTA and IDF1 need the Python package motmetrics, which is not installed'
+
+MotFrame = tuple[Sequence[int], Sequence[int], NDArray[np.float64]]
+"""People and track ids of a frame, and the (people, tracks) IoU of their boxes."""
+
+_UNCLEAR_SHARE = 0.5
+"""Share of ambiguous pixels in a mask from which on nobody knows whether it is right."""
+
+
+def first_frames(attendance: Attendance, starts: Mapping[int, Iterable[Box]]) -> dict[int, int]:
+    """
+    Return for each person the frame from which on it counts.
+
+    That is the frame of the box that starts the person, otherwise the first that shows all of it.
+
+    :param starts: frame number -> boxes that start tracks there.
+    """
+    since: dict[int, int] = {}
+    for number, boxes in sorted(starts.items()):
+        for box in boxes:
+            person = attendance.person_at(box, number)
+            if person is not None:
+                since.setdefault(person, number)
+    for person in attendance.people:
+        whole = attendance.first_whole(person)
+        if whole is not None:
+            since.setdefault(person, whole)
+    return since
+
+
+@dataclass
+class PersonScore:
+    """
+    What is known so far of a person who counts from frame ``since`` on.
+
+    ``ids`` are those of the tracks that held the person, one after the other, and ``held`` the
+    frames in which one did, also before ``since``.  The other fields are lists with an entry for
+    every frame that counts, or sums over them; ``features`` are sums of weights and variance
+    ratios over the ``looks``, the frames that have any.
+    """
+
+    since: int
+    j: list[float] = field(default_factory=list)
+    j_of_id: dict[int, float] = field(default_factory=dict)
+    box_iou: list[float] = field(default_factory=list)
+    centre_error: list[float] = field(default_factory=list)
+    lost_frames: int = 0
+    ids: list[int] = field(default_factory=list)
+    held: list[int] = field(default_factory=list)
+    switches: int = 0
+    looks: int = 0
+    features: dict[str, tuple[float, float]] = field(default_factory=dict)
+
+    def add(self, j: float, box_iou: float) -> None:
+        """Take in the overlaps, in a frame that counts, with the track that suits best; or 0."""
+        self.j.append(j)
+        self.box_iou.append(box_iou)
+        self.lost_frames += box_iou < LOST_IOU
+
+    def add_features(self, features: Iterable[FeatureWeight]) -> None:
+        """Add up weights and variance ratios, if there are any."""
+        features = list(features)
+        self.looks += bool(features)
+        for each in features:
+            weight, ratio = self.features.get(each.name, (0.0, 0.0))
+            self.features[each.name] = weight + each.weight, ratio + each.variance_ratio
+
+    def hold(self, number: int, track_id: int) -> None:
+        """Note that a track holds the person in a frame."""
+        self.held.append(number)
+        if number < self.since:
+            return
+        self.switches += bool(self.ids) and self.ids[-1] != track_id
+        if not self.ids or self.ids[-1] != track_id:
+            self.ids.append(track_id)
+
+    def numbers(self, person: int, attendance: Attendance) -> dict[str, Any]:
+        """Return the scores by name; None where there is nothing to measure."""
+        fps = attendance.fps
+        whole = attendance.first_whole(person)
+        lock = None
+        if self.held and whole is not None:
+            lock = max(self.held[0] - whole, 0) / fps
+        recoveries: list[float | None] = []
+        for number in attendance.returns(person):
+            if number <= self.since:
+                continue
+            again = next((held for held in self.held if held >= number), None)
+            recoveries.append(None if again is None else (again - number) / fps)
+        frames = len(self.j)
+        best = max(self.j_of_id.values(), default=0.0)
+        return {
+            'frames': frames,
+            'J': mean_known(self.j),
+            'J_one_id': best / frames if frames else None,
+            'box_iou': mean_known(self.box_iou),
+            'centre_error': mean_known(self.centre_error),
+            'lost_frames': self.lost_frames,
+            'id_switches': self.switches,
+            'ids': self.ids,
+            'lock_seconds': lock,
+            'recovery_seconds': recoveries,
+            'features': {
+                name: {'weight': weight / self.looks, 'variance_ratio': ratio / self.looks}
+                for name, (weight, ratio) in sorted(
+                    self.features.items(), key=lambda item: (-item[1][0], -item[1][1])
+                )
+            },
+        }
+
+
+class TrackingScore:
+    """Takes in what was found frame by frame and says how well people were followed."""
+
+    def __init__(self, attendance: Attendance, since: Mapping[int, int]) -> None:
+        """
+        Begin.
+
+        :param since: person -> the first frame that counts, see :func:`first_frames`.
+        """
+        self._attendance = attendance
+        self._people = {person: PersonScore(number) for person, number in since.items()}
+        self._seen = {person: set(attendance.seen(person)) for person in self._people}
+        self._holds: dict[int, int] = {}
+        self._ids: set[int] = set()
+        self._real_ids: set[int] = set()
+        self._false_frames = 0
+        self._mot: list[MotFrame] = []
+
+    def add(self, number: int, labels: NDArray[np.uint8], found: Sequence[PersonResult]) -> None:
+        """
+        Take in a frame that has truth.
+
+        :param labels: (H, W) uint8, see :mod:`gait_tools.evaluation.truth`.
+        :param found: who was found; all have a box.
+        """
+        sightings = self._attendance.sightings(number)
+        by_id = {each.track.track_id: each for each in found}
+        boxes = {i: each.track.box for i, each in by_id.items() if each.track.box is not None}
+        iou = {
+            (person, track_id): float(seen.box.iou(box))
+            for person, seen in sightings.items()
+            for track_id, box in boxes.items()
+        }
+        counted = [
+            person
+            for person, known in self._people.items()
+            if number >= known.since and number in self._seen[person]
+        ]
+        j: dict[tuple[int, int], float] = {}
+        for person in counted:
+            window = window_about(sightings[person].box, labels.shape)
+            truth = truth_of(labels[window], person)
+            for track_id, each in by_id.items():
+                j[person, track_id] = jaccard(each.segmentation.mask[window], truth)
+        order = sorted(iou, key=lambda pair: (-j.get(pair, 0.0), -iou[pair], pair))
+        pairs = dict(_one_to_one(pair for pair in order if j.get(pair, 0) > 0 or iou[pair] > 0))
+        for person in counted:
+            known = self._people[person]
+            suits = pairs.get(person)
+            pair = (person, suits or 0)
+            known.add(j.get(pair, 0.0), iou.get(pair, 0.0))
+            if suits is not None:
+                expected = sightings[person].box
+                known.centre_error.append(centre_distance(boxes[suits], expected))
+                known.add_features(by_id[suits].track.features)
+            for other in by_id:
+                known.j_of_id[other] = known.j_of_id.get(other, 0.0) + j[person, other]
+        self._identify(number, iou)
+        self._ids |= set(by_id)
+        touched = {track_id for (_, track_id), value in iou.items() if value >= LOST_IOU}
+        real = {i for i, each in by_id.items() if i in touched or _unclear(labels, each)}
+        self._real_ids |= real
+        self._false_frames += len(by_id) - len(real)
+        # For MOTA and IDF1, without tracks on people who do not count.
+        elsewhere = {i for (p, i), v in iou.items() if p not in counted and v >= SAME_IOU}
+        ids = [track_id for track_id in by_id if track_id not in elsewhere]
+        overlap = np.array([[iou[person, i] for i in ids] for person in counted], np.float64)
+        self._mot.append((counted, ids, overlap.reshape(len(counted), len(ids))))
+
+    def numbers(self) -> dict[str, Any]:
+        """Return the scores by name; None where there is nothing to measure."""
+        people = {
+            str(person): known.numbers(person, self._attendance)
+            for person, known in sorted(self._people.items())
+        }
+        ids = [known.ids for known in self._people.values()]
+        held_by = [set(each) for each in ids]
+        shared = {i for i in self._ids if sum(i in each for each in held_by) > 1}
+        rows = list(people.values())
+        recoveries = [value for row in rows for value in row['recovery_seconds']]
+        locks = [row['lock_seconds'] for row in rows]
+        return {
+            'people': people,
+            'J': mean_known(row['J'] for row in rows),
+            'J_one_id': mean_known(row['J_one_id'] for row in rows),
+            'box_iou': mean_known(row['box_iou'] for row in rows),
+            'centre_error': mean_known(row['centre_error'] for row in rows),
+            'lost_frames': sum(row['lost_frames'] for row in rows),
+            'id_switches': sum(row['id_switches'] for row in rows),
+            'shared_ids': len(shared),
+            'false_slots': len(self._ids - self._real_ids),
+            'false_frames': self._false_frames,
+            'lock_seconds': max((value for value in locks if value is not None), default=None),
+            'never_locked': sum(value is None for value in locks),
+            'recovery_seconds': max(
+                (value for value in recoveries if value is not None), default=None
+            ),
+            'never_recovered': sum(value is None for value in recoveries),
+            **mot_scores(self._mot),
+        }
+
+    def _identify(self, number: int, iou: Mapping[tuple[int, int], float]) -> None:
+        good = {pair: value for pair, value in iou.items() if value >= SAME_IOU}
+        kept = [pair for pair in self._holds.items() if pair in good]
+        others = sorted(good, key=lambda pair: (-good[pair], pair))
+        now = dict(_one_to_one([*kept, *others]))
+        for person, track_id in now.items():
+            if person in self._people:
+                self._people[person].hold(number, track_id)
+        # Who is hidden for a while stays with the id of before.
+        self._holds.update(now)
+
+
+def mot_scores(frames: Sequence[MotFrame]) -> dict[str, float | None]:
+    """
+    Return ``mota`` (Bernardin and Stiefelhagen 2008) and ``idf1`` (Ristani et al. 2016).
+
+    :returns: None for what is undefined because nobody is there; empty without motmetrics.
+    """
+    try:
+        import motmetrics
+    except ImportError:
+        return {}
+    accumulator = motmetrics.MOTAccumulator(auto_id=True)
+    for people, ids, iou in frames:
+        accumulator.update(people, ids, np.where(iou >= SAME_IOU, 1 - iou, np.nan))
+    if not any(people for people, _, _ in frames):
+        return {'mota': None, 'idf1': None}
+    scores = motmetrics.metrics.create().compute(
+        accumulator, metrics=['mota', 'idf1'], return_dataframe=False
+    )
+    return {name: float(scores[name]) for name in ('mota', 'idf1')}
+
+
+def _one_to_one(pairs: Iterable[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Take the pairs in order, leaving out those with somebody who is taken."""
+    left: set[int] = set()
+    right: set[int] = set()
+    taken = []
+    for first, second in pairs:
+        if first not in left and second not in right:
+            left.add(first)
+            right.add(second)
+            taken.append((first, second))
+    return taken
+
+
+def _unclear(labels: NDArray[np.uint8], found: PersonResult) -> bool:
+    """Return whether the mask, or without one the box, lies mostly in ambiguous pixels."""
+    inside = labels[found.segmentation.mask > 0]
+    if inside.size == 0 and found.track.box is not None:
+        inside = labels[found.track.box.slices(labels.shape[1], labels.shape[0])].ravel()
+    return bool(inside.size) and float((inside > MOST_PEOPLE).mean()) >= _UNCLEAR_SHARE

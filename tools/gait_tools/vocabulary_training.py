@@ -1,0 +1,237 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Learning a vocabulary from silhouettes: K-means, then EM of a Gaussian mixture.
+
+This needs scikit-learn; using a vocabulary does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.config import StageConfig, parameter
+from gait_segmentation.errors import ConfigError
+from gait_segmentation.gait_model import TemplateBank
+from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.segmentation.oriented_edges import silhouette_edges
+from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
+from gait_tools.gait_model import FIGURES, BankSpec
+
+__all__ = [
+    'MODEL',
+    'Silhouette',
+    'VocabularySpec',
+    'bank_silhouettes',
+    'learn_vocabulary',
+    'mask_silhouettes',
+    'outline_features',
+]
+
+_COVARIANCE_FLOOR = 1e-4
+_KMEANS_STARTS = 10
+_EM_STEPS = 200
+_MARGIN = 3
+_HEIGHT, _LEAST_HEIGHT = 90, 16
+"""Height that masks are brought to, so that near and far people count alike, and their least."""
+
+MODEL = BankSpec(azimuths=16, phases=6, builds=','.join(FIGURES), levels=256)
+"""The bank whose silhouettes the shipped vocabulary is learnt from."""
+
+_POINTS_A_WORD = 10
+
+
+class Silhouette(NamedTuple):
+    """``mask``, (h, w) uint8 with 255 inside, and the ``body`` in its pixels."""
+
+    mask: NDArray[np.uint8]
+    body: BodyFrame
+
+
+@dataclass(frozen=True)
+class VocabularySpec(StageConfig):
+    """
+    How a vocabulary is learnt.
+
+    :raises ConfigError: if a value is outside what its field allows.
+    """
+
+    words: int = parameter(10, 'Number of words.', minimum=1, maximum=100)
+    orientation_scale: float = parameter(
+        0.35,
+        'How much the orientation counts against the position.',
+        minimum=0.01,
+        maximum=10.0,
+    )
+    points: int = parameter(
+        20000, 'Outline points drawn to learn from.', minimum=100, maximum=10_000_000
+    )
+    seed: int = parameter(1, 'Seed of all that is drawn.', minimum=0, maximum=2**31 - 1)
+    fill: float = parameter(
+        0.9, "Share of the frame's height that the body takes.", minimum=0.1, maximum=1.0
+    )
+    aspect: float = parameter(
+        2 / 3, 'Width of the frame over its height.', minimum=0.1, maximum=10.0
+    )
+
+    def __post_init__(self) -> None:
+        """Check all fields, and that there are points for each word."""
+        super().__post_init__()
+        if self.points < _POINTS_A_WORD * self.words:
+            raise ConfigError(
+                f'points must be at least {_POINTS_A_WORD} for each of {self.words} words, '
+                f'got {self.points}'
+            )
+
+
+def bank_silhouettes(bank: TemplateBank) -> Iterator[Silhouette]:
+    """Yield every template of a bank."""
+    height, width = bank.grid
+    body = BodyFrame(width / 2, height / 2, bank.fill * height)
+    for template in bank.templates.reshape(-1, height, width):
+        yield Silhouette(template, body)
+
+
+def mask_silhouettes(masks: Sequence[NDArray[np.uint8]]) -> list[Silhouette]:
+    """
+    Return masks of people with the bodies in them, all of one height.
+
+    The body's axis is the median column of its pixels, top and bottom are the outermost rows.
+    Who is less than 16 pixels tall is left out.
+
+    :param masks: (h, w) uint8 0/255 each, none of them empty.
+    :raises VocabularyError: if nobody is taller.
+    """
+    found, tallest = [], 0
+    for mask in masks:
+        left, top, width, height = cv2.boundingRect(mask)
+        tallest = max(tallest, height)
+        if height < _LEAST_HEIGHT:
+            continue
+        factor = _HEIGHT / height
+        kind = cv2.INTER_AREA if factor < 1 else cv2.INTER_LINEAR
+        cut, size = mask[top : top + height, left : left + width], max(round(factor * width), 1)
+        # A silhouette may fill its image; its outline then needs a margin to be an edge.
+        wide = np.pad(cv2.resize(cut, (size, _HEIGHT), interpolation=kind), _MARGIN)
+        axis = float(np.median(np.nonzero(wide > 127)[1])) + 0.5
+        body = BodyFrame(axis, _MARGIN + _HEIGHT / 2, float(_HEIGHT))
+        found.append(Silhouette(wide.astype(np.uint8), body))
+    if not found:
+        raise VocabularyError(
+            f'silhouettes must be at least {_LEAST_HEIGHT} px tall, the tallest of {len(masks)} '
+            f'has {tallest} px'
+        )
+    return found
+
+
+def outline_features(
+    silhouettes: Iterable[Silhouette], spec: VocabularySpec
+) -> tuple[NDArray[np.float32], int]:
+    """
+    Return z of all outline points of silhouettes.
+
+    :returns: (n, 4) float32, and the number of silhouettes.
+    :raises VocabularyError: if there are too few points for the words.
+    """
+    # A mixture of one word, only for its frame.
+    frame = Vocabulary(
+        np.ones(1),
+        np.zeros((1, 4)),
+        np.eye(4)[None],
+        spec.orientation_scale,
+        spec.fill,
+        spec.aspect,
+    )
+    parts = []
+    for mask, body in silhouettes:
+        points = silhouette_edges(mask, body.height)
+        parts.append(
+            frame.features(points.columns + 0.5, points.rows + 0.5, points.orientation, body)
+        )
+    features = np.concatenate(parts) if parts else np.empty((0, 4), np.float32)
+    if len(features) < _POINTS_A_WORD * spec.words:
+        raise VocabularyError(
+            f'{spec.words} words need at least {_POINTS_A_WORD * spec.words} outline points, got '
+            f'{len(features)} in {len(parts)} silhouettes'
+        )
+    return features, len(parts)
+
+
+def learn_vocabulary(
+    silhouettes: Iterable[Silhouette], spec: VocabularySpec | None = None, source: str = ''
+) -> Vocabulary:
+    """
+    Learn a vocabulary; the same silhouettes and specification give the same words.
+
+    :param silhouettes: at least some hundred of varied people, views and phases.
+    :param spec: how; the defaults if None.
+    :param source: in words where the silhouettes are from, kept as provenance.
+    :returns: the words from the head down.
+    :raises VocabularyError: if scikit-learn is missing or there is too little to learn from.
+    """
+    clusters, mixture = _estimators()
+    spec = spec or VocabularySpec()
+    features, count = outline_features(silhouettes, spec)
+    z = features.astype(np.float64)
+    if len(z) > spec.points:
+        chosen = np.random.default_rng(spec.seed).choice(len(z), spec.points, replace=False)
+        z = z[np.sort(chosen)]
+    means = clusters(
+        spec.words, init='k-means++', n_init=_KMEANS_STARTS, random_state=spec.seed
+    ).fit(z)
+    fitted = mixture(
+        spec.words,
+        covariance_type='full',
+        reg_covar=_COVARIANCE_FLOOR,
+        max_iter=_EM_STEPS,
+        random_state=spec.seed,
+        **_start(z, means.labels_, spec.words),
+    ).fit(z)
+    order = np.argsort(fitted.means_[:, 1], kind='stable')
+    return Vocabulary(
+        fitted.weights_[order] / fitted.weights_.sum(),
+        fitted.means_[order],
+        fitted.covariances_[order],
+        spec.orientation_scale,
+        spec.fill,
+        spec.aspect,
+        {
+            'source': source,
+            'silhouettes': str(count),
+            'outline points': f'{len(z)} of {len(features)}',
+            'method': f'K-means (k-means++, {_KMEANS_STARTS} starts), then EM, '
+            f'full covariances + {_COVARIANCE_FLOOR:g} I',
+            'seed': str(spec.seed),
+        },
+    )
+
+
+def _start(
+    z: NDArray[np.float64], labels: NDArray[np.int32], words: int
+) -> dict[str, NDArray[np.float64]]:
+    """Return the mixture that K-means found, as EM's start."""
+    groups = [z[labels == word] for word in range(words)]
+    floor = _COVARIANCE_FLOOR * np.eye(4)
+    covariances = [np.cov(group.T, bias=True) + floor for group in groups]
+    return {
+        'weights_init': np.array([len(group) for group in groups]) / len(z),
+        'means_init': np.array([group.mean(axis=0) for group in groups]),
+        'precisions_init': np.linalg.inv(covariances),
+    }
+
+
+def _estimators() -> tuple[Any, Any]:
+    try:
+        from sklearn.cluster import KMeans
+        from sklearn.mixture import GaussianMixture
+    except ImportError as error:
+        raise VocabularyError(
+            'learning a vocabulary needs scikit-learn: pip install scikit-learn'
+        ) from error
+    return KMeans, GaussianMixture
