@@ -40,7 +40,7 @@ lint: $(VENV)/installed  ## format, lint and types only
 	$(BIN)/mypy
 
 clean:  ## remove everything that was made
-	rm -rf $(VENV) $(OLDEST) $(OUT) build install log *.egg-info
+	rm -rf $(VENV) $(OLDEST) $(OUT) build install log tools/build *.egg-info tools/*.egg-info
 
 # Editable, so that the tests run on the tree as it stands (setuptools warns of that). What only they need takes as
 # long again.

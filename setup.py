@@ -19,8 +19,7 @@ ROS = [
     'ros-jazzy-rmw-fastrtps-cpp',
 ]
 # Every lower bound is one that `make test-oldest` runs: see test/oldest.txt.
-# What only the command line tools need, and what reads bags; nodes run without, so package.xml
-# does not name it.
+# What only commands need, and what reads bags; nodes run without, so package.xml does not name it.
 TOOLS = [
     'lz4>=4.0.2',
     'mcap>=1.2.2',
