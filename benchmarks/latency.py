@@ -54,7 +54,7 @@ from benchmarks.nodes import (
     write_clip,
 )
 from benchmarks.synthetic.scenes import scene
-from gait_segmentation.cli.demo import read_stamps
+from gait_segmentation.cli.live import read_stamps
 from gait_segmentation.cli.processes import ProcessError
 from gait_segmentation.cli.tool import run_tool
 

@@ -15,7 +15,6 @@ sequences with ground truth; leave the machine alone meanwhile::
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import tempfile
 import time
@@ -26,10 +25,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.bars import holds
-from benchmarks.nodes import ros
-from gait_segmentation.cli.demo import frames_shown, play, read_stamps, start_nodes
-from gait_segmentation.cli.processes import ProcessGroup
-from gait_segmentation.cli.recorder import Recorder
+from gait_segmentation.cli.live import play
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
@@ -44,20 +40,10 @@ BAR = 0.02
 def live(sequence: Sequence, box: Box) -> dict[int, np.ndarray]:
     """Return the masks that the nodes answer, by the number of the frame."""
     film = open_input(sequence.folder / 'frames')
-    with (
-        ros(),
-        tempfile.TemporaryDirectory() as logs,
-        ProcessGroup(os.environ, Path(logs)) as processes,
-    ):
-        start_nodes(processes, box)
-        recorder = Recorder()
-        stamps = Path(logs) / 'stamps.txt'
-        try:
-            play(processes, recorder, film, sequence.fps, stamps)
-        finally:
-            recorder.close()
-        shown = frames_shown(read_stamps(stamps), recorder)
-    return {sequence.numbers[each.number]: each.mask for each in shown}
+    with tempfile.TemporaryDirectory() as logs:
+        recording = play(film, Path(logs), box=box, rate=sequence.fps)
+    answered = recording.answered()
+    return {sequence.numbers[each]: recording.result(each).mask for each in answered}
 
 
 def score(sequence: Sequence, masks: dict[int, np.ndarray]) -> float:

@@ -7,22 +7,28 @@ from __future__ import annotations
 import os
 import struct
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import cv2
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import Image
 
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
-from gait_segmentation.cli.demo import NODES, prepare_environment
+from gait_segmentation.cli.live import NODES, prepare_environment
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
-from gait_segmentation.cli.recorder import Listener
 from gait_segmentation.geometry import Box
+from gait_segmentation.ros.executor import MessageExecutor
 
 STYLES = {'split': NODES, 'single': ('gait_pipeline',)}
 ALL_NODES = (*NODES, 'gait_pipeline')
@@ -69,8 +75,13 @@ def write_clip(folder: Path, size: tuple[int, int], count: int) -> Box:
     return clip.initial_box
 
 
-class Answers(Listener):
-    """Subscribes to the mask, as a user would; raw, to cost little."""
+class Answers:
+    """
+    Hears the mask, as a user would, and the diagnostics, in a thread of its own.
+
+    ``status`` is what the nodes last said by name, guarded by ``changed``, which is notified of
+    every message.
+    """
 
     def __init__(self, topics: Mapping[str, Any] | None = None) -> None:
         """
@@ -81,8 +92,24 @@ class Answers(Listener):
         self.arrived: dict[int, float] = {}
         """Times at which frames were first answered, by their stamps in ns."""
 
-        topics = topics or {'mask': Image}
-        super().__init__(topics, raw=topics)
+        self.changed = threading.Condition()
+        self.status: dict[str, dict[str, str]] = {}
+        self.node = Node('listener')
+        for topic, kind in (topics or {'mask': Image}).items():
+            receive = partial(self._receive, topic)
+            # Raw, to cost little.
+            self.node.create_subscription(kind, topic, receive, QoSProfile(depth=200), raw=True)
+        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 50)
+        self._executor = MessageExecutor()
+        self._executor.add_node(self.node)
+        self._thread = threading.Thread(target=self._spin, name='listener', daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._executor.shutdown()
+        self._thread.join()
+        self.node.destroy_node()
 
     def connected(self, nodes: tuple[str, ...]) -> bool:
         """Tell whether the nodes are active and connected."""
@@ -92,16 +119,41 @@ class Answers(Listener):
             self.subscribers(topic) >= count for topic, count in wanted.items()
         )
 
-    def heard(self, topic: str, message: bytes, now_s: float) -> None:
-        """Look at the header; what is cut off by whoever else publishes there is passed over."""
-        if len(message) >= _HEADER.size:
-            seconds, nanoseconds, length = _HEADER.unpack_from(message)
-            name = message[_HEADER.size : _HEADER.size + length].rstrip(b'\0').decode('latin1')
-            self.answered(topic, seconds * 1_000_000_000 + nanoseconds, name, now_s)
+    def active(self) -> set[str]:
+        """Return the names of the nodes that say that they are active."""
+        with self.changed:
+            return {name for name, said in self.status.items() if said.get('state') == 'active'}
+
+    def subscribers(self, topic: str) -> int:
+        """Return how many have subscribed to a topic of the nodes, as they say."""
+        key = f'subscribers of /{topic}'
+        with self.changed:
+            return max((int(said.get(key, '0')) for said in self.status.values()), default=0)
 
     def answered(self, topic: str, stamp_ns: int, frame_id: str, now_s: float) -> None:
-        """Note an answer."""
+        """Note an answer, with the lock held."""
         self.arrived.setdefault(stamp_ns, now_s)
+
+    def _receive(self, topic: str, message: bytes) -> None:
+        """Look at the header; what is cut off by whoever else publishes there is passed over."""
+        now_s = time.time()
+        with self.changed:
+            if len(message) >= _HEADER.size:
+                seconds, nanoseconds, length = _HEADER.unpack_from(message)
+                name = message[_HEADER.size : _HEADER.size + length].rstrip(b'\0')
+                stamp_ns = seconds * 1_000_000_000 + nanoseconds
+                self.answered(topic, stamp_ns, name.decode('latin1'), now_s)
+            self.changed.notify_all()
+
+    def _diagnose(self, message: DiagnosticArray) -> None:
+        with self.changed:
+            for status in message.status:
+                said = {each.key: each.value for each in status.values}
+                self.status[status.name] = self.status.get(status.name, {}) | said
+
+    def _spin(self) -> None:
+        with suppress(ExternalShutdownException):
+            self._executor.spin()
 
 
 def processor_seconds(pid: int) -> float:

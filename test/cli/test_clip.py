@@ -15,48 +15,36 @@ FILM = b'a film'
 
 
 @pytest.fixture
-def wheel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a wheel with a film, which is what is expected."""
-    path = tmp_path / 'sports2d.whl'
+def fetched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Return the folders that a wheel with the film expected was fetched into."""
+    path, calls = tmp_path / 'sports2d.whl', []
     with zipfile.ZipFile(path, 'w') as archive:
         archive.writestr(clip._MEMBER, FILM)
-    expect(monkeypatch, path, FILM)
-    return path
+    monkeypatch.setattr(clip, '_SHA256', hashlib.sha256(FILM).hexdigest())
+    monkeypatch.setattr(clip, '_wheel', lambda folder: calls.append(folder) or path)
+    return calls
 
 
-def expect(monkeypatch: pytest.MonkeyPatch, wheel: Path, film: bytes) -> None:
-    monkeypatch.setattr(clip, '_WHEEL_SHA256', hashlib.sha256(wheel.read_bytes()).hexdigest())
-    monkeypatch.setattr(clip, '_CLIP_SHA256', hashlib.sha256(film).hexdigest())
-
-
-def test_the_clip_is_fetched_once(wheel, tmp_path, monkeypatch) -> None:
-    calls = []
-    monkeypatch.setattr(clip, '_download', lambda folder: calls.append(folder) or wheel)
+def test_the_clip_is_fetched_once(fetched, tmp_path) -> None:
     cache = tmp_path / 'cache'
     first = clip.demo_clip(cache)
     assert first.read_bytes() == FILM
     assert clip.demo_clip(cache) == first
-    assert len(calls) == 1
+    assert len(fetched) == 1
     assert [path.name for path in cache.iterdir()] == [first.name]
 
 
-def test_a_damaged_copy_in_the_cache_is_fetched_again(wheel, tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(clip, '_download', lambda folder: wheel)
+def test_a_damaged_copy_in_the_cache_is_fetched_again(fetched, tmp_path) -> None:
     path = clip.demo_clip(tmp_path / 'cache')
     path.write_bytes(b'damaged')
     assert clip.demo_clip(tmp_path / 'cache').read_bytes() == FILM
 
 
-def test_another_wheel_is_refused(wheel, monkeypatch) -> None:
-    monkeypatch.setattr(clip, '_WHEEL_SHA256', 'ab' * 32)
-    with pytest.raises(SequenceError, match='must have the SHA-256 abab'):
-        clip.clip_of_wheel(wheel)
-
-
-def test_another_film_is_refused(wheel, monkeypatch) -> None:
-    monkeypatch.setattr(clip, '_CLIP_SHA256', 'ab' * 32)
+def test_another_film_is_refused(fetched, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(clip, '_SHA256', 'ab' * 32)
     with pytest.raises(SequenceError, match='not the film expected'):
-        clip.clip_of_wheel(wheel)
+        clip.demo_clip(tmp_path / 'cache')
+    assert not (tmp_path / 'cache').exists()
 
 
 def test_without_a_network_the_message_names_the_way_out(tmp_path, monkeypatch) -> None:

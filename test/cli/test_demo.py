@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -21,10 +22,7 @@ from test.walkers import box_of, clip
 
 pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
 
-from gait_segmentation.cli import demo as module
-from gait_segmentation.cli.demo import lost_frames, main, parser, play
-from gait_segmentation.cli.processes import ProcessError
-from gait_segmentation.inputs import open_input
+from gait_segmentation.cli.demo import lost_frames, main
 
 ROOT = Path(__file__).parents[2]
 TIMEOUT_S = 600.0
@@ -98,20 +96,17 @@ def test_everything_is_written(demo: Demo, film, tmp_path: Path) -> None:
     assert demo.process.returncode == 0, output
     out = tmp_path / 'out'
     report = json.loads((out / 'report.json').read_text())
-    assert (report['frames_in'], report['frames_out'], report['dropped']) == (FRAMES, FRAMES, 0)
-    assert set(report['messages'].values()) == {FRAMES}
-    assert report['tracked_frames'] == FRAMES
-    assert 0 < report['latency_ms']['p50'] <= report['latency_ms']['p95']
-    assert report['fps'] > 0
-    assert report['versions']['numpy'] == np.__version__
+    latency = report.pop('latency_ms')
+    assert set(report.values()) == {FRAMES}
+    assert 0 < latency['p50'] <= latency['p95']
+    assert f'{FRAMES} of {FRAMES} frames answered' in output
     names = sorted(path.name for path in (out / 'masks').iterdir())
     assert names == [f'{index:04d}.png' for index in range(FRAMES)]
     first = cv2.imread(str(film[0] / '0000.png'))
     mask = cv2.imread(str(out / 'masks/0000.png'), cv2.IMREAD_UNCHANGED)
     assert mask.shape == first.shape[:2]
     assert set(np.unique(mask)) == {0, 255}
-    for name in ('contact_sheet.png', 'phase.png'):
-        assert cv2.imread(str(out / name)).std() > 5
+    assert cv2.imread(str(out / 'contact_sheet.png')).std() > 5
     capture = cv2.VideoCapture(str(out / 'overlay.mp4'))
     assert capture.get(cv2.CAP_PROP_FRAME_COUNT) == FRAMES
     capture.release()
@@ -138,116 +133,12 @@ def test_a_node_that_dies_is_named_and_the_others_are_stopped(demo: Demo) -> Non
     assert not [pid for pid in children if Path(f'/proc/{pid}').exists()]
 
 
-class Played:
-    """A source that has played four frames, and nodes of which one may have died."""
-
-    def __init__(self, stamps: Path, dead: str = '') -> None:
-        self.stamps, self.dead = stamps, dead
-
-    def start(self, name: str, module: str, *arguments: str) -> None:
-        self.stamps.write_text(''.join(f'{k} {k + 1}\n' for k in range(4)))
-
-    def ended(self, name: str) -> bool:
-        return True
-
-    def check_running(self, *names: str) -> None:
-        if self.stamps.exists() and self.dead in names:
-            raise ProcessError(f'{self.dead} ended too early')
-
-
-class Received:
-    """A recorder to which two of four frames have come, and a part of a third a little later."""
-
-    def __init__(self) -> None:
-        self.asked = 0
-
-    def connected(self, *nodes: str) -> bool:
-        return True
-
-    def complete(self) -> int:
-        return 2
-
-    def messages(self) -> int:
-        self.asked += 1
-        return 20 + (self.asked > 5)
-
-
-class Clock:
-    """Time that passes only while somebody sleeps."""
-
-    def __init__(self) -> None:
-        self.now_s = 0.0
-
-    def monotonic(self) -> float:
-        return self.now_s
-
-    def sleep(self, seconds: float) -> None:
-        self.now_s += seconds
-
-
-def test_it_ends_when_frames_were_dropped(film, tmp_path: Path, monkeypatch) -> None:
-    clock = Clock()
-    monkeypatch.setattr(module, 'time', clock)
-    stamps, received = tmp_path / 'stamps.txt', Received()
-    play(Played(stamps), received, open_input(film[0]), 0.0, stamps)
-    # The late part came after five polls, and then nothing for five seconds.
-    assert clock.now_s == pytest.approx(5.3, abs=0.1)
-    assert received.asked == pytest.approx(106, abs=2)
-
-
-def test_a_node_that_holds_frames_back_is_made_to_hand_them_out(
-    film, tmp_path: Path, monkeypatch
-) -> None:
-    class Holding(Received):
-        deactivated: str = ''
-
-        def complete(self) -> int:
-            return 4 if self.deactivated else 2
-
-        def deactivate(self, name: str) -> None:
-            self.deactivated = name
-
-    clock = Clock()
-    monkeypatch.setattr(module, 'time', clock)
-    stamps, received = tmp_path / 'stamps.txt', Holding()
-    play(Played(stamps), received, open_input(film[0]), 0.0, stamps, holds='gait_matcher')
-    assert received.deactivated == 'gait_matcher'
-    assert clock.now_s == pytest.approx(5.3, abs=0.1)
-
-
-def test_it_ends_when_a_node_dies_after_the_film(film, tmp_path: Path) -> None:
-    stamps = tmp_path / 'stamps.txt'
-    with pytest.raises(ProcessError, match='gait_matcher ended'):
-        play(Played(stamps, 'gait_matcher'), Received(), open_input(film[0]), 0.0, stamps)
-
-
-def test_it_says_which_nodes_are_ready(film, tmp_path: Path, monkeypatch, capsys) -> None:
-    class Starting(Received):
-        def __init__(self) -> None:
-            super().__init__()
-            self.ready: list[str] = []
-
-        def active(self) -> set[str]:
-            return set(self.ready)
-
-        def connected(self, *nodes: str) -> bool:
-            self.ready = list(nodes[: len(self.ready) + 1])
-            return len(self.ready) == len(nodes)
-
-    monkeypatch.setattr(module, '_FLOW_OUT_S', 0.0)
-    stamps = tmp_path / 'stamps.txt'
-    play(Played(stamps), Starting(), open_input(film[0]), 0.0, stamps)
-    said = capsys.readouterr().err
-    assert 'gait_demo: gait_tracker is ready\ngait_demo: gait_matcher is ready\n' in said
-
-
-def test_what_became_of_lost_frames_is_told(tmp_path: Path) -> None:
-    text = lost_frames(12, {'gait_tracker': 11, 'gait_matcher': 1}, tmp_path)
+def test_what_became_of_lost_frames_is_told() -> None:
+    said = SimpleNamespace(dropped=lambda: {'gait_matcher': 1, 'gait_tracker': 11})
+    text = lost_frames(12, said)
     assert text.startswith('12 frames lost: gait_matcher dropped 1 and gait_tracker dropped 11,')
     assert '--rate' in text
-    text = lost_frames(1, {}, tmp_path)
-    assert text.startswith('1 frame lost: no node says')
-    assert str(tmp_path) in text
+    assert lost_frames(1, SimpleNamespace(dropped=dict)).startswith('1 frame lost: no node says')
 
 
 @pytest.mark.parametrize(
@@ -257,11 +148,10 @@ def test_what_became_of_lost_frames_is_told(tmp_path: Path) -> None:
         (['--box', '1', '1', '9', '9'], 'give --clip'),
         (['--clip', 'film', '--box', '9999', '1', '9', '9'], 'must not lie outside of the image'),
         (['--clip', 'film', '--box', '1', '1', '0', '9'], 'must be positive'),
-        (['--clip', 'film', '--box', '1', '1', 'nine'], 'four numbers X Y W H, or auto'),
         (['--clip', 'film', '--box', '1', '1', '9', '9', '--people', '0'], 'from 1 to 16'),
-        (['--clip', 'film', '--box', '1', '1', '9', '9', '--width', '3'], 'at least 64'),
         (['--clip', 'film', '--out', 'letter/x'], 'nothing can be written'),
-        (['--clip', 'film', '--box', 'auto', '--out', 'letter'], 'nothing can be written'),
+        (['--clip', 'film', '--rate', '-1'], 'rate'),
+        (['--clip', 'film', '--out', 'letter'], 'nothing can be written'),
     ],
 )
 def test_options_that_make_no_sense_are_errors(
@@ -288,10 +178,5 @@ def test_neither_the_film_nor_other_images_are_overwritten(
     place.parent.mkdir()
     cv2.imwrite(str(place), np.zeros((4, 4), np.uint8))
     assert main(['--clip', str(folder), *box, '--out', str(tmp_path)]) == 2
-    assert f'{place} was not made by gait_demo and is not replaced' in capsys.readouterr().err
+    assert f'{place.parent} was not made by' in capsys.readouterr().err
     assert list(tmp_path.rglob('*.*')) == [place]
-
-
-def test_the_help_shows_both_forms_of_the_box() -> None:
-    assert '[--box auto|X Y W H]' in parser().format_usage()
-    assert parser().format_help().count('--box auto|X Y W H') == 2

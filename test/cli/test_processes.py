@@ -94,7 +94,7 @@ def test_a_process_that_fails_is_named_with_its_last_lines(group: ProcessGroup) 
         group.start('failing', 'failing')
         wait_for(lambda: group.ended('failing'), 'the end')
         with pytest.raises(ProcessError, match=r'failing ended with code 1[^$]*OSError: 7'):
-            group.check()
+            group.check_running()
 
 
 def test_a_process_that_is_killed_is_named_with_the_signal(group: ProcessGroup) -> None:
@@ -104,7 +104,7 @@ def test_a_process_that_is_killed_is_named_with_the_signal(group: ProcessGroup) 
         group._children['sleeper'].kill()
         wait_for(lambda: group.ended('sleeper'), 'the end')
         with pytest.raises(ProcessError, match='sleeper was killed by signal 9'):
-            group.check()
+            group.check_running()
 
 
 @pytest.mark.skipif(sys.platform != 'linux', reason='the kernel does this on Linux only')

@@ -1,0 +1,312 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A film as a live camera, the three nodes as processes, and what they answer."""
+
+from __future__ import annotations
+
+import math
+import os
+import struct
+import sys
+import time
+from collections.abc import Callable, Mapping, MutableMapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import lz4.block
+import numpy as np
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PolygonInstanceStamped
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import Image, JointState
+from tqdm import tqdm
+
+from gait_segmentation.cli.processes import ProcessError, ProcessGroup
+from gait_segmentation.cli.tool import POLL_S, preset_file
+from gait_segmentation.geometry import Box
+from gait_segmentation.inputs import ImageSource
+from gait_segmentation.inputs.encodings import read_mono8
+from gait_segmentation.pipeline import FrameResult, PersonResult
+from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
+from gait_segmentation.ros.fields import slot_topic, slot_topics
+from gait_segmentation.ros.files import use_shared_memory
+from gait_segmentation.ros.messages import read_body, read_box, read_gait
+
+__all__ = ['NODES', 'Recording', 'play', 'prepare_environment', 'read_stamps']
+
+NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')
+
+_START_TIMEOUT_S = 900.0
+_FLOW_OUT_S = 5.0
+_PRELOADED = 1 << 30
+"""Bytes of frames that are decoded beforehand; longer films are while they are played."""
+
+_PATIENT = {'backlog': 90, 'keep_images': 300}
+"""Parameters of nodes: on a busy computer frames are to be late rather than lost."""
+
+_RECORDED = {'box': PolygonInstanceStamped, 'matched_box': PolygonInstanceStamped}
+_RECORDED |= {'gait': JointState}
+_SUBSCRIBERS = {
+    'box': 2,
+    'likelihood': 2,
+    'matched_box': 3,
+    'shape_prior': 2,
+    'gait': 2,
+    'mask': 1,
+}
+"""Of the topics of a slot, when the nodes and who records them are connected."""
+
+_CDR_STAMP = struct.Struct('=4xiI')
+"""Of a serialised message that begins with a header, in the byte order that DDS uses here."""
+
+
+def prepare_environment(environment: MutableMapping[str, str]) -> None:
+    """Keep the nodes to this computer and apart from other ROS systems on it."""
+    environment.setdefault('ROS_DOMAIN_ID', str(20 + os.getpid() % 80))
+    environment.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    environment.setdefault('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp')
+    use_shared_memory(environment)
+
+
+def read_stamps(path: Path) -> dict[int, int]:
+    """Return what ``gait_source --stamps`` has written: stamps in nanoseconds by frame number."""
+    pairs = (line.split() for line in path.read_text(encoding='ascii').splitlines())
+    return {int(number): int(stamp_ns) for number, stamp_ns in pairs}
+
+
+class Recording:
+    """
+    What the nodes publish of the frames of a film.
+
+    ``published`` has the stamps of all frames by number, once the film was played.
+    """
+
+    def __init__(self, people: int) -> None:
+        """Begin to listen to the nodes; rclpy must be initialised."""
+        self.published: dict[int, int] = {}
+        self.arrived_s: dict[int, float] = {}
+        """Times at which the labels of frames came, by stamp."""
+
+        self.complete = 0
+        """Frames of which all has come."""
+
+        self._people = people
+        self._said: dict[str, dict[str, str]] = {}
+        self._kept: dict[int, dict[str, bytes]] = {}
+        self._kinds: dict[str, Any] = {'labels': Image, **slot_topics(_RECORDED, people)}
+        self._latest_s = 0.0
+        self._node = Node('gait_demo')
+        qos = QoSProfile(depth=200)
+        for topic, kind in self._kinds.items():
+            self._node.create_subscription(kind, topic, partial(self._keep, topic), qos, raw=True)
+        self._node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, qos)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self._node)
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._executor.shutdown()
+        self._node.destroy_node()
+
+    def _keep(self, topic: str, message: bytes) -> None:
+        # As it came, in little memory: whatever is done now takes time from the nodes.
+        seconds, nanoseconds = _CDR_STAMP.unpack_from(message)
+        stamp_ns = seconds * 1_000_000_000 + nanoseconds
+        self._latest_s = time.monotonic()
+        if topic == 'labels':
+            self.arrived_s.setdefault(stamp_ns, time.time())
+        kept = self._kept.setdefault(stamp_ns, {})
+        self.complete += topic not in kept and len(kept) + 1 == len(self._kinds)
+        kept[topic] = lz4.block.compress(message)
+
+    def _diagnose(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            said = self._said.setdefault(status.name, {})
+            before = said.get('state')
+            said |= {each.key: each.value for each in status.values}
+            if status.name in NODES and before != said.get('state') == 'active':
+                print(f'gait_demo: {status.name} is ready', file=sys.stderr)
+
+    def connected(self) -> bool:
+        """Return whether the nodes are active and connected with each other and with this."""
+        wanted = {'labels': 1, **slot_topics(_SUBSCRIBERS, self._people)}
+        said = [self._said.get(name, {}) for name in NODES]
+        return all(each.get('state') == 'active' for each in said) and all(
+            max(int(each.get(f'subscribers of /{topic}', 0)) for each in said) >= count
+            for topic, count in wanted.items()
+        )
+
+    def follow(self, done: Callable[[], bool], processes: ProcessGroup) -> None:
+        """
+        Listen until something is so.
+
+        :raises ProcessError: if a node ends meanwhile.
+        """
+        while not done():
+            processes.check_running(*NODES)
+            self._executor.spin_once(POLL_S)
+
+    def follow_rest(self, processes: ProcessGroup) -> None:
+        """Listen until all frames that were published have come, or nothing comes any more."""
+        self._latest_s = time.monotonic()
+        self.follow(
+            lambda: (
+                self.complete >= len(self.published)
+                or time.monotonic() - self._latest_s > _FLOW_OUT_S
+            ),
+            processes,
+        )
+
+    def release_held(self) -> None:
+        """Deactivate the matcher, so that it publishes what it holds back for the next frames."""
+        client = self._node.create_client(ChangeState, 'gait_matcher/change_state')
+        if client.wait_for_service(POLL_S):
+            transition = Transition(id=Transition.TRANSITION_DEACTIVATE)
+            client.call_async(ChangeState.Request(transition=transition))
+
+    def answered(self) -> list[int]:
+        """Return the numbers of the frames whose labels have come."""
+        return [number for number, stamp in self.published.items() if stamp in self.arrived_s]
+
+    def dropped(self) -> dict[str, int]:
+        """Return how many frames each node says it has dropped, of those that have."""
+        skipped = {name: int(said.get('skipped', 0)) for name, said in self._said.items()}
+        return {name: count for name, count in sorted(skipped.items()) if count}
+
+    def result(self, number: int) -> FrameResult:
+        """Return what the nodes said of a frame that was answered."""
+        stamp_ns = self.published[number]
+        kept = self._kept[stamp_ns]
+
+        def message(topic: str) -> Any:
+            kind = self._kinds[topic]
+            data = kept.get(topic)
+            return (
+                kind() if data is None else deserialize_message(lz4.block.decompress(data), kind)
+            )
+
+        labels = read_mono8(message('labels'))
+        unseen = np.zeros((0, 0), np.uint8)
+        people = []
+        for slot in range(self._people):
+            box = message(slot_topic(slot, 'box'))
+            track_id, gait = int(box.polygon.id), read_gait(message(slot_topic(slot, 'gait')))
+            tight, tilt = read_box(box)
+            match = replace(
+                MatchResult.nobody(stamp_ns, track_id, unseen.shape),
+                body=read_body(message(slot_topic(slot, 'matched_box'))),
+                phase=gait.phase,
+                phase_rate=gait.rate,
+                azimuth=gait.azimuth,
+                similarity=gait.similarity,
+            )
+            mask = np.where(labels == slot + 1, 255, 0).astype(np.uint8)
+            people.append(
+                PersonResult(
+                    TrackResult(stamp_ns, track_id, tight, unseen, 0.0, tilt),
+                    match,
+                    SegmentationResult(stamp_ns, track_id, mask, ''),
+                )
+            )
+        mask = np.where(labels > 0, 255, 0).astype(np.uint8)
+        return FrameResult(stamp_ns, tuple(people), mask, labels, {})
+
+
+def play(
+    film: ImageSource,
+    logs: Path,
+    *,
+    box: Box | None = None,
+    people: int = 1,
+    preset: str = 'default',
+    **reading: object,
+) -> Recording:
+    """
+    Play a film to the nodes and record what they answer.
+
+    :param logs: folder for what the processes say.
+    :param box: of a person in the first frame, in the pixels played; without, people are found.
+    :param preset: names the parameter file of the nodes.
+    :param reading: arguments of :func:`open_input` with which the film was opened.
+    :raises ProcessError: if a process fails or the nodes do not connect.
+    """
+    prepare_environment(os.environ)
+    parameters: dict[str, object] = {**_PATIENT, 'max_people': people}
+    if box is not None:
+        parameters['initial_box'] = [float(each) for each in (box.x, box.y, box.width, box.height)]
+    stamps = logs / 'stamps.txt'
+    stamps.unlink(missing_ok=True)
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        with ProcessGroup(os.environ, logs) as processes:
+            _start_nodes(processes, parameters, preset_file(preset))
+            recording = Recording(people)
+            try:
+                _record(recording, processes, film, reading, stamps)
+            finally:
+                recording.close()
+    finally:
+        rclpy.try_shutdown()
+    return recording
+
+
+def _start_nodes(processes: ProcessGroup, parameters: dict[str, object], file: Path) -> None:
+    """Start the nodes with the parameters that gait_segmentation.launch.py gives them."""
+    given = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
+    for name in NODES:
+        words = ('--ros-args', '--params-file', str(file), *given)
+        processes.start(name, 'gait_segmentation', name.removeprefix('gait_'), *words)
+
+
+def _record(
+    recording: Recording,
+    processes: ProcessGroup,
+    film: ImageSource,
+    reading: Mapping[str, object],
+    stamps: Path,
+) -> None:
+    """
+    Play the film to the nodes, and wait until everything has come.
+
+    :raises ProcessError: if a process fails or the nodes do not connect.
+    """
+    print('gait_demo: starting the nodes (the first time, a minute or two)', file=sys.stderr)
+    deadline = time.monotonic() + _START_TIMEOUT_S
+
+    def connected() -> bool:
+        if time.monotonic() > deadline:
+            raise ProcessError(f'the nodes did not connect within {_START_TIMEOUT_S:g} s')
+        return recording.connected()
+
+    recording.follow(connected, processes)
+    source = [f'--{name.replace("_", "-")}={value}' for name, value in reading.items() if value]
+    source += [str(film.path), '--wait-for', '2', '--stamps', str(stamps)]
+    # For the processes to be done with finding the camera before it starts.
+    source += ['--delay', '1']
+    if film.total is not None and 3 * math.prod(film.size) * film.total <= _PRELOADED:
+        source.append('--preload')
+    processes.start('gait_source', 'gait_segmentation', 'source', *source)
+    # disable=None: no bar where stderr is not a terminal.
+    with tqdm(total=film.total, unit='frame', disable=None, desc='gait_demo') as bar:
+
+        def played() -> bool:
+            bar.update(recording.complete - bar.n)
+            return processes.ended('gait_source')
+
+        recording.follow(played, processes)
+        processes.check_running(*NODES)
+        recording.published = read_stamps(stamps)
+        recording.follow_rest(processes)
+        if recording.complete < len(recording.published):
+            recording.release_held()
+            recording.follow_rest(processes)
+        bar.update(recording.complete - bar.n)

@@ -1,0 +1,174 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is recorded of the nodes' messages, and when the recording ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import JointState
+from std_msgs.msg import Header
+
+from gait_segmentation.cli import live
+from gait_segmentation.cli.live import NODES, Recording
+from gait_segmentation.cli.processes import ProcessError
+from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.inputs import open_input
+from gait_segmentation.ros.messages import box_message, image_message
+
+# rclpy loads deprecated modules of Python with its first publisher.
+pytestmark = pytest.mark.filterwarnings('ignore::DeprecationWarning')
+
+BOX = Box(1, 2, 3, 4)
+TOPICS = [
+    'labels',
+    *(f'person_{k}/{name}' for k in range(2) for name in ('box', 'matched_box', 'gait')),
+]
+
+
+@pytest.fixture
+def recording(monkeypatch: pytest.MonkeyPatch) -> Iterator[Recording]:
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF')
+    rclpy.init(args=[])
+    made = Recording(2)
+    yield made
+    made.close()
+    rclpy.try_shutdown()
+
+
+def take(recording: Recording, topic: str, second: int) -> None:
+    """Hand a message to the recording in which slot 1 is seen, as if it had come."""
+    header = Header()
+    header.stamp.sec = second
+    somebody = topic.startswith('person_1')
+    if topic == 'labels':
+        labels = np.zeros((4, 6), np.uint8)
+        labels[2:, 1:4] = 2
+        message = image_message(labels, header)
+    elif topic.endswith('gait'):
+        message = JointState(header=header)
+        if somebody:
+            message.name, message.position = ['gait_phase', 'view_azimuth'], [np.pi, 0.5]
+    else:
+        message = box_message(BOX.corners() if somebody else (), 7 * somebody, header)
+    recording._keep(topic, serialize_message(message))
+
+
+def test_a_result_is_what_the_messages_say(recording: Recording) -> None:
+    for topic in TOPICS:
+        take(recording, topic, 5)
+    recording.published = {3: 5 * 10**9, 4: 6 * 10**9}
+    assert recording.answered() == [3]
+    result = recording.result(3)
+    nobody, person = result.people
+    assert (nobody.track.box, nobody.match.body) == (None, None)
+    assert (person.track.box, person.track.track_id) == (BOX, 7)
+    assert (person.match.phase, person.match.azimuth) == pytest.approx((0.5, 0.5))
+    assert person.match.body == BodyFrame(2.5, 4.0, 4.0)
+    assert np.argwhere(result.mask == 255).tolist() == np.argwhere(result.labels == 2).tolist()
+    assert (person.segmentation.mask == result.mask).all()
+    assert not nobody.segmentation.mask.any()
+
+
+def test_a_frame_is_complete_once_and_when_all_has_come(recording: Recording) -> None:
+    for topic in TOPICS:
+        assert recording.complete == 0
+        take(recording, topic, 5)
+    for topic in TOPICS[:3]:
+        take(recording, topic, 5)
+        take(recording, topic, 6)
+    assert recording.complete == 1
+
+
+def test_nodes_are_connected_when_all_of_them_say_so(recording: Recording, capsys) -> None:
+    counts = {f'/person_{k}/{name}': n for k in range(2) for name, n in live._SUBSCRIBERS.items()}
+    subscribers = {f'subscribers of {topic}': n for topic, n in counts.items()}
+    subscribers['subscribers of /labels'] = 1
+
+    def say(name: str, **more: object) -> None:
+        values = {'state': 'active', **more}
+        pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+        status = DiagnosticStatus(name=name, values=pairs)
+        recording._diagnose(DiagnosticArray(status=[status]))
+
+    say(NODES[0], state='inactive', **subscribers)
+    for name in NODES[1:]:
+        say(name, skipped=0)
+    assert not recording.connected()
+    say(NODES[0], skipped=3, **subscribers | {'subscribers of /labels': 0})
+    assert not recording.connected()
+    say(NODES[0], skipped=3, **subscribers)
+    assert recording.connected()
+    assert recording.dropped() == {'gait_tracker': 3}
+    said = capsys.readouterr().err.splitlines()
+    assert said == [f'gait_demo: {name} is ready' for name in (*NODES[1:], NODES[0])]
+
+
+class Played:
+    """Processes of which the source has played four frames, and one node may have died."""
+
+    def __init__(self, stamps: Path, dead: str = '') -> None:
+        self.stamps, self.dead = stamps, dead
+
+    def start(self, name: str, module: str, *arguments: str) -> None:
+        self.stamps.write_text(''.join(f'{k} {k + 1}\n' for k in range(4)))
+
+    def ended(self, name: str) -> bool:
+        return True
+
+    def check_running(self, *names: str) -> None:
+        if self.stamps.exists() and self.dead in names:
+            raise ProcessError(f'{self.dead} ended too early')
+
+
+@pytest.fixture
+def played(recording: Recording, tmp_path: Path, monkeypatch) -> SimpleNamespace:
+    """Return what plays a film of which two of four frames come, in a time that is made up."""
+    clock = SimpleNamespace(now_s=0.0)
+    clock.monotonic = lambda: clock.now_s
+    monkeypatch.setattr(live, 'time', clock)
+    monkeypatch.setattr(recording, 'connected', lambda: True)
+    recording.complete = 2
+
+    def pass_time(seconds: float) -> None:
+        clock.now_s += seconds
+
+    monkeypatch.setattr(recording._executor, 'spin_once', pass_time)
+
+    def run(dead: str = '') -> float:
+        film = open_input(Path(__file__).parents[2] / 'docs/images')
+        stamps = tmp_path / 'stamps.txt'
+        live._record(recording, Played(stamps, dead), film, {}, stamps)
+        return clock.now_s
+
+    return SimpleNamespace(run=run, clock=clock)
+
+
+def test_it_ends_when_frames_are_lost(recording: Recording, played, monkeypatch) -> None:
+    released = []
+    monkeypatch.setattr(recording, 'release_held', lambda: released.append(played.clock.now_s))
+    assert played.run() == pytest.approx(10.0, abs=0.2)
+    assert released == [pytest.approx(5.0, abs=0.1)]
+    assert len(recording.published) == 4
+
+
+def test_a_node_that_holds_frames_back_is_made_to_hand_them_out(
+    recording: Recording, played, monkeypatch
+) -> None:
+    monkeypatch.setattr(recording, 'release_held', lambda: setattr(recording, 'complete', 4))
+    assert played.run() == pytest.approx(5.0, abs=0.1)
+
+
+def test_it_ends_when_a_node_dies_after_the_film(played) -> None:
+    with pytest.raises(ProcessError, match='gait_matcher ended'):
+        played.run('gait_matcher')
