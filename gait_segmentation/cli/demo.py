@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gait_segmentation.cli.clip import CLIP_BOX, CLIP_START, demo_clip
 from gait_segmentation.cli.processes import handled
 from gait_segmentation.cli.replaying.file_outputs import MasksOutput, OverlayOutput
-from gait_segmentation.cli.replaying.output import Output, Replayed
+from gait_segmentation.cli.replaying.output import About, Output, Replayed
 from gait_segmentation.cli.tool import (
     READING,
     add_preset_option,
@@ -194,7 +194,7 @@ def write_pictures(out: Path, recording: Recording, film: ImageSource, fps: floa
     tiles, silhouettes, complete = [], 0, False
     outputs: list[Output] = [MasksOutput(out / 'masks')]
     try:
-        outputs.append(OverlayOutput(out / 'overlay.mp4', film.size, fps))
+        outputs.append(OverlayOutput(out / 'overlay.mp4', About(film.size, fps)))
         for frame in film.frames():
             if frame.number not in answered:
                 continue

@@ -9,8 +9,12 @@ import os
 import sys
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from gait_segmentation.cli.replaying.batch import replay_all
+from gait_segmentation.cli.replaying.job import OUTPUTS, Job, Report
+from gait_segmentation.cli.replaying.summary import check_summary, write_summary
+from gait_segmentation.cli.replaying.walks import OpenGaitOutput, OpenGaitPeopleOutput
+from gait_segmentation.cli.settings import Settings, read_parameter_file
 from gait_segmentation.cli.tool import (
     FAILED,
     INTERRUPTED,
@@ -24,10 +28,7 @@ from gait_segmentation.cli.tool import (
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.output_files import keep_apart
-
-if TYPE_CHECKING:
-    from gait_segmentation.cli.replaying.job import Job, Report
-    from gait_segmentation.cli.replaying.output import Output
+from gait_segmentation.geometry import Box
 
 __all__ = ['main', 'parser']
 
@@ -40,21 +41,9 @@ or .db3) or a ROS 1 bag; neither reading nor writing needs ROS.
 """
 
 EPILOG = """\
-writes OUT/NAME, a new bag (MCAP) with the topics and messages of the live
-nodes, and what else is asked for:
-
-  --masks DIR     NNNN.png (255 = person) by the frame's number in the input
-  --overlay FILE  a film with outline, box, direction and phase
-  --csv FILE      boxes, phase, cadence, azimuth and confidence, a row a
-                  person and frame
-  --opengait DIR  walks for gait recognition as OpenGait reads them: arrays
-                  (N, 64, 64) uint8 in DIR/NAME/person-ID/VIEW/VIEW.pkl;
-                  with --subjects person, where several people are in a film,
-                  in DIR/NAME/NAME-person-ID/walk/VIEW/VIEW.pkl
-  --summary FILE  one table (.parquet or CSV) of all walks in all inputs
-
-With several inputs every other FILE and DIR is a folder, and gets a file or
-folder NAME (with its suffix) for each input. NAME is the input's without suffix.
+It writes bags, OUT/NAME, and what else is asked for. With several inputs every
+FILE and DIR but that of --summary is a folder, and gets a file or folder NAME
+(with its suffix) for each input. NAME is the input's without suffix.
 
 Outputs that exist are not made again, so an interrupted run is continued by
 the same command; --force makes them anew. What is not recognisably an output
@@ -83,23 +72,16 @@ def parser() -> argparse.ArgumentParser:
     made = command_parser('gait_replay', DESCRIPTION, EPILOG)
     add = made.add_argument
     add('input', nargs='+', type=Path, metavar='INPUT', help='films, folders of images, bags')
-    add(
-        '--out',
-        type=Path,
-        default=Path('out/replay'),
-        metavar='DIR',
-        help='folder for bags (%(default)s)',
-    )
-    add('--masks', type=Path, metavar='DIR', help='write masks as images')
-    add('--overlay', type=Path, metavar='FILE', help='write a film (.mp4)')
-    add('--csv', type=Path, metavar='FILE', help='write a table of people, boxes and gait')
-    add('--opengait', type=Path, metavar='DIR', help='write normalised silhouettes')
+    for kind in OUTPUTS:
+        metavar = 'FILE' if kind.files is None else 'DIR'
+        add(kind.option, type=Path, default=kind.default, metavar=metavar, help=kind.help)
     add('--summary', type=Path, metavar='FILE', help='write a table of all walks in all inputs')
     add(
         '--subjects',
         choices=('film', 'person'),
         default='film',
-        help='what is a subject for --opengait: an input, or everybody in it (%(default)s)',
+        help='what is a subject for --opengait: an input, or everybody in it, with DIR/NAME/'
+        'NAME-person-ID/walk/VIEW/VIEW.pkl (%(default)s)',
     )
     add(
         '--box',
@@ -143,13 +125,6 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
 
     :raises ConfigError: if an option cannot be used.
     """
-    from gait_segmentation.cli.replaying.bag_output import BagOutput
-    from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput, OverlayOutput
-    from gait_segmentation.cli.replaying.job import Job
-    from gait_segmentation.cli.replaying.opengait import OpenGaitOutput, OpenGaitPeopleOutput
-    from gait_segmentation.cli.settings import Settings, read_parameter_file
-    from gait_segmentation.geometry import Box
-
     if options.jobs < 1 or options.threads < 1:
         raise ConfigError(
             f'--jobs and --threads must be at least 1, got {options.jobs} and {options.threads}'
@@ -159,21 +134,20 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
         if path is not None:
             settings = read_parameter_file(path, settings)
     several = len(options.input) > 1
-    opengait = OpenGaitPeopleOutput if options.subjects == 'person' else OpenGaitOutput
     jobs = []
     for path, name in zip(options.input, names_of(options.input), strict=True):
-        places: dict[type[Output], Path | None] = {
-            BagOutput: options.out / name,
-            MasksOutput: _place(options.masks, several, name),
-            OverlayOutput: _place(options.overlay, several, f'{name}.mp4'),
-            opengait: _place(options.opengait, True, name),
-            CsvOutput: _place(options.csv, several, f'{name}.csv'),
-        }
+        outputs = {}
+        for kind in OUTPUTS:
+            given = getattr(options, kind.option.strip('-'))
+            if kind is OpenGaitOutput and options.subjects == 'person':
+                kind = OpenGaitPeopleOutput
+            if given is not None:
+                outputs[kind] = kind.place(given, name, several=several)
         jobs.append(
             Job(
                 input=path,
                 config=overridden(settings.config, options.set),
-                outputs={kind: place for kind, place in places.items() if place is not None},
+                outputs=outputs,
                 reading={each: getattr(options, each) for each in READING},
                 bank=options.bank or settings.bank.bank,
                 box=Box(*options.box) if options.box is not None else settings.start.box(),
@@ -182,10 +156,6 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
             )
         )
     return jobs
-
-
-def _place(given: Path | None, in_folder: bool, name: str) -> Path | None:
-    return given / name if given is not None and in_folder else given
 
 
 def names_of(paths: list[Path]) -> list[str]:
@@ -209,9 +179,6 @@ def names_of(paths: list[Path]) -> list[str]:
 
 
 def _replay_all(options: argparse.Namespace) -> int:
-    from gait_segmentation.cli.replaying.batch import replay_all
-    from gait_segmentation.cli.replaying.summary import check_summary, write_summary
-
     wanted = make_jobs(options)
     given = (*options.input, options.params, wanted[0].bank)
     if options.heat_map and Path(options.heat_map).is_dir():

@@ -21,10 +21,9 @@ import pytest
 from rosbags.rosbag2 import Reader
 
 from gait_segmentation.cli.replay import main, make_jobs, names_of, parser
-from gait_segmentation.cli.replaying import batch
 from gait_segmentation.cli.replaying.bag_output import Messages
 from gait_segmentation.cli.replaying.file_outputs import COLUMNS
-from gait_segmentation.cli.replaying.runner import replay
+from gait_segmentation.cli.replaying.job import replay
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
@@ -307,7 +306,7 @@ def test_a_folder_is_called_by_all_of_its_name(tmp_path: Path) -> None:
 
 
 def test_inputs_that_were_not_begun_are_an_interrupt(given: list[str], monkeypatch) -> None:
-    monkeypatch.setattr(batch, 'replay_all', lambda *_, **__: ([], 0.0))
+    monkeypatch.setattr('gait_segmentation.cli.replay.replay_all', lambda *_, **__: ([], 0.0))
     assert main(given) == 130
 
 

@@ -142,23 +142,15 @@ class BagOutput(Output):
     """
 
     option = '--out'
+    help = 'bags (MCAP), one each, with the topics and messages of the live nodes (%(default)s)'
+    default = Path('out/replay')
+    in_folder = True
     files = re.compile(r'metadata\.yaml|[^/]+\.mcap')
-
-    def __init__(self, path: Path, slots: int, digest: str = '') -> None:
-        """
-        Begin the bag.
-
-        :param path: its folder.
-        :param digest: of the input, see :meth:`digest`.
-        :raises OSError: if it cannot be written.
-        """
-        self._slots, self._digest = slots, digest
-        self._messages, self._walks = Messages(), Walks()
-        self._shape: tuple[int, int] | None = None
-        super().__init__(path)
 
     def begin(self) -> None:
         """Open the bag and declare the topics."""
+        self._messages, self._walks = Messages(), Walks()
+        self._shape: tuple[int, int] | None = None
         self.work.mkdir(parents=True)
         self._reserve = self.work / 'reserve'
         self._reserve.write_bytes(os.urandom(_RESERVE_BYTES))
@@ -166,11 +158,11 @@ class BagOutput(Output):
             self.work / self.path.name, version=9, storage_plugin=StoragePlugin.MCAP
         )
         self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
-        self._writer.set_custom_data(_MARK, self._digest)
+        self._writer.set_custom_data(_MARK, self.about.digest)
         self._writer.open()
         self._connections: dict[str, Any] = {}
         self._connect('image_size', _SIZE, latched=True)
-        for topic, kind in slot_topics(_SLOT_TOPICS, self._slots).items():
+        for topic, kind in slot_topics(_SLOT_TOPICS, self.about.slots).items():
             self._connect(topic, kind)
         self._connect('mask', _IMAGE)
         self._connect('labels', _IMAGE)

@@ -17,8 +17,7 @@ from typing import Any
 from tqdm import tqdm
 
 from gait_segmentation.cli.processes import ENDING, handled
-from gait_segmentation.cli.replaying.job import Job, Report
-from gait_segmentation.cli.replaying.runner import replay
+from gait_segmentation.cli.replaying.job import Job, Report, replay
 from gait_segmentation.cli.tool import POLL_S
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.gait_model import TemplateBank, open_bank

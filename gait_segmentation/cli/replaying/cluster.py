@@ -18,8 +18,7 @@ from pathlib import Path
 
 from distributed import Client, Event, KilledWorker
 
-from gait_segmentation.cli.replaying.job import Job, Report
-from gait_segmentation.cli.replaying.runner import replay
+from gait_segmentation.cli.replaying.job import Job, Report, replay
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.kernels import compile_kernels

@@ -53,6 +53,7 @@ class MasksOutput(Output):
     """A folder with ``NNNN.png`` for every frame, named by its number in the input."""
 
     option = '--masks'
+    help = "masks as NNNN.png (255 = person) by the frame's number in the input"
     files = re.compile(r'\d+\.png')
 
     def begin(self) -> None:
@@ -131,20 +132,16 @@ class OverlayOutput(Output):
     """A film with outlines, boxes, directions and phases."""
 
     option = '--overlay'
-
-    def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
-        """
-        Begin the film.
-
-        :param size: its width and height.
-        :raises SequenceError: if there is no encoder for the name.
-        """
-        self._size, self._fps = size, fps
-        super().__init__(path)
+    help = 'a film (.mp4) with outline, box, direction and phase'
+    suffix = '.mp4'
 
     def begin(self) -> None:
-        """Open the film."""
-        self._film = Film(self.work, self._size, self._fps, self.path)
+        """
+        Open the film.
+
+        :raises SequenceError: if there is no encoder for the name.
+        """
+        self._film = Film(self.work, self.about.size, self.about.fps, self.path)
 
     @classmethod
     def is_own(cls, path: Path) -> bool:
@@ -154,7 +151,7 @@ class OverlayOutput(Output):
     def add(self, replayed: Replayed) -> None:
         """Draw a frame and write it."""
         frame, result = replayed.frame, replayed.result
-        picture = np.zeros((self._size[1], self._size[0], 3), np.uint8)
+        picture = np.zeros((*self.about.size[::-1], 3), np.uint8)
         if frame.image is not None:
             picture = frame.image.copy()
         for person in result.people:
@@ -185,6 +182,8 @@ class CsvOutput(Output):
     """A table of boxes, phases, cadences, directions and confidences."""
 
     option = '--csv'
+    help = 'a table of boxes, phase, cadence, azimuth and confidence, a row a person and frame'
+    suffix = '.csv'
 
     def begin(self) -> None:
         """Begin the table."""

@@ -19,7 +19,17 @@ from gait_segmentation.files.output_files import named
 from gait_segmentation.inputs import Frame
 from gait_segmentation.pipeline import FrameResult
 
-__all__ = ['Output', 'Replayed', 'partial_path', 'remove', 'work_path']
+__all__ = ['About', 'Output', 'Replayed', 'partial_path', 'remove', 'work_path']
+
+
+@dataclass(frozen=True)
+class About:
+    """What outputs are told of an input: ``size`` is width and height, ``slots`` for people."""
+
+    size: tuple[int, int] = (0, 0)
+    fps: float = 0.0
+    slots: int = 1
+    digest: str = ''
 
 
 @dataclass(frozen=True)
@@ -82,10 +92,22 @@ class Output(ABC):
     option: ClassVar[str]
     """The option of the command that asks for it."""
 
+    help: ClassVar[str]
+    """What the command says of the option."""
+
+    default: ClassVar[Path | None] = None
+    """Where it goes if the option is not given, None if it is not wanted then."""
+
+    suffix: ClassVar[str] = ''
+    """Of the name of a file, where several inputs have one each in a folder."""
+
+    in_folder: ClassVar[bool] = False
+    """Whether the option names a folder of such outputs for a single input, too."""
+
     files: ClassVar[re.Pattern[str] | None] = None
     """Of an output that is a folder: the files that it may hold, relative to it."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, about: About | None = None) -> None:
         """
         Begin an empty output in place of what an earlier attempt left.
 
@@ -96,6 +118,7 @@ class Output(ABC):
         path.parent.mkdir(parents=True, exist_ok=True)
         self._closed = False
         self.path = path
+        self.about = about or About()
         self.work = work_path(path)
         self._lock = _Lock(path)
         try:
@@ -115,6 +138,17 @@ class Output(ABC):
         :raises OSError: if it cannot be written.
         :raises SequenceError: if there can be no such output.
         """
+
+    @classmethod
+    def place(cls, given: Path, name: str, *, several: bool) -> Path:
+        """
+        Return where the output of an input goes.
+
+        :param given: what the option says.
+        :param name: of the input.
+        :param several: whether there are more inputs.
+        """
+        return given / f'{name}{cls.suffix}' if several or cls.in_folder else given
 
     @classmethod
     @abstractmethod

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from gait_segmentation.cli.replaying.bag_output import BagOutput
 from gait_segmentation.cli.replaying.job import Job
-from gait_segmentation.cli.replaying.opengait import OpenGaitOutput
+from gait_segmentation.cli.replaying.walks import OpenGaitOutput
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.files.output_files import write_file
 

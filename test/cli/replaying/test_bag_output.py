@@ -41,7 +41,7 @@ def contents(path: Path) -> list[tuple[str, int, bytes]]:
 
 
 def test_the_topics_are_those_of_the_nodes(tmp_path: Path) -> None:
-    output = BagOutput(tmp_path / 'walk', 1)
+    output = BagOutput(tmp_path / 'walk')
     for index in range(5):
         output.add(frame(index))
     output.close(complete=True)
@@ -68,7 +68,7 @@ def test_another_reader_of_mcap_finds_the_same(tmp_path: Path) -> None:
     """That of Foxglove, which checks every sum and knows types only by what the file says."""
     reader = pytest.importorskip('mcap.reader', reason='needs mcap')
     decoder = pytest.importorskip('mcap_ros2.decoder', reason='needs mcap-ros2-support')
-    output = BagOutput(tmp_path / 'walk', 1)
+    output = BagOutput(tmp_path / 'walk')
     frames = [frame(index) for index in range(3)]
     add_all(output, frames)
     output.close(complete=True)
@@ -94,7 +94,7 @@ def test_messages_are_those_of_the_nodes(tmp_path: Path) -> None:
     from gait_segmentation.ros.fields import matched_corners, refined_corners, track_corners
     from gait_segmentation.ros.messages import box_message, gait_message, image_message
 
-    output = BagOutput(tmp_path / 'walk', 1)
+    output = BagOutput(tmp_path / 'walk')
     one = frame(3)
     output.add(one)
     output.close(complete=True)
@@ -124,13 +124,13 @@ def test_messages_are_those_of_the_nodes(tmp_path: Path) -> None:
 
 
 def test_what_was_written_stays_readable_when_it_is_broken_off(tmp_path: Path) -> None:
-    output = BagOutput(tmp_path / 'walk', 1)
+    output = BagOutput(tmp_path / 'walk')
     for index in range(4):
         output.add(frame(index))
     output.close(complete=False)
     assert [p.name for p in tmp_path.iterdir()] == ['walk.partial']
     assert len(contents(tmp_path / 'walk.partial')) == 4 * len(TOPICS) + 1
-    again = BagOutput(tmp_path / 'walk', 1)
+    again = BagOutput(tmp_path / 'walk')
     again.add(frame(0))
     again.close(complete=True)
     assert [p.name for p in tmp_path.iterdir()] == ['walk']
@@ -160,7 +160,7 @@ class FullDisk:
 
 @pytest.mark.parametrize('more', [1 << 20, -300_000], ids=['reserve', 'no reserve'])
 def test_a_full_disk_leaves_whole_messages(tmp_path: Path, more: int) -> None:
-    output = BagOutput(tmp_path / 'walk', 1)
+    output = BagOutput(tmp_path / 'walk')
     noise = np.random.default_rng(2).integers(0, 2, (60, *SHAPE)).astype(np.uint8) * 255
     storage = output._writer.storage
     storage.bio = FullDisk(storage.bio, 300_000, output.work / 'reserve', more)
@@ -187,5 +187,5 @@ def test_a_folder_of_something_else_is_not_replaced(tmp_path: Path) -> None:
     (tmp_path / 'walk').mkdir()
     (tmp_path / 'walk/thesis.tex').write_text('years of work')
     with pytest.raises(SequenceError, match=r'holds thesis\.tex and is not replaced'):
-        BagOutput(tmp_path / 'walk', 1)
+        BagOutput(tmp_path / 'walk')
     assert (tmp_path / 'walk/thesis.tex').exists()
