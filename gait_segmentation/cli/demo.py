@@ -93,10 +93,10 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     # Stopping the demonstration must stop its processes.
     with handled(signal.default_int_handler, signal.SIGTERM):
-        return run_tool('gait_demo', lambda: _show(parser().parse_args(arguments)))
+        return run_tool('gait_demo', lambda: _demonstrate(parser().parse_args(arguments)))
 
 
-def _show(options: argparse.Namespace) -> None:
+def _demonstrate(options: argparse.Namespace) -> None:
     """Play the film through the nodes, and write and say what became of it."""
     reading = {name: getattr(options, name) for name in READING}
     film, box = _film_and_box(options, reading)

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import struct
 import sys
@@ -47,8 +46,6 @@ NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')
 
 _START_TIMEOUT_S = 900.0
 _FLOW_OUT_S = 5.0
-_PRELOADED = 1 << 30
-"""Bytes of frames that are decoded beforehand; longer films are while they are played."""
 
 _PATIENT = {'backlog': 90, 'keep_images': 300}
 """Parameters of nodes: on a busy computer frames are to be late rather than lost."""
@@ -292,8 +289,6 @@ def _record(
     source += [str(film.path), '--wait-for', '2', '--stamps', str(stamps)]
     # For the processes to be done with finding the camera before it starts.
     source += ['--delay', '1']
-    if film.total is not None and 3 * math.prod(film.size) * film.total <= _PRELOADED:
-        source.append('--preload')
     processes.start('gait_source', 'gait_segmentation', 'source', *source)
     # disable=None: no bar where stderr is not a terminal.
     with tqdm(total=film.total, unit='frame', disable=None, desc='gait_demo') as bar:

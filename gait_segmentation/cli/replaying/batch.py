@@ -106,8 +106,8 @@ def _side_by_side(
         _until_interrupted() as stop,
         ProcessPoolExecutor(processes, context, _begin_worker, (halt, done, jobs[0].bank)) as pool,
     ):
-        futures = [pool.submit(_work, job, force) for job in jobs]
-        _follow(futures, totals, lambda: done.value, stop, halt.set)
+        futures = [pool.submit(_replay_in_worker, job, force) for job in jobs]
+        _show_progress(futures, totals, lambda: done.value, stop, halt.set)
     return [report for future in futures if (report := future.result()) is not None]
 
 
@@ -134,11 +134,13 @@ def _on_cluster(
                 # Nothing has begun that could be waited for.
                 raise KeyboardInterrupt
 
-        _follow(futures, totals, lambda: sum(each.frames for each in reports()), stop, break_off)
+        _show_progress(
+            futures, totals, lambda: sum(each.frames for each in reports()), stop, break_off
+        )
         return reports()
 
 
-def _follow(
+def _show_progress(
     futures: list[Future[Report | None]],
     totals: list[int | None],
     frames: Callable[[], int],
@@ -171,7 +173,7 @@ def _begin_worker(halt: Any, done: Any, bank: str) -> None:
     _WORKER.update(halt=halt, done=done, bank=open_bank(bank))
 
 
-def _work(job: Job, force: bool) -> Report | None:
+def _replay_in_worker(job: Job, force: bool) -> Report | None:
     """Replay an input, unless interrupted before."""
 
     def count() -> None:

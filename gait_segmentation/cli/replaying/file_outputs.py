@@ -5,12 +5,12 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 from pathlib import Path
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from gait_segmentation.cli.replaying.mark import (
     film_is_marked,
@@ -24,7 +24,7 @@ from gait_segmentation.drawing import draw_label, draw_person
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.pipeline import PersonResult
 
-__all__ = ['COLUMNS', 'CsvOutput', 'Film', 'MasksOutput', 'OverlayOutput']
+__all__ = ['COLUMNS', 'CsvOutput', 'MasksOutput', 'OverlayOutput']
 
 _MP4V = int.from_bytes(b'mp4v', 'little')
 
@@ -56,10 +56,6 @@ class MasksOutput(Output):
     help = "masks as NNNN.png (255 = person) by the frame's number in the input"
     files = re.compile(r'\d+\.png')
 
-    def begin(self) -> None:
-        """Begin the folder."""
-        self.work.mkdir(parents=True)
-
     @classmethod
     def is_own(cls, path: Path) -> bool:
         """Return whether all images have the mark."""
@@ -75,58 +71,6 @@ class MasksOutput(Output):
                 path.unlink(missing_ok=True)
                 raise
 
-    def finish(self) -> None:
-        """Do nothing: every mask is complete."""
-
-
-class Film:
-    """A film file that pictures are added to."""
-
-    def __init__(
-        self, path: Path, size: tuple[int, int], fps: float, name: Path | None = None
-    ) -> None:
-        """
-        Begin the film.
-
-        :param size: its width and height.
-        :param name: what errors call it; the path if None.
-        :raises SequenceError: if there is no encoder for the name.
-        """
-        self._path, self._size, self._frames = path, size, 0
-        self._name = name or path
-        # No other backend: for a name it does not know OpenCV's next one throws, aloud.
-        self._film = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, _MP4V, fps, size)
-        if not self._film.isOpened():
-            raise SequenceError(
-                f'{self._name} cannot be written as a film; use a name such as walk.mp4'
-            )
-
-    def add(self, picture: NDArray[np.uint8], number: int) -> None:
-        """Write a (H, W, 3) uint8 picture with its number drawn on it."""
-        draw_label(picture, f'{number}', (4, 4))
-        if picture.shape[1::-1] != self._size:
-            picture = np.asarray(cv2.resize(picture, self._size, interpolation=cv2.INTER_AREA))
-        self._film.write(picture)
-        self._frames += 1
-
-    def close(self) -> None:
-        """
-        Write the index, and count the frames, since OpenCV does not tell of a full disk.
-
-        :raises SequenceError: if some are missing.
-        """
-        self._film.release()
-        capture = cv2.VideoCapture(str(self._path))
-        readable = 0
-        while capture.grab():
-            readable += 1
-        capture.release()
-        if readable != self._frames:
-            raise SequenceError(
-                f'{self._name} must have {self._frames} frames, {readable} can be read: is the '
-                'disk full?'
-            )
-
 
 class OverlayOutput(Output):
     """A film with outlines, boxes, directions and phases."""
@@ -141,7 +85,15 @@ class OverlayOutput(Output):
 
         :raises SequenceError: if there is no encoder for the name.
         """
-        self._film = Film(self.work, self.about.size, self.about.fps, self.path)
+        self._frames = 0
+        # No other backend: for a name it does not know OpenCV's next one throws, aloud.
+        self._film = cv2.VideoWriter(
+            str(self.work), cv2.CAP_FFMPEG, _MP4V, self.about.fps, self.about.size
+        )
+        if not self._film.isOpened():
+            raise SequenceError(
+                f'{self.path} cannot be written as a film; use a name such as walk.mp4'
+            )
 
     @classmethod
     def is_own(cls, path: Path) -> bool:
@@ -155,27 +107,42 @@ class OverlayOutput(Output):
         if frame.image is not None:
             picture = frame.image.copy()
         for person in result.people:
-            if person.track.box is not None:
-                _draw(picture, person)
-        self._film.add(picture, frame.number)
+            track, match = person.track, person.match
+            if track.box is not None:
+                draw_person(
+                    picture,
+                    mask=person.segmentation.mask,
+                    box=track.box,
+                    track_id=track.track_id,
+                    phase=math.nan if match.body is None else match.phase,
+                    azimuth=math.nan if match.body is None else match.azimuth,
+                )
+        draw_label(picture, f'{frame.number}', (4, 4))
+        if picture.shape[1::-1] != self.about.size:
+            picture = np.asarray(
+                cv2.resize(picture, self.about.size, interpolation=cv2.INTER_AREA)
+            )
+        self._film.write(picture)
+        self._frames += 1
 
     def finish(self) -> None:
-        """Write the index and the mark."""
-        self._film.close()
+        """
+        Write the index and the mark, and count the frames: OpenCV does not tell of a full disk.
+
+        :raises SequenceError: if some are missing.
+        """
+        self._film.release()
+        capture = cv2.VideoCapture(str(self.work))
+        readable = 0
+        while capture.grab():
+            readable += 1
+        capture.release()
+        if readable != self._frames:
+            raise SequenceError(
+                f'{self.path} must have {self._frames} frames, {readable} can be read: is the '
+                'disk full?'
+            )
         mark_film(self.work)
-
-
-def _draw(picture: NDArray[np.uint8], person: PersonResult) -> None:
-    track, match = person.track, person.match
-    found = match.body is not None
-    draw_person(
-        picture,
-        mask=person.segmentation.mask,
-        box=track.box,
-        track_id=track.track_id,
-        phase=match.phase if found else float('nan'),
-        azimuth=match.azimuth if found else float('nan'),
-    )
 
 
 class CsvOutput(Output):

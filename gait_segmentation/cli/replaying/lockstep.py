@@ -111,7 +111,7 @@ def results_of(
             intake.take(frame.image, frame.stamp_ns)
             yield from flushed
             flushed.clear()
-            heat_maps = _given(pipeline, heat_maps, frame, warn)
+            heat_maps = _with_heat_maps(pipeline, heat_maps, frame, warn)
             try:
                 results = pipeline.update(frame.image, frame.stamp_ns)
                 answered_by = frame.stamp_ns
@@ -125,7 +125,7 @@ def results_of(
         raise damage
 
 
-def _given(
+def _with_heat_maps(
     pipeline: Pipeline,
     heat_maps: RecordedMaps | None,
     frame: Frame,

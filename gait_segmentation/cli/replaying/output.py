@@ -130,14 +130,14 @@ class Output(ABC):
             self._let_go()
             raise
 
-    @abstractmethod
     def begin(self) -> None:
         """
-        Begin the file or folder at :attr:`work`.
+        Begin the file or folder at :attr:`work`; here, an empty folder.
 
         :raises OSError: if it cannot be written.
         :raises SequenceError: if there can be no such output.
         """
+        self.work.mkdir(parents=True)
 
     @classmethod
     def place(cls, given: Path, name: str, *, several: bool) -> Path:
@@ -221,10 +221,9 @@ class Output(ABC):
                 'meanwhile'
             ) from error
 
-    @abstractmethod
-    def finish(self) -> None:
+    def finish(self) -> None:  # noqa: B027
         """
-        Write what belongs to the end.
+        Write what belongs to the end; here, nothing.
 
         :raises OSError: if it cannot be written.
         """

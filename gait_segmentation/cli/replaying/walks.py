@@ -157,7 +157,7 @@ class OpenGaitOutput(Output):
 
     def begin(self) -> None:
         """Begin without walks."""
-        self.work.mkdir(parents=True)
+        super().begin()
         self._walks = Walks()
         self._silhouettes: dict[int, list[NDArray[np.uint8]]] = {}
 

@@ -18,7 +18,6 @@ from gait_segmentation.cli.replaying.walks import (
 from gait_segmentation.errors import SequenceError
 from test.cli.replaying.results import STEP_NS, replayed
 
-
 RATE = 0.9
 """Strides a second, of the results made up."""
 
