@@ -45,10 +45,11 @@ _WRITTEN = ('masks', 'overlay.mp4', 'contact_sheet.png', 'report.json', 'logs')
 DESCRIPTION = """\
 Show the package at work on this computer.
 
-A film is played as a live camera at its own rate; gait_tracker, gait_matcher
-and gait_segmenter run as separate processes, as on a robot, and what they
-publish is recorded. The film shows a woman walking past a static camera (from
-the package Sports2D, BSD-3-Clause, downloaded once); --clip plays another.
+A film is played as a live camera at its own rate, 960 pixels wide unless --width
+says otherwise; gait_tracker, gait_matcher and gait_segmenter run as separate
+processes, as on a robot, and what they publish is recorded. The film shows a
+woman walking past a static camera (from the package Sports2D, BSD-3-Clause,
+downloaded once); --clip plays another.
 """
 
 EPILOG = """\

@@ -23,7 +23,7 @@ from rosbags.rosbag2 import Reader
 from gait_segmentation.cli.replay import main, make_jobs, names_of, parser
 from gait_segmentation.cli.replaying.bag_output import Messages
 from gait_segmentation.cli.replaying.file_outputs import COLUMNS
-from gait_segmentation.cli.replaying.job import replay
+from gait_segmentation.cli.replaying.job import OUTPUTS, replay
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
@@ -290,6 +290,12 @@ def test_many_inputs_side_by_side_are_the_same_as_one_by_one(
     assert main([given[0], *apart]) == 0
     one, two = (tmp_path / f'{name}/walk/walk.mcap' for name in ('out', 'apart'))
     assert one.read_bytes() == two.read_bytes()
+
+
+def test_every_output_is_documented() -> None:
+    said = (ROOT / 'docs/replay.md').read_text()
+    assert [kind.option for kind in OUTPUTS if f'`{kind.option} ' not in said] == ['--out']
+    assert '[--out DIR]' in said
 
 
 def test_names_tell_inputs_apart(tmp_path: Path) -> None:
