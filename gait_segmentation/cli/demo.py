@@ -25,11 +25,12 @@ from gait_segmentation.cli.tool import (
     command_parser,
     make_folder,
     run_tool,
+    scaled_box,
 )
 from gait_segmentation.drawing import track_colour
-from gait_segmentation.errors import ConfigError, InputError, SequenceError
+from gait_segmentation.errors import ConfigError, SequenceError
 from gait_segmentation.files.output_files import keep_apart, write_file, write_picture
-from gait_segmentation.geometry import Box, check_start_box
+from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource, open_input
 from gait_segmentation.people import MOST_PEOPLE
 from gait_segmentation.pipeline import PersonResult
@@ -155,14 +156,7 @@ def _film_and_box(
             raise ConfigError('--box and --start belong to a film of your own: give --clip too')
         options.clip, reading['start'], box = demo_clip(), CLIP_START, CLIP_BOX
     film = open_input(options.clip, **reading)
-    if box is None:
-        return film, None
-    scaled = box.scaled(film.scale)
-    try:
-        check_start_box(scaled, film.size)
-    except InputError as error:
-        raise ConfigError(f'--box: {error}') from error
-    return film, scaled
+    return film, scaled_box(box, film)
 
 
 def lost_frames(lost: int, recording: Recording) -> str:

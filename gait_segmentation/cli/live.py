@@ -245,7 +245,12 @@ def play(
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
         with ProcessGroup(os.environ, logs) as processes:
-            _start_nodes(processes, parameters, preset_file(preset))
+            # As gait_segmentation.launch.py does.
+            words = ['--ros-args', '--params-file', str(preset_file(preset))]
+            for parameter, value in parameters.items():
+                words += ['-p', f'{parameter}:={value}']
+            for name in NODES:
+                processes.start(name, 'gait_segmentation', name.removeprefix('gait_'), *words)
             recording = Recording(people)
             try:
                 _record(recording, processes, film, reading, stamps)
@@ -254,14 +259,6 @@ def play(
     finally:
         rclpy.try_shutdown()
     return recording
-
-
-def _start_nodes(processes: ProcessGroup, parameters: dict[str, object], file: Path) -> None:
-    """Start the nodes with the parameters that gait_segmentation.launch.py gives them."""
-    given = [word for name, value in parameters.items() for word in ('-p', f'{name}:={value}')]
-    for name in NODES:
-        words = ('--ros-args', '--params-file', str(file), *given)
-        processes.start(name, 'gait_segmentation', name.removeprefix('gait_'), *words)
 
 
 def _record(

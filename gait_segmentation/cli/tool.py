@@ -11,15 +11,19 @@ import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from gait_segmentation.commands import FAILED, INTERRUPTED
 from gait_segmentation.config import StageConfig, parameters_of
-from gait_segmentation.errors import ConfigError, GaitSegmentationError
+from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputError
 from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.output_files import named, problem_of
+from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.kernel_cache import mend_kernel_cache
 from gait_segmentation.ros.files import shared_file
+
+if TYPE_CHECKING:
+    from gait_segmentation.inputs import ImageSource
 
 __all__ = [
     'FAILED',
@@ -35,6 +39,7 @@ __all__ = [
     'make_folder',
     'preset_file',
     'run_tool',
+    'scaled_box',
     'spec_of',
 ]
 
@@ -176,6 +181,23 @@ def add_reading_options(parser: argparse.ArgumentParser, rate: str) -> None:
         help='refuse frames that claim more, before they are decoded (%(default)s)',
     )
     add('--rate', type=float, default=0.0, metavar='HZ', help=f'frames per second ({rate})')
+
+
+def scaled_box(box: Box | None, source: ImageSource) -> Box | None:
+    """
+    Return the first box in the pixels of the frames.
+
+    :param box: in pixels of the input; None where people are to be found.
+    :raises ConfigError: if it lies outside of the frames or is far larger.
+    """
+    if box is None:
+        return None
+    scaled = box.scaled(source.scale)
+    try:
+        check_start_box(scaled, source.size)
+    except InputError as error:
+        raise ConfigError(f'the first box does not fit the frames: {error}') from error
+    return scaled
 
 
 def add_spec_options(parser: argparse.ArgumentParser, spec: type[StageConfig], title: str) -> None:

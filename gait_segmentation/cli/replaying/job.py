@@ -24,15 +24,11 @@ from gait_segmentation.cli.replaying.output import (
     remove,
 )
 from gait_segmentation.cli.replaying.walks import OpenGaitOutput
-from gait_segmentation.errors import (
-    ConfigError,
-    GaitSegmentationError,
-    InputError,
-    SequenceError,
-)
+from gait_segmentation.cli.tool import scaled_box
+from gait_segmentation.errors import GaitSegmentationError, SequenceError
 from gait_segmentation.files.output_files import keep_apart, problem_of
 from gait_segmentation.gait_model import TemplateBank
-from gait_segmentation.geometry import Box, check_start_box
+from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import DamagedError, ImageSource, open_input
 from gait_segmentation.inputs.heat_maps import open_heat_maps
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
@@ -164,7 +160,7 @@ def replay(
         # Dask has its workers return it at once.
         keep_freed_memory()
         source = job.source()
-        box = _scaled_box(job, source)
+        box = scaled_box(job.box, source)
         slots, digest = job.config.people.max_people, digest_of(job.input)
         about = About(source.size, source.fps, slots, digest)
         for kind, path in job.missing(force=force).items():
@@ -216,19 +212,3 @@ def _feed(
     except DamagedError as error:
         report.damaged = str(error)
     return True
-
-
-def _scaled_box(job: Job, source: ImageSource) -> Box | None:
-    """
-    Return the first box in the pixels of the frames.
-
-    :raises ConfigError: if it lies outside of them or is far larger.
-    """
-    if job.box is None:
-        return None
-    box = job.box.scaled(source.scale)
-    try:
-        check_start_box(box, source.size)
-    except InputError as error:
-        raise ConfigError(f'the first box does not fit the frames: {error}') from error
-    return box
