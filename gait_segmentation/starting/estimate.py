@@ -4,10 +4,13 @@
 The first mask from a box alone: a joint estimate over views, colours and the cut.
 
 For each direction of walking, expectation maximisation alternates between the colours of person
-and surroundings, the weights of the templates laid onto the box, and a graph cut.  Templates whose
-outlines run along edges of the image count more.  The directions then vote, each with a weight by
-how well its result separates the colours and resembles a template.  If the mask leans, be it
-little, the best directions are tried once more with templates that lean as much.
+and surroundings, the weights of the templates laid onto the box, and a graph cut.  In a box that
+is broad for a walker, bodies taller than it (somebody who sits, or behind a table) and bodies at
+either side of it (somebody who reaches out) are tried, too.  All then vote, each with a weight by
+how surely the colours it has learnt decide about the pixels, and by how little its mask falls
+short of the sides of the box: a tight box is touched on all of them (Lempitsky et al., Image
+Segmentation with a Bounding Box Prior, ICCV 2009).  If the mask leans, be it little, the best
+directions are tried once more with templates that lean as much.
 """
 
 from __future__ import annotations
@@ -33,14 +36,16 @@ _FIRST_SHARE, _LATER_SHARE, _FIRST_ROUNDS = 0.3, 0.7, 2
 _LIKELIHOOD_PRIOR, _CUT_PRIOR = 0.5, 0.45
 _TEMPERATURE = 0.03
 _MASK_SHARE = 0.9
-_FIT_WEIGHT = 0.3
-_FIRST_SUPPORT, _LATER_SUPPORT, _SUPPORT_WEIGHT = 20.0, 0.5, 0.7
+_VOTE = 0.1
+"""How much less sure a result is that has a third of the votes, see :func:`_maximise`."""
+
+_STANCES = ((1.5, 0.0), (2.2, 0.0), (1.0, -1.0), (1.0, 1.0))
+_STANCES_FROM = 0.5
 """
-What the edges under a template's outline count: as a logarithm of its first weight, against the
-similarity with the likelihood later, and in how good the result is.
+What else is tried in boxes broader than this for their height: how tall the body is for the box,
+and to which side it stands, as far as there is room.
 """
 
-_VOTE = 0.05
 _TILTED, _TILTED_VIEWS, _MOST_TILT = 0.05, 2, 0.5
 _BORDER_PX, _BORDER = 2, 0.09
 _BROAD = 0.75
@@ -63,8 +68,8 @@ class Start:
     The first estimate of a person.
 
     ``mask`` is (h, w) uint8 0/255 of the working image, ``votes`` (h, w) float32 in 0..1 says how
-    sure it is, ``box`` is the box it was started from, ``body`` the body frame, ``azimuth`` the
-    direction of walking that explained it best and ``score`` how well.  All in working pixels.
+    sure it is, ``box`` is the box it was started from, ``body`` the body frame and ``azimuth`` the
+    direction of walking that explained it best.  All in working pixels.
     """
 
     mask: NDArray[np.uint8]
@@ -72,7 +77,6 @@ class Start:
     box: Box
     body: BodyFrame
     azimuth: float
-    score: float
 
 
 @dataclass(frozen=True)
@@ -92,7 +96,6 @@ def estimate_start(
     *,
     height: int = 70,
     rounds: int = 3,
-    left_out: float = 0.7,
     use_tilt: bool = True,
     evidence: NDArray[np.float32] | None = None,
 ) -> Start:
@@ -105,7 +108,6 @@ def estimate_start(
     :param height: height in pixels to which a taller person is scaled down for the estimate,
         and a broader one until its width is 0.75 of that.
     :param rounds: rounds of expectation maximisation.
-    :param left_out: share of what was learnt near a pixel that is taken off to judge it.
     :param use_tilt: whether the body may lean.
     :param evidence: (h, w) float32, log-likelihood ratios of the person from elsewhere, 0 where
         nothing is known.
@@ -124,7 +126,7 @@ def estimate_start(
     known = None
     if evidence is not None:
         known = cv2.resize(evidence[window], size[::-1], interpolation=cv2.INTER_AREA)
-    scene = first_scene(np.ascontiguousarray(part), small, left_out, known)
+    scene = first_scene(np.ascontiguousarray(part), small, known)
     fit = partial(
         fit_views,
         bank,
@@ -135,7 +137,13 @@ def estimate_start(
         cut_left=cut_left,
         cut_right=cut_right,
     )
-    results = [_maximise(hypothesis, scene, rounds) for hypothesis in fit()]
+    hypotheses = fit()
+    if box.width > _STANCES_FROM * box.height:
+        for taller, aside in _STANCES:
+            # How far a body goes on beyond a border of the image is tried in any case.
+            if aside or not (cut_top or cut_bottom):
+                hypotheses += fit(taller=taller, aside=aside)
+    results = [_maximise(hypothesis, scene, rounds) for hypothesis in hypotheses]
     tilt = _tilt(_vote(results) > 0.5)
     if use_tilt and abs(tilt) > _TILTED:
         # Only now, because upright people would be mistaken for leaning ones.
@@ -157,7 +165,7 @@ def estimate_start(
         tall,
         hypothesis.angle,
     )
-    return Start(mask, votes, box, body, hypothesis.azimuth, best.score)
+    return Start(mask, votes, box, body, hypothesis.azimuth)
 
 
 def _vote(results: Sequence[_Result]) -> NDArray[np.float32]:
@@ -215,38 +223,26 @@ def _at_borders(box: Box, shape: tuple[int, int]) -> tuple[Box, tuple[bool, bool
 
 def _maximise(hypothesis: Hypothesis, scene: FirstScene, rounds: int) -> _Result:
     """Return what comes of one hypothesis."""
-    support = hypothesis.support(scene.edges)
-    weights = hypothesis.weight * np.exp(np.float32(_FIRST_SUPPORT) * (support - support.max()))
-    soft = hypothesis.average(weights, scene.shape, 0.015 * scene.height)
-    colours = scene.colours
-    colours.learn(soft * soft * scene.inside, (~scene.inside).astype(np.float32), _FIRST_SHARE)
+    soft = hypothesis.average(hypothesis.weight, scene.shape, 0.015 * scene.height)
+    rest = (~scene.inside).astype(np.float32)
+    logit = scene.logit(soft * soft * scene.inside, rest, _FIRST_SHARE)
     prior = _logit_of(soft)
     labels = scene.inside
     best = 0
     for number in range(rounds):
-        logit = colours.logit() + scene.evidence
-        likelihood = _sigmoid(logit + np.float32(_LIKELIHOOD_PRIOR) * prior)
-        similarity = hypothesis.similarities(likelihood) + np.float32(_LATER_SUPPORT) * support
+        known = logit + scene.evidence
+        likelihood = _sigmoid(known + np.float32(_LIKELIHOOD_PRIOR) * prior)
+        similarity = hypothesis.similarities(likelihood)
         best = int(np.argmax(similarity * (hypothesis.weight > 0.01)))
         weights = hypothesis.weight * np.exp((similarity - similarity.max()) / _TEMPERATURE)
         soft = hypothesis.average(weights, scene.shape, 0.01 * scene.height)
         prior = _logit_of(soft)
-        data = logit + np.float32(_CUT_PRIOR) * prior
-        labels = scene.cut(data)
+        labels = scene.cut(known + np.float32(_CUT_PRIOR) * prior)
         share = _LATER_SHARE if number + 1 >= _FIRST_ROUNDS else _FIRST_SHARE
         weight = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft
-        colours.learn(weight, 1 - weight, share)
-    score = _score(hypothesis, labels, colours.overlap())
-    score += _SUPPORT_WEIGHT * float(support[best])
-    return _Result(hypothesis, labels, score, best)
-
-
-def _score(hypothesis: Hypothesis, labels: NDArray[np.bool_], overlap: float) -> float:
-    """Say how good a result is: separation of colours, and fit."""
-    if not labels.any():
-        return -1.0
-    fit = float(hypothesis.similarities(labels.astype(np.float32)).max())
-    return -overlap + _FIT_WEIGHT * fit
+        logit = scene.logit(weight, 1 - weight, share)
+    sure = float(np.abs(logit[scene.inside]).mean()) if scene.inside.any() else 0.0
+    return _Result(hypothesis, labels, sure - scene.gap(labels), best)
 
 
 def _sigmoid(logit: NDArray[np.float32]) -> NDArray[np.float32]:

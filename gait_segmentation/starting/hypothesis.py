@@ -54,18 +54,6 @@ class Hypothesis:
         whole = total + int(image.sum(dtype=np.int64)) - common
         return (common / np.maximum(whole, 1)).astype(np.float32)
 
-    def support(self, edges: NDArray[np.float32]) -> NDArray[np.float32]:
-        """
-        Return how well the outline of each template lies on edges that run along it.
-
-        :param edges: (2, h, w) float32 of the whole window, see :class:`FirstScene`.
-        :returns: (K,) float32 in 0..1.
-        """
-        across, down = (np.ascontiguousarray(each[self.part]) for each in edges)
-        found = np.zeros(len(self.templates), np.float32)
-        _supports(self.templates, across, down, found)
-        return found
-
     def average(
         self, weights: NDArray[np.float32], shape: tuple[int, int], sigma: float
     ) -> NDArray[np.float32]:
@@ -99,25 +87,6 @@ def _overlaps(
             t += value
         common[k] = c
         total[k] = t
-
-
-@kernel('u1[:,:,::1], f4[:,::1], f4[:,::1], f4[::1]', fastmath=True)
-def _supports(
-    templates: NDArray[np.uint8],
-    across: NDArray[np.float32],
-    down: NDArray[np.float32],
-    found: NDArray[np.float32],
-) -> None:
-    for k in range(templates.shape[0]):
-        on_edges, length = np.float32(0), np.float32(1e-3)
-        for row in range(1, templates.shape[1] - 1):
-            for col in range(1, templates.shape[2] - 1):
-                x = np.float32(templates[k, row, col + 1]) - np.float32(templates[k, row, col - 1])
-                y = np.float32(templates[k, row + 1, col]) - np.float32(templates[k, row - 1, col])
-                if x != 0 or y != 0:
-                    on_edges += abs(x * across[row, col] + y * down[row, col])
-                    length += np.sqrt(x * x + y * y)
-        found[k] = on_edges / length
 
 
 @kernel('u1[:,:,::1], f4[::1], f4[:,::1]')

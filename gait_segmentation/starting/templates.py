@@ -50,6 +50,8 @@ def fit_views(
     cut_right: bool,
     views: Sequence[float] = VIEWS,
     angle: float = 0.0,
+    taller: float = 1.0,
+    aside: float = 0.0,
 ) -> list[Hypothesis]:
     """
     Lay the templates of each direction onto a box, extents on extents.
@@ -58,6 +60,9 @@ def fit_views(
     :param shape: (h, w) of the window.
     :param views: the directions of walking.
     :param angle: tilt of the body in radians, positive when the head leans to the right.
+    :param taller: height of the body in heights of the box, if no border cuts it: the box is then
+        that of its upper part.
+    :param aside: where the body stands in a box that is broader: -1 left, 0 middle, 1 right.
     :param cut_top: whether the box ends at the upper border of the image, so that the body may
         reach beyond; ``cut_bottom`` and ``cut_side`` likewise.
     """
@@ -75,7 +80,7 @@ def fit_views(
             tight, whole = (each[sequences].reshape(-1, 4) for each in bank.extents)
         used = np.flatnonzero(tight[:, 2])
         laid = _Laid([templates[k] for k in used], tight[used], whole[used])
-        found.append(_fit(bank, laid, view, box, shape, cuts, angle))
+        found.append(_fit(bank, laid, view, box, shape, cuts, angle, taller, aside))
     return found
 
 
@@ -96,16 +101,18 @@ def _fit(
     shape: tuple[int, int],
     cuts: tuple[bool, bool, bool, bool],
     angle: float,
+    taller: float,
+    aside: float,
 ) -> Hypothesis:
     cut_top, cut_bottom, cut_left, cut_right = cuts
     cut = cut_top or cut_bottom
     sigma = _CUT_SIGMA if cut or (cut_left and cut_right) else _ASPECT_SIGMA
-    factors = _TALLER if cut else (1.0,)
+    factors = _TALLER if cut else (taller,)
     # Of a body that goes on beyond one side only the other side of the box is that of the body.
     beyond = (False, True) if cut_left != cut_right and not cut else (False,)
-    options = [(taller, wider) for taller in factors for wider in beyond]
+    options = [(factor, wider) for factor in factors for wider in beyond]
     which = np.repeat(np.arange(len(laid.templates)), len(options))
-    factor = np.tile([taller for taller, _ in options], len(laid.templates))
+    factor = np.tile([factor for factor, _ in options], len(laid.templates))
     wide = np.tile([wider for _, wider in options], len(laid.templates))
     aspect = laid.tight[which, 2] / laid.tight[which, 3]
     ratio = np.log(aspect * factor * box.height / box.width)
@@ -119,7 +126,8 @@ def _fit(
     scale_y = tall / height
     stretch = np.log(box.width / width / scale_y)
     scale_x = scale_y * np.where(wide, 1, np.exp(np.clip(stretch, -_ANISOTROPY, _ANISOTROPY)))
-    left = box.center_x - scale_x * (x + width / 2)
+    room = np.maximum(box.width - scale_x * width, 0) / 2
+    left = box.center_x - scale_x * (x + width / 2) + aside * room
     ahead = box.right - scale_x * (x + width) if cut_left else box.x - scale_x * x
     left = np.where(wide, ahead, left)
     # As geometry.pixel_affine does it, for all templates at once.

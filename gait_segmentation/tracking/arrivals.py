@@ -130,7 +130,6 @@ class Arrivals:
             self._bank,
             height=config.start_height,
             rounds=config.start_rounds,
-            left_out=config.start_left_out,
             use_tilt=config.use_tilt,
             evidence=evidence,
         )

@@ -56,13 +56,6 @@ class TrackingConfig(StageConfig):
     start_rounds: int = parameter(
         3, 'Rounds of the estimate of the first mask.', minimum=1, maximum=20
     )
-    start_left_out: float = parameter(
-        0.7,
-        'Share of the colours learnt near a pixel that is subtracted when that pixel is '
-        'judged for the first mask (leave-one-out); 0 lets errors confirm themselves.',
-        minimum=0.0,
-        maximum=1.0,
-    )
     heat_map_age: float = parameter(
         0.2,
         'Age up to which the newest heat map counts where a frame has none of its own; it is '

@@ -101,6 +101,36 @@ def test_a_person_cut_by_the_border_is_found_down_to_it() -> None:
     assert found.body.height > 1.3 * tight.height
 
 
+def test_somebody_behind_a_table_is_found_as_a_part_of_a_taller_body() -> None:
+    frame = clip()[0]
+    whole = box_of(frame)
+    image, truth = frame.image.copy(), frame.truths[0].copy()
+    end = round(whole.y + 0.25 * whole.height)
+    image[end:], truth[end:] = (70, 110, 150), 0
+    tight = Box.around(truth == 255)
+    assert tight is not None
+    found = estimate_start(cv2.cvtColor(image, cv2.COLOR_BGR2Lab), tight, small_bank())
+    assert overlap(found.mask, truth) > 0.8
+    assert found.body.height > 1.3 * tight.height
+
+
+@pytest.mark.parametrize('aside', [-1, 1])
+def test_somebody_who_reaches_out_is_found_at_the_side_of_the_box(aside: int) -> None:
+    frame = clip()[0]
+    box = box_of(frame)
+    image, truth = frame.image.copy(), frame.truths[0].copy()
+    shoulder = round(box.y + 0.25 * box.height)
+    hand = round(box.center_x - aside * 0.7 * box.height)
+    for picture, colour in ((image, (40, 60, 200)), (truth, (255,))):
+        start, end = (round(box.center_x), shoulder), (hand, shoulder)
+        cv2.line(picture, start, end, colour, round(0.08 * box.height))
+    broad = Box.around(truth == 255)
+    assert broad is not None
+    found = estimate_start(cv2.cvtColor(image, cv2.COLOR_BGR2Lab), broad, small_bank())
+    assert overlap(found.mask, truth) > 0.6
+    assert (found.body.center_x - broad.center_x) * aside > 0.1 * box.height
+
+
 def test_a_body_thought_to_go_on_beyond_the_border_can_be_matched() -> None:
     """Of the largest box that is taken, little more than the head is in the image."""
     lab = np.full((60, 60, 3), 128, np.uint8)

@@ -44,20 +44,3 @@ def test_the_average_is_weighted_and_blurred() -> None:
     blurred = laid.average(np.array([1, 3, 0], np.float32), SHAPE, 2.0)
     assert blurred.std() < 0.9 * mean.std()
     assert blurred.sum() == pytest.approx(mean.sum(), rel=0.02)
-
-
-def test_outlines_are_supported_by_edges_that_run_along_them() -> None:
-    numbers = np.ones(2, np.float32)
-    templates = np.zeros((2, 20, 12), np.uint8)
-    templates[0, 5:15, 3:9] = 255
-    templates[1, 2:18, 1:11] = 255
-    laid = Hypothesis(0.0, 0.0, PART, templates, numbers, numbers, numbers, numbers)
-    # Edges on the outline of the first, which run along it or across it.
-    x, y = (np.abs(np.gradient(templates[0].astype(np.float32), axis=axis)) > 0 for axis in (1, 0))
-    edges = np.zeros((2, *SHAPE), np.float32)
-    edges[0][PART], edges[1][PART] = x, y
-    along = laid.support(edges)
-    assert along[0] > 0.7
-    assert along[1] < 0.1
-    assert laid.support(edges[::-1])[0] < 0.4
-    assert not laid.support(np.zeros_like(edges)).any()
