@@ -4,10 +4,10 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import signal
 import sys
-import threading
 from collections.abc import Callable
 from contextlib import suppress
 from typing import NoReturn
@@ -18,11 +18,12 @@ from rclpy.signals import uninstall_signal_handlers
 __all__ = ['HANGS_S', 'LONGEST_S', 'Ending', 'leave']
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_STDERR = 2
 LONGEST_S = 4.0
-"""Time after a signal at which a process ends without being closed."""
+"""Time that a process has to close everything, once it is to end."""
 
 HANGS_S = 20.0
-"""Time without any callback after which a process ends."""
+"""Time without a beat after which a process ends."""
 
 
 class Ending:
@@ -51,6 +52,16 @@ class Ending:
         for number in _SIGNALS:
             signal.signal(number, self)
 
+    def beat(self) -> None:
+        """
+        Have the stacks printed and the process ended unless there is another beat in time.
+
+        The thread that does so needs no lock of the interpreter's, with which a call into the DDS
+        may block for ever.
+        """
+        if not self.asked:
+            faulthandler.dump_traceback_later(HANGS_S, exit=True, file=_STDERR)
+
     def closes(self, close: Callable[[], object]) -> None:
         """Have something called at the end, in the order of these calls."""
         self._closing.append(close)
@@ -59,6 +70,7 @@ class Ending:
         """Close everything, the context last, whatever signals come meanwhile."""
         # Nothing that could be interrupted comes before this.
         self._over = True
+        faulthandler.dump_traceback_later(LONGEST_S, exit=True, file=_STDERR)
         # rclpy handles signals in a thread that uses the guard conditions of executors, so that
         # thread must have ended before they are destroyed.
         uninstall_signal_handlers()
@@ -67,6 +79,7 @@ class Ending:
         while self._closing:
             self._closing.pop(0)()
         rclpy.try_shutdown()
+        faulthandler.cancel_dump_traceback_later()
 
     def __call__(self, number: int, frame: object) -> None:
         """Handle a signal, as :func:`signal.signal` asks for it."""
@@ -76,12 +89,10 @@ class Ending:
             self._over = True
             self._end_at_once()
         self.asked = True
+        # What it has interrupted may never return, or hold a lock that the closing waits for.
+        faulthandler.dump_traceback_later(LONGEST_S, exit=True, file=_STDERR)
 
     def _end_at_once(self) -> None:
-        # What the signal has interrupted may hold a lock that the closing waits for.
-        watch = threading.Timer(LONGEST_S, os._exit, (0,))
-        watch.daemon = True
-        watch.start()
         with suppress(Exception):
             self.close()
         leave(0)

@@ -5,8 +5,10 @@
 from __future__ import annotations
 
 import argparse
+import faulthandler
 import gc
 import inspect
+import signal
 import sys
 import warnings
 from collections.abc import Callable
@@ -27,14 +29,12 @@ from gait_segmentation.ros.ending import Ending, leave
 from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.participant import take_part
-from gait_segmentation.ros.watch import Watch
 
 __all__ = ['run_node', 'silence_opencv']
 
 _EPILOG = """\
-exit code: 0, also after Ctrl-C; 1 if the node cannot be started; 2 if the
-command line is wrong; 70 if it hung; 71 if it did not end within 4 s of a
-signal
+exit code: 0, also after Ctrl-C; 1 if the node cannot be started, or if it
+hung, with the stacks of its threads; 2 if the command line is wrong
 
 examples (after colcon build with "ros2 run gait_segmentation" in front)
   %(prog)s --ros-args -r {remap}
@@ -60,19 +60,18 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
     given = sys.argv if arguments is None else arguments
     ending = Ending()
     ending.handle_signals()
-    watch = Watch(Path(given[0]).name if given else 'node')
-    ending.closes(watch.ask)
+    # As of "kill -USR1".
+    faulthandler.register(signal.SIGUSR1, file=2)
     try:
-        return _run(make, given, ending, watch)
+        return _run(make, given, ending)
     finally:
-        watch.close()
         # To look for garbage among all that has been imported takes the interpreter longer than
         # everything else that it does at the end.
         gc.freeze()
         gc.enable()
 
 
-def _run(make: Callable[[], GaitNode], arguments: list[str], ending: Ending, watch: Watch) -> int:
+def _run(make: Callable[[], GaitNode], arguments: list[str], ending: Ending) -> int:
     name = Path(arguments[0]).name if arguments else 'node'
     node: GaitNode | None = None
     understood = False
@@ -90,7 +89,7 @@ def _run(make: Callable[[], GaitNode], arguments: list[str], ending: Ending, wat
             f'{participant.freed} bytes of shared memory of killed processes freed'
         )
         # From here on the DDS may hang, as in what a killed process has left locked.
-        watch.beat()
+        ending.beat()
         # First: one that is made when a signal has closed the context leaves a traceback.
         executor = MessageExecutor()
         ending.closes(executor.shutdown)
@@ -101,7 +100,7 @@ def _run(make: Callable[[], GaitNode], arguments: list[str], ending: Ending, wat
         if ending.asked:
             return 0
         executor.add_node(node)
-        node.create_timer(1.0, watch.beat, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        node.create_timer(1.0, ending.beat, clock=Clock(clock_type=ClockType.STEADY_TIME))
         executor.create_task(_start, node)
         executor.spin()
     except ExternalShutdownException:

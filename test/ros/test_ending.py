@@ -14,7 +14,6 @@ from pathlib import Path
 import pytest
 
 from gait_segmentation.ros.ending import Ending
-from gait_segmentation.ros.watch import UNCLOSED
 
 ROOT = Path(__file__).resolve().parents[2]
 TIMEOUT_S = 300.0
@@ -24,9 +23,8 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 NODE = """
 import ctypes, sys, time
-from functools import partial
 from rclpy.node import Node
-from gait_segmentation.ros import running
+from gait_segmentation.ros import ending, running
 from gait_segmentation.ros.transitions import Aside
 
 def wait():
@@ -45,6 +43,12 @@ def swallow():
     except BaseException:
         pass
 
+def hang(library):
+    # Locked twice.
+    mutex = ctypes.create_string_buffer(64)
+    for _ in range(2):
+        library.pthread_mutex_lock(mutex)
+
 call_back = ctypes.CFUNCTYPE(None)(wait)
 
 class Quiet(Node):
@@ -62,7 +66,7 @@ class Quiet(Node):
         print('closed', flush=True)
         {close}
 
-running.Watch = partial(running.Watch, longest_s={longest})
+ending.LONGEST_S, ending.HANGS_S = {longest}, {hangs}
 # What others have left is nothing of this test.
 running.remove_dead_segments = lambda: 0
 sys.exit(running.run_node(Quiet, ['quiet']))
@@ -88,9 +92,9 @@ pytestmark = pytest.mark.usefixtures('signal_handlers')
 
 
 def _begin(
-    start: str = 'pass', close: str = 'pass', longest: float = 100.0
+    start: str = 'pass', close: str = 'pass', longest: float = 100.0, hangs: float = 100.0
 ) -> subprocess.Popen[str]:
-    script = NODE.format(start=start, close=close, longest=longest)
+    script = NODE.format(start=start, close=close, longest=longest, hangs=hangs)
     return subprocess.Popen(
         [sys.executable, '-c', script],
         cwd=ROOT,
@@ -126,10 +130,20 @@ def test_a_signal_ends_what_cannot_be_closed(start: str, close: str, said: str) 
         assert _line(process) == ('starting' if said == '' else 'started')
         process.send_signal(signal.SIGINT)
         rest, _ = process.communicate(timeout=TIMEOUT_S)
-    assert process.returncode == UNCLOSED
-    assert rest == said + (
-        'quiet: did not end within 0.5 s of a signal: ended without being closed\n'
-    )
+    assert process.returncode == 1
+    assert rest.startswith(said + 'Timeout (0:00:00.5')
+    assert ' in wait\n' in rest or ' in close\n' in rest
+
+
+@pytest.mark.parametrize('library', ['PyDLL', 'CDLL'])
+def test_what_hangs_is_ended_with_its_stacks_whatever_it_hangs_in(library: str) -> None:
+    """Also with the interpreter's lock held."""
+    hang = f'self.create_timer(0.01, lambda: hang(ctypes.{library}(None)))'
+    with _begin(hang, hangs=2.5) as process:
+        said, _ = process.communicate(timeout=TIMEOUT_S)
+    assert process.returncode == 1
+    assert 'Timeout (0:00:02.5' in said
+    assert ' in hang\n' in said
 
 
 @pytest.mark.parametrize(('at_once', 'said'), [(True, 'closed\n'), (False, 'went on\nclosed\n')])

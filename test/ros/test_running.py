@@ -18,8 +18,8 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
+from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.running import run_node, silence_opencv
-from gait_segmentation.ros.watch import Watch
 
 
 class _Node:
@@ -82,7 +82,7 @@ def test_no_garbage_is_looked_for_before_a_node_has_started() -> None:
 
 def test_a_node_that_hangs_while_it_is_made_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     beats: list[int] = []
-    monkeypatch.setattr(Watch, 'beat', lambda _: beats.append(1))
+    monkeypatch.setattr(Ending, 'beat', lambda _: beats.append(1))
 
     def made() -> Any:
         # Without a first beat nobody would notice that no other comes.
