@@ -35,7 +35,6 @@ from gait_segmentation.ros.endpoints import (
     subscription,
 )
 from gait_segmentation.ros.join import ExactJoin
-from gait_segmentation.ros.memory import take_ahead
 from gait_segmentation.ros.parameters import NodeParameters, refuse_unknown_types
 from gait_segmentation.ros.transitions import (
     CONFIGURING,
@@ -330,7 +329,6 @@ class GaitNode(LifecycleNode):
         aside, self._aside = self._aside, None
         (self._compile if aside is None else aside.result)()
         self.build()
-        take_ahead()
         self._worker = Worker(Backlog(config.backlog), self._work, self._worker_failed)
 
     async def _compile_aside(self) -> None:

@@ -20,7 +20,6 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
 from gait_segmentation.ros.ending import HANGS_S
-from gait_segmentation.ros.memory import keep_freed_memory
 from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
 
 __all__ = ['Participant', 'take_part', 'take_part_early']
@@ -36,8 +35,6 @@ class Participant:
         :param arguments: the command line, with ROS arguments.
         :raises RuntimeError: and others of rclpy, if it does not understand them.
         """
-        # Before the DDS starts threads.
-        keep_freed_memory()
         self.freed = remove_dead_segments()
         """Bytes of shared memory of the dead that were freed."""
 

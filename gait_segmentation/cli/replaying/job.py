@@ -32,7 +32,6 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import DamagedError, ImageSource, open_input
 from gait_segmentation.inputs.heat_maps import open_heat_maps
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
-from gait_segmentation.ros.memory import keep_freed_memory
 
 __all__ = ['OUTPUTS', 'Job', 'Report', 'replay']
 
@@ -157,8 +156,6 @@ def replay(
     complete = False
     try:
         cv2.setNumThreads(job.threads)
-        # Dask has its workers return it at once.
-        keep_freed_memory()
         source = job.source()
         box = scaled_box(job.box, source)
         slots, digest = job.config.people.max_people, digest_of(job.input)
