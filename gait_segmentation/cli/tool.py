@@ -178,7 +178,8 @@ def add_reading_options(parser: argparse.ArgumentParser, rate: str) -> None:
         type=int,
         default=MOST_PIXELS,
         metavar='N',
-        help='refuse frames that claim more, before they are decoded (%(default)s)',
+        help='refuse frames that have more; of more than %(default)s images in files and bags are '
+        'decoded if OPENCV_IO_MAX_IMAGE_PIXELS says so (%(default)s)',
     )
     add('--rate', type=float, default=0.0, metavar='HZ', help=f'frames per second ({rate})')
 

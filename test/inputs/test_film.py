@@ -201,5 +201,5 @@ def test_frames_that_claim_too_many_pixels_are_refused(folder: Path, tmp_path: P
     with pytest.raises(SequenceError, match='max_pixels must be at least 1, got 0'):
         open_input(folder, max_pixels=0)
     (folder / '7.png').write_bytes(HUGE['png of zeros'])
-    with pytest.raises(SequenceError, match=r'7\.png: .* 30000 x 30000'):
+    with pytest.raises(SequenceError, match=r'7\.png: image must have at most'):
         open_input(folder / '7.png')

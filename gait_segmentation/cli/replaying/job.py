@@ -26,6 +26,7 @@ from gait_segmentation.cli.replaying.output import (
 from gait_segmentation.cli.replaying.walks import OpenGaitOutput
 from gait_segmentation.cli.tool import scaled_box
 from gait_segmentation.errors import GaitSegmentationError, SequenceError
+from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.output_files import keep_apart, problem_of
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box
@@ -162,7 +163,8 @@ def replay(
         about = About(source.size, source.fps, slots, digest)
         for kind, path in job.missing(force=force).items():
             outputs.append(kind(path, about))
-        maps = open_heat_maps(job.heat_map, job.input) if job.heat_map else None
+        most = job.reading.get('max_pixels', MOST_PIXELS)
+        maps = open_heat_maps(job.heat_map, job.input, most) if job.heat_map else None
         results = results_of(source, Pipeline(job.config, bank), box, report.note, maps)
         with closing(ahead(results)) as found:
             complete = _feed(report, outputs, found, stop, progress)
