@@ -11,7 +11,9 @@ by the modules of its stage.  What only other kernels call is compiled into them
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,11 +23,13 @@ from numba import njit
 from numba.core.dispatcher import Dispatcher
 from numba.core.sigutils import normalize_signature
 
+from gait_segmentation.files.output_files import named
 from gait_segmentation.kernel_cache import mend_kernel_cache
 
-__all__ = ['Kernels', 'compile_kernels', 'kernel']
+__all__ = ['compile_kernels', 'compiling', 'kernel']
 
 _PACKAGE = __name__.partition('.')[0]
+_PATIENCE_S = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +41,6 @@ class _Declared:
 
 
 _declared: list[_Declared] = []
-_asked_for: list[_Declared] = []
 _ready: list[_Declared] = []
 
 
@@ -62,13 +65,14 @@ def kernel(*calls: str, **options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 def compile_kernels(
     *packages: str, shown: Callable[[list[_Declared]], Iterable[_Declared]] = iter
-) -> None:
+) -> int:
     """
     Compile all declared kernels of the modules that are imported, or load them from the cache.
 
     :param packages: names of packages and modules, such as ``gait_segmentation.matching``; those
         of all if there is none.
     :param shown: passes the kernels on, one by one, and may show how far they are.
+    :returns: how many the cache did not have.
     :raises ConfigError: if a damaged file of the cache cannot be removed.
     """
     mend_kernel_cache()
@@ -80,33 +84,37 @@ def compile_kernels(
         for each in _declared
         if f'{each.function.py_func.__module__}.'.startswith(roots) and each not in _ready
     ]
-    _asked_for.extend(each for each in wanted if each not in _asked_for)
+    before = _compiled()
     for each in shown(wanted):
         each.function.compile(normalize_signature(f'({each.types},)')[0])
         _ready.append(each)
+    return _compiled() - before
 
 
-@dataclass(frozen=True)
-class Kernels:
-    """How far the kernels are that are to be compiled, as they are at a time."""
+def _compiled() -> int:
+    functions = {each.function for each in _declared}
+    return sum(sum(function.stats.cache_misses.values()) for function in functions)
 
-    ready: int
-    """Those that can be called without delay."""
 
-    known: int
-    """All."""
+@contextmanager
+def compiling(say: Callable[[str], object], patience_s: float = _PATIENCE_S) -> Iterator[None]:
+    """
+    Say that kernels are loaded or compiled if what is done takes long.
 
-    compiled: int
-    """How often the cache had nothing."""
+    Errors of files have the name of the cache of kernels.
 
-    @classmethod
-    def now(cls) -> Kernels:
-        """Count; may be called while another thread compiles."""
-        return cls(
-            ready=len(_ready),
-            known=len(_asked_for),
-            compiled=sum(
-                sum(function.stats.cache_misses.values())
-                for function in {each.function for each in _declared}
-            ),
-        )
+    :param say: called once at most, in another thread.
+    """
+    slow = threading.Timer(
+        patience_s,
+        say,
+        ['loading kernels, or compiling them: a minute or two, once after each installation'],
+    )
+    slow.daemon = True
+    slow.start()
+    try:
+        # Which is all that is written here.
+        with named('the cache of compiled kernels'):
+            yield
+    finally:
+        slow.cancel()

@@ -8,6 +8,7 @@ import importlib
 import pkgutil
 import subprocess
 import sys
+import threading
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 import gait_segmentation
 from gait_segmentation import kernels as module
 from gait_segmentation.geometry import Box
-from gait_segmentation.kernels import Kernels, compile_kernels, kernel
+from gait_segmentation.kernels import compile_kernels, compiling, kernel
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
@@ -161,7 +162,7 @@ def test_kernels_are_compiled_as_they_are_declared(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr('numba.core.config.CACHE_DIR', str(tmp_path))
-    for name in ('_declared', '_asked_for', '_ready'):
+    for name in ('_declared', '_ready'):
         monkeypatch.setattr(module, name, [])
 
     @kernel('i8, UniTuple(i8, 2)', 'f8, UniTuple(i8, 2)')
@@ -172,19 +173,16 @@ def test_kernels_are_compiled_as_they_are_declared(
     def called_by_kernels(number: int) -> int:
         return number
 
-    assert Kernels.now() == Kernels(0, 0, 0)
-    compile_kernels('gait_segmentation', 'test.test_kernel')
-    assert Kernels.now() == Kernels(0, 0, 0)
+    assert compile_kernels('gait_segmentation', 'test.test_kernel') == 0
     shown = []
 
     def show(wanted: Iterable[Any]) -> Iterator[Any]:
         for each in wanted:
-            shown.append((Kernels.now().ready, Kernels.now().known))
+            shown.append(len(module._ready))
             yield each
 
     compile_kernels('test', shown=show)
-    assert shown == [(0, 2), (1, 2)]
-    assert (Kernels.now().ready, Kernels.now().known) == (2, 2)
+    assert shown == [0, 1]
     assert len(called.signatures) == 2
     called(1, (2, 3))
     called(1.0, (2, 3))
@@ -192,3 +190,24 @@ def test_kernels_are_compiled_as_they_are_declared(
     assert called_by_kernels.signatures == []
     compile_kernels('test', shown=show)
     assert len(shown) == 2
+
+
+def test_what_takes_long_is_said_and_what_does_not_is_not() -> None:
+    said, waited = [], threading.Event()
+
+    def say(text: str) -> None:
+        said.append(text)
+        waited.set()
+
+    with compiling(say, patience_s=0.0):
+        assert waited.wait(60)
+    with compiling(say, patience_s=3600.0):
+        pass
+    assert len(said) == 1
+    assert 'compiling' in said[0]
+
+
+def test_a_full_disk_under_the_cache_is_said_to_be_there() -> None:
+    with pytest.raises(OSError, match='full') as caught, compiling(print, patience_s=3600.0):
+        raise OSError(28, 'full')
+    assert caught.value.filename == 'the cache of compiled kernels'

@@ -94,7 +94,7 @@ def parser() -> argparse.ArgumentParser:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     # Stopping the demonstration must stop its processes.
-    with handled(signal.default_int_handler, signal.SIGTERM):
+    with handled(signal.default_int_handler, signal.SIGTERM, signal.SIGHUP):
         return run_tool('gait_demo', lambda: _demonstrate(parser().parse_args(arguments)))
 
 

@@ -20,7 +20,7 @@ from gait_segmentation.errors import GaitSegmentationError
 
 __all__ = ['ENDING', 'ProcessError', 'ProcessGroup', 'handled']
 
-ENDING = (signal.SIGINT, signal.SIGTERM)
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 """The signals that ask a process to end."""
 
 _PR_SET_PDEATHSIG = 1

@@ -8,19 +8,23 @@ import faulthandler
 import os
 import signal
 import sys
-from collections.abc import Callable
-from contextlib import suppress
-from typing import NoReturn
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 
 import rclpy
-from rclpy.signals import uninstall_signal_handlers
 
-__all__ = ['HANGS_S', 'LONGEST_S', 'Ending', 'leave']
+__all__ = ['ENDING', 'HANGS_S', 'LONGEST_S', 'Ending']
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""The signals that ask a process to end."""
+
 _STDERR = 2
 LONGEST_S = 4.0
 """Time that a process has to close everything, once it is to end."""
+
+_PATIENCE_S = 1.0
+"""Time that closing may take from within a handler."""
 
 HANGS_S = 20.0
 """Time without a beat after which a process ends."""
@@ -30,10 +34,10 @@ class Ending:
     """
     Handles the signals that end a process.
 
-    The first one lets what runs go on: rclpy's own handler closes the context, which ends the
-    spinning in order.  A second one, or the first while :attr:`at_once`, closes everything and
-    ends the process from within the handler.  An exception would not do: it is lost wherever
-    Python cannot hand it on, as in a compiler's callbacks and in destructors.
+    The first one is noticed by the next :meth:`turn`.  A second one, or the first while
+    :attr:`at_once`, closes everything and ends the process from within the handler.  An exception
+    would not do: it is lost wherever Python cannot hand it on, as in a compiler's callbacks and in
+    destructors.
     """
 
     def __init__(self, *, at_once: bool = False) -> None:
@@ -48,9 +52,17 @@ class Ending:
         self._over = False
 
     def handle_signals(self) -> None:
-        """Handle them from now on; to be called in the main thread, before ``rclpy.init``."""
-        for number in _SIGNALS:
-            signal.signal(number, self)
+        """Handle them from now on; to be called in the main thread."""
+        for number in ENDING:
+            # What nohup has begun is to survive its terminal.
+            if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:
+                signal.signal(number, self)
+
+    def turn(self) -> None:
+        """Go on, unless a signal has come: then the context is closed, which ends its spinning."""
+        self.beat()
+        if self.asked:
+            rclpy.try_shutdown()
 
     def beat(self) -> None:
         """
@@ -62,6 +74,19 @@ class Ending:
         if not self.asked:
             faulthandler.dump_traceback_later(HANGS_S, exit=True, file=_STDERR)
 
+    @contextmanager
+    def unhurried(self) -> Iterator[None]:
+        """Let what is done take as long as it takes, unless a signal breaks it off."""
+        faulthandler.cancel_dump_traceback_later()
+        before, self.at_once = self.at_once, True
+        if self.asked:
+            self(signal.SIGINT, None)
+        try:
+            yield
+        finally:
+            self.at_once = before
+            self.beat()
+
     def closes(self, close: Callable[[], object]) -> None:
         """Have something called at the end, in the order of these calls."""
         self._closing.append(close)
@@ -71,10 +96,7 @@ class Ending:
         # Nothing that could be interrupted comes before this.
         self._over = True
         faulthandler.dump_traceback_later(LONGEST_S, exit=True, file=_STDERR)
-        # rclpy handles signals in a thread that uses the guard conditions of executors, so that
-        # thread must have ended before they are destroyed.
-        uninstall_signal_handlers()
-        for number in _SIGNALS:
+        for number in ENDING:
             signal.signal(number, signal.SIG_IGN)
         while self._closing:
             self._closing.pop(0)()
@@ -86,21 +108,17 @@ class Ending:
         if self._over:
             return
         if self.at_once or self.asked:
-            self._over = True
-            self._end_at_once()
+            # What was interrupted may hold a lock that the closing waits for.
+            patience = threading.Timer(_PATIENCE_S, os._exit, (0,))
+            patience.daemon = True
+            patience.start()
+            with suppress(Exception):
+                self.close()
+            for stream in (sys.stdout, sys.stderr):
+                with suppress(Exception):
+                    stream.flush()
+            # Without the interpreter's clean-up, in the middle of whatever was interrupted.
+            os._exit(0)
         self.asked = True
         # What it has interrupted may never return, or hold a lock that the closing waits for.
         faulthandler.dump_traceback_later(LONGEST_S, exit=True, file=_STDERR)
-
-    def _end_at_once(self) -> None:
-        with suppress(Exception):
-            self.close()
-        leave(0)
-
-
-def leave(code: int) -> NoReturn:
-    """End the process without the interpreter's clean-up."""
-    for stream in (sys.stdout, sys.stderr):
-        with suppress(Exception):
-            stream.flush()
-    os._exit(code)

@@ -17,7 +17,7 @@ from contextlib import suppress
 
 import rclpy
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions, install_signal_handlers
+from rclpy.signals import SignalHandlerOptions
 
 from gait_segmentation.ros.ending import HANGS_S
 from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
@@ -30,7 +30,7 @@ class Participant:
 
     def __init__(self, arguments: Sequence[str] | None) -> None:
         """
-        Initialise the context; rclpy handles no signals yet.
+        Initialise the context; rclpy handles no signals.
 
         :param arguments: the command line, with ROS arguments.
         :raises RuntimeError: and others of rclpy, if it does not understand them.
@@ -80,11 +80,9 @@ def take_part_early() -> None:
 
 def take_part(arguments: Sequence[str] | None) -> Participant:
     """
-    Return the process's part in the graph, taken now if it was not before; rclpy handles signals.
+    Return the process's part in the graph, taken now if it was not before.
 
     :param arguments: the command line, with ROS arguments.
     :raises RuntimeError: and others of rclpy, if it does not understand them.
     """
-    participant = _early.pop() if _early else Participant(arguments)
-    install_signal_handlers(SignalHandlerOptions.ALL)
-    return participant
+    return _early.pop() if _early else Participant(arguments)

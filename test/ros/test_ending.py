@@ -19,13 +19,12 @@ ROOT = Path(__file__).resolve().parents[2]
 TIMEOUT_S = 300.0
 # Without shared memory: of what others have left there Fast DDS writes to the standard output.
 ALONE = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'OFF', 'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 NODE = """
 import ctypes, sys, time
 from rclpy.node import Node
 from gait_segmentation.ros import ending, running
-from gait_segmentation.ros.transitions import Aside
 
 def wait():
     print('starting', flush=True)
@@ -54,14 +53,13 @@ call_back = ctypes.CFUNCTYPE(None)(wait)
 class Quiet(Node):
     def __init__(self):
         super().__init__('quiet')
-        self.compiling = False
-    async def start_beside(self):
+    def start(self):
         {start}
         print('started', flush=True)
         return True
-    async def aside(self, work):
-        self.compiling = True
-        await Aside(work, wake=lambda: None)
+    def compile(self, work):
+        with self.unhurried():
+            work()
     def close(self):
         print('closed', flush=True)
         {close}
@@ -114,7 +112,7 @@ def _line(process: subprocess.Popen[str]) -> str:
 @pytest.mark.parametrize('work', ['wait', 'swallow', 'call_back'])
 def test_one_signal_breaks_off_a_start_wherever_it_is(number: signal.Signals, work: str) -> None:
     """Also where an exception would be printed and forgotten, as in a compiler's callbacks."""
-    with _begin(f'await self.aside({work})') as process:
+    with _begin(f'self.compile({work})') as process:
         assert _line(process) == 'starting'
         process.send_signal(number)
         said, _ = process.communicate(timeout=TIMEOUT_S)

@@ -21,8 +21,7 @@ from gait_segmentation.cli.replaying.job import Job, Report, replay
 from gait_segmentation.cli.tool import POLL_S
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.gait_model import TemplateBank, open_bank
-from gait_segmentation.kernels import compile_kernels
-from gait_segmentation.ros.compiling import compiling
+from gait_segmentation.kernels import compile_kernels, compiling
 
 __all__ = ['replay_all']
 
