@@ -20,7 +20,7 @@ from gait_segmentation.errors import EXTRAS, not_installed
 
 _TOOLS = ('demo', 'replay', 'warm_up')
 _NODES = ('localizer', 'matcher', 'pipeline', 'segmenter', 'source', 'tracker')
-__all__ = [*_TOOLS, *_NODES]  # noqa: PLE0604
+__all__ = [*_TOOLS, *_NODES]
 
 _PACKAGE = 'gait_segmentation'
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)

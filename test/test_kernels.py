@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import pkgutil
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
 from numpy.typing import NDArray
 
@@ -211,3 +213,78 @@ def test_a_full_disk_under_the_cache_is_said_to_be_there() -> None:
     with pytest.raises(OSError, match='full') as caught, compiling(print, patience_s=3600.0):
         raise OSError(28, 'full')
     assert caught.value.filename == 'the cache of compiled kernels'
+
+
+TINY = """
+from gait_segmentation.kernels import kernel
+
+@kernel()
+def inner(number):
+    return number + 1
+
+@kernel('i8')
+def outer(number):
+    return inner(number)
+"""
+
+
+@pytest.mark.parametrize('suffix', ['.nbi', '.nbc'])
+@pytest.mark.parametrize('damage', [b'', bytes(4096), b'\x93garbage'])
+@pytest.mark.parametrize('name', ['outer', 'inner'])
+def test_a_damaged_cache_is_compiled_anew(
+    name: str, suffix: str, damage: bytes, monkeypatch, tmp_path: Path, caplog
+) -> None:
+    tiny = f'tiny_{tmp_path.name}'.translate({ord('-'): '_'})
+    (tmp_path / f'{tiny}.py').write_text(TINY)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr('numba.core.config.CACHE_DIR', str(tmp_path))
+
+    def start() -> int:
+        """Do what a new process would."""
+        for each in ('_kernels', '_declared', '_ready'):
+            monkeypatch.setattr(module, each, [])
+        sys.modules.pop(tiny, None)
+        made = importlib.import_module(tiny)
+        compiled = compile_kernels(tiny)
+        assert made.outer(1) == 2
+        return compiled
+
+    assert start() == 1
+    assert start() == 0
+    for path in tmp_path.rglob(f'*{name}*{suffix}'):
+        path.write_bytes(damage)
+    assert not caplog.messages
+    start()
+    # What calls a kernel holds it.
+    if name == 'outer':
+        (said,) = caplog.messages
+        assert 'cache of compiled kernels cannot be read' in said
+    assert start() == 0
+
+
+@pytest.mark.parametrize('taken', [False, True])
+def test_without_a_folder_that_can_be_written_kernels_are_cached_in_a_temporary_one(
+    taken: bool, monkeypatch, tmp_path: Path, caplog
+) -> None:
+    own = tmp_path / f'gait_segmentation_{os.getuid()}'
+    if taken:
+        own.mkdir()
+        own.chmod(0o777)
+    cache = FunctionCache._impl_class
+    by_name = [each for each in cache._locator_classes if 'UserProvided' in each.__name__]
+    monkeypatch.setattr(cache, '_locator_classes', by_name)
+    monkeypatch.setattr('numba.core.config.CACHE_DIR', '')
+    monkeypatch.setenv('NUMBA_CACHE_DIR', '')
+    monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
+    for each in ('_kernels', '_declared', '_ready'):
+        monkeypatch.setattr(module, each, [])
+
+    @kernel('i8')
+    def made_up(number: int) -> int:
+        return number + 1
+
+    assert compile_kernels('test') == 1
+    assert bool(list(own.rglob('*.nbi'))) != taken
+    assert list(tmp_path.rglob('*.nbi'))
+    (said,) = caplog.messages
+    assert 'set NUMBA_CACHE_DIR to one that stays' in said

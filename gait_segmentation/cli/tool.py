@@ -19,7 +19,6 @@ from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputEr
 from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.output_files import named, problem_of
 from gait_segmentation.geometry import Box, check_start_box
-from gait_segmentation.kernel_cache import mend_kernel_cache
 from gait_segmentation.ros.files import shared_file
 
 if TYPE_CHECKING:
@@ -66,7 +65,6 @@ def run_tool(name: str, run: Callable[[], int | None]) -> int:
         if nobody reads the output any more.
     """
     try:
-        mend_kernel_cache()
         with contextlib.redirect_stdout(_Output(sys.stdout)):
             try:
                 code = run() or 0
