@@ -15,14 +15,11 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.files.encoded_images import check_pixels, is_image
 from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_image
-from gait_segmentation.inputs.source import DEFAULT_FPS, DamagedError, Entry, ImageSource
+from gait_segmentation.inputs.source import DEFAULT_FPS, Entry, ImageSource
 
 __all__ = ['FilmSource', 'FolderSource']
 
 _FRAME_ID = 'camera'
-_ALL = 0.97
-"""Share of a film's frames, or of its length, that must be there; some formats only estimate."""
-
 _OFF = 0.5
 """Periods by which a frame's own time may differ from the rate before it is believed instead."""
 
@@ -69,7 +66,7 @@ class FilmSource(ImageSource):
         capture = cv2.VideoCapture(str(self.path))
         opened = capture.isOpened()
         self._fps = float(capture.get(cv2.CAP_PROP_FPS))
-        self._claimed = max(int(capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
+        claimed = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
         sides = (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)
         width, height = (int(capture.get(side)) for side in sides)
         capture.release()
@@ -79,7 +76,8 @@ class FilmSource(ImageSource):
             check_pixels((width, height), self._max_pixels)
         except InputError as error:
             raise SequenceError(f'{self.path}: {error}') from error
-        return self._claimed or None
+        # A hint: films are trimmed without being encoded anew, and some formats only estimate.
+        return max(claimed, 0) or None
 
     def rate(self) -> float:
         """Return what was asked for, or what the film says."""
@@ -92,7 +90,6 @@ class FilmSource(ImageSource):
         capture = cv2.VideoCapture(str(self.path))
         fps = self.rate()
         number = 0
-        stamp_ns = 0
         times = _Times(fps)
         own = not self._rate
         try:
@@ -105,12 +102,6 @@ class FilmSource(ImageSource):
                 number += 1
         finally:
             capture.release()
-        least = _ALL * self._claimed - 2
-        if number < least and stamp_ns < 1e9 * least / fps:
-            raise DamagedError(
-                f'{self.path} is damaged: it should hold {self._claimed} frames, {number} can be '
-                'read'
-            )
 
 
 class FolderSource(ImageSource):

@@ -174,7 +174,7 @@ def test_any_number_of_signals_ends_a_node_in_order() -> None:
             # Python itself may say of the last one that it came while its handler was changed.
             assert 'KeyboardInterrupt' not in said
             assert 'closed' in said
-            assert process.returncode == 0
+            assert process.returncode == 0, said
 
 
 def test_the_first_signal_is_noted_and_none_does_anything_after_the_end() -> None:
