@@ -105,8 +105,10 @@ def _demonstrate(options: argparse.Namespace) -> None:
     out = options.out
     keep_apart([('--out', out / name) for name in _WRITTEN], [film.path])
     make_folder('--out', out)
-    MasksOutput.check(out / 'masks')
-    OverlayOutput.check(out / 'overlay.mp4')
+    for kind, path in ((MasksOutput, out / 'masks'), (OverlayOutput, out / 'overlay.mp4')):
+        kind.check(path)
+        if kind.is_there(path) and not (out / 'report.json').is_file():
+            raise ConfigError(f'{path} was not made by gait_demo: choose another --out')
     # Here, so that --help needs no ROS.
     from gait_segmentation.cli.live import play
 

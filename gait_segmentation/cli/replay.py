@@ -185,7 +185,7 @@ def _replay_all(options: argparse.Namespace) -> int:
         given = (*given, options.heat_map)
     read = [Path(each) for each in given if each]
     for job in wanted:
-        job.check(read, force=options.force)
+        job.check(read)
     if options.summary:
         made = [path for job in wanted for path in job.outputs.values()]
         keep_apart([('--summary', options.summary)], [*read, *made])
