@@ -180,7 +180,8 @@ def names_of(paths: list[Path]) -> list[str]:
 
 def _replay_all(options: argparse.Namespace) -> int:
     wanted = make_jobs(options)
-    given = (*options.input, options.params, wanted[0].bank)
+    vocabulary = wanted[0].config.segmentation.vocabulary
+    given = (*options.input, options.params, wanted[0].bank, vocabulary)
     if options.heat_map and Path(options.heat_map).is_dir():
         given = (*given, options.heat_map)
     read = [Path(each) for each in given if each]

@@ -80,6 +80,25 @@ def test_an_input_is_never_an_output(
     assert copied(tmp_path) == before
 
 
+@pytest.mark.parametrize(
+    'given',
+    ['--bank={}', '--params={}', '--heat-map={}', '--set=segmentation.vocabulary={}'],
+)
+def test_what_else_is_read_is_never_an_output(
+    folder: Path, tmp_path: Path, capsys, given: str
+) -> None:
+    read = tmp_path / 'read'
+    read.mkdir()
+    if 'params' in given:
+        read = read / 'params.yaml'
+        read.write_text('{}')
+    source = small_input('film', folder, tmp_path)
+    before = copied(tmp_path)
+    assert main([str(source), '--out', str(read), given.format(read)]) == 2
+    assert f'the input {read}, which would be changed' in capsys.readouterr().err
+    assert copied(tmp_path) == before
+
+
 def test_an_interrupted_output_that_is_the_input_now_is_not_removed(
     folder: Path, tmp_path: Path, capsys
 ) -> None:

@@ -221,6 +221,17 @@ def test_a_sequence_is_never_written_to(
     assert not (tmp_path / 'masks').exists()
 
 
+@pytest.mark.parametrize('given', ['--bank=read', '--set=segmentation.vocabulary=read'])
+def test_what_else_is_read_is_never_written_to(
+    pipeline, folder, tmp_path, monkeypatch, capsys, given
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'read').write_text('{}')
+    assert main(['walk', given, '--json', 'read']) == 2
+    assert '--json read is the input read, which would be changed' in capsys.readouterr().err
+    assert (tmp_path / 'read').read_text() == '{}'
+
+
 def test_scores_that_could_not_be_kept_are_not_worked_out(
     pipeline, folder, tmp_path, monkeypatch, capsys
 ):

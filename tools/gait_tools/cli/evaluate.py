@@ -235,7 +235,7 @@ def evaluate(options: argparse.Namespace) -> None:
 
 def _keep_inputs(options: argparse.Namespace) -> None:
     """
-    Refuse outputs that would change a sequence.
+    Refuse outputs that would change what is read.
 
     :raises ConfigError: if there are such.
     """
@@ -248,7 +248,9 @@ def _keep_inputs(options: argparse.Namespace) -> None:
             for what in ('masks', 'contact_sheet.png')
         ]
         outputs += [('--out', options.out / 'priors.png')]
-    keep_apart(outputs, options.sequence)
+    settings = dict(setting.partition('=')[::2] for setting in options.set)
+    others = (options.bank, settings.get('segmentation.vocabulary'))
+    keep_apart(outputs, [*options.sequence, *(Path(each) for each in others if each)])
 
 
 if __name__ == '__main__':
