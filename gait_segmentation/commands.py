@@ -23,7 +23,9 @@ _NODES = ('localizer', 'matcher', 'pipeline', 'segmenter', 'source', 'tracker')
 __all__ = [*_TOOLS, *_NODES]
 
 _PACKAGE = 'gait_segmentation'
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""The signals that ask a process to end."""
+
 FAILED, INTERRUPTED = 2, 130
 """Exit codes of commands."""
 
@@ -59,7 +61,7 @@ def _run(name: str, tool: str | None = None) -> int:
     if name in _TOOLS:
         tool = f'{_PACKAGE}.cli.{name}'
     # Those ignored, as of what a shell runs in the background, stay so.
-    heeded = [each for each in _SIGNALS if signal.getsignal(each) != signal.SIG_IGN]
+    heeded = [each for each in ENDING if signal.getsignal(each) != signal.SIG_IGN]
     text, code = (f'{command}: interrupted\n', INTERRUPTED) if tool else ('', 0)
 
     def end(number: int, frame: object) -> None:

@@ -14,10 +14,9 @@ from contextlib import contextmanager, suppress
 
 import rclpy
 
-__all__ = ['ENDING', 'HANGS_S', 'LONGEST_S', 'Ending']
+from gait_segmentation.commands import ENDING
 
-ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-"""The signals that ask a process to end."""
+__all__ = ['HANGS_S', 'LONGEST_S', 'Ending']
 
 _STDERR = 2
 LONGEST_S = 4.0
