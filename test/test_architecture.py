@@ -13,7 +13,7 @@ TOOLS = Path(__file__).parent.parent / 'tools/gait_tools'
 ADAPTERS = {'ros', 'nodes', 'cli'}
 MESSAGES = {'rclpy', 'builtin_interfaces', 'rcl_interfaces', 'launch', 'launch_ros'}
 CLOCKS = {'time', 'datetime'}
-ALGORITHMS = ('tracking', 'matching', 'segmentation', 'starting')
+ALGORITHMS = ('tracking', 'matching', 'segmentation', 'starting', 'scene')
 
 
 def modules(*parts: str) -> list[Path]:
@@ -85,11 +85,30 @@ def test_every_module_has_its_licence() -> None:
             assert 'SPDX-License-Identifier: GPL-3.0-or-later' in text.split('\n\n')[0], path
 
 
+def test_no_folders_need_each_other() -> None:
+    folders = {path.name for path in PACKAGE.iterdir() if (path / '__init__.py').exists()}
+    needs = {
+        folder: {
+            name.split('.')[1]
+            for path in (PACKAGE / folder).rglob('*.py')
+            for name in imported(path)
+            if name.startswith('gait_segmentation.')
+        }
+        & folders - {folder}
+        for folder in folders
+    }
+    assert needs['tracking'] >= {'scene', 'starting'}
+    while needs:
+        free = {folder for folder, others in needs.items() if not others & needs.keys()}
+        assert free, f'these folders import each other in a circle: {sorted(needs)}'
+        needs = {folder: others for folder, others in needs.items() if folder not in free}
+
+
 def test_stages_do_not_know_each_other_but_for_the_start() -> None:
     """The open door: each stage works on what anybody may publish."""
     allowed = {
-        'tracking': {'starting'},
-        'starting': {'segmentation', 'matching', 'tracking'},
+        'tracking': {'scene', 'starting'},
+        'starting': {'scene', 'segmentation', 'matching'},
     }
     for stage in ALGORITHMS:
         others = set(ALGORITHMS) - {stage} - allowed.get(stage, set())

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
-from gait_segmentation.tracking.background.model import BackgroundModel
-from gait_segmentation.tracking.picture.working import WorkingImage
+from gait_segmentation.scene.background.model import BackgroundModel
+from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.working import WorkingImage
 
 __all__ = ['Record', 'Shift', 'body_over']
 

@@ -17,13 +17,13 @@ from gait_segmentation.geometry import Box, check_body, check_start_box
 from gait_segmentation.heat_maps import HeatMap, HeatMaps
 from gait_segmentation.images import check_image, check_stamp
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
+from gait_segmentation.scene.working import working_scale, working_shape
 from gait_segmentation.starting import Start, StartingConfig
 from gait_segmentation.tracking import group
 from gait_segmentation.tracking.adaptive_mean_shift import MeanShiftTarget
 from gait_segmentation.tracking.arrivals import Arrival, Arrivals, slot_for_found
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
-from gait_segmentation.tracking.picture.working import working_scale, working_shape
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
 

@@ -12,18 +12,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.estimator import MotionEstimator
-from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window, shifted_part
-from gait_segmentation.tracking.background.model import BackgroundModel
+from gait_segmentation.scene.background.model import BackgroundModel
+from gait_segmentation.scene.contrast import Contrast
+from gait_segmentation.scene.ego_motion.estimator import MotionEstimator
+from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.light import Light
+from gait_segmentation.scene.working import WorkingImage, working_scale, working_shape
 from gait_segmentation.tracking.competition import REACH
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.moving import add_moving
-from gait_segmentation.tracking.picture.contrast import Contrast
-from gait_segmentation.tracking.picture.light import Light
-from gait_segmentation.tracking.picture.working import WorkingImage, working_scale, working_shape
 from gait_segmentation.tracking.records import Record, Shift, body_over
 
 __all__ = ['World', 'windows_about']

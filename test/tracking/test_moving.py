@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.ego_motion.world_motion import WorldMotion
-from gait_segmentation.tracking.background.model import BackgroundModel
+from gait_segmentation.scene.background.model import BackgroundModel
+from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.working import WorkingImage
 from gait_segmentation.tracking.moving import add_moving, moving_pixels
-from gait_segmentation.tracking.picture.working import WorkingImage
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.warping import warp_window
 

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import Box
+from gait_segmentation.scene.background.model import BackgroundModel
+from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
 from gait_segmentation.tracking import TrackingConfig
-from gait_segmentation.tracking.background.model import BackgroundModel
 from gait_segmentation.tracking.world import World, windows_about
 from test.tracking.figures import wall
 

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import check_image, check_stamp
+from gait_segmentation.scene.working import working_shape
 from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.finding.candidates import Candidate, follow
 from gait_segmentation.starting.finding.scene import MotionScene, SceneFrame
 from gait_segmentation.starting.finding.watch import light_bank
 from gait_segmentation.starting.finding.watching import LEAST_SIGHTINGS, TALL, Watching
-from gait_segmentation.tracking.picture.working import working_shape
 
 __all__ = ['WalkerFinder']
 

@@ -18,17 +18,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.estimator import MotionEstimator
-from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import Box, compose, invert, scaling
 from gait_segmentation.images import Window
+from gait_segmentation.scene.background.kernels import SURE_COUNT
+from gait_segmentation.scene.background.model import BackgroundModel
+from gait_segmentation.scene.contrast import Contrast
+from gait_segmentation.scene.ego_motion.estimator import MotionEstimator
+from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.light import Light
+from gait_segmentation.scene.working import WorkingImage, working_shape
 from gait_segmentation.starting.finding.blobs import Blob, find_blobs
 from gait_segmentation.starting.finding.hollow import fill_hollow
-from gait_segmentation.tracking.background.kernels import SURE_COUNT
-from gait_segmentation.tracking.background.model import BackgroundModel
-from gait_segmentation.tracking.picture.contrast import Contrast
-from gait_segmentation.tracking.picture.light import Light
-from gait_segmentation.tracking.picture.working import WorkingImage, working_shape
 
 __all__ = ['MotionScene', 'SceneFrame']
 

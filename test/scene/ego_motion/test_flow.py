@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.ego_motion.flow import camera_motion, corners_of, followed
-from gait_segmentation.ego_motion.pyramid import Pyramid
+from gait_segmentation.scene.ego_motion.flow import camera_motion, corners_of, followed
+from gait_segmentation.scene.ego_motion.pyramid import Pyramid
 
 
 def waves(dx: float, dy: float, shape: tuple[int, int] = (60, 80)) -> Pyramid:

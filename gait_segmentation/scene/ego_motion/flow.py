@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.images import Window
+from gait_segmentation.scene.ego_motion.pyramid import Pyramid
 
 __all__ = ['camera_motion', 'corners_of', 'followed']
 

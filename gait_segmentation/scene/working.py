@@ -11,12 +11,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.pyramid import Pyramid
 from gait_segmentation.images import Window
 from gait_segmentation.lab import gray_lab, is_gray
+from gait_segmentation.scene.contrast import Contrast
+from gait_segmentation.scene.ego_motion.pyramid import Pyramid
+from gait_segmentation.scene.light import Light
 from gait_segmentation.sizes import shrink
-from gait_segmentation.tracking.picture.contrast import Contrast
-from gait_segmentation.tracking.picture.light import Light
 
 __all__ = ['WorkingImage', 'working_scale', 'working_shape']
 

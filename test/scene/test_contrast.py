@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gait_segmentation.tracking.picture.contrast import Contrast, contrast_curve
+from gait_segmentation.scene.contrast import Contrast, contrast_curve
 
 
 def picture(low: int, high: int, seed: int = 1) -> np.ndarray:

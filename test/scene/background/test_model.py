@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.lab import gray_lab
-from gait_segmentation.tracking.background.model import BackgroundModel
+from gait_segmentation.scene.background.model import BackgroundModel
+from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
 
 
 def texture(seed: int = 0, shape: tuple[int, int] = (60, 80)) -> np.ndarray:

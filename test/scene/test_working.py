@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.ego_motion.world_motion import WorldMotion
-from gait_segmentation.tracking.picture.contrast import Contrast
-from gait_segmentation.tracking.picture.light import Light
-from gait_segmentation.tracking.picture.working import WorkingImage, working_scale, working_shape
+from gait_segmentation.scene.contrast import Contrast
+from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.light import Light
+from gait_segmentation.scene.working import WorkingImage, working_scale, working_shape
 
 
 def test_tall_people_are_scaled_down_and_small_ones_never_up() -> None:

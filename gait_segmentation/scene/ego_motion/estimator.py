@@ -13,10 +13,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.flow import camera_motion, corners_of, followed
-from gait_segmentation.ego_motion.pyramid import Pyramid
-from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import bounding_box
+from gait_segmentation.scene.ego_motion.flow import camera_motion, corners_of, followed
+from gait_segmentation.scene.ego_motion.pyramid import Pyramid
+from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
 
 __all__ = ['MotionEstimator']
 

@@ -10,10 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.images import Window
 from gait_segmentation.lab import NO_CHROMA, gray_lab
-from gait_segmentation.tracking.background.kernels import (
+from gait_segmentation.scene.background.kernels import (
     LIMIT,
     SAMPLE_STEP,
     SURE_COUNT,
@@ -21,6 +20,7 @@ from gait_segmentation.tracking.background.kernels import (
     update_sums,
     weigh,
 )
+from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
 from gait_segmentation.warping import warp_window
 
 __all__ = ['BackgroundModel']

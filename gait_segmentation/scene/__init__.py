@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The frame as the tracker works on it: scaled down once, light and levels made even."""
+"""What the camera shows beside people: light, contrast, the camera's motion, the background."""

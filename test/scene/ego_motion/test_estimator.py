@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.ego_motion.estimator import MotionEstimator
-from gait_segmentation.ego_motion.pyramid import Pyramid
-from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import pixel_affine
+from gait_segmentation.scene.ego_motion.estimator import MotionEstimator
+from gait_segmentation.scene.ego_motion.pyramid import Pyramid
+from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
 
 
 def scene(seed: int = 1) -> np.ndarray:

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.ego_motion.world_motion import WorldMotion
-from gait_segmentation.tracking.picture.light import Light
+from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.light import Light
 
 SHAPE = (240, 320)
 STILL = WorldMotion()

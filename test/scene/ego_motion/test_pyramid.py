@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gait_segmentation.ego_motion.pyramid import Pyramid
+from gait_segmentation.scene.ego_motion.pyramid import Pyramid
 
 
 def test_each_level_has_the_means_of_four_pixels_of_the_one_before() -> None:

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
 from gait_segmentation.warping import warp_window
 
 CAMERA = np.array([[1.0, 0.0, 3.0], [0.0, 1.0, 0.0]])

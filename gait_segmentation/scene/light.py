@@ -17,10 +17,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.ego_motion.pyramid import LEAST_RANGE
-from gait_segmentation.ego_motion.world_motion import WorldMotion
 from gait_segmentation.geometry import compose, scaling
-from gait_segmentation.tracking.background.model import BackgroundModel
+from gait_segmentation.scene.background.model import BackgroundModel
+from gait_segmentation.scene.ego_motion.pyramid import LEAST_RANGE
+from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
 
 __all__ = ['Light']
 
