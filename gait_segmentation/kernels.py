@@ -11,21 +11,30 @@ by the modules of its stage.  What only other kernels call is compiled into them
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import logging
+import os
+import stat
+import tempfile
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
-from numba import njit
+from numba import config, njit
 from numba.core.dispatcher import Dispatcher
 from numba.core.sigutils import normalize_signature
 
-from gait_segmentation.kernel_cache import mend_kernel_cache
+from gait_segmentation.files.output_files import named
 
-__all__ = ['Kernels', 'compile_kernels', 'kernel']
+__all__ = ['compile_kernels', 'compiling', 'kernel']
 
 _PACKAGE = __name__.partition('.')[0]
+_LOGGER = logging.getLogger(_PACKAGE)
+_PATIENCE_S = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +45,8 @@ class _Declared:
     types: str
 
 
+_kernels: list[Any] = []
 _declared: list[_Declared] = []
-_asked_for: list[_Declared] = []
 _ready: list[_Declared] = []
 
 
@@ -53,7 +62,14 @@ def kernel(*calls: str, **options: Any) -> Callable[[Callable[..., Any]], Any]:
 
     def made(function: Callable[..., Any]) -> Any:
         # Nobody calls kernels from C, and without what that needs they are compiled sooner.
-        compiled = njit(cache=True, nogil=True, no_cfunc_wrapper=True, **options)(function)
+        compiled = njit(nogil=True, no_cfunc_wrapper=True, **options)(function)
+        try:
+            compiled.enable_caching()
+        except RuntimeError:
+            # Numba has found no folder that can be written.
+            _cache_elsewhere()
+            compiled.enable_caching()
+        _kernels.append(compiled)
         _declared.extend(_Declared(compiled, types) for types in calls)
         return compiled
 
@@ -62,16 +78,15 @@ def kernel(*calls: str, **options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 def compile_kernels(
     *packages: str, shown: Callable[[list[_Declared]], Iterable[_Declared]] = iter
-) -> None:
+) -> int:
     """
     Compile all declared kernels of the modules that are imported, or load them from the cache.
 
     :param packages: names of packages and modules, such as ``gait_segmentation.matching``; those
         of all if there is none.
     :param shown: passes the kernels on, one by one, and may show how far they are.
-    :raises ConfigError: if a damaged file of the cache cannot be removed.
+    :returns: how many the cache did not have.
     """
-    mend_kernel_cache()
     # OpenCV makes tables the first time, which takes as long as some frames.
     cv2.cvtColor(np.zeros((1, 1, 3), np.uint8), cv2.COLOR_BGR2Lab)
     roots = tuple(f'{package}.' for package in packages or (_PACKAGE,))
@@ -80,33 +95,68 @@ def compile_kernels(
         for each in _declared
         if f'{each.function.py_func.__module__}.'.startswith(roots) and each not in _ready
     ]
-    _asked_for.extend(each for each in wanted if each not in _asked_for)
+    before = _compiled()
     for each in shown(wanted):
-        each.function.compile(normalize_signature(f'({each.types},)')[0])
+        _compile(each)
         _ready.append(each)
+    return _compiled() - before
 
 
-@dataclass(frozen=True)
-class Kernels:
-    """How far the kernels are that are to be compiled, as they are at a time."""
-
-    ready: int
-    """Those that can be called without delay."""
-
-    known: int
-    """All."""
-
-    compiled: int
-    """How often the cache had nothing."""
-
-    @classmethod
-    def now(cls) -> Kernels:
-        """Count; may be called while another thread compiles."""
-        return cls(
-            ready=len(_ready),
-            known=len(_asked_for),
-            compiled=sum(
-                sum(function.stats.cache_misses.values())
-                for function in {each.function for each in _declared}
-            ),
+def _compile(declared: _Declared) -> None:
+    types = normalize_signature(f'({declared.types},)')[0]
+    try:
+        declared.function.compile(types)
+    except Exception as error:
+        # Whatever unpickling makes of a file that a loss of power has cut off, of this kernel or
+        # of one that it calls.
+        _LOGGER.warning(
+            "Numba's cache of compiled kernels cannot be read (%r): all are compiled anew", error
         )
+        for each in _kernels:
+            each._cache.flush()
+        declared.function.compile(types)
+
+
+def _cache_elsewhere() -> None:
+    folder = Path(tempfile.gettempdir()) / f'gait_segmentation_{os.getuid()}'
+    folder.mkdir(mode=0o700, exist_ok=True)
+    about = folder.lstat()
+    if not stat.S_ISDIR(about.st_mode) or about.st_uid != os.getuid() or about.st_mode & 0o022:
+        # Not what somebody else may have put there: it is code.
+        folder = Path(tempfile.mkdtemp(prefix='gait_segmentation_'))
+    _LOGGER.warning(
+        'compiled kernels are kept in %s, for no other folder can be written: set NUMBA_CACHE_DIR '
+        'to one that stays',
+        folder,
+    )
+    # For processes begun by this one as well.
+    config.CACHE_DIR = os.environ['NUMBA_CACHE_DIR'] = str(folder)
+
+
+def _compiled() -> int:
+    functions = {each.function for each in _declared}
+    return sum(sum(function.stats.cache_misses.values()) for function in functions)
+
+
+@contextmanager
+def compiling(say: Callable[[str], object], patience_s: float = _PATIENCE_S) -> Iterator[None]:
+    """
+    Say that kernels are loaded or compiled if what is done takes long.
+
+    Errors of files have the name of the cache of kernels.
+
+    :param say: called once at most, in another thread.
+    """
+    slow = threading.Timer(
+        patience_s,
+        say,
+        ['loading kernels, or compiling them: a minute or two, once after each installation'],
+    )
+    slow.daemon = True
+    slow.start()
+    try:
+        # Which is all that is written here.
+        with named('the cache of compiled kernels'):
+            yield
+    finally:
+        slow.cancel()

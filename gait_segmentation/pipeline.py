@@ -16,7 +16,6 @@ from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.images import check_image, check_map
-from gait_segmentation.kernel_cache import mend_kernel_cache
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback, MatchResult, SegmentationResult, TrackResult
@@ -102,8 +101,6 @@ class Pipeline:
         :param clock: seconds for ``timings_ms``, e.g. ``time.perf_counter``; without it all are
             zero.
         """
-        # Before the first kernel is called, which may be in drawing the bank.
-        mend_kernel_cache()
         self._clock = clock
         self.config = config = config or PipelineConfig()
         self.bank = bank if bank is not None else default_bank()

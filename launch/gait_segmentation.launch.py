@@ -16,7 +16,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterFile
 
-from gait_segmentation.ros.files import shared_file, use_shared_memory
+from gait_segmentation.ros.files import prepare, shared_file
 from launch import LaunchDescription
 
 PACKAGE = 'gait_segmentation'
@@ -119,9 +119,10 @@ ARGUMENTS = [
 
 def generate_launch_description():
     """Return what ``ros2 launch`` is to do."""
-    # Large images need a larger shared memory segment than Fast DDS makes by default.
+    # Large images need a larger shared memory segment than Fast DDS makes by default, and memory
+    # that is kept for the next one.
     environment = dict(os.environ)
-    use_shared_memory(environment)
+    prepare(environment)
     variables = environment.items() - os.environ.items()
     settings = [SetEnvironmentVariable(name, value) for name, value in sorted(variables)]
     return LaunchDescription([*ARGUMENTS, *settings, OpaqueFunction(function=_nodes)])

@@ -51,7 +51,7 @@ def pytest_collection_finish() -> None:
 @pytest.fixture
 def signal_handlers() -> Iterator[None]:
     """Put the handlers of the signals that end a process back after a test."""
-    numbers = (signal.SIGINT, signal.SIGTERM)
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     before = [signal.getsignal(number) for number in numbers]
     yield
     for number, handler in zip(numbers, before, strict=True):

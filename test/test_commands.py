@@ -19,7 +19,7 @@ from gait_segmentation import commands
 
 ROOT = Path(__file__).resolve().parents[1]
 TIMEOUT_S = 300.0
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 TOOLS = ('demo', 'replay', 'warm_up')
 NODES = tuple(name for name in commands.__all__ if name not in TOOLS)
 
@@ -110,7 +110,7 @@ def test_without_what_tools_need_it_is_said_what_to_install(
         raise ModuleNotFoundError(f'No module named {package!r}', name=package)
 
     monkeypatch.setattr(sys, 'argv', [f'gait_{name}'])
-    monkeypatch.setattr(commands, '_imported', missing)
+    monkeypatch.setattr(commands, 'import_module', missing)
     assert getattr(commands, name)() == 2
     assert capsys.readouterr().err == (
         f'gait_{name}: error: the Python package {package} is not installed: pip install '
@@ -123,7 +123,7 @@ def test_another_module_that_is_missing_is_no_matter_of_ros(monkeypatch) -> None
         raise ModuleNotFoundError("No module named 'numba'", name='numba')
 
     monkeypatch.setattr(sys, 'argv', ['gait_tracker'])
-    monkeypatch.setattr(commands, '_imported', missing)
+    monkeypatch.setattr(commands, 'import_module', missing)
     with pytest.raises(ModuleNotFoundError, match='numba'):
         commands.tracker()
 
@@ -131,16 +131,13 @@ def test_another_module_that_is_missing_is_no_matter_of_ros(monkeypatch) -> None
 @pytest.mark.parametrize('name', commands.__all__)
 def test_every_command_runs_its_module(name: str, monkeypatch) -> None:
     found = []
-    known = [(number, signal.getsignal(number)) for number in SIGNALS]
 
     class Module:
         @staticmethod
         def main() -> int:
-            now = [signal.getsignal(number) for number in SIGNALS]
-            # Tools are interrupted nearly as usual; nodes replace the handlers themselves, without
-            # a gap.
-            usual = [commands._interrupt if n == signal.SIGINT else h for n, h in known]
-            assert (now == usual) == (name in TOOLS)
+            # Tools are interrupted; nodes replace the handlers themselves, without a gap.
+            now = {signal.getsignal(number) for number in SIGNALS}
+            assert (now == {commands._interrupt}) == (name in TOOLS)
             return 3
 
         @staticmethod
@@ -150,8 +147,8 @@ def test_every_command_runs_its_module(name: str, monkeypatch) -> None:
     monkeypatch.setattr(sys, 'argv', [f'gait_{name}'])
     monkeypatch.setattr(commands, 'import_module', lambda each: found.append(each) or Module)
     assert getattr(commands, name)() == 3
-    # Nobody wants to see where the interpreter was when a tool had ended.
-    assert (signal.getsignal(signal.SIGINT) == signal.SIG_IGN) == (name in TOOLS)
+    # Nobody wants to see where the interpreter was when a command had ended.
+    assert {signal.getsignal(number) for number in SIGNALS} == {signal.SIG_IGN}
     assert found == (
         [f'gait_segmentation.cli.{name}']
         if name in TOOLS
@@ -228,7 +225,7 @@ def test_an_interrupt_of_a_call_into_a_kernel_ends_a_command_quietly(
 
 def test_all_commands_are_installed() -> None:
     points = re.findall(r"'gait_(\w+) = ([\w.]+):(\w+)'", (ROOT / 'setup.py').read_text())
-    assert sorted(points) == [(name, commands.__name__, name) for name in commands.__all__]
+    assert sorted(points) == [(name, commands.__name__, name) for name in sorted(commands.__all__)]
 
 
 def test_an_interrupt_that_would_be_lost_comes_a_little_later():

@@ -115,7 +115,7 @@ def test_settings_are_applied_in_order():
         ('tracking.gain=much', "gain must be a number from 0 to 1, got 'much'"),
         ('tracking.use_colour=2', "use_colour must be true or false, got '2'"),
         ('matching.lag=1.5', "lag must be an integer from 0 to 10, got '1.5'"),
-        ('segmentation.prior=hard', 'prior must be one of none, distance, default'),
+        ('segmentation.prior=hard', 'prior must be one of none, paper, default'),
     ],
 )
 def test_settings_that_cannot_be_used_are_refused(setting, message):

@@ -5,9 +5,11 @@
 from __future__ import annotations
 
 import importlib
+import os
 import pkgutil
 import subprocess
 import sys
+import threading
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -15,13 +17,14 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
+from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
 from numpy.typing import NDArray
 
 import gait_segmentation
 from gait_segmentation import kernels as module
 from gait_segmentation.geometry import Box
-from gait_segmentation.kernels import Kernels, compile_kernels, kernel
+from gait_segmentation.kernels import compile_kernels, compiling, kernel
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
@@ -161,7 +164,7 @@ def test_kernels_are_compiled_as_they_are_declared(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr('numba.core.config.CACHE_DIR', str(tmp_path))
-    for name in ('_declared', '_asked_for', '_ready'):
+    for name in ('_declared', '_ready'):
         monkeypatch.setattr(module, name, [])
 
     @kernel('i8, UniTuple(i8, 2)', 'f8, UniTuple(i8, 2)')
@@ -172,19 +175,16 @@ def test_kernels_are_compiled_as_they_are_declared(
     def called_by_kernels(number: int) -> int:
         return number
 
-    assert Kernels.now() == Kernels(0, 0, 0)
-    compile_kernels('gait_segmentation', 'test.test_kernel')
-    assert Kernels.now() == Kernels(0, 0, 0)
+    assert compile_kernels('gait_segmentation', 'test.test_kernel') == 0
     shown = []
 
     def show(wanted: Iterable[Any]) -> Iterator[Any]:
         for each in wanted:
-            shown.append((Kernels.now().ready, Kernels.now().known))
+            shown.append(len(module._ready))
             yield each
 
     compile_kernels('test', shown=show)
-    assert shown == [(0, 2), (1, 2)]
-    assert (Kernels.now().ready, Kernels.now().known) == (2, 2)
+    assert shown == [0, 1]
     assert len(called.signatures) == 2
     called(1, (2, 3))
     called(1.0, (2, 3))
@@ -192,3 +192,99 @@ def test_kernels_are_compiled_as_they_are_declared(
     assert called_by_kernels.signatures == []
     compile_kernels('test', shown=show)
     assert len(shown) == 2
+
+
+def test_what_takes_long_is_said_and_what_does_not_is_not() -> None:
+    said, waited = [], threading.Event()
+
+    def say(text: str) -> None:
+        said.append(text)
+        waited.set()
+
+    with compiling(say, patience_s=0.0):
+        assert waited.wait(60)
+    with compiling(say, patience_s=3600.0):
+        pass
+    assert len(said) == 1
+    assert 'compiling' in said[0]
+
+
+def test_a_full_disk_under_the_cache_is_said_to_be_there() -> None:
+    with pytest.raises(OSError, match='full') as caught, compiling(print, patience_s=3600.0):
+        raise OSError(28, 'full')
+    assert caught.value.filename == 'the cache of compiled kernels'
+
+
+TINY = """
+from gait_segmentation.kernels import kernel
+
+@kernel()
+def inner(number):
+    return number + 1
+
+@kernel('i8')
+def outer(number):
+    return inner(number)
+"""
+
+
+@pytest.mark.parametrize('suffix', ['.nbi', '.nbc'])
+@pytest.mark.parametrize('damage', [b'', bytes(4096), b'\x93garbage'])
+@pytest.mark.parametrize('name', ['outer', 'inner'])
+def test_a_damaged_cache_is_compiled_anew(
+    name: str, suffix: str, damage: bytes, monkeypatch, tmp_path: Path, caplog
+) -> None:
+    tiny = f'tiny_{tmp_path.name}'.translate({ord('-'): '_'})
+    (tmp_path / f'{tiny}.py').write_text(TINY)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr('numba.core.config.CACHE_DIR', str(tmp_path))
+
+    def start() -> int:
+        """Do what a new process would."""
+        for each in ('_kernels', '_declared', '_ready'):
+            monkeypatch.setattr(module, each, [])
+        sys.modules.pop(tiny, None)
+        made = importlib.import_module(tiny)
+        compiled = compile_kernels(tiny)
+        assert made.outer(1) == 2
+        return compiled
+
+    assert start() == 1
+    assert start() == 0
+    for path in tmp_path.rglob(f'*{name}*{suffix}'):
+        path.write_bytes(damage)
+    assert not caplog.messages
+    start()
+    # What calls a kernel holds it.
+    if name == 'outer':
+        (said,) = caplog.messages
+        assert 'cache of compiled kernels cannot be read' in said
+    assert start() == 0
+
+
+@pytest.mark.parametrize('taken', [False, True])
+def test_without_a_folder_that_can_be_written_kernels_are_cached_in_a_temporary_one(
+    taken: bool, monkeypatch, tmp_path: Path, caplog
+) -> None:
+    own = tmp_path / f'gait_segmentation_{os.getuid()}'
+    if taken:
+        own.mkdir()
+        own.chmod(0o777)
+    cache = FunctionCache._impl_class
+    by_name = [each for each in cache._locator_classes if 'UserProvided' in each.__name__]
+    monkeypatch.setattr(cache, '_locator_classes', by_name)
+    monkeypatch.setattr('numba.core.config.CACHE_DIR', '')
+    monkeypatch.setenv('NUMBA_CACHE_DIR', '')
+    monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
+    for each in ('_kernels', '_declared', '_ready'):
+        monkeypatch.setattr(module, each, [])
+
+    @kernel('i8')
+    def made_up(number: int) -> int:
+        return number + 1
+
+    assert compile_kernels('test') == 1
+    assert bool(list(own.rglob('*.nbi'))) != taken
+    assert list(tmp_path.rglob('*.nbi'))
+    (said,) = caplog.messages
+    assert 'set NUMBA_CACHE_DIR to one that stays' in said

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import signal
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.cli.clip import CLIP_BOX, CLIP_START, demo_clip
-from gait_segmentation.cli.processes import handled
 from gait_segmentation.cli.replaying.file_outputs import MasksOutput, OverlayOutput
 from gait_segmentation.cli.replaying.output import About, Output, Replayed
 from gait_segmentation.cli.tool import (
@@ -93,9 +91,7 @@ def parser() -> argparse.ArgumentParser:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
-    # Stopping the demonstration must stop its processes.
-    with handled(signal.default_int_handler, signal.SIGTERM):
-        return run_tool('gait_demo', lambda: _demonstrate(parser().parse_args(arguments)))
+    return run_tool('gait_demo', lambda: _demonstrate(parser().parse_args(arguments)))
 
 
 def _demonstrate(options: argparse.Namespace) -> None:
@@ -105,8 +101,10 @@ def _demonstrate(options: argparse.Namespace) -> None:
     out = options.out
     keep_apart([('--out', out / name) for name in _WRITTEN], [film.path])
     make_folder('--out', out)
-    MasksOutput.check(out / 'masks')
-    OverlayOutput.check(out / 'overlay.mp4')
+    for kind, path in ((MasksOutput, out / 'masks'), (OverlayOutput, out / 'overlay.mp4')):
+        kind.check(path)
+        if kind.is_there(path) and not (out / 'report.json').is_file():
+            raise ConfigError(f'{path} was not made by gait_demo: choose another --out')
     # Here, so that --help needs no ROS.
     from gait_segmentation.cli.live import play
 

@@ -37,7 +37,7 @@ from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.pipeline import FrameResult, PersonResult
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.ros.fields import slot_topic, slot_topics
-from gait_segmentation.ros.files import use_shared_memory
+from gait_segmentation.ros.files import prepare
 from gait_segmentation.ros.messages import read_body, read_box, read_gait
 
 __all__ = ['NODES', 'Recording', 'play', 'prepare_environment', 'read_stamps']
@@ -71,7 +71,7 @@ def prepare_environment(environment: MutableMapping[str, str]) -> None:
     environment.setdefault('ROS_DOMAIN_ID', str(20 + os.getpid() % 80))
     environment.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     environment.setdefault('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp')
-    use_shared_memory(environment)
+    prepare(environment)
 
 
 def read_stamps(path: Path) -> dict[int, int]:

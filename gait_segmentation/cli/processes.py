@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Signals handled otherwise for a while, and child processes that never outlive their parent."""
+"""Child processes that never outlive their parent."""
 
 from __future__ import annotations
 
@@ -11,17 +11,14 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
-from types import FrameType
 
+from gait_segmentation.commands import ENDING
 from gait_segmentation.errors import GaitSegmentationError
 
-__all__ = ['ENDING', 'ProcessError', 'ProcessGroup', 'handled']
-
-ENDING = (signal.SIGINT, signal.SIGTERM)
-"""The signals that ask a process to end."""
+__all__ = ['ProcessError', 'ProcessGroup']
 
 _PR_SET_PDEATHSIG = 1
 _GRACE_S = 5.0
@@ -122,23 +119,6 @@ def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
     if process.poll() is None:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, number)
-
-
-@contextlib.contextmanager
-def handled(
-    handler: Callable[[int, FrameType | None], object], *numbers: signal.Signals
-) -> Iterator[None]:
-    """
-    Have signals handled within the context, which must be in the main thread, and as before after.
-
-    :param handler: called with the number of the signal and the frame it interrupted.
-    """
-    before = {number: signal.signal(number, handler) for number in numbers}
-    try:
-        yield
-    finally:
-        for number, old in before.items():
-            signal.signal(number, old)
 
 
 def _die_with_parent(blocked: Iterable[int]) -> None:

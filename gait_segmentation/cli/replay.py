@@ -46,10 +46,10 @@ FILE and DIR but that of --summary is a folder, and gets a file or folder NAME
 (with its suffix) for each input. NAME is the input's without suffix.
 
 Outputs that exist are not made again, so an interrupted run is continued by
-the same command; --force makes them anew. What is not recognisably an output
-of this command is never replaced, with --force neither, and nothing is written
-over or into an input. Ctrl-C, an error or a full disk
-leave what was done as NAME.partial, which can be read.
+the same command; --force makes them anew. What cannot be an output of this
+command is never replaced, with --force neither (films: whatever they show), and
+nothing is written over or into an input. Ctrl-C or an error leave what was done
+as NAME.partial, which can be read.
 
 Stamps are those of the headers in a bag (the time of recording where a header
 has none); frame N of a film has the stamp (N + 1) / fps, or its own time where
@@ -180,12 +180,13 @@ def names_of(paths: list[Path]) -> list[str]:
 
 def _replay_all(options: argparse.Namespace) -> int:
     wanted = make_jobs(options)
-    given = (*options.input, options.params, wanted[0].bank)
+    vocabulary = wanted[0].config.segmentation.vocabulary
+    given = (*options.input, options.params, wanted[0].bank, vocabulary)
     if options.heat_map and Path(options.heat_map).is_dir():
         given = (*given, options.heat_map)
     read = [Path(each) for each in given if each]
     for job in wanted:
-        job.check(read, force=options.force)
+        job.check(read)
     if options.summary:
         made = [path for job in wanted for path in job.outputs.values()]
         keep_apart([('--summary', options.summary)], [*read, *made])

@@ -19,7 +19,6 @@ from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputEr
 from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.output_files import named, problem_of
 from gait_segmentation.geometry import Box, check_start_box
-from gait_segmentation.kernel_cache import mend_kernel_cache
 from gait_segmentation.ros.files import shared_file
 
 if TYPE_CHECKING:
@@ -66,7 +65,6 @@ def run_tool(name: str, run: Callable[[], int | None]) -> int:
         if nobody reads the output any more.
     """
     try:
-        mend_kernel_cache()
         with contextlib.redirect_stdout(_Output(sys.stdout)):
             try:
                 code = run() or 0
@@ -178,7 +176,8 @@ def add_reading_options(parser: argparse.ArgumentParser, rate: str) -> None:
         type=int,
         default=MOST_PIXELS,
         metavar='N',
-        help='refuse frames that claim more, before they are decoded (%(default)s)',
+        help='refuse frames that have more; of more than %(default)s images in files and bags are '
+        'decoded if OPENCV_IO_MAX_IMAGE_PIXELS says so (%(default)s)',
     )
     add('--rate', type=float, default=0.0, metavar='HZ', help=f'frames per second ({rate})')
 

@@ -11,7 +11,7 @@ from typing import Any
 # Whose imports are all modules with kernels that nodes call.
 import gait_segmentation.pipeline  # noqa: F401
 from gait_segmentation.cli.tool import command_parser, run_tool
-from gait_segmentation.kernels import Kernels, compile_kernels
+from gait_segmentation.kernels import compile_kernels
 
 __all__ = ['main']
 
@@ -32,13 +32,11 @@ example:
 
 
 def _run() -> None:
-    before = Kernels.now().compiled
-    compile_kernels(shown=_progress)
-    now = Kernels.now()
-    if now.compiled > before:
-        print(f'kernels compiled, and kept for the next start: {now.compiled - before}')
+    compiled = compile_kernels(shown=_progress)
+    if compiled:
+        print(f'kernels compiled, and kept for the next start: {compiled}')
     else:
-        print(f"nothing to do: all {now.ready} kernels are in Numba's cache")
+        print("nothing to do: all kernels are in Numba's cache")
 
 
 def _progress(kernels: Iterable[Any]) -> Iterator[Any]:

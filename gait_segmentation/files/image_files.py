@@ -26,7 +26,7 @@ __all__ = [
     'read_unchanged',
 ]
 
-IMAGE_SUFFIXES = ('.bmp', '.jpeg', '.jpg', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp')
+IMAGE_SUFFIXES = ('.bmp', '.jpeg', '.jpg', '.pbm', '.pgm', '.png', '.ppm', '.webp')
 """Endings of the files taken for images."""
 
 _NUMBER = re.compile(r'(\d+)')
@@ -66,14 +66,15 @@ def read_grey(path: Path) -> NDArray[np.uint8]:
     return _decoded(path, cv2.IMREAD_GRAYSCALE)
 
 
-def read_heat_map(path: Path) -> NDArray[np.uint8]:
+def read_heat_map(path: Path, max_pixels: int = MOST_PIXELS) -> NDArray[np.uint8]:
     """
     Read a heat map as (h, w) uint8.
 
-    :raises SequenceError: if it cannot be read, or is in colours.
+    :param max_pixels: how many it may have.
+    :raises SequenceError: if it cannot be read, is in colours, or has more pixels.
     """
     try:
-        return heat_map_of(read_unchanged(path))
+        return heat_map_of(_decoded(path, cv2.IMREAD_UNCHANGED, max_pixels))
     except InputError as error:
         raise SequenceError(f'{path}: {error}') from error
 

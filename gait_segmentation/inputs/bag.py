@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError, not_installed
-from gait_segmentation.inputs import damaged
 from gait_segmentation.inputs.encodings import claimed_shape, read_bgr, read_compressed
 from gait_segmentation.inputs.source import (
     DEFAULT_FPS,
@@ -28,6 +27,18 @@ from gait_segmentation.inputs.source import (
 __all__ = ['BagSource', 'is_bag']
 
 _STORAGE = ('.mcap', '.db3')
+_REMEDIES = {
+    '': 'ros2 bag reindex FOLDER',
+    '.bag': 'rosbag reindex FILE',
+    '.db3': 'sqlite3 FILE .recover | sqlite3 NEW, and ros2 bag reindex FOLDER',
+    '.zstd': 'zstd -d FILE',
+    '.mcap': 'mcap recover FILE -o NEW, and ros2 bag reindex FOLDER',
+}
+"""What mends a bag, by the ending of its files; of a folder whose metadata are missing first."""
+
+_ZSTD = b'\x28\xb5\x2f\xfd'
+"""How data that zstd has packed begins, and no message of ROS 2 does."""
+
 _IMAGE = 'sensor_msgs/msg/Image'
 _COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 _RATE_FRAMES = 60
@@ -66,8 +77,7 @@ class BagSource(ImageSource):
     """
     The images on one topic of a bag, with the stamps of their headers.
 
-    A bag that cannot be opened as it should (its recording was cut off, so that index or
-    metadata are missing, or it is truncated) is read from the front for as far as it goes.
+    One whose recording was cut off, so that index or metadata are missing, is to be mended first.
     """
 
     _read_image = staticmethod(read_bgr)
@@ -91,7 +101,6 @@ class BagSource(ImageSource):
         except ModuleNotFoundError as error:
             raise SequenceError(f'{path} is a bag: {not_installed(str(error.name))}') from error
         self.topic = topic
-        self._intact = True
         super().__init__(path, **wanted)
 
     def open(self) -> int | None:
@@ -120,19 +129,29 @@ class BagSource(ImageSource):
     def entries(self) -> Iterator[Entry]:
         """Yield all images of the topic."""
         read = 0
-        first_ns = last_ns = 0
-        try:
-            for recorded_ns, data in self._messages():
+        with self._reader() as reader:
+            wanted = [each for each in reader.connections if each.topic == self.topic]
+            expected = sum(each.msgcount for each in wanted)
+            messages = iter(reader.messages(connections=wanted))
+            problem: Exception | None = None
+            while True:
+                try:
+                    _, recorded_ns, data = next(messages)
+                except StopIteration:
+                    break
+                except Exception as error:
+                    # rosbags and SQLite raise whatever the damage made of it.
+                    problem = error
+                    break
                 read += 1
-                first_ns = first_ns or recorded_ns
-                last_ns = recorded_ns
                 yield self._entry(recorded_ns, data)
-        except damaged.BrokenError as error:
+        # Damaged places inside of chunks are skipped by rosbags.
+        if problem is not None or read < expected:
+            why = '' if problem is None else f' ({problem!r})'
             raise DamagedError(
-                f'{self.path} is damaged: {error}; {read} images on {self.topic} come before, '
-                f'the last {(last_ns - first_ns) / 1e9:.3f} s after the first'
-                f'{self._remedy()}'
-            ) from error
+                f'{self.path} is damaged: {read} of {expected} images on {self.topic} can be '
+                f'read{why}; mend it: {self._remedy()}'
+            ) from problem
 
     def _entry(self, recorded_ns: int, data: bytes) -> Entry:
         try:
@@ -151,7 +170,7 @@ class BagSource(ImageSource):
         try:
             if self.path.suffix == '.bag':
                 return _types('ROS1_NOETIC').deserialize_ros1(data, self._kind)
-            return _types('ROS2_JAZZY').deserialize_cdr(damaged.unpacked_message(data), self._kind)
+            return _types('ROS2_JAZZY').deserialize_cdr(_unpacked(data), self._kind)
         except Exception as error:
             # rosbags raises whatever the data made of it.
             raise InputError(f'the message cannot be read ({error!r})') from error
@@ -183,40 +202,27 @@ class BagSource(ImageSource):
                 return found
         except Exception as error:
             # rosbags and SQLite raise whatever the damage made of it.
-            self._intact = False
-            found = {}
-            for path in _storage_files(self.path):
-                found |= {name: Topic(kind, None) for name, kind in damaged.topics(path).items()}
-            if not found:
-                raise SequenceError(
-                    f'{self.path} cannot be read as a bag: {error}{self._remedy()}'
-                ) from error
-            return found
+            raise SequenceError(
+                f'{self.path} cannot be read as a bag: {error}; mend it: {self._remedy()}'
+            ) from error
 
     def _remedy(self) -> str:
-        return next(map(damaged.remedy, _storage_files(self.path)), '')
+        """Return the command that mends the bag."""
+        if self.path.is_dir() and not (self.path / 'metadata.yaml').is_file():
+            return _REMEDIES['']
+        if self.path.suffix == '.zstd':
+            return _REMEDIES['.zstd']
+        names = [each.name.removesuffix('.zstd') for each in _storage_files(self.path)]
+        return _REMEDIES[Path(names[0]).suffix if names else '']
 
-    def _messages(self) -> Iterator[tuple[int, bytes]]:
-        if not self._intact:
-            for path in _storage_files(self.path):
-                yield from damaged.messages(path, self.topic)
-            return
-        with self._reader() as reader:
-            wanted = [each for each in reader.connections if each.topic == self.topic]
-            missing = sum(each.msgcount for each in wanted)
-            messages = iter(reader.messages(connections=wanted))
-            while True:
-                try:
-                    _, recorded_ns, data = next(messages)
-                except StopIteration:
-                    break
-                except Exception as error:
-                    raise damaged.BrokenError(f'{error!r}') from error
-                missing -= 1
-                yield recorded_ns, data
-        if missing > 0:
-            # Damaged places inside of chunks are skipped by rosbags.
-            raise damaged.BrokenError(f'{missing} images that it should hold are missing')
+
+def _unpacked(data: bytes) -> bytes:
+    """Return a message as it was before rosbag2 packed it, of which only its metadata tells."""
+    if data[:4] != _ZSTD:
+        return data
+    import zstandard
+
+    return zstandard.ZstdDecompressor().decompressobj().decompress(data)
 
 
 def _fail(error: InputError) -> NDArray[np.uint8]:

@@ -13,19 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.encoded_images import check_pixels, claimed_size
+from gait_segmentation.files.encoded_images import check_pixels, is_image
 from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_image
-from gait_segmentation.inputs.source import DEFAULT_FPS, DamagedError, Entry, ImageSource
+from gait_segmentation.inputs.source import DEFAULT_FPS, Entry, ImageSource
 
 __all__ = ['FilmSource', 'FolderSource']
 
 _FRAME_ID = 'camera'
-_ALL = 0.97
-"""Share of a film's frames, or of its length, that must be there; some formats only estimate."""
-
-_BEGINNING = 1 << 20
-"""Bytes of a file in which an image has told its size."""
-
 _OFF = 0.5
 """Periods by which a frame's own time may differ from the rate before it is believed instead."""
 
@@ -65,25 +59,25 @@ class FilmSource(ImageSource):
     def open(self) -> int | None:
         """Open the film once."""
         with self.path.open('rb') as file:
-            # A single image is a film as well, and decoded as soon as it is opened.
-            self._check_pixels(claimed_size(file.read(_BEGINNING)))
+            image = is_image(file.read(12))
+        if image:
+            # A film as well, but decoded without a limit as soon as it is opened as such.
+            read_image(self.path, self._max_pixels)
         capture = cv2.VideoCapture(str(self.path))
         opened = capture.isOpened()
         self._fps = float(capture.get(cv2.CAP_PROP_FPS))
-        self._claimed = max(int(capture.get(cv2.CAP_PROP_FRAME_COUNT)), 0)
+        claimed = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
         sides = (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)
         width, height = (int(capture.get(side)) for side in sides)
         capture.release()
         if not opened:
             raise SequenceError(f'{self.path} cannot be read as a film')
-        self._check_pixels((width, height))
-        return self._claimed or None
-
-    def _check_pixels(self, size: tuple[int, int] | None) -> None:
         try:
-            check_pixels(size or (0, 0), self._max_pixels)
+            check_pixels((width, height), self._max_pixels)
         except InputError as error:
             raise SequenceError(f'{self.path}: {error}') from error
+        # A hint: films are trimmed without being encoded anew, and some formats only estimate.
+        return max(claimed, 0) or None
 
     def rate(self) -> float:
         """Return what was asked for, or what the film says."""
@@ -96,7 +90,6 @@ class FilmSource(ImageSource):
         capture = cv2.VideoCapture(str(self.path))
         fps = self.rate()
         number = 0
-        stamp_ns = 0
         times = _Times(fps)
         own = not self._rate
         try:
@@ -109,12 +102,6 @@ class FilmSource(ImageSource):
                 number += 1
         finally:
             capture.release()
-        least = _ALL * self._claimed - 2
-        if number < least and stamp_ns < 1e9 * least / fps:
-            raise DamagedError(
-                f'{self.path} is damaged: it should hold {self._claimed} frames, {number} can be '
-                'read'
-            )
 
 
 class FolderSource(ImageSource):

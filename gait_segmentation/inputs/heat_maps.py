@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.image_files import images_in, read_heat_map
 from gait_segmentation.inputs import encodings
 from gait_segmentation.inputs.bag import BagSource, is_bag
@@ -35,13 +36,14 @@ class HeatMapBag(BagSource):
     _read_image = staticmethod(encodings.read_heat_map)
 
 
-def open_heat_maps(place: str, path: Path) -> RecordedMaps:
+def open_heat_maps(place: str, path: Path, max_pixels: int = MOST_PIXELS) -> RecordedMaps:
     """
     Open the heat maps of an input.
 
     :param place: a folder of images whose names end in the number of their frame, counted from 0,
         or in its stamp in nanoseconds; or a topic of the input, if that is a bag.
     :param path: the input.
+    :param max_pixels: how many a map may have.
     :raises SequenceError: if there are no maps.
     """
     folder = Path(place)
@@ -52,18 +54,18 @@ def open_heat_maps(place: str, path: Path) -> RecordedMaps:
             raise SequenceError(
                 f'--heat-map {place}: there are no images named by number or stamp, like 0000.png'
             )
-        return lambda frame: _of_frame(files, frame)
+        return lambda frame: _of_frame(files, frame, max_pixels)
     if not (path.exists() and is_bag(path)):
         raise SequenceError(f'--heat-map {place}: there is no such folder, and {path} is no bag')
-    entries = HeatMapBag(path, topic=place).entries()
+    entries = HeatMapBag(path, topic=place, max_pixels=max_pixels).entries()
     waiting: list[Entry] = []
     return lambda frame: _until(entries, waiting, frame)
 
 
-def _of_frame(files: dict[int, Path], frame: Frame) -> Iterator[RecordedMap]:
+def _of_frame(files: dict[int, Path], frame: Frame, max_pixels: int) -> Iterator[RecordedMap]:
     path = files.get(frame.number, files.get(frame.stamp_ns))
     if path is not None:
-        yield frame.stamp_ns, lambda: read_heat_map(path)
+        yield frame.stamp_ns, lambda: read_heat_map(path, max_pixels)
 
 
 def _until(entries: Iterator[Entry], waiting: list[Entry], frame: Frame) -> Iterator[RecordedMap]:

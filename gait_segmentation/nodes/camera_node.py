@@ -168,7 +168,8 @@ class CameraNode(GaitNode):
             why = f'it is {-ahead_s:.3f} s older than the last image (heat_map_age: {age_s:g} s)'
         else:
             try:
-                self.stage.add_heat_map(read_heat_map(message), stamp_ns)
+                most = self.parameters.get(CameraConfig).max_pixels
+                self.stage.add_heat_map(read_heat_map(message, most), stamp_ns)
             except GaitSegmentationError as error:
                 why = str(error)
             else:

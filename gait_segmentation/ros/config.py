@@ -83,8 +83,8 @@ class CameraConfig(StageConfig):
     )
     max_pixels: int = parameter(
         MOST_PIXELS,
-        'Pixels that an image may have. What claims more is refused before it is decoded; of '
-        'what has as many, decoding alone takes 0.2 GB and a second.',
+        'Pixels that an image may have; decoding 64 megapixels takes 0.2 GB and a second. For '
+        'compressed images with more, set OPENCV_IO_MAX_IMAGE_PIXELS as well.',
         unit='px',
         minimum=1,
         maximum=1 << 30,

@@ -4,35 +4,39 @@
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import signal
 import sys
 import threading
-from collections.abc import Callable
-from contextlib import suppress
-from typing import NoReturn
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 
 import rclpy
-from rclpy.signals import uninstall_signal_handlers
 
-__all__ = ['HANGS_S', 'LONGEST_S', 'Ending', 'leave']
+from gait_segmentation.commands import ENDING
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+__all__ = ['HANGS_S', 'LONGEST_S', 'Ending']
+
+_STDERR = 2
 LONGEST_S = 4.0
-"""Time after a signal at which a process ends without being closed."""
+"""Time that a process has to close everything, once it is to end."""
+
+_PATIENCE_S = 1.0
+"""Time that closing may take from within a handler."""
 
 HANGS_S = 20.0
-"""Time without any callback after which a process ends."""
+"""Time without a beat after which a process ends."""
 
 
 class Ending:
     """
     Handles the signals that end a process.
 
-    The first one lets what runs go on: rclpy's own handler closes the context, which ends the
-    spinning in order.  A second one, or the first while :attr:`at_once`, closes everything and
-    ends the process from within the handler.  An exception would not do: it is lost wherever
-    Python cannot hand it on, as in a compiler's callbacks and in destructors.
+    The first one is noticed by the next :meth:`turn`.  A second one, or the first while
+    :attr:`at_once`, closes everything and ends the process from within the handler.  An exception
+    would not do: it is lost wherever Python cannot hand it on, as in a compiler's callbacks and in
+    destructors.
     """
 
     def __init__(self, *, at_once: bool = False) -> None:
@@ -47,9 +51,40 @@ class Ending:
         self._over = False
 
     def handle_signals(self) -> None:
-        """Handle them from now on; to be called in the main thread, before ``rclpy.init``."""
-        for number in _SIGNALS:
-            signal.signal(number, self)
+        """Handle them from now on; to be called in the main thread."""
+        for number in ENDING:
+            # What nohup has begun is to survive its terminal.
+            if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:
+                signal.signal(number, self)
+
+    def turn(self) -> None:
+        """Go on, unless a signal has come: then the context is closed, which ends its spinning."""
+        self.beat()
+        if self.asked:
+            rclpy.try_shutdown()
+
+    def beat(self) -> None:
+        """
+        Have the stacks printed and the process ended unless there is another beat in time.
+
+        The thread that does so needs no lock of the interpreter's, with which a call into the DDS
+        may block for ever.
+        """
+        if not self.asked:
+            faulthandler.dump_traceback_later(HANGS_S, exit=True, file=_STDERR)
+
+    @contextmanager
+    def unhurried(self) -> Iterator[None]:
+        """Let what is done take as long as it takes, unless a signal breaks it off."""
+        faulthandler.cancel_dump_traceback_later()
+        before, self.at_once = self.at_once, True
+        if self.asked:
+            self(signal.SIGINT, None)
+        try:
+            yield
+        finally:
+            self.at_once = before
+            self.beat()
 
     def closes(self, close: Callable[[], object]) -> None:
         """Have something called at the end, in the order of these calls."""
@@ -59,37 +94,30 @@ class Ending:
         """Close everything, the context last, whatever signals come meanwhile."""
         # Nothing that could be interrupted comes before this.
         self._over = True
-        # rclpy handles signals in a thread that uses the guard conditions of executors, so that
-        # thread must have ended before they are destroyed.
-        uninstall_signal_handlers()
-        for number in _SIGNALS:
+        faulthandler.dump_traceback_later(LONGEST_S, exit=True, file=_STDERR)
+        for number in ENDING:
             signal.signal(number, signal.SIG_IGN)
         while self._closing:
             self._closing.pop(0)()
         rclpy.try_shutdown()
+        faulthandler.cancel_dump_traceback_later()
 
     def __call__(self, number: int, frame: object) -> None:
         """Handle a signal, as :func:`signal.signal` asks for it."""
         if self._over:
             return
         if self.at_once or self.asked:
-            self._over = True
-            self._end_at_once()
+            # What was interrupted may hold a lock that the closing waits for.
+            patience = threading.Timer(_PATIENCE_S, os._exit, (0,))
+            patience.daemon = True
+            patience.start()
+            with suppress(Exception):
+                self.close()
+            for stream in (sys.stdout, sys.stderr):
+                with suppress(Exception):
+                    stream.flush()
+            # Without the interpreter's clean-up, in the middle of whatever was interrupted.
+            os._exit(0)
         self.asked = True
-
-    def _end_at_once(self) -> None:
-        # What the signal has interrupted may hold a lock that the closing waits for.
-        watch = threading.Timer(LONGEST_S, os._exit, (0,))
-        watch.daemon = True
-        watch.start()
-        with suppress(Exception):
-            self.close()
-        leave(0)
-
-
-def leave(code: int) -> NoReturn:
-    """End the process without the interpreter's clean-up."""
-    for stream in (sys.stdout, sys.stderr):
-        with suppress(Exception):
-            stream.flush()
-    os._exit(code)
+        # What it has interrupted may never return, or hold a lock that the closing waits for.
+        faulthandler.dump_traceback_later(LONGEST_S, exit=True, file=_STDERR)

@@ -7,14 +7,16 @@ from __future__ import annotations
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from functools import partial
 from typing import Any, ClassVar
 
 import cv2
 from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.srv import ChangeState
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidHandle
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
 from std_srvs.srv import SetBool, Trigger
@@ -22,9 +24,8 @@ from std_srvs.srv import SetBool, Trigger
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.gait_model import TemplateBank, open_bank
-from gait_segmentation.kernels import Kernels, compile_kernels
+from gait_segmentation.kernels import compile_kernels, compiling
 from gait_segmentation.ros.backlog import Backlog, Worker
-from gait_segmentation.ros.compiling import compiling
 from gait_segmentation.ros.config import BankConfig, CameraConfig, NodeConfig
 from gait_segmentation.ros.diagnostics import Statistics, diagnostic_message
 from gait_segmentation.ros.endpoints import (
@@ -35,15 +36,7 @@ from gait_segmentation.ros.endpoints import (
     subscription,
 )
 from gait_segmentation.ros.join import ExactJoin
-from gait_segmentation.ros.memory import take_ahead
-from gait_segmentation.ros.parameters import NodeParameters, refuse_unknown_types
-from gait_segmentation.ros.transitions import (
-    CONFIGURING,
-    Aside,
-    configure,
-    serve_transitions,
-    state_of,
-)
+from gait_segmentation.ros.parameters import NodeParameters, refuse_unknown_types, state_of
 from gait_segmentation.ros.warnings import Silence, Warnings
 
 __all__ = ['GaitNode']
@@ -71,6 +64,9 @@ class GaitNode(LifecycleNode):
     restarting: ClassVar[tuple[type[StageConfig], ...]] = ()
     """Configurations with which paths begin anew: what is held back is published before."""
 
+    unhurried: Callable[[], AbstractContextManager[None]] = nullcontext
+    """Held while kernels are compiled, by whoever watches over the process."""
+
     stage: Any = None
     """What works on frames, from :meth:`build` to the clean-up."""
 
@@ -96,7 +92,6 @@ class GaitNode(LifecycleNode):
         self._inputs: list[Callable[[], object]] = []
         self._outputs: list[Any] = []
         self._worker: Worker | None = None
-        self._aside: Aside | None = None
         self._failure: BaseException | None = None
         self.parameters = NodeParameters(
             self,
@@ -104,7 +99,7 @@ class GaitNode(LifecycleNode):
             changed=self._parameters_changed,
         )
         self._alarm = self.create_guard_condition(self._raise_failure)
-        serve_transitions(self, self._compile_aside)
+        self._refuse_impossible_transitions()
         refuse_unknown_types(self)
         self.create_service(SetBool, '~/enable', self._enable)
         self.create_service(Trigger, '~/reset', self._reset)
@@ -166,7 +161,7 @@ class GaitNode(LifecycleNode):
         )
 
     def compile(self) -> None:
-        """Open the bank, if the stage has one, and have all kernels compiled (any thread)."""
+        """Open the bank, if the stage has one, and have all kernels compiled."""
         if self.has(BankConfig):
             self.bank = open_bank(self.parameters.get(BankConfig).bank)
         compile_kernels(*self.packages)
@@ -255,15 +250,7 @@ class GaitNode(LifecycleNode):
     @property
     def condition(self) -> str:
         """Return what the node does in words: the state, and what else there is to know."""
-        if self.state == CONFIGURING:
-            kernels = Kernels.now()
-            return f'{CONFIGURING}, compiling: {kernels.ready} of {kernels.known} kernels ready'
         return self.state if self.enabled else f'{self.state}, disabled'
-
-    @property
-    def compiling(self) -> bool:
-        """Return whether kernels are being compiled beside the executor."""
-        return self._aside is not None and not self._aside.done()
 
     def start(self) -> bool:
         """Configure and activate if the node starts itself; return whether that went well."""
@@ -271,13 +258,6 @@ class GaitNode(LifecycleNode):
         return not autostart or (
             self.trigger_configure() == _SUCCESS and self.trigger_activate() == _SUCCESS
         )
-
-    async def start_beside(self) -> bool:
-        """Do what :meth:`start` does, as a task of an executor that spins: others go on."""
-        if not self.parameters.get(NodeConfig).autostart:
-            return True
-        configured = await configure(self, self._compile_aside)
-        return configured == _SUCCESS and self.trigger_activate() == _SUCCESS
 
     def close(self) -> None:
         """Stop the worker and let go of everything."""
@@ -327,31 +307,33 @@ class GaitNode(LifecycleNode):
     def _configure(self) -> None:
         config = self.parameters.get(NodeConfig)
         self.statistics = Statistics()
-        aside, self._aside = self._aside, None
-        (self._compile if aside is None else aside.result)()
+        # OpenCV takes 0 as "no threads at all" and a negative number as its default.
+        cv2.setNumThreads(config.num_threads or -1)
+        with self.unhurried(), compiling(self.get_logger().info):
+            self.compile()
         self.build()
-        take_ahead()
         self._worker = Worker(Backlog(config.backlog), self._work, self._worker_failed)
 
-    async def _compile_aside(self) -> None:
-        if self._aside is None:
-            self._aside = Aside(self._compile, self._wake)
-        await self._aside
+    def _refuse_impossible_transitions(self) -> None:
+        """Have the node go on, where rclpy would let it end."""
+        service = self._service_change_state
+        change = service.callback
 
-    def _compile(self) -> None:
-        # OpenCV takes 0 as "no threads at all" and a negative number as its default.
-        cv2.setNumThreads(self.parameters.get(NodeConfig).num_threads or -1)
-        with compiling(self._inform):
-            self.compile()
+        def answer(request: ChangeState.Request, response: ChangeState.Response) -> Any:
+            try:
+                return change(request, response)
+            except rclpy_implementation.RCLError:
+                possible = [label for _, label, *_ in self._state_machine.available_transitions]
+                known = {each: label for each, label, *_ in self._state_machine.transition_graph}
+                asked = known.get(request.transition.id, f'transition {request.transition.id}')
+                self.get_logger().warning(
+                    f'the node is {self.state}, so {asked} is ignored; now there is: '
+                    + ', '.join(possible)
+                )
+                response.success = False
+                return response
 
-    def _wake(self) -> None:
-        # Which is over if the node was closed meanwhile.
-        with suppress(InvalidHandle):
-            self._alarm.trigger()
-
-    def _inform(self, text: str) -> None:
-        if self.context.ok():
-            self.get_logger().info(text)
+        service.callback = answer
 
     def _disconnect(self, drain: bool) -> None:
         for close in self._inputs:
@@ -387,7 +369,9 @@ class GaitNode(LifecycleNode):
 
     def _worker_failed(self, error: BaseException) -> None:
         self._failure = error
-        self._wake()
+        # Which is over if the node was closed meanwhile.
+        with suppress(InvalidHandle):
+            self._alarm.trigger()
 
     def _raise_failure(self) -> None:
         """End the process, in the executor's thread: a node whose worker died is no use."""

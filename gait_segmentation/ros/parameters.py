@@ -22,7 +22,6 @@ from rclpy.parameter import Parameter as RclpyParameter
 from gait_segmentation.config import Parameter, StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.ros.config import misnamed, qualified
-from gait_segmentation.ros.transitions import state_of
 
 if TYPE_CHECKING:
     from rclpy.lifecycle import LifecycleNode
@@ -33,6 +32,7 @@ __all__ = [
     'descriptor',
     'given_parameters',
     'refuse_unknown_types',
+    'state_of',
 ]
 
 Config = TypeVar('Config', bound=StageConfig)
@@ -222,3 +222,8 @@ def _set(answer: Callable[[Any, Any], Any], request: Any, response: Any) -> Any:
     else:
         response.results = [refused] * len(request.parameters)
     return response
+
+
+def state_of(node: LifecycleNode) -> str:
+    """Return the state of a node's life cycle in words."""
+    return str(node._state_machine.current_state[1])

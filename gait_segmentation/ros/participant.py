@@ -17,10 +17,9 @@ from contextlib import suppress
 
 import rclpy
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions, install_signal_handlers
+from rclpy.signals import SignalHandlerOptions
 
 from gait_segmentation.ros.ending import HANGS_S
-from gait_segmentation.ros.memory import keep_freed_memory
 from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
 
 __all__ = ['Participant', 'take_part', 'take_part_early']
@@ -31,13 +30,11 @@ class Participant:
 
     def __init__(self, arguments: Sequence[str] | None) -> None:
         """
-        Initialise the context; rclpy handles no signals yet.
+        Initialise the context; rclpy handles no signals.
 
         :param arguments: the command line, with ROS arguments.
         :raises RuntimeError: and others of rclpy, if it does not understand them.
         """
-        # Before the DDS starts threads.
-        keep_freed_memory()
         self.freed = remove_dead_segments()
         """Bytes of shared memory of the dead that were freed."""
 
@@ -83,11 +80,9 @@ def take_part_early() -> None:
 
 def take_part(arguments: Sequence[str] | None) -> Participant:
     """
-    Return the process's part in the graph, taken now if it was not before; rclpy handles signals.
+    Return the process's part in the graph, taken now if it was not before.
 
     :param arguments: the command line, with ROS arguments.
     :raises RuntimeError: and others of rclpy, if it does not understand them.
     """
-    participant = _early.pop() if _early else Participant(arguments)
-    install_signal_handlers(SignalHandlerOptions.ALL)
-    return participant
+    return _early.pop() if _early else Participant(arguments)

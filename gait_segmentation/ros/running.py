@@ -5,15 +5,18 @@
 from __future__ import annotations
 
 import argparse
+import faulthandler
 import gc
 import inspect
+import signal
 import sys
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 import cv2
-import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
@@ -23,18 +26,19 @@ from rclpy.utilities import remove_ros_args
 
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.ros.config import CameraConfig
-from gait_segmentation.ros.ending import Ending, leave
+from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.participant import take_part
-from gait_segmentation.ros.watch import Watch
 
 __all__ = ['run_node', 'silence_opencv']
 
+_TURN_S = 0.2
+"""How soon a node notices a signal while nothing else happens."""
+
 _EPILOG = """\
-exit code: 0, also after Ctrl-C; 1 if the node cannot be started; 2 if the
-command line is wrong; 70 if it hung; 71 if it did not end within 4 s of a
-signal
+exit code: 0, also after Ctrl-C; 1 if the node cannot be started, or if it
+hung, with the stacks of its threads; 2 if the command line is wrong
 
 examples (after colcon build with "ros2 run gait_segmentation" in front)
   %(prog)s --ros-args -r {remap}
@@ -43,10 +47,6 @@ examples (after colcon build with "ros2 run gait_segmentation" in front)
 Topics are in docs/ros.md, parameters in docs/parameters.md; "ros2 param list"
 and "ros2 param describe" show those of a running node.
 """
-
-
-class _NotStartedError(Exception):
-    """The node's log says why."""
 
 
 def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -> int:
@@ -58,72 +58,58 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
     :raises SystemExit: with the usage, if that is asked for or the command line is wrong.
     """
     given = sys.argv if arguments is None else arguments
+    name = Path(given[0]).name if given else 'node'
     ending = Ending()
     ending.handle_signals()
-    watch = Watch(Path(given[0]).name if given else 'node')
-    ending.closes(watch.ask)
+    # As of "kill -USR1".
+    faulthandler.register(signal.SIGUSR1, file=2)
     try:
-        return _run(make, given, ending, watch)
+        # To look for garbage again and again would take a tenth of the start.
+        gc.disable()
+        return _run(make, given, name, ending)
+    except (GaitSegmentationError, ParameterException) as error:
+        print(f'{name}: error: {error}', file=sys.stderr)
+        return 1
     finally:
-        watch.close()
+        ending.close()
         # To look for garbage among all that has been imported takes the interpreter longer than
         # everything else that it does at the end.
         gc.freeze()
         gc.enable()
 
 
-def _run(make: Callable[[], GaitNode], arguments: list[str], ending: Ending, watch: Watch) -> int:
-    name = Path(arguments[0]).name if arguments else 'node'
-    node: GaitNode | None = None
-    understood = False
+def _run(make: Callable[[], GaitNode], arguments: list[str], name: str, ending: Ending) -> int:
+    silence_opencv()
+    # Of whoever has asked and is gone: nobody is there to be answered.
+    warnings.filterwarnings('ignore', 'failed to send response', RuntimeWarning)
     try:
         _check(make, arguments)
-        # To look for garbage again and again would take a tenth of the start.
-        gc.disable()
-        silence_opencv()
-        # Of whoever has asked and is gone: nobody is there to be answered.
-        warnings.filterwarnings('ignore', 'failed to send response', RuntimeWarning)
         participant = take_part(arguments)
-        ending.closes(participant.close)
-        understood = True
-        get_logger(name).debug(
-            f'{participant.freed} bytes of shared memory of killed processes freed'
-        )
-        # From here on the DDS may hang, as in what a killed process has left locked.
-        watch.beat()
-        # First: one that is made when a signal has closed the context leaves a traceback.
-        executor = MessageExecutor()
-        ending.closes(executor.shutdown)
-        node = _made(make)
-        participant.has_node()
-        ending.closes(node.close)
-        ending.closes(node.destroy_node)
-        if ending.asked:
-            return 0
-        executor.add_node(node)
-        node.create_timer(1.0, watch.beat, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        executor.create_task(_start, node)
-        executor.spin()
-    except ExternalShutdownException:
-        pass
-    except _NotStartedError:
-        # A signal in the middle of the start closes the context under it.
-        return 1 if rclpy.ok() else 0
-    except (GaitSegmentationError, ParameterException) as error:
-        print(f'{name}: error: {error}', file=sys.stderr)
-        return 1
     except Exception as error:
-        if not understood:
-            print(f'{name}: error: {error}', file=sys.stderr)
-            return 2
-        # Else whatever rclpy says of a context that a signal has closed under it.
-        if rclpy.ok():
-            raise
-    finally:
-        ending.close()
-        if node is not None and node.compiling:
-            # The interpreter must not end under the compiler, which nobody wants to wait for.
-            leave(0)
+        # What rclpy does not understand.
+        print(f'{name}: error: {error}', file=sys.stderr)
+        return 2
+    ending.closes(participant.close)
+    get_logger(name).debug(f'{participant.freed} bytes of shared memory of killed processes freed')
+    # From here on the DDS may hang, as in what a killed process has left locked.
+    ending.beat()
+    executor = MessageExecutor()
+    ending.closes(partial(executor.shutdown, 0))
+    node = _made(make)
+    participant.has_node()
+    ending.closes(node.close)
+    ending.closes(node.destroy_node)
+    node.unhurried = ending.unhurried
+    if not node.start():
+        # The node's log says why.
+        return 1
+    # What there is now stays, so it need not be looked at while frames come.
+    gc.freeze()
+    gc.enable()
+    executor.add_node(node)
+    node.create_timer(_TURN_S, ending.turn, clock=Clock(clock_type=ClockType.STEADY_TIME))
+    with suppress(ExternalShutdownException):
+        executor.spin()
     return 0
 
 
@@ -132,16 +118,6 @@ def silence_opencv() -> None:
     # OpenCV 4 has the one, 5 the other, and some both.
     set_level = getattr(cv2, 'setLogLevel', None) or cv2.utils.logging.setLogLevel
     set_level(0)
-
-
-async def _start(node: GaitNode) -> None:
-    try:
-        if not await node.start_beside():
-            raise _NotStartedError
-    finally:
-        # What there is now stays, so it need not be looked at while frames come.
-        gc.freeze()
-        gc.enable()
 
 
 def _made(make: Callable[[], GaitNode]) -> GaitNode:
@@ -153,8 +129,6 @@ def _made(make: Callable[[], GaitNode]) -> GaitNode:
     try:
         return make()
     except rclpy_implementation.RCLError as error:
-        if not rclpy.ok():
-            raise
         raise GaitSegmentationError(str(error)) from error
 
 

@@ -17,11 +17,10 @@ class SegmentationConfig(StageConfig):
 
     prior: str = parameter(
         'default',
-        'Shape prior: none (likelihood and contrast only), distance (Freedman-Zhang: cut links '
-        "cost more the further they are from the template's outline), default (distance and "
-        "template's inside, with what is learnt of the person), paper (the paper's oriented shape "
-        'prior, as read here).',
-        choices=('none', 'distance', 'default', 'paper'),
+        'Shape prior: none (likelihood and contrast only), default (log-odds that grow with the '
+        "distance from the template's outline), paper (the paper's oriented shape prior, as read "
+        'here).',
+        choices=('none', 'default', 'paper'),
     )
     contrast: float = parameter(
         2.0,
@@ -30,21 +29,9 @@ class SegmentationConfig(StageConfig):
         minimum=0.0,
         maximum=100.0,
     )
-    distance_weight: float = parameter(
-        0.5,
-        'Weight of the Freedman-Zhang term on the n-links.',
-        minimum=0.0,
-        maximum=100.0,
-    )
-    distance_reach: float = parameter(
-        0.06,
-        "Distance from the template's outline at which the Freedman-Zhang term is full.",
-        minimum=0.005,
-        maximum=0.5,
-    )
     template_weight: float = parameter(
         0.5,
-        'Weight of the inside of the template in the data term.',
+        'Weight of the template in the data term.',
         minimum=0.0,
         maximum=5.0,
     )
@@ -67,10 +54,6 @@ class SegmentationConfig(StageConfig):
         'always has.',
         minimum=0.0,
         maximum=1.0,
-    )
-    use_alignment: bool = parameter(
-        True,
-        'Align the matched template with the likelihood: shift, width, height and slant.',
     )
     use_refinement: bool = parameter(
         True, 'Cut again at full resolution in a narrow band about the outline.'

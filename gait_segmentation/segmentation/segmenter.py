@@ -14,7 +14,6 @@ from gait_segmentation.geometry import BodyFrame, Box, check_body
 from gait_segmentation.heat_maps import Grades, says_something
 from gait_segmentation.images import check_image
 from gait_segmentation.results import MatchResult, SegmentationResult
-from gait_segmentation.segmentation.alignment import align
 from gait_segmentation.segmentation.carried import Carried
 from gait_segmentation.segmentation.components import keep_supported
 from gait_segmentation.segmentation.config import SegmentationConfig
@@ -138,9 +137,6 @@ class Segmenter:
         if learns:
             evidence = self._calibrated(given)
         prior, place = whole_prior[window], in_window(body, window)
-        # What is taken by others says nothing of where the person is.
-        if self._aligns and (taken is None or not taken[crop].any()):
-            prior, place = align(prior, evidence, place)
         labels, logit = self._cut(lab, evidence, prior, place, learns=learns)
         if learns:
             self._grades.learn(np.ascontiguousarray(given), labels.view(np.uint8))
@@ -162,10 +158,6 @@ class Segmenter:
             # Of so little that none of it is left at full resolution, or off those before.
             return self._empty(image, match, _NOBODY)
         return SegmentationResult(match.stamp_ns, match.track_id, mask, '')
-
-    @property
-    def _aligns(self) -> bool:
-        return self.config.use_alignment and self.config.prior != 'none'
 
     def _cut(
         self,
@@ -192,10 +184,9 @@ class Segmenter:
         else:
             labels = self._solve(lab, logit, terms)
         support = evidence.astype(np.float32) / np.float32(255)
-        if terms.psi is not None:
-            support = (support + prior / np.float32(255)) / 2
         known = None
-        if terms.psi is not None:
+        if terms.some:
+            support = (support + prior / np.float32(255)) / 2
             known = (prior > 127) | self._carried.at(body, prior.shape)
         return keep_supported(labels, support, known, body.height), logit
 
@@ -232,9 +223,7 @@ class Segmenter:
         graph = open_graph(decided(logit))
         contrast_links(graph, lab, self.config.contrast)
         if terms.psi is not None:
-            paper = self.config.prior == 'paper'
-            weight = self.config.paper_weight if paper else self.config.distance_weight
-            distance_links(graph, terms.psi, weight if paper else self._trust * weight)
+            distance_links(graph, terms.psi, self.config.paper_weight)
         return minimum_cut(graph, logit.reshape(-1)[graph.pixels])
 
     def _terms(

@@ -27,8 +27,13 @@ class ShapeTerms:
     pixel in 0..1, either None if the prior does not use it.
     """
 
-    logit: NDArray[np.float32] | None
-    psi: NDArray[np.float32] | None
+    logit: NDArray[np.float32] | None = None
+    psi: NDArray[np.float32] | None = None
+
+    @property
+    def some(self) -> bool:
+        """Return whether the template says anything."""
+        return self.logit is not None or self.psi is not None
 
 
 def shape_terms(
@@ -38,23 +43,19 @@ def shape_terms(
     trust: float = 1.0,
 ) -> ShapeTerms:
     """
-    Return the terms of a warped template.
+    Return the unary term of a warped template.
 
-    The unary term is that of PoseCut (Bray, Kohli, Torr, ECCV 2006) in log-odds, linear in the
-    signed distance on either side of the outline and limited; the pairwise cost is Freedman and
-    Zhang's, saturated.
+    It is that of PoseCut (Bray, Kohli, Torr, ECCV 2006) in log-odds, linear in the signed distance
+    on either side of the outline and limited.
 
     :param prior: (h, w) uint8, the template in the window, 255 inside.
     :param height: height of the body in pixels.
     :param trust: share (0..1) of the weight of the unary term.
     """
     if config.prior == 'none' or not trust or not (prior > 127).any():
-        return ShapeTerms(None, None)
-    distance = signed_distance(prior > 127)
-    psi = np.minimum(np.abs(distance) / np.float32(config.distance_reach * height), np.float32(1))
-    if config.prior == 'distance':
-        return ShapeTerms(None, psi)
+        return ShapeTerms()
     # As steep inside: limbs are thin, so that what hides a leg or where it is a phase ahead is
     # for the likelihood to say.
-    odds = np.clip(distance / np.float32(config.template_slope * height), -_LIMIT, _LIMIT)
-    return ShapeTerms(np.float32(trust * config.template_weight) * odds, psi)
+    steps = signed_distance(prior > 127) / np.float32(config.template_slope * height)
+    odds = np.clip(steps, -_LIMIT, _LIMIT)
+    return ShapeTerms(np.float32(trust * config.template_weight) * odds)

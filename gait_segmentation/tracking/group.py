@@ -18,6 +18,7 @@ from gait_segmentation.tracking.competition import Claim, compete, leave_to
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.learner import learn as teach
 from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
+from gait_segmentation.tracking.person.learning import grown
 from gait_segmentation.tracking.redetection import recover
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
@@ -80,6 +81,7 @@ def judge(
         for target in targets:
             target.miss()
         return likelihoods
+    _notice_jolt(world, targets)
     judged = [(target, target.judge()) for target in targets]
     present = [(target, claim) for target, claim in judged if claim is not None]
     logits = compete([claim for _, claim in present])
@@ -105,6 +107,19 @@ def judge(
         claims = {target.track_id: claim for target, claim in present}
         _recover(world, targets, lost, claims, likelihoods)
     return likelihoods
+
+
+def _notice_jolt(world: World, targets: Sequence[Target]) -> None:
+    """See how far the background is off in the newest frame, beside where people are expected."""
+    people = np.zeros(world.shape, np.uint8)
+    seen = [target for target in targets if target.state == TRACKED]
+    for target in seen:
+        people[target.window] |= target.carried_mask()
+    if people.any():
+        where, margin = grown(people, max(target.person.height for target in seen))
+        people[where] = margin
+        windows = [target.window for target in seen]
+        world.now.background.notice_jolt(world.now.image.lab, people, windows)
 
 
 def learn(

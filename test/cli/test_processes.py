@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from gait_segmentation.cli import processes
-from gait_segmentation.cli.processes import ProcessError, ProcessGroup, handled
+from gait_segmentation.cli.processes import ProcessError, ProcessGroup
 
 TIMEOUT_S = 120.0
 
@@ -147,22 +147,3 @@ def test_of_a_long_log_the_end_is_shown(group: ProcessGroup, tmp_path: Path) -> 
         wait_for_output(group, 'talker')
         said = group.last_lines('talker').splitlines()
     assert said == [*(f'    line {k}' for k in range(85, 99)), '    ready']
-
-
-def test_signals_are_handled_as_before_after_the_context() -> None:
-    before, came = signal.getsignal(signal.SIGTERM), []
-    with handled(lambda number, _: came.append(number), signal.SIGTERM):
-        signal.raise_signal(signal.SIGTERM)
-    assert came == [signal.SIGTERM]
-    assert signal.getsignal(signal.SIGTERM) == before
-
-
-def fail(number: int, frame: object) -> None:
-    raise ZeroDivisionError
-
-
-def test_signals_are_handled_as_before_after_an_error() -> None:
-    before = signal.getsignal(signal.SIGTERM)
-    with pytest.raises(ZeroDivisionError), handled(fail, signal.SIGTERM):
-        signal.raise_signal(signal.SIGTERM)
-    assert signal.getsignal(signal.SIGTERM) == before

@@ -189,19 +189,18 @@ def test_a_file_is_not_taken_for_a_folder_nor_replaced_by_one(
     assert sorted(p.name for p in tmp_path.iterdir()) == ['album', 'letter']
 
 
-def test_a_damaged_bag_comes_out_up_to_the_damage(
+def test_what_can_be_read_of_a_damaged_bag_comes_out(
     given: list[str], folder: Path, tmp_path: Path, capsys
 ) -> None:
-    cut = tmp_path / 'cut.mcap'
-    whole = (folder / 'walk/walk.mcap').read_bytes()
-    cut.write_bytes(whole[: len(whole) * 6 // 10])
-    assert main([str(cut), *given[1:]]) == 1
+    spoilt = tmp_path / 'spoilt.mcap'
+    data = bytearray((folder / 'walk/walk.mcap').read_bytes())
+    data[len(data) // 2 : len(data) * 3 // 4] = b'\xff' * (len(data) * 3 // 4 - len(data) // 2)
+    spoilt.write_bytes(data)
+    assert main([str(spoilt), *given[1:]]) == 1
     said = capsys.readouterr().err
-    assert 'cut.mcap is damaged' in said
-    # A chunk of MCAP holds five; of one that is cut off nothing is read.
-    assert '5 images on /camera/image_raw come before' in said
-    assert 'mcap recover FILE' in said
-    assert len(images(tmp_path / 'out/cut', '/mask')) == 5
+    found = re.search(r'spoilt.mcap is damaged: (\d+) of \d+ images .*mcap recover FILE', said)
+    assert found is not None
+    assert len(images(tmp_path / 'out/spoilt', '/mask')) == int(found[1]) > 0
 
 
 class StopAfter:

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.files.encoded_images import check_pixels, claimed_size, decode_image
+from gait_segmentation.files.encoded_images import check_pixels, decode_image
 
 SIZE = (64, 48)
-SUFFIXES = ('.bmp', '.jpg', '.pbm', '.pgm', '.png', '.ppm', '.tiff', '.webp')
+SUFFIXES = ('.bmp', '.jpg', '.pbm', '.pgm', '.png', '.ppm', '.webp')
 
 
 def encoded(suffix: str) -> bytes:
@@ -53,17 +53,6 @@ def webp(width: int, height: int) -> bytes:
     return b'RIFF' + struct.pack('<I', 22) + b'WEBPVP8X' + struct.pack('<II', 10, 0) + sides
 
 
-def tiff(width: int, height: int, order: str = '<', big: bool = False) -> bytes:
-    """Return the beginning of a TIFF: its directory, with each side twice."""
-    sides = ((256, 1), (256, width), (257, height), (257, 1))
-    values = [struct.pack(order + 'HHQQ' if big else order + 'HHII', tag, 16 if big else 4, 1, n)
-              for tag, n in sides]  # fmt: skip
-    name = (b'II' if order == '<' else b'MM') + struct.pack(order + 'H', 43 if big else 42)
-    if big:
-        return name + struct.pack(order + 'HHQQ', 8, 0, 16, len(sides)) + b''.join(values)
-    return name + struct.pack(order + 'IH', 8, len(sides)) + b''.join(values)
-
-
 HUGE = {
     'png': png(40_000, 40_000, zlib.compress(b'x')),
     'png of zeros': png(30_000, 30_000, zlib.compress(bytes(90_001 * 100))),
@@ -74,31 +63,37 @@ HUGE = {
     'bmp, downwards': bmp(40_000, -40_000),
     'bmp, least': bmp(-(2**31), -(2**31)),
     'webp': webp(1 << 24, 1 << 24),
-    'tiff': tiff(40_000, 40_000),
-    'tiff, largest': tiff(2**32 - 1, 2**32 - 1, '>'),
-    'bigtiff': tiff(2**63, 2**63, '<', big=True),
 }
+
+
+BEYOND = ('png, largest', 'bmp, least', 'webp')
+"""What the decoders themselves do not believe."""
 
 
 @pytest.mark.parametrize('kind', HUGE)
 def test_a_size_that_no_camera_has_is_refused_by_the_header(kind: str) -> None:
-    with pytest.raises(InputError, match=r'picture: .* at most 67108864 pixels .*, got \d+ x \d+'):
+    what = (
+        'is not a complete image' if kind in BEYOND else '.* at most 67108864 pixels .* got more'
+    )
+    with pytest.raises(InputError, match=f'picture:? {what}'):
         decoded(HUGE[kind])
 
 
-@pytest.mark.parametrize('kind', ['PF', 'Pf', 'P7', 'ras'])
+@pytest.mark.parametrize('kind', ['PF', 'Pf', 'P7', 'ras', 'tiff'])
 def test_other_formats_are_refused(kind: str) -> None:
     """Of which the decoder would believe any size."""
     raster = struct.pack('>8I', 0x59A66A95, 40_000, 40_000, 24, 0, 1, 0, 0)
-    data = raster if kind == 'ras' else kind.encode() + b'\n40000 40000\n-1.0\n'
-    with pytest.raises(InputError, match=r'not a complete image \(PNG, JPEG, .* bytes'):
+    known = {'ras': raster, 'tiff': b'II*\0\x08\0\0\0'}
+    data = known.get(kind, kind.encode() + b'\n40000 40000\n-1.0\n')
+    with pytest.raises(
+        InputError, match=r'of a format that is read \(JPEG, PNG, WebP, BMP or PNM\)'
+    ):
         decoded(data + bytes(50))
 
 
 @pytest.mark.parametrize('suffix', SUFFIXES)
 def test_images_of_known_formats_are_decoded(suffix: str) -> None:
     data = encoded(suffix)
-    assert claimed_size(data) == SIZE
     assert decoded(data).shape == (*SIZE[::-1], 3)
     assert decoded(data, most=64 * 48).shape == (*SIZE[::-1], 3)
     with pytest.raises(InputError, match='at most 3071 pixels'):
@@ -109,7 +104,7 @@ def test_images_of_known_formats_are_decoded(suffix: str) -> None:
 def test_an_image_that_is_cut_off_is_none(suffix: str) -> None:
     data = encoded(suffix)
     for length in (*range(40), len(data) // 2):
-        with pytest.raises(InputError, match=f'not a complete image .*, got {length} bytes'):
+        with pytest.raises(InputError, match=f'not a complete image.*, got {length} bytes'):
             decoded(data[:length])
 
 
@@ -120,7 +115,6 @@ def test_lossless_and_progressive_images_are_decoded() -> None:
         ('.jpg', [cv2.IMWRITE_JPEG_PROGRESSIVE, 1]),
     ):
         data = cv2.imencode(suffix, image, options)[1].tobytes()
-        assert claimed_size(data) == SIZE
         assert decoded(data).shape == image.shape
 
 
@@ -133,16 +127,44 @@ def test_a_jpeg_cannot_take_long_with_few_bytes() -> None:
         decoded(data[:-2] + 100 * last + data[-2:])
 
 
-def test_a_jpeg_of_few_bytes_cannot_claim_many_pixels() -> None:
-    for level, progressive in ((0, 0), (128, 0), (255, 1), (128, 1)):
-        flat = np.full((1024, 1024), level, np.uint8)
-        options = [cv2.IMWRITE_JPEG_PROGRESSIVE, progressive, cv2.IMWRITE_JPEG_OPTIMIZE, 1]
-        data = cv2.imencode('.jpg', flat, options)[1].tobytes()
-        assert flat.size > 200 * len(data)
-        assert decoded(data).shape == (1024, 1024, 3)
-    for width, height in ((64, 100), (320, 240), (1920, 1080), (7680, 4320)):
+@pytest.mark.parametrize(('width', 'height'), [(64, 100), (320, 240), (1920, 1080)])
+def test_a_jpeg_that_claims_more_than_it_holds_is_none(width: int, height: int) -> None:
+    with pytest.raises(InputError, match='not a complete image'):
+        decoded(jpeg(width, height))
+
+
+@pytest.mark.parametrize('grey', [0, 24])
+@pytest.mark.parametrize('progressive', [0, 1])
+def test_a_jpeg_is_read_if_nothing_of_the_picture_is_missing(grey: int, progressive: int) -> None:
+    """Also if its last rows are what the decoder fills up with, and without its end marker."""
+    image = np.random.default_rng(0).integers(0, 256, (*SIZE[::-1], 3)).astype(np.uint8)
+    image[SIZE[1] - grey :] = 128
+    options = [cv2.IMWRITE_JPEG_PROGRESSIVE, progressive]
+    data = cv2.imencode('.jpg', image, options)[1].tobytes()
+    whole = decoded(data)
+    assert bool((whole[-1] == 128).all()) == bool(grey)
+    for other in (
+        data[:-2],
+        data + b'more',
+        data + data,
+        data[:-2] + b'\xff',
+        data[:-2] + b'\xff' + data[-2:],
+    ):
+        np.testing.assert_array_equal(decoded(other), whole)
+    if not grey and not progressive:
+        for part in (0.5, 0.75, 0.9):
+            with pytest.raises(InputError, match='not a complete image'):
+                decoded(data[: int(part * len(data))])
+
+
+def test_half_a_jpeg_is_none_whichever_way_it_is_turned() -> None:
+    data = encoded('.jpg')
+    for orientation in range(1, 9):
+        exif = b'Exif\0\0MM\0*' + struct.pack('>IHHHIHHI', 8, 1, 0x112, 3, 1, orientation, 0, 0)
+        turned = data[:2] + b'\xff\xe1' + struct.pack('>H', len(exif) + 2) + exif + data[2:]
+        assert decoded(turned).shape[:2] == (SIZE if orientation > 4 else SIZE[::-1])
         with pytest.raises(InputError, match='not a complete image'):
-            decoded(jpeg(width, height))
+            decoded(turned[: len(turned) // 2])
 
 
 @pytest.mark.parametrize('name', [b'IDAT', b'IEND'])
@@ -155,29 +177,6 @@ def test_a_png_whose_parts_claim_more_than_comes_is_not_given_to_the_decoder(
     monkeypatch.setattr(cv2, 'imdecode', None)
     with pytest.raises(InputError, match='not a complete image'):
         decoded(bytes(data))
-
-
-@pytest.mark.parametrize(
-    'data',
-    [
-        b'\xff\xd8' + b'\xff' * 1_000_000,
-        b'\xff\xd8\xff\xe0\0\2' + b'ab' * 500_000,
-        b'\xff\xd8' + b'\xff\xe0\0\2' * 500_000,
-        b'\xff\xd8\xff' + b'\0\xff' * 500_000,
-        b'P6' + b' ' * 1_000_000,
-        b'P6' + b'#\n' * 500_000,
-        b'P6 99999999999999999999 1 255 ',
-        b'P6 -5 5 255 ',
-        b'II*\0\xff\xff\xff\xff',
-        b'II+\0\x08\0\0\0' + b'\xff' * 8,
-        b'MM\0*\0\0\0\x08\xff\xff' + b'\1\1' * 500_000,
-        b'RIFF\0\0\0\0WEBPVP9 ' + bytes(50),
-        png(64, 48)[:12] + b'IDAT' + bytes(50),
-    ],
-    ids=range(13),
-)
-def test_a_header_without_a_size_is_none(data: bytes) -> None:
-    assert claimed_size(data) is None
 
 
 def test_as_many_pixels_as_are_allowed_may_come_and_no_more() -> None:

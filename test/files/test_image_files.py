@@ -31,7 +31,7 @@ def test_names_are_in_the_order_of_their_numbers(names):
 def test_an_image_that_would_take_minutes_is_refused(read, tmp_path: Path) -> None:
     path = tmp_path / '0.png'
     path.write_bytes(HUGE['png of zeros'])
-    with pytest.raises(SequenceError, match=r'0\.png: image must have at most .* 30000 x 30000'):
+    with pytest.raises(SequenceError, match=r'0\.png: image must have at most .* got more'):
         read(path)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.inputs import DamagedError, ImageSource, open_input
+from gait_segmentation.inputs import ImageSource, open_input
 from gait_segmentation.inputs.film import _Times
 from test.files.test_encoded_images import HUGE
 
@@ -146,7 +146,7 @@ def test_what_cannot_be_used_is_an_error(folder: Path, tmp_path: Path) -> None:
         open_input(empty)
 
 
-def test_a_film_that_is_cut_off_says_so(tmp_path: Path) -> None:
+def test_the_number_of_frames_that_a_film_claims_is_a_hint(tmp_path: Path) -> None:
     path = tmp_path / 'film.avi'
     codec = int.from_bytes(b'MJPG', 'little')
     writer = cv2.VideoWriter(str(path), codec, 25.0, (64, 48))
@@ -157,10 +157,9 @@ def test_a_film_that_is_cut_off_says_so(tmp_path: Path) -> None:
     assert len(list(open_input(path).images())) == 40
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2])
-    frames = []
-    with pytest.raises(DamagedError, match='should hold 40 frames'):
-        frames.extend(open_input(path).frames())
-    assert 10 < len(frames) < 30
+    film = open_input(path)
+    assert film.total == 40
+    assert 10 < len(list(film.frames())) < 30
 
 
 @pytest.mark.parametrize('name', ['walk.mp4', '0.png', 'walk.mcap', 'walk.db3', 'walk.bag'])
@@ -201,5 +200,5 @@ def test_frames_that_claim_too_many_pixels_are_refused(folder: Path, tmp_path: P
     with pytest.raises(SequenceError, match='max_pixels must be at least 1, got 0'):
         open_input(folder, max_pixels=0)
     (folder / '7.png').write_bytes(HUGE['png of zeros'])
-    with pytest.raises(SequenceError, match=r'7\.png: .* 30000 x 30000'):
+    with pytest.raises(SequenceError, match=r'7\.png: image must have at most'):
         open_input(folder / '7.png')

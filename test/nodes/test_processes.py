@@ -108,7 +108,7 @@ def test_a_parameter_that_is_not_allowed_ends_a_node_with_the_reason(start: Star
     process = start('segmenter_node', '--ros-args', '-p', 'segmentation.prior:=magic')
     output, _ = process.communicate(timeout=TIMEOUT_S)
     assert process.returncode == 1
-    assert 'prior must be one of none, distance, default' in output
+    assert 'prior must be one of none, default, paper' in output
     assert 'Traceback' not in output
 
 

@@ -14,20 +14,17 @@ from pathlib import Path
 import pytest
 
 from gait_segmentation.ros.ending import Ending
-from gait_segmentation.ros.watch import UNCLOSED
 
 ROOT = Path(__file__).resolve().parents[2]
 TIMEOUT_S = 300.0
 # Without shared memory: of what others have left there Fast DDS writes to the standard output.
 ALONE = {'ROS_AUTOMATIC_DISCOVERY_RANGE': 'OFF', 'FASTDDS_BUILTIN_TRANSPORTS': 'UDPv4'}
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 NODE = """
 import ctypes, sys, time
-from functools import partial
 from rclpy.node import Node
-from gait_segmentation.ros import running
-from gait_segmentation.ros.transitions import Aside
+from gait_segmentation.ros import ending, running
 
 def wait():
     print('starting', flush=True)
@@ -45,24 +42,29 @@ def swallow():
     except BaseException:
         pass
 
+def hang(library):
+    # Locked twice.
+    mutex = ctypes.create_string_buffer(64)
+    for _ in range(2):
+        library.pthread_mutex_lock(mutex)
+
 call_back = ctypes.CFUNCTYPE(None)(wait)
 
 class Quiet(Node):
     def __init__(self):
         super().__init__('quiet')
-        self.compiling = False
-    async def start_beside(self):
+    def start(self):
         {start}
         print('started', flush=True)
         return True
-    async def aside(self, work):
-        self.compiling = True
-        await Aside(work, wake=lambda: None)
+    def compile(self, work):
+        with self.unhurried():
+            work()
     def close(self):
         print('closed', flush=True)
         {close}
 
-running.Watch = partial(running.Watch, longest_s={longest})
+ending.LONGEST_S, ending.HANGS_S = {longest}, {hangs}
 # What others have left is nothing of this test.
 running.remove_dead_segments = lambda: 0
 sys.exit(running.run_node(Quiet, ['quiet']))
@@ -88,9 +90,9 @@ pytestmark = pytest.mark.usefixtures('signal_handlers')
 
 
 def _begin(
-    start: str = 'pass', close: str = 'pass', longest: float = 100.0
+    start: str = 'pass', close: str = 'pass', longest: float = 100.0, hangs: float = 100.0
 ) -> subprocess.Popen[str]:
-    script = NODE.format(start=start, close=close, longest=longest)
+    script = NODE.format(start=start, close=close, longest=longest, hangs=hangs)
     return subprocess.Popen(
         [sys.executable, '-c', script],
         cwd=ROOT,
@@ -110,7 +112,7 @@ def _line(process: subprocess.Popen[str]) -> str:
 @pytest.mark.parametrize('work', ['wait', 'swallow', 'call_back'])
 def test_one_signal_breaks_off_a_start_wherever_it_is(number: signal.Signals, work: str) -> None:
     """Also where an exception would be printed and forgotten, as in a compiler's callbacks."""
-    with _begin(f'await self.aside({work})') as process:
+    with _begin(f'self.compile({work})') as process:
         assert _line(process) == 'starting'
         process.send_signal(number)
         said, _ = process.communicate(timeout=TIMEOUT_S)
@@ -126,10 +128,20 @@ def test_a_signal_ends_what_cannot_be_closed(start: str, close: str, said: str) 
         assert _line(process) == ('starting' if said == '' else 'started')
         process.send_signal(signal.SIGINT)
         rest, _ = process.communicate(timeout=TIMEOUT_S)
-    assert process.returncode == UNCLOSED
-    assert rest == said + (
-        'quiet: did not end within 0.5 s of a signal: ended without being closed\n'
-    )
+    assert process.returncode == 1
+    assert rest.startswith(said + 'Timeout (0:00:00.5')
+    assert ' in wait\n' in rest or ' in close\n' in rest
+
+
+@pytest.mark.parametrize('library', ['PyDLL', 'CDLL'])
+def test_what_hangs_is_ended_with_its_stacks_whatever_it_hangs_in(library: str) -> None:
+    """Also with the interpreter's lock held."""
+    hang = f'self.create_timer(0.01, lambda: hang(ctypes.{library}(None)))'
+    with _begin(hang, hangs=2.5) as process:
+        said, _ = process.communicate(timeout=TIMEOUT_S)
+    assert process.returncode == 1
+    assert 'Timeout (0:00:02.5' in said
+    assert ' in hang\n' in said
 
 
 @pytest.mark.parametrize(('at_once', 'said'), [(True, 'closed\n'), (False, 'went on\nclosed\n')])
@@ -162,7 +174,7 @@ def test_any_number_of_signals_ends_a_node_in_order() -> None:
             # Python itself may say of the last one that it came while its handler was changed.
             assert 'KeyboardInterrupt' not in said
             assert 'closed' in said
-            assert process.returncode == 0
+            assert process.returncode == 0, said
 
 
 def test_the_first_signal_is_noted_and_none_does_anything_after_the_end() -> None:

@@ -2,13 +2,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import os
+import platform
+import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 
 import pytest
 
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.ros.files import shared_file, use_shared_memory
+from gait_segmentation.ros.files import prepare, shared_file
 
+IMAGES = """
+import resource
+def images():
+    return len([bytearray(2_700_000) for _ in range(4)])
+for _ in range(3):
+    images()
+before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+for _ in range(10):
+    images()
+print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
+"""
 PROFILE = 'config/fastdds_shm.xml'
 
 
@@ -30,16 +45,39 @@ def test_a_missing_file_is_an_error_that_lists_the_places() -> None:
         shared_file('no.such')
 
 
-def test_a_profile_that_is_set_is_kept() -> None:
-    environment = {'FASTDDS_DEFAULT_PROFILES_FILE': '/mine.xml'}
-    use_shared_memory(environment)
-    assert environment == {'FASTDDS_DEFAULT_PROFILES_FILE': '/mine.xml'}
+def test_what_is_set_is_kept() -> None:
+    environment = {'FASTDDS_DEFAULT_PROFILES_FILE': '/mine.xml', 'MALLOC_ARENA_MAX': '2'}
+    prepare(environment)
+    assert environment['MALLOC_ARENA_MAX'] == '2'
+    profiles = {name: value for name, value in environment.items() if 'PROFILES' in name}
+    assert profiles == {'FASTDDS_DEFAULT_PROFILES_FILE': '/mine.xml'}
     environment = {}
-    use_shared_memory(environment)
+    prepare(environment)
     assert set(environment) == {
         'FASTRTPS_DEFAULT_PROFILES_FILE',
         'FASTDDS_DEFAULT_PROFILES_FILE',
+        'MALLOC_ARENA_MAX',
+        'MALLOC_MMAP_THRESHOLD_',
+        'MALLOC_TRIM_THRESHOLD_',
     }
+
+
+def test_images_are_written_to_the_memory_of_those_before() -> None:
+    if not platform.libc_ver()[0].startswith('glibc'):
+        pytest.skip('the C library is not glibc')
+
+    def faults(environment: dict[str, str]) -> int:
+        done = subprocess.run(
+            [sys.executable, '-c', IMAGES],
+            env={**environment, 'PATH': os.environ['PATH']},
+            capture_output=True,
+            check=True,
+        )
+        return int(done.stdout)
+
+    environment: dict[str, str] = {}
+    prepare(environment)
+    assert faults(environment) < 100 < faults({})
 
 
 def test_the_profile_is_xml_with_a_segment_for_large_images() -> None:

@@ -4,13 +4,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
 import re
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import yaml
@@ -57,11 +56,8 @@ _SLOT_TOPICS = {
     'mask': _IMAGE,
 }
 
-_RESERVE_BYTES = 4 << 20
-"""Kept free for the end of the bag, in case that the disk becomes full."""
-
 _MARK, _WALKS = 'gait_replay', 'walks'
-"""Of the entries in the metadata that say which input a bag was made of, and who walks in it."""
+"""Of the entries in the metadata that say who made a bag, and who walks in it."""
 
 _UNREADABLE = (
     AttributeError,
@@ -75,17 +71,6 @@ _UNREADABLE = (
 """Errors of metadata that are missing, or not those of a bag."""
 
 _FOREVER = QosTime(2147483647, 4294967295)
-
-
-class _Written(NamedTuple):
-    """How far a bag has come: end of the file, chunks, messages by connection, times."""
-
-    end: int
-    chunks: int
-    counts: dict[int, int]
-    channel_counts: dict[int, int]
-    bag_times: tuple[int, int]
-    storage_times: tuple[int, int]
 
 
 class Messages:
@@ -152,13 +137,11 @@ class BagOutput(Output):
         self._messages, self._walks = Messages(), Walks()
         self._shape: tuple[int, int] | None = None
         self.work.mkdir(parents=True)
-        self._reserve = self.work / 'reserve'
-        self._reserve.write_bytes(os.urandom(_RESERVE_BYTES))
         self._writer: Any = Writer(
             self.work / self.path.name, version=9, storage_plugin=StoragePlugin.MCAP
         )
         self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
-        self._writer.set_custom_data(_MARK, self.about.digest)
+        self._writer.set_custom_data(_MARK, 'complete')
         self._writer.open()
         self._connections: dict[str, Any] = {}
         self._connect('image_size', _SIZE, latched=True)
@@ -166,17 +149,11 @@ class BagOutput(Output):
             self._connect(topic, kind)
         self._connect('mask', _IMAGE)
         self._connect('labels', _IMAGE)
-        self._good = self._written()
 
     @classmethod
     def is_own(cls, path: Path) -> bool:
         """Return whether the bag says so and all its files are there."""
-        return cls.digest(path) is not None
-
-    @classmethod
-    def digest(cls, path: Path) -> str | None:
-        """Return the digest of the input of such a bag, None if it is none or not complete."""
-        return cls._said(path).get(_MARK)
+        return _MARK in cls._said(path)
 
     @classmethod
     def walks(cls, path: Path) -> list[Walk] | None:
@@ -223,18 +200,19 @@ class BagOutput(Output):
         self._write('labels', frame, make.image(result.labels, header))
 
     def finish(self) -> None:
-        """Write the index; if the disk is full, for what is there, from the reserve."""
+        """Write the index."""
         if self._writer.storage is None:
+            # Tried before.
             return
-        self._reserve.unlink(missing_ok=True)
         walks = [asdict(walk) for walk in self._walks.all()]
         self._writer.set_custom_data(_WALKS, json.dumps(walks))
+        storage = self._writer.storage
         try:
             self._writer.close()
         except OSError:
-            # Without a storage only the metadata were still to be written.
-            if self._writer.storage is not None:
-                self._rescue()
+            with suppress(OSError):
+                storage.bio.close()
+            self._writer.storage = None
             raise
 
     def made(self) -> Path:
@@ -258,50 +236,4 @@ class BagOutput(Output):
         )
 
     def _write(self, topic: str, frame: Frame, data: bytes) -> None:
-        chunks = len(self._writer.storage.chunks)
-        try:
-            self._writer.write(self._connections[topic], frame.recorded_ns, data)
-            if len(self._writer.storage.chunks) > chunks:
-                self._good = self._written()
-        except OSError:
-            self._reserve.unlink(missing_ok=True)
-            self._rescue()
-            raise
-
-    def _written(self) -> _Written:
-        """Write everything out and return how far the bag has come."""
-        writer, storage = self._writer, self._writer.storage
-        storage.bio.flush()
-        return _Written(
-            storage.bio.tell(),
-            len(storage.chunks),
-            dict(writer.counts),
-            dict(storage.channel_stats),
-            (writer.min_timestamp, writer.max_timestamp),
-            (storage.message_start_time, storage.message_end_time),
-        )
-
-    def _rescue(self) -> None:
-        """
-        Cut the file behind its last whole chunk and let that be all.
-
-        If not even the index can be written then the bag has none, and is read from the front.
-        """
-        writer, storage, good = self._writer, self._writer.storage, self._good
-        with contextlib.suppress(OSError):
-            storage.bio.seek(good.end)
-            storage.bio.truncate()
-        storage.chunk.bio.seek(0)
-        storage.chunk.bio.truncate()
-        storage.chunk.msgs.clear()
-        del storage.chunks[good.chunks :]
-        writer.counts, storage.channel_stats = good.counts, good.channel_counts
-        writer.min_timestamp, writer.max_timestamp = good.bag_times
-        storage.message_start_time, storage.message_end_time = good.storage_times
-        try:
-            writer.close()
-        except OSError:
-            with contextlib.suppress(OSError):
-                storage.bio.close()
-            writer.storage = None
-            os.truncate(storage.path, good.end)
+        self._writer.write(self._connections[topic], frame.recorded_ns, data)

@@ -16,13 +16,12 @@ from typing import Any
 
 from tqdm import tqdm
 
-from gait_segmentation.cli.processes import ENDING, handled
 from gait_segmentation.cli.replaying.job import Job, Report, replay
 from gait_segmentation.cli.tool import POLL_S
+from gait_segmentation.commands import ENDING
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.gait_model import TemplateBank, open_bank
-from gait_segmentation.kernels import compile_kernels
-from gait_segmentation.ros.compiling import compiling
+from gait_segmentation.kernels import compile_kernels, compiling
 
 __all__ = ['replay_all']
 
@@ -31,7 +30,7 @@ def replay_all(
     jobs: list[Job], at_a_time: int, *, force: bool, cluster: str = ''
 ) -> tuple[list[Report], float]:
     """
-    Replay inputs until all are done, or Ctrl-C or SIGTERM comes.
+    Replay inputs until all are done, or a signal to end comes.
 
     :param jobs: at least one; all have the same configuration and bank.
     :param at_a_time: how many are worked on at a time, in processes of their own if several.
@@ -67,7 +66,7 @@ def _total(job: Job) -> int | None:
 
 @contextmanager
 def _until_interrupted() -> Iterator[threading.Event]:
-    """Give an event that Ctrl-C or SIGTERM sets; a second one interrupts as usual."""
+    """Give an event that a signal to end sets; a second one interrupts as Ctrl-C does."""
     stop = threading.Event()
 
     def handle(number: int, _frame: Any) -> None:
@@ -75,8 +74,16 @@ def _until_interrupted() -> Iterator[threading.Event]:
             raise KeyboardInterrupt
         stop.set()
 
-    with handled(handle, *ENDING):
+    before = {number: signal.getsignal(number) for number in ENDING}
+    try:
+        for number, handler in before.items():
+            # What nohup has begun is to survive its terminal.
+            if number != signal.SIGHUP or handler != signal.SIG_IGN:
+                signal.signal(number, handle)
         yield stop
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _in_turn(

@@ -12,12 +12,6 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from gait_segmentation.cli.replaying.mark import (
-    film_is_marked,
-    mark_film,
-    mask_png,
-    png_is_marked,
-)
 from gait_segmentation.cli.replaying.output import Output, Replayed
 from gait_segmentation.cli.replaying.walks import STEPS_PER_STRIDE
 from gait_segmentation.drawing import draw_label, draw_person
@@ -49,6 +43,13 @@ COLUMNS = (
 """Of the table: one row a frame and person."""
 
 
+def _is_grey_png(path: Path) -> bool:
+    """Return whether a file is a PNG of 8 bits, grey, as masks are."""
+    with path.open('rb') as file:
+        head = file.read(26)
+    return head.startswith(b'\x89PNG') and head[24:] == b'\x08\0'
+
+
 class MasksOutput(Output):
     """A folder with ``NNNN.png`` for every frame, named by its number in the input."""
 
@@ -58,15 +59,15 @@ class MasksOutput(Output):
 
     @classmethod
     def is_own(cls, path: Path) -> bool:
-        """Return whether all images have the mark."""
-        return all(png_is_marked(each) for each in path.iterdir())
+        """Return whether all images are grey, as masks are and frames are not."""
+        return all(_is_grey_png(each) for each in path.iterdir())
 
     def add(self, replayed: Replayed) -> None:
         """Write the mask of a frame."""
         if replayed.result.mask.size:
             path = self.work / f'{replayed.frame.number:04d}.png'
             try:
-                path.write_bytes(mask_png(replayed.result.mask))
+                path.write_bytes(cv2.imencode('.png', replayed.result.mask)[1].tobytes())
             except OSError:
                 path.unlink(missing_ok=True)
                 raise
@@ -95,11 +96,6 @@ class OverlayOutput(Output):
                 f'{self.path} cannot be written as a film; use a name such as walk.mp4'
             )
 
-    @classmethod
-    def is_own(cls, path: Path) -> bool:
-        """Return whether the film has the mark."""
-        return film_is_marked(path)
-
     def add(self, replayed: Replayed) -> None:
         """Draw a frame and write it."""
         frame, result = replayed.frame, replayed.result
@@ -127,7 +123,7 @@ class OverlayOutput(Output):
 
     def finish(self) -> None:
         """
-        Write the index and the mark, and count the frames: OpenCV does not tell of a full disk.
+        Write the index, and count the frames: OpenCV does not tell of a full disk.
 
         :raises SequenceError: if some are missing.
         """
@@ -142,7 +138,6 @@ class OverlayOutput(Output):
                 f'{self.path} must have {self._frames} frames, {readable} can be read: is the '
                 'disk full?'
             )
-        mark_film(self.work)
 
 
 class CsvOutput(Output):

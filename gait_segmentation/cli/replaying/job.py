@@ -15,24 +15,17 @@ import cv2
 from gait_segmentation.cli.replaying.bag_output import BagOutput
 from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput, OverlayOutput
 from gait_segmentation.cli.replaying.lockstep import ahead, results_of
-from gait_segmentation.cli.replaying.mark import digest_of
-from gait_segmentation.cli.replaying.output import (
-    About,
-    Output,
-    Replayed,
-    partial_path,
-    remove,
-)
+from gait_segmentation.cli.replaying.output import About, Output, Replayed, partial_path, remove
 from gait_segmentation.cli.replaying.walks import OpenGaitOutput
 from gait_segmentation.cli.tool import scaled_box
-from gait_segmentation.errors import GaitSegmentationError, SequenceError
+from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.output_files import keep_apart, problem_of
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import DamagedError, ImageSource, open_input
 from gait_segmentation.inputs.heat_maps import open_heat_maps
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
-from gait_segmentation.ros.memory import keep_freed_memory
 
 __all__ = ['OUTPUTS', 'Job', 'Report', 'replay']
 
@@ -78,12 +71,11 @@ class Job:
             kind: path for kind, path in self.outputs.items() if force or not kind.is_there(path)
         }
 
-    def check(self, inputs: Iterable[Path], *, force: bool) -> None:
+    def check(self, inputs: Iterable[Path]) -> None:
         """
         Look at the places of all outputs, before anything is written.
 
         :param inputs: all that the command reads.
-        :param force: outputs that are there are to be made anew.
         :raises ConfigError: if one would change an input.
         :raises SequenceError: if a place is taken by something else.
         """
@@ -95,13 +87,6 @@ class Job:
         keep_apart(places, inputs)
         for kind, path in self.outputs.items():
             kind.check(path)
-        if force or not BagOutput.is_there(self.bag):
-            return
-        if BagOutput.digest(self.bag) != digest_of(self.input):
-            raise SequenceError(
-                f'{self.bag} was made of another input than {self.input}: choose another --out, '
-                'or --force replaces it'
-            )
 
     def source(self) -> ImageSource:
         """Open the input."""
@@ -157,15 +142,13 @@ def replay(
     complete = False
     try:
         cv2.setNumThreads(job.threads)
-        # Dask has its workers return it at once.
-        keep_freed_memory()
         source = job.source()
         box = scaled_box(job.box, source)
-        slots, digest = job.config.people.max_people, digest_of(job.input)
-        about = About(source.size, source.fps, slots, digest)
+        about = About(source.size, source.fps, job.config.people.max_people)
         for kind, path in job.missing(force=force).items():
             outputs.append(kind(path, about))
-        maps = open_heat_maps(job.heat_map, job.input) if job.heat_map else None
+        most = job.reading.get('max_pixels', MOST_PIXELS)
+        maps = open_heat_maps(job.heat_map, job.input, most) if job.heat_map else None
         results = results_of(source, Pipeline(job.config, bank), box, report.note, maps)
         with closing(ahead(results)) as found:
             complete = _feed(report, outputs, found, stop, progress)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import os
 import re
 import shutil
 from abc import ABC, abstractmethod
@@ -29,7 +30,6 @@ class About:
     size: tuple[int, int] = (0, 0)
     fps: float = 0.0
     slots: int = 1
-    digest: str = ''
 
 
 @dataclass(frozen=True)
@@ -56,29 +56,6 @@ def remove(path: Path) -> None:
         shutil.rmtree(path)
     else:
         path.unlink(missing_ok=True)
-
-
-class _Lock:
-    """Keeps other processes from making the same output; the end of a process frees it."""
-
-    def __init__(self, path: Path) -> None:
-        """
-        Lock the place of an output.
-
-        :raises SequenceError: if another process has it.
-        """
-        self._path = path.with_name(f'.{path.name}.lock')
-        self._file = open(self._path, 'w')  # noqa: SIM115
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            self._file.close()
-            raise SequenceError(f'{path} is just being made by another process') from error
-
-    def release(self) -> None:
-        """Let others have it."""
-        self._path.unlink(missing_ok=True)
-        self._file.close()
 
 
 class Output(ABC):
@@ -120,15 +97,42 @@ class Output(ABC):
         self.path = path
         self.about = about or About()
         self.work = work_path(path)
-        self._lock = _Lock(path)
+        self._held: int | None = None
+        self._take_place()
         try:
-            for old in (self.work, partial_path(path)):
-                remove(old)
+            remove(partial_path(path))
             with named(path):
                 self.begin()
+            # The end of a process frees it.
+            self._held = os.open(self.work, os.O_RDONLY)
+            fcntl.flock(self._held, fcntl.LOCK_SH)
         except BaseException:
             self._let_go()
             raise
+
+    def _take_place(self) -> None:
+        """
+        Remove what a process that was killed has left at :attr:`work`.
+
+        :raises SequenceError: if another process is just making it, or it is somebody else's.
+        """
+        if not self.work.exists():
+            return
+        if self.work.is_dir() and self.made() != self.work:
+            for each in self.work.iterdir():
+                if each != self.made():
+                    raise SequenceError(
+                        f'{self.work} holds {each.name} and is not replaced; remove it'
+                    )
+        self._check_kind(self.work if self.work.is_file() else self.made())
+        held = os.open(self.work, os.O_RDONLY)
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise SequenceError(f'{self.path} is just being made by another process') from error
+        finally:
+            os.close(held)
+        remove(self.work)
 
     def begin(self) -> None:
         """
@@ -151,9 +155,9 @@ class Output(ABC):
         return given / f'{name}{cls.suffix}' if several or cls.in_folder else given
 
     @classmethod
-    @abstractmethod
     def is_own(cls, path: Path) -> bool:
-        """Return whether what is there can only be a complete output of this kind."""
+        """Return whether what is there, of the right names, may be an output of this kind."""
+        return True
 
     @classmethod
     def is_there(cls, path: Path) -> bool:
@@ -258,7 +262,8 @@ class Output(ABC):
         try:
             remove(self.work)
         finally:
-            self._lock.release()
+            if self._held is not None:
+                os.close(self._held)
 
     def made(self) -> Path:
         """Return the finished file or folder, before it has its name."""

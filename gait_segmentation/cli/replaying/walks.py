@@ -166,11 +166,6 @@ class OpenGaitOutput(Output):
         """Return whether the folder is there; it is empty where nobody walks."""
         return path.is_dir()
 
-    @classmethod
-    def is_own(cls, path: Path) -> bool:
-        """Return that it is: nothing else has files of such names, which are checked before."""
-        return True
-
     def add(self, replayed: Replayed) -> None:
         """Keep everybody's silhouette."""
         self._walks.add(replayed)

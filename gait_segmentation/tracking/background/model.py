@@ -35,6 +35,8 @@ _NOISE_PLACE = 0.25
 """What noise alone makes of steep pixels, in pixels."""
 
 _PLACE_RATE = 0.5
+_JOLT = 0.5
+"""Pixels by which a frame must be off more than those before to be a jolt: more than drift."""
 
 _OF_MEDIAN = 1.4826
 """Standard deviation of normal residuals over the median of their absolute values."""
@@ -230,8 +232,32 @@ class BackgroundModel:
         :param person: (h, w) uint8, non-zero where a person may be.
         :param windows: the rows and columns to look at.
         """
-        if not windows:
-            return
+        spread, misplaced = self._off(lab, person, windows)
+        if spread is not None:
+            spread = 1.2 * spread + 1.5
+            self.sigma = min(max(0.9 * self.sigma + 0.1 * spread, _SIGMA_LOW), _SIGMA_HIGH)
+        if misplaced is not None:
+            self.misplacement += _PLACE_RATE * (misplaced - self.misplacement)
+
+    def notice_jolt(
+        self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
+    ) -> None:
+        """
+        Raise ``misplacement`` to what a frame shows that is about to be judged.
+
+        A camera that is knocked, or a film between whose frames something is missing, is off by
+        more than in the frames before for one frame, in which all edges would be the person's.
+
+        :param lab, person, windows: see :meth:`measure_noise`.
+        """
+        _, misplaced = self._off(lab, person, windows)
+        if misplaced is not None and misplaced > self.misplacement + _JOLT:
+            self.misplacement = misplaced
+
+    def _off(
+        self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
+    ) -> tuple[float | None, float | None]:
+        """Return by how many grey levels and pixels a frame is off, None where little tells."""
         size = sum(self.sums[window].size for window in windows)
         residuals, places = np.empty(size, np.float32), np.empty(size, np.float32)
         found = steeps = 0
@@ -247,13 +273,12 @@ class BackgroundModel:
             )
             found, steeps = found + more, steeps + steeper
         if found < 3 * _LEAST_SAMPLES:
-            return
-        spread = 1.2 * _OF_MEDIAN * float(np.median(residuals[:found])) + 1.5
-        self.sigma = min(max(0.9 * self.sigma + 0.1 * spread, _SIGMA_LOW), _SIGMA_HIGH)
-        if steeps >= _LEAST_SAMPLES:
-            spread = _OF_MEDIAN * float(np.median(places[:steeps]))
-            measured = max(spread**2 - _NOISE_PLACE**2, 0.0) ** 0.5
-            self.misplacement += _PLACE_RATE * (measured - self.misplacement)
+            return None, None
+        spread = _OF_MEDIAN * float(np.median(residuals[:found]))
+        if steeps < _LEAST_SAMPLES:
+            return spread, None
+        misplaced = _OF_MEDIAN * float(np.median(places[:steeps]))
+        return spread, max(misplaced**2 - _NOISE_PLACE**2, 0.0) ** 0.5
 
 
 def _every(window: Window, step: int) -> Window:

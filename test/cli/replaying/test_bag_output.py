@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
-import errno
 from pathlib import Path
 from typing import Any
 
@@ -139,48 +138,6 @@ def test_what_was_written_stays_readable_when_it_is_broken_off(tmp_path: Path) -
 def add_all(output: BagOutput, frames: list[Replayed]) -> None:
     for each in frames:
         output.add(each)
-
-
-class FullDisk:
-    """A file that takes no more than some bytes until the reserve is given back."""
-
-    def __init__(self, file: Any, room: int, reserve: Path, more: int) -> None:
-        self._file, self._room, self._reserve, self._more = file, room, reserve, more
-
-    def write(self, data: bytes) -> int:
-        room = self._room + (0 if self._reserve.exists() else self._more)
-        if self._file.tell() + len(data) > room:
-            self._file.write(bytes(data)[: max(room - self._file.tell(), 0)])
-            raise OSError(errno.ENOSPC, 'No space left on device')
-        return int(self._file.write(data))
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._file, name)
-
-
-@pytest.mark.parametrize('more', [1 << 20, -300_000], ids=['reserve', 'no reserve'])
-def test_a_full_disk_leaves_whole_messages(tmp_path: Path, more: int) -> None:
-    output = BagOutput(tmp_path / 'walk')
-    noise = np.random.default_rng(2).integers(0, 2, (60, *SHAPE)).astype(np.uint8) * 255
-    storage = output._writer.storage
-    storage.bio = FullDisk(storage.bio, 300_000, output.work / 'reserve', more)
-    with pytest.raises(OSError, match='No space left'):
-        add_all(output, [replayed(index, [(7, mask, 0.3)]) for index, mask in enumerate(noise)])
-    output.close(complete=False)
-    (left,) = tmp_path.iterdir()
-    assert left.name == 'walk.partial'
-    if more > 0:
-        found = contents(left)
-        with Reader(left) as reader:
-            assert reader.message_count == len(found)
-        assert sum(topic == '/mask' for topic, _, _ in found) > 5
-    else:
-        from gait_segmentation.inputs import DamagedError, open_input
-
-        frames = []
-        with pytest.raises(DamagedError, match='the end is missing'):
-            frames.extend(open_input(left, topic='/mask').frames())
-        assert len(frames) > 5
 
 
 def test_a_folder_of_something_else_is_not_replaced(tmp_path: Path) -> None:

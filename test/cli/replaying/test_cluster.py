@@ -91,7 +91,9 @@ def test_outputs_and_codes_are_those_of_jobs(
     shutil.copytree(folder / 'walk', 'walk')
     shutil.copytree(folder / 'walk', 'cut')
     bag = Path('cut/walk.mcap')
-    bag.write_bytes(bag.read_bytes()[: bag.stat().st_size * 6 // 10])
+    data = bytearray(bag.read_bytes())
+    data[len(data) // 2 : len(data) * 3 // 4] = b'\xff' * (len(data) * 3 // 4 - len(data) // 2)
+    bag.write_bytes(data)
     command = ['walk', 'cut', *given[1:-1]]
     found = []
     for out, more in ('one', []), ('two', ADDRESS):

@@ -2,11 +2,15 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import os
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from gait_segmentation.cli.replaying.file_outputs import MasksOutput
+from gait_segmentation.cli.replaying.bag_output import BagOutput
+from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput
 from gait_segmentation.errors import SequenceError
 
 
@@ -21,7 +25,26 @@ def test_two_cannot_make_the_same_output(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ['masks', 'others']
 
 
-def test_an_output_that_was_killed_holds_nobody_up(tmp_path: Path) -> None:
-    (tmp_path / '.masks.lock').touch()
-    MasksOutput(tmp_path / 'masks').close(complete=True)
-    assert [path.name for path in tmp_path.iterdir()] == ['masks']
+@pytest.mark.parametrize('kind', [MasksOutput, CsvOutput, BagOutput])
+def test_what_was_killed_is_replaced(kind: Any, tmp_path: Path) -> None:
+    killed = kind(tmp_path / 'walk')
+    assert killed._held is not None
+    os.close(killed._held)
+    killed._held = None
+    with suppress(OSError, SequenceError):
+        killed.finish()
+    again = kind(tmp_path / 'walk')
+    again.close(complete=True)
+    assert [path.name for path in tmp_path.iterdir()] == ['walk']
+
+
+@pytest.mark.parametrize('kind', [MasksOutput, CsvOutput, BagOutput])
+def test_a_folder_of_somebody_else_is_not_removed_whatever_its_name(
+    kind: Any, tmp_path: Path
+) -> None:
+    thesis = tmp_path / '.walk.part/thesis.tex'
+    thesis.parent.mkdir()
+    thesis.write_text('years of work')
+    with pytest.raises(SequenceError, match=r'\.walk\.part .*is not replaced; remove it'):
+        kind(tmp_path / 'walk')
+    assert [path for path in tmp_path.rglob('*') if path.is_file()] == [thesis]

@@ -135,7 +135,7 @@ def test_a_preset_is_overridden_by_other_options(pipeline, folder, tmp_path, mon
     file = tmp_path / 'preset.yaml'
     file.write_text(
         '/**:\n  ros__parameters:\n    tracking: {use_colour: false}\n'
-        '    segmentation: {prior: distance}\n'
+        '    segmentation: {prior: paper}\n'
     )
     monkeypatch.setattr('gait_tools.cli.evaluate.preset_file', {'paper': file}.get)
     made = []
@@ -146,7 +146,7 @@ def test_a_preset_is_overridden_by_other_options(pipeline, folder, tmp_path, mon
     assert main(command) == 0
     assert main([*command, '--prior', 'none', '--set', 'tracking.use_colour=true']) == 0
     given = [(each.config.segmentation.prior, each.config.tracking.use_colour) for each in made]
-    assert given == [('distance', False), ('none', True)]
+    assert given == [('paper', False), ('none', True)]
     with pytest.raises(SystemExit, match='2'):
         main([str(folder), '--preset', 'papre'])
     said = capsys.readouterr().err
@@ -161,7 +161,7 @@ def test_priors_are_compared(pipeline, folder, tmp_path, capsys):
     assert main(arguments) == 0
     assert 'prior' in capsys.readouterr().out
     assert (out / 'priors.png').is_file()
-    assert list(json.loads(scores.read_text())['priors']) == ['none', 'distance', 'default']
+    assert list(json.loads(scores.read_text())['priors']) == ['none', 'paper', 'default']
 
 
 def test_ingredients_are_left_out(pipeline, folder, tmp_path, capsys):
@@ -175,7 +175,7 @@ def test_ingredients_are_left_out(pipeline, folder, tmp_path, capsys):
     ('arguments', 'message'),
     [
         (['--set', 'tracking.gain=7'], 'gain must be a number from 0 to 1, got 7.0'),
-        (['--prior', 'hard'], 'prior must be one of none, distance, default'),
+        (['--prior', 'hard'], 'prior must be one of none, paper, default'),
         (['--bank', 'none.npz'], 'cannot read the bank none.npz'),
         (['--threads', '0'], '--threads must be at least 1, got 0'),
         (['--likelihood', 'heat'], 'heat is missing'),
@@ -219,6 +219,17 @@ def test_a_sequence_is_never_written_to(
     assert f' {how} the input {given[0]}, which would be changed' in said
     assert {path: path.read_bytes() for path in sorted(folder.rglob('*.*'))} == before
     assert not (tmp_path / 'masks').exists()
+
+
+@pytest.mark.parametrize('given', ['--bank=read', '--set=segmentation.vocabulary=read'])
+def test_what_else_is_read_is_never_written_to(
+    pipeline, folder, tmp_path, monkeypatch, capsys, given
+):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'read').write_text('{}')
+    assert main(['walk', given, '--json', 'read']) == 2
+    assert '--json read is the input read, which would be changed' in capsys.readouterr().err
+    assert (tmp_path / 'read').read_text() == '{}'
 
 
 def test_scores_that_could_not_be_kept_are_not_worked_out(

@@ -30,7 +30,7 @@ class FakeMatching(StageConfig):
 
 @dataclass(frozen=True)
 class FakeSegmentation(StageConfig):
-    prior: str = parameter('default', 'The prior.', choices=('none', 'distance', 'default'))
+    prior: str = parameter('default', 'The prior.', choices=('none', 'paper', 'default'))
 
 
 @dataclass(frozen=True)

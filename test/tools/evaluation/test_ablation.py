@@ -24,7 +24,7 @@ def test_every_prior_is_evaluated(session):
     config = FakePipelineConfig()
     base = session.evaluate(config)
     reports = compare(session, config, base, 'priors')
-    assert list(reports) == ['none', 'distance', 'default']
+    assert list(reports) == ['none', 'paper', 'default']
     assert reports['default'] == base
     assert reports['none']['mean']['error_rate_image'] > 0
     lines = comparison_table('priors', base, reports).splitlines()

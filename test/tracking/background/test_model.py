@@ -145,6 +145,20 @@ def test_misplacement_is_measured_where_the_background_is_steep(shift, low, high
     assert low <= model.misplacement <= high
 
 
+def test_a_jolt_counts_in_the_frame_that_shows_it() -> None:
+    nobody = np.zeros((80, 200), np.uint8)
+    every = [(slice(0, 80), slice(0, 200))]
+    model = BackgroundModel(nobody.shape)
+    model.learn(np.rint(_stairs(0.0)).astype(np.uint8), nobody)
+    model.notice_jolt(np.rint(_stairs(1.0)).astype(np.uint8), nobody, every)
+    jolted = model.misplacement
+    assert jolted > 0.6
+    model.notice_jolt(np.rint(_stairs(0.0)).astype(np.uint8), nobody, every)
+    assert model.misplacement == jolted, 'only what is learnt lowers it'
+    model.notice_jolt(np.rint(_stairs(2.0)).astype(np.uint8), nobody + 255, every)
+    assert model.misplacement == jolted, 'people are not the background'
+
+
 def test_what_is_known_from_elsewhere_counts_where_less_is_known() -> None:
     model, other = BackgroundModel((1, 3)), BackgroundModel((1, 3))
     model.learn(np.full((1, 3, 3), 50, np.uint8), np.zeros((1, 3), np.uint8))

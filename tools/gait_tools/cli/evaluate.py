@@ -28,7 +28,6 @@ from gait_segmentation.cli.tool import (
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.output_files import keep_apart
-from gait_segmentation.ros.compiling import compiling
 from gait_tools.evaluation.ablation import (
     ABLATIONS,
     compare,
@@ -190,7 +189,7 @@ def evaluate(options: argparse.Namespace) -> None:
         make_folder('--out', options.out)
     # Here, so that --help does not wait for the kernels to be loaded.
     from gait_segmentation.gait_model import TemplateBank
-    from gait_segmentation.kernels import compile_kernels
+    from gait_segmentation.kernels import compile_kernels, compiling
     from gait_segmentation.pipeline import Pipeline, PipelineConfig
 
     to_output = options.json == _OUTPUT
@@ -236,7 +235,7 @@ def evaluate(options: argparse.Namespace) -> None:
 
 def _keep_inputs(options: argparse.Namespace) -> None:
     """
-    Refuse outputs that would change a sequence.
+    Refuse outputs that would change what is read.
 
     :raises ConfigError: if there are such.
     """
@@ -249,7 +248,9 @@ def _keep_inputs(options: argparse.Namespace) -> None:
             for what in ('masks', 'contact_sheet.png')
         ]
         outputs += [('--out', options.out / 'priors.png')]
-    keep_apart(outputs, options.sequence)
+    settings = dict(setting.partition('=')[::2] for setting in options.set)
+    others = (options.bank, settings.get('segmentation.vocabulary'))
+    keep_apart(outputs, [*options.sequence, *(Path(each) for each in others if each)])
 
 
 if __name__ == '__main__':
