@@ -21,7 +21,6 @@ from gait_segmentation.cli.tool import (
 from gait_segmentation.config import overridden, replaced
 from gait_segmentation.files.output_files import keep_apart, write_file, writing
 from gait_segmentation.geometry import Box
-from gait_segmentation.ros.compiling import compiling
 from gait_tools.evaluation.output import write_image
 from gait_tools.figures.walk import figured, open_walk, record
 
@@ -97,7 +96,7 @@ def draw(options: argparse.Namespace) -> None:
     make_folder('--out', options.out)
     # Here, so that --help does not wait for the kernels to be loaded.
     from gait_segmentation.cli.settings import Settings, read_parameter_file
-    from gait_segmentation.kernels import compile_kernels
+    from gait_segmentation.kernels import compile_kernels, compiling
     from gait_segmentation.pipeline import Pipeline, PipelineConfig
     from gait_tools.figures.access_table import draw_access_table, table_of
     from gait_tools.figures.errors import draw_errors, errors_of, errors_table
