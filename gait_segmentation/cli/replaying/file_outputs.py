@@ -183,7 +183,8 @@ def _row(person: PersonResult) -> tuple[object, ...]:
     if match.body is not None:
         cadence = 60 * STEPS_PER_STRIDE * match.phase_rate
         gait = (
-            f'{match.phase:.4f}',
+            # Rounded, the end of a stride is the beginning of the next.
+            f'{round(match.phase, 4) % 1:.4f}',
             f'{cadence:.1f}',
             f'{match.azimuth:.4f}',
             f'{match.confidence:.3f}',

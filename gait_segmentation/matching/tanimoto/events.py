@@ -29,7 +29,7 @@ class EventKernel(CommonAreas):
     C(child) = C(parent) + sum over the pixels in which they differ of
     min(v, g_child) - min(v, g_parent), where the parents form a minimum spanning arborescence
     from the empty template.  The pixels that ever change are gathered with the windows, also of
-    several images, side by side, so that one event is a handful of vector additions for 192 of
+    several images, side by side, so that one event is a handful of vector additions for 160 of
     them.
 
     The number of events of binary templates sampled from a closed motion tends to a constant, the

@@ -14,8 +14,11 @@ from gait_segmentation.matching.tanimoto.windows import WindowGrid
 
 __all__ = ['LANES', 'CommonAreas', 'Images', 'Place', 'Shape', 'pitch_of']
 
-LANES = 192
-"""Windows that are treated at a time, to a multiple of which rows of results are filled up."""
+LANES = 160
+"""
+Windows that are treated at a time, to a multiple of which rows of results are filled up: an
+ordinary search has 147.
+"""
 
 Images = NDArray[np.uint8]
 Place = tuple[int, int]
