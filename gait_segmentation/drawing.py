@@ -17,14 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.geometry import Box
+from gait_segmentation.geometry import BodyFrame, Box
 
 __all__ = [
     'BACKDROP',
+    'REFINED_COLOUR',
+    'TRACKED_COLOUR',
     'Colour',
     'Image',
     'draw_box',
     'draw_label',
+    'draw_match',
     'draw_outline',
     'draw_person',
     'draw_phase_dial',
@@ -40,6 +43,14 @@ Image = NDArray[np.uint8]
 
 BACKDROP: Colour = (32, 30, 28)
 """Of sheets, labels, and of what a crop shows beyond the image."""
+
+TRACKED_COLOUR: Colour = (40, 40, 255)
+"""Of the box that the tracker finds and the matcher starts from, as in the paper's figures."""
+
+REFINED_COLOUR: Colour = (60, 230, 60)
+"""Of the box that the matcher finds, as in the paper's figures."""
+
+_TEMPLATE: Colour = (255, 255, 255)
 
 _SHIFT = 4
 """Fractional bits of the coordinates given to OpenCV's line drawing."""
@@ -89,12 +100,43 @@ def draw_outline(image: Image, mask: NDArray[np.uint8], colour: Colour, width: i
     cv2.polylines(image, contours, True, colour, width, cv2.LINE_AA)
 
 
-def draw_box(image: Image, box: Box, colour: Colour) -> None:
-    """Draw a box to the sub-pixel."""
+def draw_box(image: Image, box: Box, colour: Colour, angle: float = 0.0) -> None:
+    """
+    Draw a box to the sub-pixel.
+
+    :param angle: in radians, by which it is turned about its centre, to the right at the top.
+    """
+    body = BodyFrame(box.center_x, box.center_y, box.height, angle)
     # Positions count from the corner of pixel 0, OpenCV's coordinates from its centre.
-    points = (np.array(box.corners()) - 0.5) * 2**_SHIFT
+    points = (np.array(body.corners(box.width)) - 0.5) * 2**_SHIFT
     line = np.rint(points).astype(np.int32)[:, None]
     cv2.polylines(image, [line], True, colour, 1, cv2.LINE_AA, _SHIFT)
+
+
+def draw_match(
+    image: Image,
+    *,
+    tracked: Box | None = None,
+    angle: float = 0.0,
+    refined: Box | None = None,
+    template: NDArray[np.uint8] | None = None,
+) -> None:
+    """
+    Draw what matching begins with and finds: tracked box red, refined box green, template white.
+
+    :param tracked: in the image's pixels, as ``refined``; what is None is not drawn.
+    :param angle: of the tracked box, see :func:`draw_box`.
+    :param template: uint8 of any size, laid over the whole image; its outline is drawn.
+    """
+    if template is not None:
+        if template.shape != image.shape[:2]:
+            size = (image.shape[1], image.shape[0])
+            template = np.asarray(cv2.resize(template, size, interpolation=cv2.INTER_LINEAR))
+        draw_outline(image, template, _TEMPLATE)
+    if tracked is not None:
+        draw_box(image, tracked, TRACKED_COLOUR, angle)
+    if refined is not None:
+        draw_box(image, refined, REFINED_COLOUR)
 
 
 def draw_label(

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from gait_segmentation.drawing import (
+    REFINED_COLOUR,
+    TRACKED_COLOUR,
     draw_box,
     draw_label,
+    draw_match,
     draw_outline,
     draw_person,
     draw_phase_dial,
@@ -70,6 +73,28 @@ def test_the_box_encloses_its_pixels():
     assert is_green(image[8, 20])
     assert is_green(image[20, 30])
     assert not changed(image)[15:25, 15:25].any()
+
+
+def test_a_turned_box_leans_to_the_right():
+    image = grey(60, 60)
+    draw_box(image, Box(25, 10, 10, 40), GREEN, math.radians(30))
+    columns = np.flatnonzero(changed(image)[15])
+    assert columns.mean() > 34
+    assert np.flatnonzero(changed(image)[45]).mean() < 26
+
+
+def test_a_match_is_a_red_box_a_green_one_and_an_outline():
+    image = grey(60, 80)
+    template = square(30, 40, 10, 15, 8)
+    draw_match(
+        image, tracked=Box(5.5, 5.5, 60, 50), refined=Box(20.5, 10.5, 40, 40), template=template
+    )
+    for column, colour in ((5, TRACKED_COLOUR), (20, REFINED_COLOUR)):
+        assert np.abs(image[30, column].astype(int) - colour).max() < 20
+    assert image[27:29, 29:32].min(axis=2).max() > 200
+    bare = grey(60, 80)
+    draw_match(bare)
+    assert not changed(bare).any()
 
 
 @pytest.mark.parametrize('position', [(5, 5), (-50, -50), (1000, 1000)])

@@ -28,6 +28,7 @@ setup(
         'console_scripts': [
             'gait_bank = gait_tools.commands:bank',
             'gait_evaluate = gait_tools.commands:evaluate',
+            'gait_figures = gait_tools.commands:figures',
         ],
     },
 )

@@ -129,8 +129,9 @@ class MatcherNode(JoinedNode):
             self._debug.publish(_header(message), self._picture, message, matches)
 
     def _picture(self, parts: Parts, matches: Sequence[MatchResult]) -> NDArray[np.uint8]:
-        topics = (slot_topic(slot, 'likelihood') for slot in range(self._slots))
-        return matching_picture([read_mono8(parts[topic]) for topic in topics], matches)
+        tracks = [read_track(parts, slot) for slot in range(self._slots)]
+        width = parts['size'][0] if parts['size'] else 0
+        return matching_picture([track.likelihood for track in tracks], matches, tracks, width)
 
     def joined(self, stamp_ns: int, parts: Parts) -> None:
         """Take in a frame, or keep it until the size of the images is told."""

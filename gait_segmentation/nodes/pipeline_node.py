@@ -134,7 +134,7 @@ class PipelineNode(CameraNode):
             located = self._localizing
             places = () if located is None else located.locate(matches, people, header)
             self._people.publish(matches, people, places, header)
-            self._debug.publish(header, segmentation_picture, image, masks, matches)
+            self._debug.publish(header, segmentation_picture, image, masks, matches, tracks)
 
 
 main = partial(run_node, PipelineNode)

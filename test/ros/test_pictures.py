@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from gait_segmentation.geometry import BodyFrame, Box
@@ -41,6 +43,35 @@ def test_outlines_of_templates_are_drawn_at_the_largest_size() -> None:
     assert picture.shape == (120, 160, 3)
     assert (picture[60, 55] == 255).all()
     assert (picture != picture[:, :, :1]).any()
+
+
+def is_red(pixel: np.ndarray) -> bool:
+    return bool(pixel[2] > 200 and pixel[0] < 100 and pixel[1] < 100)
+
+
+def is_green(pixel: np.ndarray) -> bool:
+    return bool(pixel[1] > 200 and pixel[0] < 100 and pixel[2] < 100)
+
+
+def test_both_boxes_are_drawn_where_the_source_has_them() -> None:
+    tracks = [
+        TrackResult(5, 1, Box(40.5, 20.5, 30, 80), SMALL, 0.9, body=Box(36.5, 16.5, 38, 90)),
+        TrackResult(5, 0, None, np.zeros_like(SMALL), 0.0),
+    ]
+    match = replace(SOMEBODY, box=Box(42.5, 24.5, 26, 70))
+    picture = matching_picture([LARGE, LARGE], [match, NOBODY], tracks)
+    assert is_red(picture[60, 36])
+    assert is_green(picture[60, 42])
+    half = matching_picture([SMALL, SMALL], [match, NOBODY], tracks, 160)
+    assert is_red(half[30, 18])
+    assert is_green(half[30, 21])
+    masks = PeopleMasks((SegmentationResult(5, 1, LARGE, ''),) * 2, LARGE, LARGE)
+    picture = segmentation_picture(IMAGE, masks, [match, NOBODY], tracks)
+    assert is_red(picture[60, 36])
+    assert is_green(picture[60, 42])
+    assert not any(
+        is_red(pixel) for pixel in segmentation_picture(IMAGE, masks, [match, NOBODY])[60]
+    )
 
 
 def test_silhouettes_are_drawn_of_those_who_are_matched() -> None:

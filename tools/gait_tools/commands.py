@@ -6,7 +6,8 @@ from functools import partial
 
 from gait_segmentation.commands import run_tool
 
-__all__ = ['bank', 'evaluate']
+__all__ = ['bank', 'evaluate', 'figures']
 
 bank = partial(run_tool, 'bank', 'gait_tools')
 evaluate = partial(run_tool, 'evaluate', 'gait_tools')
+figures = partial(run_tool, 'figures', 'gait_tools')

@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the documents point to is there, and what they tell to type is understood."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import pytest
+import yaml
+
+from benchmarks import fixed_likelihood
+from gait_segmentation.cli import demo, replay
+from gait_tools.cli import bank, evaluate, figures
+
+ROOT = Path(__file__).parents[1]
+DOCUMENTS = [
+    *(ROOT / name for name in ('README.md', 'CONTRIBUTING.md')),
+    *sorted(ROOT.glob('docs/*.md')),
+    *sorted(ROOT.glob('examples/*/README.md')),
+]
+PARSERS = {
+    'gait_bank': bank._parser,
+    'gait_demo': demo.parser,
+    'gait_evaluate': evaluate.parser,
+    'gait_figures': figures.parser,
+    'gait_replay': replay.parser,
+}
+RUN = {'gait_evaluate': evaluate.main, 'gait_figures': figures.main}
+FRAMES = 6
+
+
+def without_code(text: str) -> str:
+    return re.sub(r'(?ms)^```.*?^```', '', text)
+
+
+def anchors(document: Path) -> set[str]:
+    """Return those that GitHub makes of the headings."""
+    found = set()
+    for heading in re.findall(r'(?m)^#+ (.*)$', without_code(document.read_text())):
+        words = re.sub(r'\[([^\]]*)\]\([^)]*\)', r'\1', heading).strip().lower()
+        found.add(re.sub(r'[^\w\- ]', '', words).replace(' ', '-'))
+    return found
+
+
+@pytest.mark.parametrize('document', DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_links_lead_somewhere(document: Path) -> None:
+    links = re.findall(r'\]\(\s*([^)\s]+)\s*\)', without_code(document.read_text()))
+    for link in links:
+        if re.match(r'[a-z]+:', link):
+            continue
+        name, _, anchor = link.partition('#')
+        target = (document.parent / name).resolve() if name else document
+        assert target.exists(), link
+        assert not anchor or anchor in anchors(target), link
+
+
+def test_anchors_are_found() -> None:
+    assert 'what-the-preset-scores' in anchors(ROOT / 'docs/paper.md')
+    assert 'shape-priors-the-papers-table-1-ours' in anchors(ROOT / 'docs/results.md')
+
+
+def commands() -> list[str]:
+    text = (ROOT / 'docs/paper.md').read_text()
+    lines = re.findall(r'(?m)^    ((?:gait_|python )[^#\n]*)', text)
+    return list(dict.fromkeys(line.strip() for line in lines))
+
+
+def test_there_are_commands() -> None:
+    assert len(commands()) > 15
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Have a few frames of the example wherever the documents have clips."""
+    whole, short = ROOT / 'examples/walker', tmp_path / 'examples/walker'
+    for number in range(FRAMES):
+        for name in (f'frames/{number:04d}.jpg', f'masks/{number:04d}.png'):
+            (short / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(whole / name, short / name)
+    about = yaml.safe_load((whole / 'sequence.yaml').read_text())
+    about['phases'] = about['phases'][:FRAMES]
+    (short / 'sequence.yaml').write_text(yaml.safe_dump(about))
+    monkeypatch.chdir(tmp_path)
+    return short
+
+
+@pytest.mark.parametrize('command', commands())
+def test_commands_about_the_paper_are_understood(
+    command: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = '$' not in command and 'walk.mp4' not in command
+    words = shlex.split(re.sub(r'\$\([^)]*\)', 'data/*', command))
+    program, *given = [str(folder) if word.startswith('data/') else word for word in words]
+    threads = cv2.getNumThreads()
+    try:
+        if whole and program in RUN:
+            assert RUN[program](given) == 0
+        elif program in PARSERS:
+            PARSERS[program]().parse_args(given)
+        elif whole and given[0].endswith('/fixed_likelihood.py'):
+            monkeypatch.setattr(sys, 'argv', given)
+            fixed_likelihood.main()
+        else:
+            assert program == 'python'
+            script = [sys.executable, str(ROOT / given[0]), '--help']
+            shown = subprocess.run(script, capture_output=True, text=True, check=True).stdout
+            assert {word for word in given if word.startswith('--')} <= set(
+                re.findall(r'--[\w-]+', shown)
+            )
+    finally:
+        cv2.setNumThreads(threads)

@@ -1,0 +1,67 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import cv2
+import pytest
+
+from gait_tools.cli.figures import FILES, main
+
+ROOT = Path(__file__).parents[3]
+
+
+@pytest.fixture(autouse=True)
+def threads():
+    before = cv2.getNumThreads()
+    yield
+    cv2.setNumThreads(before)
+
+
+@pytest.mark.parametrize('options', [[], ['--preset', 'paper']])
+def test_the_example_is_drawn(options, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    assert main(['--out', str(tmp_path / 'out'), *options]) == 0
+    assert sorted(path.name for path in (tmp_path / 'out').iterdir()) == sorted(FILES)
+    for name in FILES[:-1]:
+        assert cv2.imread(str(tmp_path / 'out' / name)).shape[1] > 800
+    said = capsys.readouterr().out
+    assert 'phase, best path: 0 % of the steps go back' in said
+    row = said.splitlines()[-1].split()
+    assert row[1:4] == ['walker', '|', '36']
+    without, with_prior = float(row[5]), float(row[10])
+    assert with_prior < without
+    assert (tmp_path / 'out/errors.md').read_text() == said[said.index('| clip') :]
+
+
+def test_of_a_clip_without_truth_there_is_no_table(tmp_path, capsys):
+    (tmp_path / 'frames').mkdir()
+    for number in range(6):
+        shutil.copy(ROOT / f'examples/walker/frames/{number:04d}.jpg', tmp_path / 'frames')
+    out = tmp_path / 'out'
+    box = ['--box', '26', '41', '43', '110']
+    assert main([str(tmp_path / 'frames'), *box, '--out', str(out)]) == 0
+    assert sorted(path.name for path in out.iterdir()) == ['frames.png', 'phase.png', 'table.png']
+    assert 'no table of errors: the clip has no masks' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'message'),
+    [
+        (['nothing'], 'nothing'),
+        (['examples/walker/frames'], '--box is needed'),
+        (['--set', 'matching.lag=-1'], 'lag'),
+        (['--out', '/dev/null/at/all'], '--out /dev/null/at/all: nothing can be written'),
+        (['--out', 'examples/walker'], 'which would be changed'),
+    ],
+)
+def test_errors_are_one_line(arguments, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    out = [] if '--out' in arguments else ['--out', str(tmp_path)]
+    assert main([*arguments, *out]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith('gait_figures: error: ')
+    assert said.count('\n') == 1
+    assert message in said

@@ -1,0 +1,39 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from gait_segmentation.results import MatchResult
+from gait_tools.figures.frames import TILE, chosen, draw_frames
+
+from .shots import short
+
+
+def test_frames_are_spread_and_those_without_a_match_left_out():
+    shots = list(short())
+    assert [shot.given.number for shot in chosen(shots, 3)] in ([0, 4, 7], [0, 3, 7])
+    nobody = MatchResult.nobody(1, 0, (10, 10))
+    shots[0] = replace(shots[0], match=nobody)
+    assert chosen(shots, 2)[0].given.number == 1
+    assert len(chosen(shots, 99)) == 7
+
+
+def test_four_pictures_of_each_frame_are_drawn():
+    shots = chosen(short(), 3)
+    sheet = draw_frames(shots, 12)
+    width, height = TILE
+    assert sheet.shape == (4 * (height + 4) + 4, 3 * (width + 4) + 4, 3)
+    first = sheet[4 : 4 + height, 4 : 4 + width].astype(int)
+    blue, green, red = np.moveaxis(first, 2, 0)
+    assert ((red > 180) & (green < 100) & (blue < 100)).sum() > 100
+    assert ((green > 180) & (red < 110) & (blue < 110)).sum() > 100
+    mask = sheet[-height - 4 : -4, 4 : 4 + width]
+    assert (mask == 255).all(axis=2).mean() > 0.4
+
+
+def test_a_clip_without_truth_is_drawn_too():
+    shots = [replace(shot, given=shot.given._replace(truth=None)) for shot in short()[:2]]
+    assert draw_frames(shots, 12).any()
