@@ -17,6 +17,16 @@ __all__ = ['CameraPose', 'PinholeCamera']
 
 Floats = NDArray[np.float64]
 
+_FOCAL = (0.01, 1000.0)
+"""Focal lengths of any lens, in sizes of the image."""
+
+_ASIDE = 10.0
+"""How far the principal point of a cropped image may lie beside it, in sizes of the image."""
+
+_MOST_HEIGHT_M, _MOST_AWAY_M = 1e4, 1e9
+_TURN = (1e-3, 1e3)
+"""How long a quaternion may be that means a rotation."""
+
 
 @dataclass(frozen=True)
 class PinholeCamera:
@@ -40,11 +50,22 @@ class PinholeCamera:
     def __post_init__(self) -> None:
         """Refuse what is no camera."""
         numbers = (self.fx, self.fy, self.cx, self.cy, *self.distortion)
+        given = f'got fx {self.fx:g}, fy {self.fy:g}, cx {self.cx:g}, cy {self.cy:g}'
         if not all(map(math.isfinite, numbers)) or min(self.fx, self.fy) <= 0:
             raise InputError(
-                'camera_info must have finite numbers and focal lengths above zero, got '
-                f'fx {self.fx:g}, fy {self.fy:g}, cx {self.cx:g}, cy {self.cy:g}'
+                f'camera_info must have finite numbers and focal lengths above zero, {given}'
             )
+        for size, focal, middle in (
+            (self.width, self.fx, self.cx),
+            (self.height, self.fy, self.cy),
+        ):
+            low, high = _FOCAL[0] * size, _FOCAL[1] * size
+            if not (low <= focal <= high and abs(middle - size / 2) <= _ASIDE * size):
+                raise InputError(
+                    f'camera_info must have focal lengths of {_FOCAL[0]:g} to {_FOCAL[1]:g} and '
+                    f'a principal point within {_ASIDE:g} sizes of the image, {given} for '
+                    f'{self.width} x {self.height}'
+                )
         if len(self.distortion) not in (0, 4, 5, 8, 12, 14):
             raise InputError(
                 'camera_info must have 0, 4, 5, 8, 12 or 14 distortion coefficients, got '
@@ -70,6 +91,7 @@ class PinholeCamera:
 
         :param points: (N, 2) x and y in pixels, pixel centres at whole numbers and a half.
         :returns: (N, 3) with z = 1.
+        :raises InputError: if the distortion leads nowhere there.
         """
         at = np.asarray(points, np.float64).reshape(-1, 2) - 0.5
         if any(self.distortion) and len(at):
@@ -77,6 +99,11 @@ class PinholeCamera:
             flat = cv2.undistortPoints(at[:, None], matrix, np.array(self.distortion))[:, 0]
         else:
             flat = (at - (self.cx, self.cy)) / (self.fx, self.fy)
+        if not np.isfinite(flat).all():
+            raise InputError(
+                'the distortion of camera_info must give each pixel a ray, got '
+                f'{", ".join(format(each, "g") for each in self.distortion)}'
+            )
         return np.column_stack([flat, np.ones(len(flat))])
 
 
@@ -118,10 +145,15 @@ class CameraPose:
         :raises InputError: if the camera is not above the ground or a number is not finite.
         """
         length = math.hypot(*turn)
-        if not (all(map(math.isfinite, (*position, *turn))) and length > 0 and position[2] > 0):
+        # Written so that what is no number is refused.
+        if not (
+            _TURN[0] <= length <= _TURN[1]
+            and 0 < position[2] <= _MOST_HEIGHT_M
+            and math.hypot(*position) <= _MOST_AWAY_M
+        ):
             raise InputError(
-                'the camera must be above the ground_frame, with a finite transform, got the '
-                f'position {position} and the rotation {turn}'
+                f'the camera must be above the ground_frame, by {_MOST_HEIGHT_M:g} m at most, '
+                f'with a finite transform, got the position {position} and the rotation {turn}'
             )
         *axis, w = np.array(turn) / length
         across = np.cross(np.eye(3), axis)

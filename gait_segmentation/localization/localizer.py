@@ -15,7 +15,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import BodyFrame, Box, check_body
 from gait_segmentation.localization.camera import CameraPose, PinholeCamera
 from gait_segmentation.localization.config import LocalizationConfig
 from gait_segmentation.results import MatchResult
@@ -40,6 +41,24 @@ _LEAST_VALID = 0.2
 _REACH_M = 0.5
 """How far limbs reach from the body's axis: what is farther from the median is not the body."""
 
+_LEAST_ERROR_M = 1e-3
+"""Standard deviation that every place has at least, whatever is said to be exact."""
+
+_BELOW = math.sin(math.radians(5))
+"""Within this of straight below (or above) the camera it cannot be said which way somebody is."""
+
+_FARTHEST_M = 1e4
+"""Distance beyond which a place is none."""
+
+_FASTEST_M_S = 4.5
+"""Speed that nobody walks at."""
+
+_STEPS = (0.05, 0.9)
+"""Lengths of the steps of walkers, in statures."""
+
+_STRIDES_HZ = (0.2, 2.5)
+"""Rates of the strides of walkers."""
+
 Floats = NDArray[np.float64]
 DepthImage = NDArray[np.uint16] | NDArray[np.float32]
 
@@ -53,7 +72,9 @@ class Location:
     ``heading`` and ``up`` (3,) have length 1: the horizontal walking direction, with the standard
     deviation ``heading_error`` in radians, and away from the ground.  ``yaw`` is the heading's
     angle about ``up`` in radians, in the ground's frame.  ``speed`` in m/s and ``step_length`` are
-    None until the person was watched for half a second; so is the step length without cadence.
+    None until the person was watched for half a second, and where they are those of no walker; so
+    is the step length without cadence.  ``distance`` is that on the ground from the point below
+    the camera, or, where neither height nor tilt of the camera is known, along its optical axis.
     ``source`` is one of :data:`DEPTH`, :data:`GROUND` and :data:`PREDICTED`.
     """
 
@@ -67,6 +88,7 @@ class Location:
     speed: float | None
     step_length: float | None
     stature: float
+    distance: float
     source: str
 
     @cached_property
@@ -119,13 +141,20 @@ class _View(NamedTuple):
             body.center_x - math.sin(body.angle) * half,
             body.center_y + math.cos(body.angle) * half,
         )
-        rays = camera.rays(np.array([(body.center_x, body.center_y), soles]))
-        return cls(body, camera, pose, *(rays @ pose.rotation.T))
+        rays = camera.rays(np.array([(body.center_x, body.center_y), soles])) @ pose.rotation.T
+        if math.hypot(*rays[0, :2]) < _BELOW * np.linalg.norm(rays[0]):
+            raise InputError('straight below or above the camera')
+        return cls(body, camera, pose, *rays)
 
     @property
     def away(self) -> Floats:
         """Return the horizontal direction (2,) from the camera to the body."""
-        return self.middle[:2] / max(math.hypot(*self.middle[:2]), np.finfo(float).tiny)
+        return self.middle[:2] / math.hypot(*self.middle[:2])
+
+    @property
+    def levelled(self) -> bool:
+        """Return whether it is known how high the camera is, or how it is tilted."""
+        return self.pose.grounded or bool(self.pose.rotation[2, 2])
 
     def place(
         self, towards: Floats, distance: float, errors: tuple[float, float], source: str
@@ -137,8 +166,10 @@ class _View(NamedTuple):
         if not self.pose.grounded:
             z = self.pose.position[2] + self.soles[2] * distance / (self.soles[:2] @ towards)
         axes = np.array([[*towards, 0], [-towards[1], towards[0], 0], [0, 0, 1]])
-        spread = np.diag(np.square([errors[1], angle * distance, angle * distance]))
-        return _Place(np.array([*level, z]), axes.T @ spread @ axes, source)
+        spread = np.square(
+            np.maximum([errors[1], angle * distance, angle * distance], _LEAST_ERROR_M)
+        )
+        return _Place(np.array([*level, z]), axes.T @ np.diag(spread) @ axes, source)
 
 
 class Localizer:
@@ -147,11 +178,16 @@ class Localizer:
     def __init__(self, config: LocalizationConfig | None = None) -> None:
         """Begin with nobody."""
         self.config = config or LocalizationConfig()
+        self.failures = 0
+        """People that could not be located because of an error that nothing here provides for."""
+
         self.reset()
 
     def reset(self) -> None:
         """Forget everybody."""
         self._tracks: dict[int, _Track] = {}
+        self.reasons: tuple[str, ...] = ()
+        """Why people of the last frame are not located, one a slot; empty if they are."""
 
     def update(
         self,
@@ -169,16 +205,30 @@ class Localizer:
         :param pose: where the camera is over the ground in this frame; None = as configured.
         :param depth: (H, W), registered to the image, along the camera's z:
             uint16 in millimetres or float32 in metres.
-        :returns: one a slot, None where nobody is, or it cannot be said where.
+        :returns: one a slot, None where nobody is, or it cannot be said where: then
+            :attr:`reasons` say why.
         :raises InputError: if the camera is of images of another size.
         """
         if pose is None:
             config = self.config
             pose = CameraPose.above_ground(config.camera_height, math.radians(config.camera_pitch))
         found: list[Location | None] = []
+        reasons = []
         for match, mask in zip(matches, masks, strict=True):
             camera.check_size(mask.shape)
-            found.append(self._locate(match, mask, camera, pose, depth))
+            place, why = None, ''
+            try:
+                place = self._locate(match, mask, camera, pose, depth)
+            except InputError as error:
+                why = str(error)
+            except (ArithmeticError, ValueError, cv2.error) as error:
+                # Of numbers that no door has refused; they are not to spoil what comes.
+                why = f'{type(error).__name__}: {error}'
+                self.failures += 1
+                self._tracks.pop(match.track_id, None)
+            found.append(place)
+            reasons.append(why)
+        self.reasons = tuple(reasons)
         now = {match.track_id for match in matches}
         self._tracks = {each: walk for each, walk in self._tracks.items() if each in now}
         return tuple(found)
@@ -191,8 +241,15 @@ class Localizer:
         pose: CameraPose,
         depth: DepthImage | None,
     ) -> Location | None:
+        """
+        Locate somebody.
+
+        :returns: None if it is nobody.
+        :raises InputError: if it cannot be said where they are, with the reason.
+        """
         if match.body is None or not match.track_id:
             return None
+        check_body(match.body, (mask.shape[1], mask.shape[0]))
         time_s = match.stamp_ns * 1e-9
         view = _View.of(match.body, camera, pose)
         walk = self._tracks.setdefault(match.track_id, deque())
@@ -200,35 +257,50 @@ class Localizer:
             walk.clear()
         while walk and time_s - walk[0][0] > self.config.window:
             walk.popleft()
-        place = None if depth is None else self._by_depth(view, mask, depth)
+        place, why = None, ''
+        if depth is not None:
+            try:
+                place = self._by_depth(view, mask, depth)
+            except InputError as error:
+                why = str(error)
         if place is None:
-            place = self._predicted(walk, time_s) or self._on_ground(view)
+            place = self._predicted(walk, time_s)
         if place is None:
-            return None
+            if why and not view.pose.grounded:
+                raise InputError(why)
+            try:
+                place = self._on_ground(view)
+            except InputError as error:
+                raise InputError(f'{why}, and {error}' if why else str(error)) from error
         if place.source != PREDICTED:
             information = np.linalg.inv(place.covariance[:2, :2])
             walk.append((time_s, place, np.array([time_s, *place.at[:2], *information.ravel()])))
         motion = self._motion(walk, DEPTH if place.source == PREDICTED else place.source)
         return self._location(match, view, place, motion)
 
-    def _by_depth(self, view: _View, mask: NDArray[np.uint8], depth: DepthImage) -> _Place | None:
+    def _by_depth(self, view: _View, mask: NDArray[np.uint8], depth: DepthImage) -> _Place:
         config, away = self.config, view.away
         seen = _distance_by_depth(depth, mask, view.camera, view.pose, away, config.max_distance)
         # Without the ground the soles say how low it is.
-        if seen is None or not (view.pose.grounded or view.soles[:2] @ away > 0):
-            return None
+        if not (view.pose.grounded or view.soles[:2] @ away > 0):
+            raise InputError('the soles are behind the camera')
         distance = seen + config.surface_depth
         errors = config.feet_error * view.body.height, config.depth_error * distance
         return view.place(away, distance, errors, DEPTH)
 
-    def _on_ground(self, view: _View) -> _Place | None:
+    def _on_ground(self, view: _View) -> _Place:
+        if not view.pose.grounded:
+            raise InputError('neither a depth image nor the ground says where')
         height, level = view.pose.position[2], math.hypot(*view.soles[:2])
-        # At or above the horizon, or straight below.
-        if not view.pose.grounded or view.soles[2] >= 0 or level == 0:
-            return None
+        if view.soles[2] >= 0:
+            raise InputError('the soles are at or above the horizon')
+        if level == 0:
+            raise InputError('the soles are straight below the camera')
         distance = -height / view.soles[2] * level
         if distance > self.config.max_distance:
-            return None
+            raise InputError(
+                f'{distance:.1f} m away on the ground, above localization.max_distance'
+            )
         pixels = self.config.feet_error * view.body.height
         along = pixels / view.camera.fy * (distance**2 + height**2) / height
         return view.place(view.soles[:2] / level, distance, (pixels, along), GROUND)
@@ -264,15 +336,20 @@ class Localizer:
     ) -> Location:
         turn = view.pose.rotation.T
         yaw, error = self._heading(view.away, match.azimuth, motion)
-        speed = step = None
-        if motion is not None and self._watched(match.track_id) >= _WATCHED_S:
-            speed = motion.speed
-            step = speed / (2 * match.phase_rate) if match.phase_rate > 0 else None
         middle = math.hypot(*view.middle[:2])
         distance = math.hypot(*(place.at - view.pose.position)[:2])
+        stature = view.body.height / view.camera.fy * distance / middle
+        speed = step = None
+        if motion is not None and self._watched(match.track_id) >= _WATCHED_S:
+            speed, step = _of_walker(motion.speed, match.phase_rate, stature)
+        position = turn @ (place.at - view.pose.position)
+        numbers = (*position, *place.covariance.ravel(), yaw, error, stature, speed or 0.0)
+        # Written so that what is no number is refused.
+        if not (np.linalg.norm(position) <= _FARTHEST_M and all(map(math.isfinite, numbers))):
+            raise InputError('the numbers that come are those of no place')
         return Location(
             track_id=match.track_id,
-            position=turn @ (place.at - view.pose.position),
+            position=position,
             covariance=turn @ place.covariance @ turn.T,
             heading=turn @ (math.cos(yaw), math.sin(yaw), 0.0),
             up=turn @ (0.0, 0.0, 1.0),
@@ -280,7 +357,8 @@ class Localizer:
             heading_error=error,
             speed=speed,
             step_length=step,
-            stature=view.body.height / view.camera.fy * distance / middle,
+            stature=stature,
+            distance=distance if view.levelled else float(position[2]),
             source=place.source,
         )
 
@@ -308,6 +386,19 @@ class Localizer:
         return math.atan2(joint[1], joint[0]), 1 / math.sqrt(weight + by_motion)
 
 
+def _of_walker(
+    speed: float, stride_rate: float, stature: float
+) -> tuple[float | None, float | None]:
+    """Return speed and step length, None where they are not those of somebody who walks."""
+    # Written so that what is no number is left out.
+    if not speed <= _FASTEST_M_S:
+        return None, None
+    if not _STRIDES_HZ[0] <= stride_rate <= _STRIDES_HZ[1]:
+        return speed, None
+    step = speed / (2 * stride_rate)
+    return speed, step if _STEPS[0] * stature <= step <= _STEPS[1] * stature else None
+
+
 def _fitted(
     since: Floats, places: Floats, weights: Floats, acceleration: float
 ) -> tuple[Floats, Floats]:
@@ -333,7 +424,7 @@ def _distance_by_depth(
     pose: CameraPose,
     towards: Floats,
     most: float,
-) -> float | None:
+) -> float:
     """
     Return the distance over the ground of the surface that is seen of a body, in metres.
 
@@ -345,11 +436,11 @@ def _distance_by_depth(
     :param mask: (H, W) uint8, not zero = body.
     :param towards: (2,) the horizontal direction from the camera to the body, of length 1.
     :param most: largest distance in metres.
-    :returns: None if too little of the body has a valid depth.
+    :raises InputError: if too little of the body has a valid depth.
     """
     box = Box.around(mask)
     if box is None:
-        return None
+        raise InputError('the mask is empty')
     rows, columns = box.slices(mask.shape[1], mask.shape[0])
     inside = _eroded(mask[rows, columns], _INSIDE * box.height)
     seen = np.flatnonzero(inside)
@@ -358,11 +449,18 @@ def _distance_by_depth(
     at = depth[rows, columns][y, x]
     metres = at * np.float64(1e-3) if depth.dtype == np.uint16 else at.astype(np.float64)
     valid = (metres > 0) & (metres <= most)  # What is no number is not valid.
-    if not valid.any() or valid.sum() < _LEAST_VALID * len(valid):
-        return None
+    if not valid.any():
+        raise InputError('no depth on the body')
+    if valid.sum() < _LEAST_VALID * len(valid):
+        raise InputError(
+            f'depth on {valid.mean():.0%} of the body only ({_LEAST_VALID:.0%} are needed)'
+        )
     points = np.column_stack([x, y])[valid] + (columns.start + 0.5, rows.start + 0.5)
     along = camera.rays(points) @ (pose.rotation[:2].T @ towards) * metres[valid]
-    return float(np.median(along[np.abs(along - np.median(along)) <= _REACH_M]))
+    distance = float(np.median(along[np.abs(along - np.median(along)) <= _REACH_M]))
+    if not distance > 0:
+        raise InputError('its depth does not lie where the body is seen')
+    return distance
 
 
 def _eroded(mask: NDArray[np.uint8], margin: float) -> NDArray[np.uint8]:

@@ -60,6 +60,15 @@ class LocalizerNode(JoinedNode):
         super().connect()
         self._localizing.connect()
 
+    def status(self) -> dict[str, str]:
+        """Report who is located, and why not."""
+        located = {} if self.stage is None else self._localizing.status()
+        return {**super().status(), **located}
+
+    def trouble(self) -> str:
+        """Say why nobody is located."""
+        return '' if self.stage is None else self._localizing.trouble()
+
     def process(self, frame: Parts) -> None:
         """Locate the people of a frame."""
         header = frame[slot_topic(0, 'mask')].header

@@ -85,6 +85,16 @@ class PipelineNode(CameraNode):
         located = [] if self._localizing is None else [(self._localizing.stage, 'config')]
         return [(self.stage.tracker, 'starting'), *((each, 'config') for each in stages), *located]
 
+    def status(self) -> dict[str, str]:
+        """Report who is located, and why not."""
+        localizing = None if self.stage is None else self._localizing
+        return {**super().status(), **({} if localizing is None else localizing.status())}
+
+    def trouble(self) -> str:
+        """Say why nobody is located."""
+        localizing = None if self.stage is None else self._localizing
+        return '' if localizing is None else localizing.trouble()
+
     def forget(self) -> None:
         """Forget everybody."""
         super().forget()

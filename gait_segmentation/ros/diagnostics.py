@@ -104,6 +104,7 @@ def diagnostic_message(
     now_s: float,
     now: Time,
     details: Mapping[str, str],
+    trouble: str = '',
 ) -> DiagnosticArray:
     """
     Describe how a node is doing.
@@ -112,6 +113,7 @@ def diagnostic_message(
     :param state: what it does, ``active`` if it is to work on frames.
     :param now_s: steady time in seconds, ``now`` the node's clock.
     :param details: further keys and values; ``camera``, or else the node, is the hardware.
+    :param trouble: what to warn of if frames go well, empty if there is nothing.
     """
     median, high = statistics.latency_ms()
     frames, outputs = statistics.rates_hz(now_s)
@@ -133,7 +135,7 @@ def diagnostic_message(
         'age of the last stamp (s)': f'{age:.3f}',
         **details,
     }
-    level, text = _judged(state, statistics, now_s, high)
+    level, text = _judged(state, statistics, now_s, high, trouble)
     status = DiagnosticStatus(
         level=level,
         name=name.strip('/'),
@@ -146,7 +148,9 @@ def diagnostic_message(
     return message
 
 
-def _judged(state: str, statistics: Statistics, now_s: float, late_ms: float) -> tuple[bytes, str]:
+def _judged(
+    state: str, statistics: Statistics, now_s: float, late_ms: float, trouble: str
+) -> tuple[bytes, str]:
     """Return the level and what it is for; nothing is expected of a node that is not active."""
     losses, failures = statistics.losses()
     if state == 'active' and statistics.quiet_s(now_s) > _QUIET_S:
@@ -159,4 +163,6 @@ def _judged(state: str, statistics: Statistics, now_s: float, late_ms: float) ->
         return DiagnosticStatus.WARN, f'{losses} frames lost or skipped since the last report'
     if late_ms > _LATE_MS:
         return DiagnosticStatus.WARN, f'slow: 95 % of the outputs within {late_ms:.0f} ms'
+    if trouble:
+        return DiagnosticStatus.WARN, trouble
     return DiagnosticStatus.OK, state

@@ -148,7 +148,7 @@ def claimed_shape(message: CameraMessage) -> tuple[int, int] | None:
 
 class CameraSubscription:
     """
-    A subscription that adapts to what the camera offers.
+    A subscription to images, or to what is said of them, that adapts to what the camera offers.
 
     With ``reliability: auto`` it asks for reliable delivery; if a camera offers only best
     effort, it says so once and is made anew as best effort.
@@ -158,17 +158,19 @@ class CameraSubscription:
         self,
         node: GaitNode,
         config: CameraConfig,
-        received: Callable[[CameraMessage], None],
+        received: Callable[[Any], None],
         topic: str = 'image',
+        kind: Any = Image,
     ) -> None:
         """
         Subscribe.
 
         :param received: called with every message.
+        :param kind: of the messages, if they are no images: of those the configuration says it.
         """
-        compressed = config.image_transport == 'compressed'
+        compressed = kind is Image and config.image_transport == 'compressed'
         self._node = node
-        self._type = CompressedImage if compressed else Image
+        self._type = CompressedImage if compressed else kind
         self.topic = f'{topic}/compressed' if compressed else topic
         self._received = received
         self._adapts = config.reliability == 'auto'
@@ -198,7 +200,8 @@ class CameraSubscription:
     def _subscribe(self, best_effort: bool) -> None:
         events = SubscriptionEventCallbacks(
             incompatible_qos=self._incompatible,
-            message_lost=self._lost,
+            # Of frames, which are counted.
+            message_lost=self._lost if self._type in (Image, CompressedImage) else None,
             use_default_callbacks=False,
         )
         self._subscription = subscription(
@@ -242,9 +245,10 @@ class CameraSubscription:
         if self.best_effort:
             return
         name = self._subscription.topic_name
+        images = self._type in (Image, CompressedImage)
         self._node.get_logger().info(
             f'the publisher on {name} offers best effort only: subscribing as best effort, '
-            'images may be lost'
+            f'{"images" if images else "messages"} may be lost'
         )
         self._node.destroy_subscription(self._subscription)
         self._subscribe(best_effort=True)

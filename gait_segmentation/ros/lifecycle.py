@@ -19,6 +19,7 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
+from sensor_msgs.msg import Image
 from std_srvs.srv import SetBool, Trigger
 
 from gait_segmentation.config import StageConfig
@@ -30,7 +31,6 @@ from gait_segmentation.ros.config import BankConfig, CameraConfig, NodeConfig
 from gait_segmentation.ros.diagnostics import Statistics, diagnostic_message
 from gait_segmentation.ros.endpoints import (
     BETWEEN_NODES,
-    CameraMessage,
     CameraSubscription,
     publisher,
     subscription,
@@ -160,6 +160,10 @@ class GaitNode(LifecycleNode):
             else {}
         )
 
+    def trouble(self) -> str:
+        """Return what the diagnostics are to warn of since this was last asked, empty if well."""
+        return ''
+
     def compile(self) -> None:
         """Open the bank, if the stage has one, and have all kernels compiled."""
         if self.has(BankConfig):
@@ -193,11 +197,12 @@ class GaitNode(LifecycleNode):
     def camera_input(
         self,
         config: CameraConfig,
-        received: Callable[[CameraMessage], None],
+        received: Callable[[Any], None],
         topic: str = 'image',
+        kind: Any = Image,
     ) -> None:
-        """Subscribe to images of a camera until the deactivation."""
-        made = CameraSubscription(self, config, received, topic)
+        """Subscribe to images of a camera, or what else it says, until the deactivation."""
+        made = CameraSubscription(self, config, received, topic, kind)
         self.keep_input(made.close)
         if topic == 'image':
             self.camera, self.camera_topic = made, made.topic
@@ -422,5 +427,6 @@ class GaitNode(LifecycleNode):
                 time.monotonic(),
                 self.get_clock().now().to_msg(),
                 details,
+                self.trouble(),
             )
         )

@@ -25,7 +25,6 @@ from gait_segmentation.localization import (
 )
 from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.config import CameraConfig, LocalizerNodeConfig
-from gait_segmentation.ros.endpoints import BEST_EFFORT
 from gait_segmentation.ros.fields import DEPTH
 from gait_segmentation.ros.messages import stamp_of
 
@@ -49,12 +48,17 @@ class Localizing:
         self._info: CameraInfo | None = None
         self._depths: deque[Image] = deque(maxlen=DEPTH)
         self._tf: tuple[Any, type[Exception]] | None = None
+        self._unused = ''
+        self._told = ''
+        self._trouble = ''
+        self._located = False
+        self._failures = 0
 
     def connect(self) -> None:
         """Subscribe, until the node's deactivation."""
         node = self._node
         self._depths.clear()
-        node.input(CameraInfo, 'camera_info', self._calibrated, BEST_EFFORT)
+        node.camera_input(CameraConfig(), self._calibrated, 'camera_info', CameraInfo)
         node.camera_input(CameraConfig(), self._depths.append, 'depth')
         if node.parameters.get(LocalizerNodeConfig).ground_frame:
             self._listen()
@@ -65,26 +69,74 @@ class Localizing:
         masks: Sequence[NDArray[np.uint8]],
         header: Header,
     ) -> tuple[Location | None, ...]:
-        """Locate the people of a frame, one a slot; say why if that cannot be done (worker)."""
-        nobody = (None,) * len(matches)
+        """
+        Locate the people of a frame, one a slot; say why if that cannot be done (worker).
+
+        Whatever happens here ends nothing else.
+        """
+        people = sum(match.body is not None for match in matches)
+        try:
+            locations = self._locate(matches, masks, header)
+        except GaitSegmentationError as error:
+            self._tell(0, people, str(error))
+            self._warn('location', f'nobody is located: {error}')
+        except Exception as error:  # The masks are to go on.
+            self._failures += 1
+            self.stage.reset()
+            self._tell(0, people, f'{type(error).__name__}: {error}')
+            self._warn('error', f'nobody is located: {type(error).__name__}: {error}')
+        else:
+            found = sum(location is not None for location in locations)
+            reasons = ', '.join(sorted(set(filter(None, self.stage.reasons))))
+            if reasons:
+                self._warn('located', f'located: {found} of {people}, {reasons}')
+            if reasons and self._unused:
+                reasons += f'; a depth image is not used: {self._unused}'
+            self._tell(found, people, reasons)
+            return locations
+        return (None,) * len(matches)
+
+    def status(self) -> dict[str, str]:
+        """Return how many people of the last frame are located, and why not all of them are."""
+        failures = self._failures + (0 if self.stage is None else self.stage.failures)
+        return {'located': self._told or 'no frame yet', 'location errors': str(failures)}
+
+    def trouble(self) -> str:
+        """Say why nobody was located since this was last asked, empty if somebody was."""
+        trouble = '' if self._located else self._trouble
+        self._trouble, self._located = '', False
+        return trouble
+
+    def _tell(self, found: int, people: int, why: str) -> None:
+        self._told = f'{found} of {people}' + (f', {why}' if why else '')
+        self._located = self._located or found > 0
+        if why:
+            self._trouble = f'located: {self._told}'
+
+    def _locate(
+        self,
+        matches: Sequence[MatchResult],
+        masks: Sequence[NDArray[np.uint8]],
+        header: Header,
+    ) -> tuple[Location | None, ...]:
+        """
+        Locate the people of a frame.
+
+        :raises InputError: if that cannot be done for anybody.
+        """
         if self._info is None:
             topic = self._node.resolve_topic_name('camera_info')
-            self._warn('camera_info', f'nobody is located: nothing came on {topic} so far')
-            return nobody
-        try:
-            rectified = self._node.parameters.get(LocalizerNodeConfig).rectified
-            camera = read_camera(self._info, rectified)
-            depth, pose = self._depth(header, masks), self._pose(header)
-            if not self._depths and pose is None and not self.stage.config.camera_height:
-                topic = self._node.resolve_topic_name('depth')
-                raise InputError(
-                    f'nothing came on {topic} so far, and where the ground is neither '
-                    'ground_frame nor localization.camera_height says'
-                )
-            return self.stage.update(matches, masks, camera, pose, depth)
-        except GaitSegmentationError as error:
-            self._warn('location', f'nobody is located: {error}')
-            return nobody
+            raise InputError(f'nothing came on {topic} so far')
+        rectified = self._node.parameters.get(LocalizerNodeConfig).rectified
+        camera = read_camera(self._info, rectified, masks[0].shape if masks else None)
+        depth, pose = self._depth(header, masks), self._pose(header)
+        if not self._depths and pose is None and not self.stage.config.camera_height:
+            topic = self._node.resolve_topic_name('depth')
+            raise InputError(
+                f'nothing came on {topic} so far, and where the ground is neither '
+                'ground_frame nor localization.camera_height says'
+            )
+        return self.stage.update(matches, masks, camera, pose, depth)
 
     def _warn(self, key: str, text: str) -> None:
         self._node.warnings.warn(key, text)
@@ -96,6 +148,7 @@ class Localizing:
         self, header: Header, masks: Sequence[NDArray[np.uint8]]
     ) -> NDArray[np.uint16] | NDArray[np.float32] | None:
         """Return the depth image that belongs to a frame, None if there is none that fits."""
+        self._unused = ''
         stamp_ns = stamp_of(header)
         apart = {abs(stamp_of(each.header) - stamp_ns): each for each in list(self._depths)}
         if not apart:
@@ -118,6 +171,7 @@ class Localizing:
                 )
             return read_depth(message)
         except InputError as error:
+            self._unused = str(error)
             self._warn('depth', f'a depth image is not used: {error}')
             return None
 
@@ -157,11 +211,15 @@ class Localizing:
         return CameraPose.from_quaternion((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
 
 
-def read_camera(message: CameraInfo, rectified: bool = False) -> PinholeCamera:
+def read_camera(
+    message: CameraInfo, rectified: bool = False, shape: tuple[int, ...] | None = None
+) -> PinholeCamera:
     """
-    Return the camera of a camera_info message.
+    Return the camera of a camera_info message, as its binning and region of interest leave it.
 
     :param rectified: whether the images are: then P is read, else K and D.
+    :param shape: (height, width) of the images: where it is that of the whole sensor, the
+        calibration is of these images, whatever binning and region the driver names.
     :raises InputError: if it is no camera, or its distortion is of another kind than OpenCV's.
     """
     matrix, columns, distortion = (message.p, 4, ()) if rectified else (message.k, 3, message.d)
@@ -171,6 +229,37 @@ def read_camera(message: CameraInfo, rectified: bool = False) -> PinholeCamera:
             f'{message.distortion_model[:40]!r}: rectify the images, and set rectified'
         )
     fx, cx, fy, cy = (float(matrix[k]) for k in (0, 2, columns + 1, columns + 2))
-    return PinholeCamera(
-        message.width, message.height, fx, fy, cx, cy, tuple(map(float, distortion))
+    size = message.width, message.height
+    if shape is None or tuple(shape) != size[::-1]:
+        size, (fx, cx), (fy, cy) = _cropped(message, (fx, cx), (fy, cy))
+    return PinholeCamera(*size, fx, fy, cx, cy, tuple(map(float, distortion)))
+
+
+def _cropped(
+    message: CameraInfo, across: tuple[float, float], down: tuple[float, float]
+) -> tuple[tuple[int, int], tuple[float, float], tuple[float, float]]:
+    """
+    Return the size of the images of a part of a sensor, some pixels of which are made one.
+
+    :param across: focal length and principal point of the whole sensor; ``down`` likewise.
+    :returns: width and height of the images, and the same two for them.
+    :raises InputError: if nothing is left.
+    """
+    roi, whole = message.roi, (message.width, message.height)
+    binning = max(message.binning_x, 1), max(message.binning_y, 1)
+    # All zero stands for all of it.
+    part = (roi.width, roi.height) if roi.width or roi.height else whole
+    corner = roi.x_offset, roi.y_offset
+    size = part[0] // binning[0], part[1] // binning[1]
+    fits = all(at + length <= most for at, length, most in zip(corner, part, whole, strict=True))
+    if not fits or 0 in size:
+        raise InputError(
+            f'roi and binning of camera_info must leave a part of {whole[0]} x {whole[1]}, got '
+            f'{part[0]} x {part[1]} at {corner[0]}, {corner[1]} and {binning[0]} x {binning[1]}'
+        )
+    (fx, cx), (fy, cy) = (
+        # Pixel centres are at whole numbers.
+        (focal / n, (middle - at + 0.5) / n - 0.5)
+        for (focal, middle), at, n in zip((across, down), corner, binning, strict=True)
     )
+    return size, (fx, cx), (fy, cy)

@@ -147,7 +147,7 @@ def markers_message(people: Sequence[Person], header: Header) -> MarkerArray:
         if location is None:
             continue
         tall = location.stature
-        about = [f'{match.track_id}', f'{np.linalg.norm(location.position):.1f} m']
+        about = [f'{match.track_id}', f'{location.distance:.1f} m']
         if location.speed is not None:
             about.append(f'{location.speed:.1f} m/s')
         shapes = (

@@ -27,12 +27,30 @@ def test_rays_are_the_inverse_of_the_projection() -> None:
 
 
 @pytest.mark.parametrize(
-    'change', [{'fx': 0.0}, {'fy': -1.0}, {'cx': math.nan}, {'distortion': (0.1, 0.2)}]
+    'change',
+    [
+        {'fx': 0.0},
+        {'fy': -1.0},
+        {'fy': math.nan},
+        {'fx': 1e300},
+        {'fy': 1e300},
+        {'fy': 1e-3},
+        {'cx': math.nan},
+        {'cx': -1e9},
+        {'cy': 1e30},
+        {'distortion': (0.1, 0.2)},
+    ],
 )
 def test_what_is_no_camera_is_refused(change: dict) -> None:
     given = {'width': 640, 'height': 480, 'fx': 500.0, 'fy': 500.0, 'cx': 320.0, 'cy': 240.0}
     with pytest.raises(InputError, match='camera_info must have'):
         PinholeCamera(**{**given, **change})
+
+
+def test_a_distortion_that_leads_nowhere_is_refused() -> None:
+    camera = PinholeCamera(640, 480, 500.0, 510.0, 320.0, 240.0, (-1.0, 0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match='the distortion of camera_info must give each pixel'):
+        camera.rays(np.array([(820.5, 240.5)]))
 
 
 def test_an_image_of_another_size_is_refused() -> None:
@@ -64,6 +82,10 @@ def test_a_transform_means_the_same_as_height_and_pitch() -> None:
         ((0, 0, -1.0), (0, 0, 0, 1)),
         ((0, 0, 1.0), (0, 0, 0, 0)),
         ((0, math.nan, 1.0), (0, 0, 0, 1)),
+        ((0, 0, 1e200), (0, 0, 0, 1)),
+        ((1e300, 0, 1.0), (0, 0, 0, 1)),
+        ((0, 0, 1.0), (0, 0, 0, 1e-320)),
+        ((0, 0, 1.0), (0, math.inf, 0, 1)),
     ],
 )
 def test_a_transform_that_makes_no_sense_is_refused(position: tuple, turn: tuple) -> None:

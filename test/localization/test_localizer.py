@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from functools import cache
 
 import numpy as np
@@ -15,7 +16,13 @@ from benchmarks.localization import CAMERAS, locate, true_matches
 from benchmarks.synthetic.perspective import PATHS, Walk, film
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.localization import CameraPose, Localizer, Location
+from gait_segmentation.localization import (
+    CameraPose,
+    LocalizationConfig,
+    Localizer,
+    Location,
+    PinholeCamera,
+)
 from gait_segmentation.localization.localizer import DEPTH, GROUND, PREDICTED
 from gait_segmentation.results import MatchResult
 
@@ -172,3 +179,178 @@ def test_an_image_of_another_size_than_the_cameras_is_refused() -> None:
     model, pose = CAMERAS['level']
     with pytest.raises(InputError, match='camera_info is of images of 640 x 480'):
         Localizer().update([about], [mask[::2, ::2]], model, pose)
+
+
+@pytest.mark.parametrize('config', [{'depth_error': 0.0}, {'feet_error': 0.001}])
+def test_a_place_that_is_said_to_be_exact_has_a_covariance_all_the_same(config: dict) -> None:
+    found = walked('across', 'level')
+    localizer = Localizer(LocalizationConfig(**config))
+    model, pose = CAMERAS['level']
+    for shot, about, mask in found:
+        (place,) = localizer.update([about], [mask], model, pose, shot.depth)
+        assert np.linalg.eigvalsh(place.covariance).min() > 0
+    assert place.speed is not None
+
+
+FAR_OFF = {
+    'corners of 1e38': BodyFrame(1e38, 1e38, 1e38),
+    'far to the side': BodyFrame(1e9, 240.0, 100.0),
+    'high': BodyFrame(320.0, 240.0, 1e12),
+    'nan': BodyFrame(math.nan, 240.0, 100.0),
+}
+
+
+@pytest.mark.parametrize('name', FAR_OFF)
+def test_a_body_that_no_matching_means_is_nowhere_and_others_are(name: str) -> None:
+    shot, about, mask = walked('across', 'level')[0]
+    model, pose = CAMERAS['level']
+    other = dataclasses.replace(about, track_id=2, body=FAR_OFF[name])
+    localizer = Localizer()
+    for depth in (None, shot.depth):
+        located = localizer.update([other, about], [mask] * 2, model, pose, depth)
+        assert [place and place.track_id for place in located] == [None, 1]
+        assert 'body must be finite' in localizer.reasons[0]
+        assert not localizer.reasons[1]
+    assert localizer.failures == 0
+
+
+@pytest.mark.parametrize('off', [0.0, 1e-9, 1.0])
+@pytest.mark.parametrize('grounded', [True, False])
+def test_whoever_is_straight_below_the_camera_is_not_located(off: float, grounded: bool) -> None:
+    shot, about, mask = walked('across', 'level')[0]
+    model, _ = CAMERAS['level']
+    down = CameraPose.above_ground(2.0, math.radians(90))
+    down = dataclasses.replace(down, grounded=grounded)
+    body = BodyFrame(model.cx + 0.5 + off, model.cy + 0.5, 100.0)
+    localizer = Localizer()
+    given = dataclasses.replace(about, body=body)
+    for depth in (None, shot.depth):
+        assert localizer.update([given], [mask], model, down, depth) == (None,)
+        assert localizer.reasons == ('straight below or above the camera',)
+    aside = dataclasses.replace(given, body=BodyFrame(600.0, 300.0, 100.0))
+    (place,) = localizer.update([aside], [mask], model, down, None)
+    assert (place is not None) == grounded
+
+
+def test_an_error_that_no_door_refuses_costs_one_person_only(monkeypatch) -> None:
+    shot, about, mask = walked('across', 'level')[0]
+    model, pose = CAMERAS['level']
+    other = dataclasses.replace(about, track_id=2)
+    localizer = Localizer()
+    usual = localizer._location
+
+    def spoilt(match, *rest):
+        if match.track_id == 2:
+            raise np.linalg.LinAlgError('Singular matrix')
+        return usual(match, *rest)
+
+    monkeypatch.setattr(localizer, '_location', spoilt)
+    located = localizer.update([other, about], [mask] * 2, model, pose, shot.depth)
+    assert [place and place.track_id for place in located] == [None, 1]
+    assert localizer.reasons == ('LinAlgError: Singular matrix', '')
+    assert localizer.failures == 1
+
+
+@pytest.mark.parametrize(
+    ('speed', 'stride_rate', 'has'),
+    [
+        (1.2, 0.8, ('speed', 'step_length')),
+        (1.4, 0.04, ('speed',)),
+        (1.4, 1e300, ('speed',)),
+        (0.0, 0.9, ('speed',)),
+        (3.0, 0.3, ('speed',)),
+        (1.4, 0.0, ('speed',)),
+        (17.0, 2.0, ()),
+    ],
+)
+def test_rate_and_speed_that_no_walker_has_give_no_steps(
+    speed: float, stride_rate: float, has: tuple[str, ...]
+) -> None:
+    """A robot at the side of somebody who stands sees them as fast as itself."""
+    _, about, mask = walked('across', 'level')[0]
+    model, pose = CAMERAS['level']
+    localizer = Localizer()
+    for number in range(30):
+        moved = dataclasses.replace(pose, position=np.array([0, speed * number / 30, 1.2]))
+        given = dataclasses.replace(
+            about, stamp_ns=10**9 + number * 10**9 // 30, phase_rate=stride_rate
+        )
+        (place,) = localizer.update([given], [mask], model, moved, None)
+    known = {name for name in ('speed', 'step_length') if getattr(place, name) is not None}
+    assert known == set(has)
+
+
+def part(depth: np.ndarray, seen: np.ndarray) -> None:
+    """There is a depth on 15 % of the body."""
+    rows, columns = np.nonzero(seen)
+    few = rows < np.quantile(rows, 0.85)
+    depth[rows[few], columns[few]] = 0
+
+
+def zero(depth: np.ndarray, seen: np.ndarray) -> None:
+    depth[:] = 0
+
+
+def beyond(depth: np.ndarray, seen: np.ndarray) -> None:
+    depth[:] = 1e6
+
+
+@pytest.mark.parametrize(
+    ('spoil', 'why'),
+    [
+        (zero, 'no depth on the body'),
+        (nothing, 'no depth on the body'),
+        (beyond, 'no depth on the body'),
+        (part, r'depth on 1\d % of the body only'),
+    ],
+)
+def test_it_is_said_why_depth_locates_nobody(spoil, why: str) -> None:
+    shot, about, mask = walked('across', 'level')[0]
+    model, _ = CAMERAS['level']
+    depth, localizer = shot.depth.copy(), Localizer()
+    spoil(depth, mask > 0)
+    assert localizer.update([about], [mask], model, None, depth) == (None,)
+    assert re.match(why, localizer.reasons[0].replace('%', ' %'))
+    localizer.reset()
+    assert localizer.reasons == ()
+
+
+def test_it_is_said_why_the_ground_locates_nobody() -> None:
+    _, about, mask = walked('across', 'level')[0]
+    model, pose = CAMERAS['level']
+    above = dataclasses.replace(about, body=BodyFrame(320.0, 10.0, 100.0))
+    far = dataclasses.replace(about, body=BodyFrame(320.0, model.cy + 1 - 50, 100.0))
+    localizer = Localizer()
+    assert localizer.update([above, far], [mask] * 2, model, pose) == (None, None)
+    assert localizer.reasons[0] == 'the soles are at or above the horizon'
+    assert 'above localization.max_distance' in localizer.reasons[1]
+    assert localizer.update([about], [mask], model) == (None,)
+    assert localizer.reasons == ('neither a depth image nor the ground says where',)
+
+
+@pytest.mark.parametrize('pitch', [0.0, 20.0])
+@pytest.mark.parametrize('height', [0.0, 2.2])
+def test_the_distance_is_that_on_the_ground_where_the_camera_is_known(
+    pitch: float, height: float
+) -> None:
+    """The place of somebody to the side, 2.2 m below the camera."""
+    model = PinholeCamera(640, 480, 500.0, 500.0, 320.0, 240.0)
+    pose = CameraPose.above_ground(height, math.radians(pitch))
+    wanted = np.array([4.0, -2.0, height - 2.2])
+    ahead = (wanted - pose.position) @ pose.rotation
+    x, y = 500 * ahead[:2] / ahead[2] + 240.5 + np.array([80, 0])
+    top = (wanted + np.array([0, 0, 1.7]) - pose.position) @ pose.rotation
+    up = 500 * top[1] / top[2] + 240.5
+    _, about, _ = walked('across', 'level')[0]
+    body = BodyFrame(x, (y + up) / 2, y - up)
+    mask = np.zeros((480, 640), np.uint8)
+    mask[int(up) + 1 : int(y), int(x) - 10 : int(x) + 10] = 255
+    depth = np.full(mask.shape, ahead[2], np.float32)
+    given = dataclasses.replace(about, body=body)
+    (place,) = Localizer().update([given], [mask], model, pose, depth)
+    level = place.position - place.position @ place.up * place.up
+    if height or pitch:
+        assert place.distance == pytest.approx(np.linalg.norm(level))
+        assert place.distance < np.linalg.norm(place.position) - 0.2
+    else:
+        assert place.distance == place.position[2]

@@ -10,14 +10,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image, JointState, RegionOfInterest
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import ImageMarker, Marker, MarkerArray
 
+from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.nodes.localizer_node import LocalizerNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
+from gait_segmentation.ros.localizing import read_camera
 from gait_segmentation.ros.messages import box_message, image_message
 from test.nodes.bench import Bench, frame, header
 
@@ -60,18 +64,35 @@ class Places:
             if each.topic_name.lstrip('/') in OUTPUTS:
                 bench.until(lambda p=each: p.get_subscription_count() > 0, each.topic_name)
 
-    def show(self, index: int, track_id: int = 7, size: tuple[int, int] = SIZE) -> dict:
+    def told(self) -> tuple[bytes, str, dict[str, str]]:
+        """Return what the diagnostics say: the level, the message and all values."""
+        told = self.bench.received.setdefault('/diagnostics', [])
+        if not told:
+            self.bench.record(DiagnosticArray, '/diagnostics')
+        self.node._report()
+        count = len(told)
+        self.bench.until(lambda: len(told) > count, 'diagnostics')
+        (status,) = told[-1].status
+        return status.level, status.message, {each.key: each.value for each in status.values}
+
+    def show(
+        self,
+        index: int,
+        track_id: int = 7,
+        size: tuple[int, int] = SIZE,
+        body: BodyFrame | None = None,
+    ) -> dict:
         """Hand over somebody who crosses 4 m away; return what comes."""
         before = {topic: len(self.bench.received[topic]) for topic in OUTPUTS}
         about = header(index)
         # Soles 1 m below the camera, in the middle at the frame 0, 1.2 m/s to the right.
         x = 80 + 40 * 0.04 * index
-        body = BodyFrame(x, 60 + 40 * GROUND_Y - 34, 68)
+        body = body or BodyFrame(x, 60 + 40 * GROUND_Y - 34, 68)
         mask = np.zeros(size[::-1], np.uint8)
         mask[35:98, int(x) - 8 : int(x) + 8] = 255
         gait = JointState(header=about, name=['gait_phase', 'view_azimuth'], position=[0.0, 0.0])
         gait.velocity, gait.effort = [2 * np.pi * 0.8, 0.0], [1.0, 0.9]
-        corners = body.corners(20) if track_id else ()
+        corners = body.corners(0.3 * body.height) if track_id else ()
         self.node._part('person_0/matched_box', box_message(corners, track_id, about))
         self.node._part('person_0/gait', gait if track_id else JointState(header=about))
         self.node._part('person_0/mask', image_message(mask, about))
@@ -161,6 +182,151 @@ def test_what_does_not_fit_is_said_once_and_boxes_go_on(bench: Bench, name: str,
     assert places.node.statistics.failed == 0
 
 
+NOWHERE = {
+    'fy 1e300': (
+        info(k=[FOCAL, 0.0, 79.5, 0.0, 1e300, 59.5, 0.0, 0.0, 1.0]),
+        {},
+        None,
+        'fy 1e+300',
+    ),
+    'fy nan': (info(k=[FOCAL, 0.0, 79.5, 0.0, np.nan, 59.5, 0.0, 0.0, 1.0]), {}, None, 'fy nan'),
+    'no calibration': (info(k=[0.0] * 9), {}, None, 'fx 0, fy 0, cx 0'),
+    'box of 1e38': (info(), {}, BodyFrame(1e37, 1e37, 1e38), 'body must be finite, at most'),
+    'depth zero': (info(), {'data': bytes(2 * SIZE[0] * SIZE[1])}, None, 'no depth on the body'),
+    'no camera_info': (None, {}, None, 'nothing came on /camera_info so far'),
+    'depth in feet': (info(), {'encoding': '64FC1'}, None, "32FC1, got '64FC1'"),
+}
+
+
+@pytest.mark.parametrize('name', NOWHERE)
+def test_whatever_comes_the_node_goes_on_and_says_why_nobody_is_located(
+    bench: Bench, name: str, capfd
+) -> None:
+    about, changes, body, why = NOWHERE[name]
+    places = Places(bench)
+    if about is not None:
+        places.node._localizing._calibrated(about)
+    places.node._localizing._depths.append(depth(0, **changes))
+    new = places.show(0, body=body)
+    assert new['person_0/pose'] == []
+    assert len(new['boxes'][0].points) == 8
+    level, message, values = places.told()
+    assert level == DiagnosticStatus.WARN
+    assert message.startswith('located: 0 of 1, ')
+    assert why in message
+    assert why in values['located']
+    assert values['location errors'] == '0'
+    assert why in capfd.readouterr().err
+    # As soon as all is well, it is said so.
+    places.node._localizing._calibrated(info())
+    places.node._localizing._depths.append(depth(1))
+    assert len(places.show(1)['person_0/pose']) == 1
+    level, _, values = places.told()
+    assert (level, values['located']) == (DiagnosticStatus.OK, '1 of 1')
+
+
+def test_an_exact_depth_ends_nothing(bench: Bench) -> None:
+    places = Places(bench, **{'localization.depth_error': 0.0})
+    places.node._localizing._calibrated(info())
+    for index in range(20):
+        places.node._localizing._depths.append(depth(index))
+        assert len(places.show(index)['person_0/pose']) == 1
+
+
+def test_an_error_nobody_thought_of_is_counted_and_boxes_go_on(
+    bench: Bench, monkeypatch, capfd
+) -> None:
+    places = Places(bench, **{'localization.camera_height': GROUND_Y})
+    places.node._localizing._calibrated(info())
+
+    def fail(*_: Any) -> Any:
+        raise RuntimeError('the ground is gone')
+
+    with monkeypatch.context() as patched:
+        patched.setattr(places.node._localizing, '_pose', fail)
+        for index in range(3):
+            new = places.show(index)
+            assert (len(new['boxes'][0].points), new['person_0/pose']) == (8, [])
+    said = 'nobody is located: RuntimeError: the ground is gone'
+    assert capfd.readouterr().err.count(said) == 1
+    assert places.told()[2]['location errors'] == '3'
+    assert len(places.show(3)['person_0/pose']) == 1
+    assert places.node.statistics.failed == 0
+
+
+def region(*corner_and_size: int) -> RegionOfInterest:
+    x, y, width, height = corner_and_size
+    return RegionOfInterest(x_offset=x, y_offset=y, width=width, height=height)
+
+
+SENSOR = {'width': 640, 'height': 480}
+PARTS = {
+    'binning': (2, 2, None, (159.5, 119.5), FOCAL * 2, {'width': 320, 'height': 240}),
+    'coarser binning': (4, 4, None, (319.5, 239.5), FOCAL * 4, SENSOR),
+    'binning of a region': (2, 2, region(100, 60, 320, 240), (259.5, 179.5), FOCAL * 2, SENSOR),
+    'region': (0, 0, region(240, 180, 160, 120), (319.5, 239.5), FOCAL, SENSOR),
+    'region, binning 1': (1, 1, region(240, 180, 160, 120), (319.5, 239.5), FOCAL, SENSOR),
+    'of the images already': (2, 2, None, (79.5, 59.5), FOCAL, {}),
+}
+
+
+@pytest.mark.parametrize('rectified', [False, True])
+@pytest.mark.parametrize('name', PARTS)
+def test_binning_and_region_of_the_sensor_change_the_calibration(
+    name: str, rectified: bool
+) -> None:
+    across, down, roi, (cx, cy), focal, size = PARTS[name]
+    about = info(
+        k=[focal, 0.0, cx, 0.0, focal, cy, 0.0, 0.0, 1.0],
+        p=[focal, 0.0, cx, 0.0, 0.0, focal, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+        binning_x=across,
+        binning_y=down,
+        roi=roi or RegionOfInterest(),
+        **size,
+    )
+    camera = read_camera(about, rectified, SIZE[::-1])
+    camera.check_size(SIZE[::-1])
+    assert (camera.fx, camera.fy) == (FOCAL, FOCAL)
+    assert (camera.cx, camera.cy) == pytest.approx((79.5, 59.5), abs=0.51)
+
+
+@pytest.mark.parametrize(
+    'change',
+    [
+        {'roi': region(600, 0, 160, 120)},
+        {'roi': region(0, 0, 2**32 - 1, 2**32 - 1)},
+        {'roi': region(0, 0, 160, 0)},
+        {'binning_x': 2**32 - 1},
+    ],
+)
+def test_a_part_that_is_none_of_the_sensor_is_refused(change: dict) -> None:
+    with pytest.raises(InputError, match='must leave a part of 640 x 480, got'):
+        read_camera(info(**SENSOR, **change), shape=SIZE[::-1])
+
+
+def test_camera_info_is_subscribed_to_reliably_where_that_is_offered(bench: Bench) -> None:
+    places = Places(bench)
+    offered = bench.publisher(CameraInfo, 'camera_info', 1)
+    (made,) = bench.probe.get_subscriptions_info_by_topic('/camera_info')
+    assert made.qos_profile.reliability == ReliabilityPolicy.RELIABLE
+    offered.publish(info())
+    bench.until(lambda: places.node._localizing._info is not None, 'camera_info')
+
+
+def test_a_camera_info_that_comes_best_effort_is_taken_all_the_same(bench: Bench) -> None:
+    places = Places(bench)
+    profile = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+    offered = bench.publisher(CameraInfo, 'camera_info', 1, profile)
+
+    def known() -> bool:
+        offered.publish(info())
+        return places.node._localizing._info is not None
+
+    bench.until(known, 'camera_info')
+    assert places.node.statistics.lost == 0
+    assert places.node.trigger_deactivate() == places.node.trigger_activate()
+
+
 def test_without_depth_and_ground_it_is_said_what_is_missing(bench: Bench, capfd) -> None:
     places = Places(bench)
     places.node._localizing._calibrated(info())
@@ -248,6 +414,26 @@ def test_without_tf2_it_is_said_what_is_missing(bench: Bench, monkeypatch, capfd
     places.node._localizing._calibrated(info())
     assert places.show(0)['person_0/pose'] == []
     assert 'ground_frame needs the Python package tf2_ros' in capfd.readouterr().err
+
+
+def test_the_masks_of_the_pipeline_go_on_whatever_comes(bench: Bench, monkeypatch) -> None:
+    node = bench.add(PipelineNode, localize=True, **{'localization.camera_height': 1.0})
+    masks = bench.record(Image, 'mask')
+    boxes = bench.record(ImageMarker, 'boxes')
+    camera = bench.publisher(Image, 'image', 1)
+    node._localizing._calibrated(info())
+
+    def fail(*_: Any) -> Any:
+        raise RuntimeError('gone')
+
+    monkeypatch.setattr(node._localizing.stage, 'update', fail)
+    for index in range(3):
+        camera.publish(frame(index))
+        bench.until(lambda count=index + 1: len(boxes) == count, 'boxes')
+    bench.settle()
+    assert [each.header for each in masks] == [header(index) for index in range(3)]
+    assert node.status()['location errors'] == '3'
+    assert 'RuntimeError: gone' in node.trouble()
 
 
 def test_the_pipeline_locates_if_asked_to(bench: Bench) -> None:

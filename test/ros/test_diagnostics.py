@@ -52,6 +52,18 @@ def test_the_level_says_what_is_wrong() -> None:
     assert judged(statistics) == (DiagnosticStatus.WARN, 'slow: 95 % of the outputs within 400 ms')
 
 
+def test_what_a_node_has_to_say_is_a_warning_where_frames_go_well() -> None:
+    statistics = Statistics()
+    statistics.arrived(9.0, 9_000_000_000)
+    for failed, wanted in ((0, 'located: 0 of 1, why'), (1, '1 frames could not be used')):
+        statistics.failed = failed
+        message = diagnostic_message(
+            '/a', 'active', statistics, 10.0, Time(sec=10), {}, 'located: 0 of 1, why'
+        )
+        assert message.status[0].level == DiagnosticStatus.WARN
+        assert message.status[0].message.startswith(wanted)
+
+
 def test_without_a_first_frame_a_node_is_stale_three_seconds_after_its_activation() -> None:
     statistics = Statistics()
     statistics.expect(10.0)

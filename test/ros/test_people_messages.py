@@ -83,6 +83,7 @@ def location(heading: tuple[float, float, float] = (-1, 0, 0), **changes: Any) -
         'speed': 1.3,
         'step_length': None,
         'stature': 1.75,
+        'distance': 4.5,
         'source': 'depth',
     }
     return Location(**{**about, **changes})
@@ -154,7 +155,7 @@ def test_boxes_and_markers_have_the_colours_of_the_tracks() -> None:
     _, body, heading, about = markers_message(people(), HEADER).markers
     assert body.color.r == boxes.outline_colors[0].r
     assert (body.scale.z, heading.scale.x) == (1.75, 1.0)
-    assert about.text == '7  5.2 m  1.3 m/s'
+    assert about.text == '7  4.5 m  1.3 m/s'
 
 
 def track(track_id: int, box: Box | None, confidence: float = 0.75) -> TrackResult:
