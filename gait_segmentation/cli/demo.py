@@ -27,7 +27,13 @@ from gait_segmentation.cli.tool import (
 )
 from gait_segmentation.drawing import track_colour
 from gait_segmentation.errors import ConfigError, SequenceError
-from gait_segmentation.files.output_files import keep_apart, write_file, write_picture
+from gait_segmentation.files.output_files import (
+    is_own_picture,
+    keep_apart,
+    keep_others,
+    write_file,
+    write_picture,
+)
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource, open_input
 from gait_segmentation.people import MOST_PEOPLE
@@ -105,6 +111,8 @@ def _demonstrate(options: argparse.Namespace) -> None:
         kind.check(path)
         if kind.is_there(path) and not (out / 'report.json').is_file():
             raise ConfigError(f'{path} was not made by gait_demo: choose another --out')
+    own = [('report.json', _is_report), ('contact_sheet.png', is_own_picture)]
+    keep_others([('--out', out / name, is_own) for name, is_own in own], 'gait_demo')
     # Here, so that --help needs no ROS.
     from gait_segmentation.cli.live import play
 
@@ -136,6 +144,10 @@ def _demonstrate(options: argparse.Namespace) -> None:
         f'{len(answered)} of {played} frames answered, {seen} with a silhouette; latency '
         f'{median:.0f} ms, 95 % within {high:.0f} ms; see {out}'
     )
+
+
+def _is_report(head: bytes) -> bool:
+    return b'"frames_played": ' in head
 
 
 def _film_and_box(

@@ -18,9 +18,11 @@ from gait_segmentation.cli.settings import Settings, read_parameter_file
 from gait_segmentation.cli.tool import (
     FAILED,
     INTERRUPTED,
+    PROCESSORS,
     READING,
     add_config_options,
     add_reading_options,
+    check_ranges,
     command_parser,
     preset_file,
     run_tool,
@@ -125,10 +127,7 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
 
     :raises ConfigError: if an option cannot be used.
     """
-    if options.jobs < 1 or options.threads < 1:
-        raise ConfigError(
-            f'--jobs and --threads must be at least 1, got {options.jobs} and {options.threads}'
-        )
+    check_ranges(options, {'jobs': PROCESSORS, 'threads': PROCESSORS})
     settings = Settings()
     for path in (options.preset and preset_file(options.preset), options.params):
         if path is not None:

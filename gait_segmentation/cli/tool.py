@@ -9,7 +9,7 @@ import contextlib
 import os
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -28,12 +28,14 @@ __all__ = [
     'FAILED',
     'INTERRUPTED',
     'POLL_S',
+    'PROCESSORS',
     'READING',
     'add_config_options',
     'add_preset_option',
     'add_reading_options',
     'add_spec_options',
     'check_file',
+    'check_ranges',
     'command_parser',
     'make_folder',
     'preset_file',
@@ -44,6 +46,9 @@ __all__ = [
 
 READING = ('topic', 'width', 'start', 'count', 'rate', 'max_pixels')
 """Options that are arguments of :func:`gait_segmentation.inputs.open_input`."""
+
+PROCESSORS = (1, 1024)
+"""How many threads or processes may be asked for."""
 
 POLL_S = 0.05
 """How often commands look whether what they wait for is so."""
@@ -180,6 +185,22 @@ def add_reading_options(parser: argparse.ArgumentParser, rate: str) -> None:
         'decoded if OPENCV_IO_MAX_IMAGE_PIXELS says so (%(default)s)',
     )
     add('--rate', type=float, default=0.0, metavar='HZ', help=f'frames per second ({rate})')
+
+
+def check_ranges(options: argparse.Namespace, ranges: Mapping[str, tuple[float, float]]) -> None:
+    """
+    Refuse options with numbers that are not allowed.
+
+    :param ranges: the least and the largest by the name of the option.
+    :raises ConfigError: at the first such option, with what is allowed.
+    """
+    for name, (low, high) in ranges.items():
+        value = getattr(options, name)
+        # Written so that what is no number is refused.
+        if not low <= value <= high:
+            raise ConfigError(
+                f'--{name.replace("_", "-")} must be from {low:g} to {high:g}, got {value}'
+            )
 
 
 def scaled_box(box: Box | None, source: ImageSource) -> Box | None:

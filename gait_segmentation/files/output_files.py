@@ -5,8 +5,10 @@
 from __future__ import annotations
 
 import os
+import struct
 import threading
-from collections.abc import Iterable, Iterator
+import zlib
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -16,7 +18,25 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import ConfigError, GaitSegmentationError, SequenceError
 
-__all__ = ['keep_apart', 'named', 'problem_of', 'write_file', 'write_picture', 'writing']
+__all__ = [
+    'is_own_picture',
+    'keep_apart',
+    'keep_others',
+    'named',
+    'problem_of',
+    'write_file',
+    'write_picture',
+    'writing',
+]
+
+_HEAD = 4096
+"""Bytes of a file by which its kind is told."""
+
+_PNG_HEADER = 33
+"""Length of the signature of a PNG and its first part, which describes the image."""
+
+_MARK = b'tEXtSoftware\0gait_segmentation'
+"""Of the PNGs that are written here."""
 
 
 def keep_apart(outputs: Iterable[tuple[str, Path | None]], inputs: Iterable[Path]) -> None:
@@ -47,6 +67,39 @@ def keep_apart(outputs: Iterable[tuple[str, Path | None]], inputs: Iterable[Path
                     f'{name} {path} {how} the input {given}, which would be changed: choose '
                     'another place'
                 )
+
+
+def keep_others(
+    outputs: Iterable[tuple[str, Path | None, Callable[[bytes], bool]]], maker: str
+) -> None:
+    """
+    Refuse outputs that would replace a file of another kind: somebody else's.
+
+    Empty files are replaced, and what is no usual file, such as a device, is not looked at.
+
+    :param outputs: what is said of each file to be written, where it is to be, None if it is not
+        wanted, and what says of the first bytes of a file whether it is of the kind.
+    :param maker: the command that makes them.
+    :raises ConfigError: if there is such a file.
+    """
+    for name, path, is_own in outputs:
+        if path is None or not path.is_file():
+            continue
+        try:
+            with path.open('rb') as file:
+                head = file.read(_HEAD)
+        except OSError as error:
+            raise ConfigError(f'{path} cannot be read: {error.strerror}') from error
+        if head and not is_own(head):
+            raise ConfigError(
+                f'{name} {path} was not made by {maker} and is not replaced: remove it or choose '
+                'another place'
+            )
+
+
+def is_own_picture(head: bytes) -> bool:
+    """Return whether a file begins as :func:`write_picture` writes PNGs."""
+    return _MARK in head
 
 
 def _is_same(one: Path, two: Path) -> bool:
@@ -115,7 +168,7 @@ def write_picture(
     path: Path, image: NDArray[np.uint8], kind: type[GaitSegmentationError] = SequenceError
 ) -> None:
     """
-    Write an image file of the format that its name says.
+    Write an image file of the format that its name says; a PNG says that it is from here.
 
     :raises GaitSegmentationError: of the kind, if it cannot be written.
     """
@@ -128,4 +181,13 @@ def write_picture(
             f'{path} cannot be written: its name must end in .png or another format OpenCV writes'
         )
     with writing(path, kind):
-        write_file(path, data.tobytes())
+        write_file(path, _marked(data.tobytes()))
+
+
+def _marked(data: bytes) -> bytes:
+    """Return a PNG that says where it is from, and another file as it is."""
+    if not data.startswith(b'\x89PNG'):
+        return data
+    text = _MARK[4:]
+    part = struct.pack('>I', len(text)) + _MARK + struct.pack('>I', zlib.crc32(_MARK))
+    return data[:_PNG_HEADER] + part + data[_PNG_HEADER:]

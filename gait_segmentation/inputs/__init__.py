@@ -13,9 +13,9 @@ from gait_segmentation.errors import SequenceError
 from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.inputs.bag import BagSource, is_bag
 from gait_segmentation.inputs.film import FilmSource, FolderSource
-from gait_segmentation.inputs.source import DamagedError, Frame, ImageSource
+from gait_segmentation.inputs.source import DamagedError, Frame, ImageSource, check_rate
 
-__all__ = ['DamagedError', 'Frame', 'ImageSource', 'open_input']
+__all__ = ['DamagedError', 'Frame', 'ImageSource', 'check_rate', 'open_input']
 
 
 def open_input(
@@ -38,7 +38,7 @@ def open_input(
     :param start: first frame wanted, counted from 0.
     :param count: number of frames wanted, None for all that follow.
     :param rate: frames per second of a film or a folder; 0: what the film says, 30 in a folder.
-        Bags have stamps and no rate.
+        Bags have stamps and no rate. From 0.01 to 1000.
     :param max_pixels: how many a frame may have; one that claims more is not decoded.
     :raises SequenceError: if the input is missing, holds no images, or has no such frames.
     """

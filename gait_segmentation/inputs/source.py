@@ -18,12 +18,25 @@ from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.reading import regular
 from gait_segmentation.sizes import shrink
 
-__all__ = ['DEFAULT_FPS', 'DamagedError', 'Entry', 'Frame', 'ImageSource', 'check_file']
+__all__ = [
+    'DEFAULT_FPS',
+    'DamagedError',
+    'Entry',
+    'Frame',
+    'ImageSource',
+    'check_file',
+    'check_rate',
+]
 
 Shape = tuple[int, int]
 
 DEFAULT_FPS = 30.0
 """Of what does not say how fast it is."""
+
+
+_RATES_HZ = (0.01, 1000.0)
+_MOST_FRAMES, _MOST_WIDTH, _MOST_PIXELS = 2**31 - 1, 1 << 16, 1 << 30
+"""Beyond what any input has, and within what all that counts them can hold."""
 
 
 class DamagedError(SequenceError):
@@ -68,6 +81,18 @@ class Frame:
     problem: str = ''
 
 
+def check_rate(rate: float) -> None:
+    """
+    Refuse rates at which nothing is played.
+
+    :raises SequenceError: if it is neither 0, which stands for the input's own, nor possible.
+    """
+    # Written so that what is no number is refused.
+    if rate != 0 and not _RATES_HZ[0] <= rate <= _RATES_HZ[1]:
+        low, high = _RATES_HZ
+        raise SequenceError(f'rate must be 0, or from {low:g} to {high:g} Hz, got {rate:g}')
+
+
 def check_file(path: Path) -> None:
     """
     Refuse what would block whoever opens it.
@@ -110,16 +135,15 @@ class ImageSource(ABC):
         self._width = width
         self._rate = rate
         self._max_pixels = max_pixels
-        if not 0 <= rate <= 1000:
-            raise SequenceError(f'rate must be from 0 to 1000 Hz, got {rate:g}')
-        for name, value, least in (
-            ('start', start, 0),
-            ('count', count, 1),
-            ('width', width, 0),
-            ('max_pixels', max_pixels, 1),
+        check_rate(rate)
+        for name, value, least, most in (
+            ('start', start, 0, _MOST_FRAMES),
+            ('count', count, 1, _MOST_FRAMES),
+            ('width', width, 0, _MOST_WIDTH),
+            ('max_pixels', max_pixels, 1, _MOST_PIXELS),
         ):
-            if value is not None and value < least:
-                raise SequenceError(f'{name} must be at least {least}, got {value}')
+            if value is not None and not least <= value <= most:
+                raise SequenceError(f'{name} must be from {least} to {most}, got {value}')
         if not path.exists():
             raise SequenceError(f'{path} does not exist')
         if not path.is_dir():

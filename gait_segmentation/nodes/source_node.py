@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 import time
 from collections.abc import Iterator
@@ -24,10 +25,16 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from gait_segmentation.cli.tool import POLL_S, READING, add_reading_options, command_parser
+from gait_segmentation.cli.tool import (
+    POLL_S,
+    READING,
+    add_reading_options,
+    check_ranges,
+    command_parser,
+)
 from gait_segmentation.errors import GaitSegmentationError, SequenceError
-from gait_segmentation.files.output_files import keep_apart, named, problem_of
-from gait_segmentation.inputs import DamagedError, Frame, ImageSource, open_input
+from gait_segmentation.files.output_files import keep_apart, keep_others, named, problem_of
+from gait_segmentation.inputs import DamagedError, Frame, ImageSource, check_rate, open_input
 from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.endpoints import BETWEEN_NODES
 from gait_segmentation.ros.messages import image_message, stamp_of
@@ -38,6 +45,11 @@ __all__ = ['main', 'parser', 'publish_input']
 _FLOW_OUT_S = 10
 _LONGEST_GAP_S = 5.0
 """Pauses of a recording that are kept; longer ones are taken for a new recording."""
+
+_DAY_S = 86400.0
+_RANGES = {'wait_for': (0, 1000), 'wait_timeout': (0.0, _DAY_S), 'delay': (0.0, _DAY_S)}
+_STAMPS = re.compile(rb'\d+ -?\d+\n')
+"""Beginning of a file of stamps."""
 
 
 _DESCRIPTION = """\
@@ -142,17 +154,18 @@ def publish_input(options: argparse.Namespace, node: Node) -> int:
     :raises SequenceError: if the input cannot be used or nobody subscribes in time.
     :raises DamagedError: where the input breaks off, after all frames before.
     """
+    check_ranges(options, _RANGES)
+    check_rate(options.rate)
     keep_apart([('--stamps', options.stamps)], [options.input])
+    keep_others([('--stamps', options.stamps, _are_stamps)], 'gait_source')
     reading = {name: getattr(options, name) for name in READING if name != 'rate'}
     source = open_input(options.input, **reading)
-    if options.rate < 0:
-        raise SequenceError(f'--rate must be positive, got {options.rate:g}')
     pace = Pace(1 / (options.rate or source.fps), by_stamp=not options.rate)
     frames = _frames(source, options.loop, options.preload)
     images = node.create_publisher(Image, 'image', BETWEEN_NODES)
     clock = node.create_publisher(Clock, '/clock', BETWEEN_NODES) if options.clock else None
     _wait_for(node, images, options.wait_for, options.wait_timeout)
-    time.sleep(max(options.delay, 0.0))
+    time.sleep(options.delay)
     published = 0
     # Not buffered, so that nothing waits to be written when it is closed.
     with open(options.stamps or os.devnull, 'wb', buffering=0) as stamps:
@@ -181,6 +194,10 @@ def publish_input(options: argparse.Namespace, node: Node) -> int:
     if node.context.ok():
         images.wait_for_all_acked(Duration(seconds=_FLOW_OUT_S))
     return published
+
+
+def _are_stamps(head: bytes) -> bool:
+    return _STAMPS.match(head) is not None
 
 
 def _frames(source: ImageSource, loop: bool, preload: bool) -> Iterator[Frame]:

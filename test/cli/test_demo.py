@@ -159,6 +159,8 @@ def test_what_became_of_lost_frames_is_told() -> None:
         (['--clip', 'film', '--box', '1', '1', '9', '9', '--people', '0'], 'from 1 to 16'),
         (['--clip', 'film', '--out', 'letter/x'], 'nothing can be written'),
         (['--clip', 'film', '--rate', '-1'], 'rate'),
+        (['--clip', 'film', '--rate', '1e-300'], 'rate must be 0, or from 0.01 to 1000 Hz'),
+        (['--clip', 'film', '--start', str(10**21)], 'start must be from 0 to 2147483647'),
         (['--clip', 'film', '--out', 'letter'], 'nothing can be written'),
     ],
 )
@@ -186,3 +188,13 @@ def test_neither_the_film_nor_other_images_are_overwritten(
     assert main(['--clip', str(folder), *box, '--out', str(tmp_path)]) == 2
     assert f'{place.parent} was not made by' in capsys.readouterr().err
     assert list(tmp_path.rglob('*.*')) == [place]
+
+
+@pytest.mark.parametrize('name', ['report.json', 'contact_sheet.png'])
+def test_what_others_have_put_there_is_not_overwritten(
+    film, name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / name).write_text('{"mine": 1}')
+    assert main(['--clip', str(film[0]), *film[1], '--out', str(tmp_path)]) == 2
+    assert f'{name} was not made by gait_demo and is not replaced' in capsys.readouterr().err
+    assert (tmp_path / name).read_text() == '{"mine": 1}'

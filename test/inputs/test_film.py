@@ -69,9 +69,24 @@ def test_the_rate_of_a_folder_can_be_told(folder: Path) -> None:
     stamps = [frame.stamp_ns for frame in open_input(folder, rate=8).frames()]
     assert stamps == [125_000_000 * (index + 1) for index in range(len(stamps))]
     assert open_input(folder, rate=8).fps == 8
-    for wrong in (-1, float('nan')):
-        with pytest.raises(SequenceError, match='rate must be from 0 to 1000 Hz'):
+    for wrong in (-1, float('nan'), 1e-300, 1e-3, 1e300, float('inf')):
+        with pytest.raises(SequenceError, match=r'rate must be 0, or from 0\.01 to 1000 Hz'):
             open_input(folder, rate=wrong)
+
+
+@pytest.mark.parametrize(
+    ('given', 'allowed'),
+    [
+        ({'start': 10**21}, 'start must be from 0 to 2147483647'),
+        ({'start': -1}, 'start must be from 0 to'),
+        ({'count': 10**21}, 'count must be from 1 to'),
+        ({'width': 10**9}, 'width must be from 0 to 65536'),
+        ({'max_pixels': 10**30}, 'max_pixels must be from 1 to'),
+    ],
+)
+def test_numbers_that_no_input_has_are_refused(folder: Path, given: dict, allowed: str) -> None:
+    with pytest.raises(SequenceError, match=f'{allowed}.*, got {next(iter(given.values()))}$'):
+        open_input(folder, **given)
 
 
 def test_only_bags_have_topics(folder: Path) -> None:
@@ -136,7 +151,7 @@ def test_what_cannot_be_used_is_an_error(folder: Path, tmp_path: Path) -> None:
         open_input(tmp_path / 'nowhere')
     with pytest.raises(SequenceError, match='has no frame 9'):
         open_input(folder, start=9)
-    with pytest.raises(SequenceError, match='count must be at least 1, got 0'):
+    with pytest.raises(SequenceError, match='count must be from 1 to 2147483647, got 0'):
         open_input(folder, count=0)
     with pytest.raises(SequenceError, match='cannot be read as a film'):
         open_input(folder / 'notes.txt')
@@ -197,7 +212,7 @@ def test_frames_that_claim_too_many_pixels_are_refused(folder: Path, tmp_path: P
         open_input(film, max_pixels=64 * 48 - 1)
     with pytest.raises(SequenceError, match=r'\d\.png: .* at most 2399 pixels .* 60 x 40'):
         open_input(folder, max_pixels=2399)
-    with pytest.raises(SequenceError, match='max_pixels must be at least 1, got 0'):
+    with pytest.raises(SequenceError, match='max_pixels must be from 1 to 1073741824, got 0'):
         open_input(folder, max_pixels=0)
     (folder / '7.png').write_bytes(HUGE['png of zeros'])
     with pytest.raises(SequenceError, match=r'7\.png: image must have at most'):

@@ -172,6 +172,39 @@ def test_the_pace_follows_the_stamps_or_the_rate() -> None:
     assert [even.due_s(stamp, 1.0) for stamp in (5, 6, 500)] == pytest.approx([1.0, 1.1, 1.2])
 
 
+@pytest.mark.parametrize(
+    ('options', 'reason'),
+    [
+        (['--delay', 'nan'], '--delay must be from 0 to 86400, got nan'),
+        (['--delay', '-1'], '--delay must be from 0 to 86400, got -1.0'),
+        (['--delay', 'inf'], '--delay must be from 0 to 86400, got inf'),
+        (['--wait-timeout', 'nan'], '--wait-timeout must be from 0 to 86400, got nan'),
+        (['--wait-for', '-1'], '--wait-for must be from 0 to 1000, got -1'),
+        (['--rate', '1e-300'], 'rate must be 0, or from 0.01 to 1000 Hz, got 1e-300'),
+        (['--rate', 'nan'], 'rate must be 0, or from 0.01 to 1000 Hz, got nan'),
+        (['--start', str(10**21)], 'start must be from 0 to 2147483647'),
+    ],
+)
+def test_gait_source_refuses_odd_numbers(options: list[str], reason: str) -> None:
+    given = parser().parse_args([str(ROOT / 'docs/images'), *options])
+    with pytest.raises((ConfigError, SequenceError), match=re.escape(reason)):
+        publish_input(given, SimpleNamespace())
+
+
+@pytest.mark.parametrize('content', [b'a film', b'1,2\n', b'\x00' * 99, b'0 1000 2\n'])
+def test_gait_source_replaces_stamps_and_nothing_else(tmp_path: Path, content: bytes) -> None:
+    file = tmp_path / 'film.mp4'
+    file.write_bytes(content)
+    given = parser().parse_args(['no_such_film.mp4', '--stamps', str(file)])
+    with pytest.raises(ConfigError, match=r'film\.mp4 was not made by gait_source'):
+        publish_input(given, SimpleNamespace())
+    assert file.read_bytes() == content
+    for own in (b'', b'0 33333333\n1 66666667\n'):
+        file.write_bytes(own)
+        with pytest.raises(SequenceError, match=r'no_such_film\.mp4 does not exist'):
+            publish_input(given, SimpleNamespace())
+
+
 def test_gait_source_does_not_write_stamps_over_its_input(tmp_path: Path) -> None:
     film = tmp_path / 'film.mp4'
     film.write_bytes(b'a film')
@@ -199,6 +232,10 @@ def test_only_subscribers_that_can_take_the_images_are_waited_for(known: int, mo
         ((str(ROOT / 'test'),), 'holds no images'),
         (('film', '--ros-args', '-r', 'image'), 'Failed to parse ROS arguments'),
         ((str(ROOT / 'docs/images'), '--stamps', str(ROOT / 'test')), 'test: Is a directory'),
+        (
+            (str(ROOT / 'docs/images'), '--stamps', str(ROOT / 'setup.py')),
+            'setup.py was not made by gait_source and is not replaced',
+        ),
         (
             (str(ROOT / 'docs/images'), '--stamps', '/dev/full'),
             'gait_source: error: /dev/full: No space left on device\n',

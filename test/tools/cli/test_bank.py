@@ -135,6 +135,31 @@ def test_what_is_read_is_not_written_to(built, tmp_path, capsys):
     assert 'lies in the input' in capsys.readouterr().err
 
 
+@pytest.mark.parametrize('name', ['photo.png', 'photo.jpg', 'film.mp4'])
+def test_what_others_have_made_is_not_replaced(built, tmp_path, capsys, name):
+    other = tmp_path / name
+    image = np.full((20, 30), 7, np.uint8)
+    other.write_bytes(cv2.imencode('.png', image)[1].tobytes())
+    before = other.read_bytes()
+    for given in (
+        ['show', str(built), '-o', str(other)],
+        ['build', str(other)],
+        ['vocabulary', str(other)],
+        ['vocabulary', str(tmp_path / 'new.json'), '--picture', str(other)],
+    ):
+        assert command.main(given) == 2
+        assert f'{other} was not made by gait_bank' in capsys.readouterr().err
+    assert other.read_bytes() == before
+
+
+def test_what_it_has_made_is_replaced(built, tmp_path):
+    picture = tmp_path / 'sheet.png'
+    for _ in range(2):
+        assert command.main(['show', str(built), '-o', str(picture)]) == 0
+        assert cv2.imread(str(picture)) is not None
+        assert command.main(['build', str(tmp_path / 'again.npz'), *SMALL, '--quiet']) == 0
+
+
 def test_interrupt(monkeypatch, capsys, tmp_path):
     def stop(*_):
         raise KeyboardInterrupt

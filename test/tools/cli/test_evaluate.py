@@ -177,7 +177,7 @@ def test_ingredients_are_left_out(pipeline, folder, tmp_path, capsys):
         (['--set', 'tracking.gain=7'], 'gain must be a number from 0 to 1, got 7.0'),
         (['--prior', 'hard'], 'prior must be one of none, paper, default'),
         (['--bank', 'none.npz'], 'cannot read the bank none.npz'),
-        (['--threads', '0'], '--threads must be at least 1, got 0'),
+        (['--threads', '0'], '--threads must be from 1 to 1024, got 0'),
         (['--likelihood', 'heat'], 'heat is missing'),
         (['--heat-map', 'heat'], 'heat is missing, no heat maps'),
         (['--json', '/nowhere/at/all.json'], 'cannot be written'),
@@ -243,6 +243,24 @@ def test_scores_that_could_not_be_kept_are_not_worked_out(
     kept.write_text('before')
     assert main([str(folder), '--json', str(kept), '--prior', 'hard']) == 2
     assert kept.read_text() == 'before'
+
+
+@pytest.mark.parametrize('content', ['{"my": "thesis"}', 'a film', '[1]', '{"mean": {}}'])
+def test_scores_replace_scores_and_nothing_else(folder, tmp_path, capsys, content):
+    kept = tmp_path / 'kept.json'
+    kept.write_text(content)
+    assert main([str(folder), '--json', str(kept)]) == 2
+    said = capsys.readouterr().err
+    assert f'--json {kept} was not made by gait_evaluate and is not replaced' in said
+    assert kept.read_text() == content
+
+
+def test_scores_replace_scores(pipeline, folder, tmp_path):
+    kept = tmp_path / 'kept.json'
+    kept.touch()
+    for _ in range(2):
+        assert main([str(folder), '--json', str(kept)]) == 0
+        assert json.loads(kept.read_text())['mean']['J'] == 1
 
 
 @pytest.mark.parametrize('option', ['--json', '--out'])

@@ -17,7 +17,12 @@ from tqdm import tqdm
 
 from gait_segmentation.cli.tool import add_spec_options, run_tool, spec_of
 from gait_segmentation.errors import BankError
-from gait_segmentation.files.output_files import keep_apart, write_picture
+from gait_segmentation.files.output_files import (
+    is_own_picture,
+    keep_apart,
+    keep_others,
+    write_picture,
+)
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_tools.cli import vocabulary
 from gait_tools.gait_model import BUILDS, BankSpec, build_bank
@@ -166,6 +171,7 @@ def _build(options: argparse.Namespace) -> None:
         raise BankError(f'cannot write the bank {output}: {output.parent} is not a folder')
     of_folders = options.azimuth is not None or options.first_contact is not None
     keep_apart([('the bank', output)], map(Path, options.folders or ()))
+    keep_others([('the bank', output, _is_bank)], 'gait_bank')
     if options.folders is None and (of_folders or options.mirror or options.average):
         raise BankError('--azimuth, --first-contact, --mirror and --average belong to --from')
     drawn = [f'--{name}' for name in _DRAWN if name in given]
@@ -194,6 +200,11 @@ def _build(options: argparse.Namespace) -> None:
         print(f'{output}: {_size(bank)}')
 
 
+def _is_bank(head: bytes) -> bool:
+    # The first entry of the archive, and what it says; banks of other versions are banks, too.
+    return head.startswith(b'PK') and b'format.npy' in head[:64]
+
+
 def _size(bank: TemplateBank) -> str:
     height, width = bank.grid
     several = 's' * (bank.sequences != 1)
@@ -209,6 +220,7 @@ def _open(name: str | None) -> TemplateBank:
 def _show(options: argparse.Namespace) -> None:
     output = Path(options.output)
     keep_apart([('--output', output)], [Path(options.bank)] if options.bank else [])
+    keep_others([('--output', output, is_own_picture)], 'gait_bank')
     sheet = contact_sheet(_open(options.bank), options.columns, options.sequences)
     write_picture(output, sheet, BankError)
     print(f'{output}: {sheet.shape[1]} x {sheet.shape[0]} pixels')

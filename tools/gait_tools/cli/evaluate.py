@@ -7,6 +7,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import sys
 import time
 from collections.abc import Iterable, Iterator
@@ -18,16 +19,17 @@ import cv2
 from tqdm import tqdm
 
 from gait_segmentation.cli.tool import (
+    PROCESSORS,
     add_config_options,
     check_file,
+    check_ranges,
     command_parser,
     make_folder,
     preset_file,
     run_tool,
 )
 from gait_segmentation.config import overridden
-from gait_segmentation.errors import ConfigError
-from gait_segmentation.files.output_files import keep_apart
+from gait_segmentation.files.output_files import keep_apart, keep_others
 from gait_tools.evaluation.ablation import (
     ABLATIONS,
     compare,
@@ -42,6 +44,8 @@ __all__ = ['main', 'parser']
 Item = TypeVar('Item')
 
 _OUTPUT = Path('-')
+_SCORES = re.compile(rb'\{\s*"sequences": \{')
+"""Beginning of a file of scores."""
 
 DESCRIPTION = """\
 Run the pipeline over sequences with ground truth and score the masks and tracks.
@@ -180,9 +184,10 @@ def evaluate(options: argparse.Namespace) -> None:
 
     :raises GaitSegmentationError: if an option, a sequence or a file cannot be used.
     """
-    if options.threads < 1:
-        raise ConfigError(f'--threads must be at least 1, got {options.threads}')
+    check_ranges(options, {'threads': PROCESSORS})
     _keep_inputs(options)
+    if options.json != _OUTPUT:
+        keep_others([('--json', options.json, _are_scores)], 'gait_evaluate')
     if options.json not in (None, _OUTPUT):
         check_file(options.json)
     if options.out is not None:
@@ -231,6 +236,10 @@ def evaluate(options: argparse.Namespace) -> None:
         print(json.dumps(report, indent=2))
     elif options.json is not None:
         write_json(options.json, report)
+
+
+def _are_scores(head: bytes) -> bool:
+    return _SCORES.match(head) is not None
 
 
 def _keep_inputs(options: argparse.Namespace) -> None:

@@ -12,8 +12,13 @@ import numpy as np
 from tqdm import tqdm
 
 from gait_segmentation.cli.tool import add_spec_options, spec_of
-from gait_segmentation.files.output_files import keep_apart, write_picture
-from gait_segmentation.segmentation.vocabulary import VocabularyError
+from gait_segmentation.files.output_files import (
+    is_own_picture,
+    keep_apart,
+    keep_others,
+    write_picture,
+)
+from gait_segmentation.segmentation.vocabulary import FORMAT, VocabularyError
 from gait_tools.gait_model.builder import draw_views
 from gait_tools.gait_model.silhouettes import read_masks
 from gait_tools.vocabulary_picture import draw_vocabulary
@@ -86,6 +91,8 @@ def run(options: argparse.Namespace) -> None:
     picture = Path(options.picture) if options.picture is not None else None
     outputs = [('the vocabulary', output), ('--picture', picture)]
     keep_apart(outputs, map(Path, options.folders or ()))
+    kinds = [(*outputs[0], _are_words), (*outputs[1], is_own_picture)]
+    keep_others(kinds, 'gait_bank vocabulary')
     for path in (output, picture or output):
         if not path.parent.is_dir():
             raise VocabularyError(f'cannot write {path}: {path.parent} is not a folder')
@@ -104,6 +111,10 @@ def run(options: argparse.Namespace) -> None:
             f'{output}: {vocabulary.words} words from {about["silhouettes"]} silhouettes '
             f'({about["outline points"]} outline points)'
         )
+
+
+def _are_words(head: bytes) -> bool:
+    return FORMAT.encode() in head
 
 
 def _silhouettes(folders: list[str] | None, bar: tqdm[Any]) -> tuple[list[Silhouette], str]:
