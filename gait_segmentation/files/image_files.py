@@ -47,14 +47,18 @@ def images_in(folder: Path) -> list[Path]:
     return sorted((path for path in files if not path.name.startswith('.')), key=by_number)
 
 
-def read_image(path: Path, max_pixels: int = MOST_PIXELS) -> NDArray[np.uint8]:
+def read_image(
+    path: Path, max_pixels: int = MOST_PIXELS, *, any_depth: bool = False
+) -> NDArray[np.uint8]:
     """
     Read a colour image as (H, W, 3) uint8 BGR.
 
     :param max_pixels: how many it may have.
+    :param any_depth: leave those of 16 bits as they are, uint16.
     :raises SequenceError: if the file is not an image that can be read, or has more pixels.
     """
-    return _decoded(path, cv2.IMREAD_COLOR, max_pixels)
+    depth = cv2.IMREAD_ANYDEPTH if any_depth else 0
+    return _decoded(path, cv2.IMREAD_COLOR | depth, max_pixels)
 
 
 def read_grey(path: Path) -> NDArray[np.uint8]:

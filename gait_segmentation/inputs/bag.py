@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError, not_installed
-from gait_segmentation.inputs.encodings import claimed_shape, read_bgr, read_compressed
+from gait_segmentation.inputs.encodings import SampleBits, claimed_shape, read_bgr, read_compressed
 from gait_segmentation.inputs.source import (
     DEFAULT_FPS,
     DamagedError,
@@ -80,9 +80,6 @@ class BagSource(ImageSource):
     One whose recording was cut off, so that index or metadata are missing, is to be mended first.
     """
 
-    _read_image = staticmethod(read_bgr)
-    """Decodes an Image that is not compressed."""
-
     def __init__(self, path: Path, *, topic: str = '', **wanted: Any) -> None:
         """
         Open a bag.
@@ -128,6 +125,7 @@ class BagSource(ImageSource):
 
     def entries(self) -> Iterator[Entry]:
         """Yield all images of the topic."""
+        self._bits = SampleBits()
         read = 0
         with self._reader() as reader:
             wanted = [each for each in reader.connections if each.topic == self.topic]
@@ -161,10 +159,17 @@ class BagSource(ImageSource):
         stamp = message.header.stamp
         header_ns = int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
         compressed = self._kind == _COMPRESSED
-        read = read_compressed if compressed else self._read_image
+        read = self._read_compressed if compressed else self._read_image
         decode = partial(read, message, self._max_pixels)
         shape = (0, 0) if compressed else claimed_shape(message) or (0, 0)
         return Entry(header_ns, recorded_ns, message.header.frame_id, decode, shape)
+
+    def _read_image(self, message: Any, most: int) -> NDArray[np.uint8]:
+        """Decode an Image that is not compressed."""
+        return read_bgr(message, most, self._bits)
+
+    def _read_compressed(self, message: Any, most: int) -> NDArray[np.uint8]:
+        return read_compressed(message, most, self._bits)
 
     def _deserialized(self, data: bytes) -> Any:
         try:

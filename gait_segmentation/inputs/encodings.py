@@ -23,6 +23,7 @@ from gait_segmentation.heat_maps import heat_map_of
 __all__ = [
     'ENCODINGS',
     'Encoding',
+    'SampleBits',
     'claimed_shape',
     'pixels',
     'read_bgr',
@@ -89,10 +90,45 @@ ENCODINGS: dict[str, Encoding] = {
     **{f'bayer_{pattern}8': Encoding(1, code) for pattern, code in _BAYER.items()},
     **{f'bayer_{pattern}16': Encoding(1, code, 2) for pattern, code in _BAYER.items()},
 }
-"""The encodings that can be read; 8UC3 is taken for BGR, and 16 bits for their upper 8."""
+"""The encodings that can be read; 8UC3 is taken for BGR, and 16 bits for their upper 8 used."""
+
+_LEAST_BITS = 10
+"""Of cameras that send 16."""
 
 _FLOATS = Encoding(1, None, 4)
 """``32FC1``, which no image of a camera has: heat maps and depths."""
+
+
+class SampleBits:
+    """
+    How many bits the samples of a stream of 16-bit images use, learnt from the largest so far.
+
+    Cameras of 10, 12 or 14 bits send them as 16, the upper ones zero.  What was learnt only grows,
+    three times at most, so that the brightness of a stream does not flicker.
+    """
+
+    def __init__(self) -> None:
+        """Begin with the fewest bits."""
+        self.bits = _LEAST_BITS
+
+    def upper(self, samples: NDArray[np.uint16]) -> NDArray[np.uint8]:
+        """Return the upper 8 of the bits used of an image, any shape; learn from it before."""
+        needed = int(samples.max(initial=0)).bit_length()
+        self.bits = max(self.bits, needed + needed % 2)
+        return (samples >> (self.bits - 8)).astype(np.uint8)
+
+    def of(self, image: NDArray[np.uint8] | NDArray[np.uint16], name: str) -> NDArray[np.uint8]:
+        """
+        Return an image that was decoded in 8 bits.
+
+        :param name: what errors call it.
+        :raises InputError: if it has neither 8 nor 16.
+        """
+        if image.dtype == np.uint8:
+            return image.view(np.uint8)
+        if image.dtype != np.uint16:
+            raise InputError(f'{name} must have 8 or 16 bits, got {image.dtype}')
+        return self.upper(image.view(np.uint16))
 
 
 def pixels(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8] | NDArray[np.uint16]:
@@ -144,11 +180,14 @@ def _samples(message: ImageLike, encoding: Encoding, kind: str, most: int) -> ND
     return np.ndarray(shape[:axes], sample, data.data, 0, strides[:axes])
 
 
-def read_bgr(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8]:
+def read_bgr(
+    message: ImageLike, most: int = MOST_PIXELS, bits: SampleBits | None = None
+) -> NDArray[np.uint8]:
     """
     Read an image of any supported encoding as BGR.
 
     :param most: pixels it may have.
+    :param bits: of the stream that it belongs to; without, all 16 bits are taken to be used.
     :returns: (height, width, 3) uint8, contiguous; an alias of the message where it is
         ``bgr8`` without padding.
     :raises InputError: see :func:`pixels`; also if the size does not suit the encoding.
@@ -156,7 +195,8 @@ def read_bgr(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8]:
     view = pixels(message, most)
     encoding = ENCODINGS[message.encoding]
     if encoding.sample_bytes == 2:
-        view = (view >> 8).astype(np.uint8)
+        wide = view.astype(np.uint16, copy=False)
+        view = (wide >> 8).astype(np.uint8) if bits is None else bits.upper(wide)
     if encoding.to_bgr is None:
         return np.ascontiguousarray(view)
     if (encoding.channels == 2 or encoding.chroma_rows) and message.width % 2:
@@ -203,20 +243,25 @@ def read_heat_map(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uin
     return heat_map_of(pixels(message, most))
 
 
-def read_compressed(message: CompressedImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8]:
+def read_compressed(
+    message: CompressedImageLike, most: int = MOST_PIXELS, bits: SampleBits | None = None
+) -> NDArray[np.uint8]:
     """
     Decode a compressed image, such as a JPEG or PNG.
 
     :param most: pixels it may have.
+    :param bits: of the stream that it belongs to; without, all bits are taken to be used.
     :returns: (height, width, 3) uint8 BGR.
     :raises InputError: if it cannot be decoded, or claims more pixels.
     """
-    return decode_image(
+    flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+    image = decode_image(
         np.frombuffer(message.data, np.uint8),
-        cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION,
+        flags if bits is None else flags | cv2.IMREAD_ANYDEPTH,
         name=f'compressed image of format {message.format[:_SHOWN]!r}',
         most=most,
     )
+    return image if bits is None else bits.of(image, 'compressed image')
 
 
 def claimed_shape(message: ImageLike) -> tuple[int, int] | None:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.files.encoded_images import check_pixels, is_image
 from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_image
+from gait_segmentation.inputs.encodings import SampleBits
 from gait_segmentation.inputs.source import DEFAULT_FPS, Entry, ImageSource
 
 __all__ = ['FilmSource', 'FolderSource']
@@ -122,22 +123,24 @@ class FolderSource(ImageSource):
 
     def entries(self) -> Iterator[Entry]:
         """Yield all frames."""
+        bits = SampleBits()
         for number, path in enumerate(self._files):
             stamp_ns = _stamp_ns(number, self.rate())
-            decode = partial(_read, path, self._max_pixels)
+            decode = partial(_read, path, self._max_pixels, bits)
             yield Entry(stamp_ns, stamp_ns, _FRAME_ID, decode)
 
 
-def _read(path: Path, max_pixels: int) -> NDArray[np.uint8]:
+def _read(path: Path, max_pixels: int, bits: SampleBits) -> NDArray[np.uint8]:
     """
     Read an image of a folder.
 
     :raises InputError: if it cannot be read, which is the matter of this one frame.
     """
     try:
-        return read_image(path, max_pixels)
+        image = read_image(path, max_pixels, any_depth=True)
     except SequenceError as error:
         raise InputError(str(error)) from error
+    return bits.of(image, str(path))
 
 
 def _retrieve(capture: cv2.VideoCapture) -> NDArray[np.uint8]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,11 @@ _NUMBER = re.compile(r'[0-9]+$')
 class HeatMapBag(BagSource):
     """The heat maps on a topic of a bag."""
 
-    _read_image = staticmethod(encodings.read_heat_map)
+    def _read_image(self, message: Any, most: int) -> NDArray[np.uint8]:
+        return encodings.read_heat_map(message, most)
+
+    def _read_compressed(self, message: Any, most: int) -> NDArray[np.uint8]:
+        return encodings.read_compressed(message, most)
 
 
 def open_heat_maps(place: str, path: Path, max_pixels: int = MOST_PIXELS) -> RecordedMaps:

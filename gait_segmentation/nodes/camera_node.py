@@ -14,7 +14,7 @@ from sensor_msgs.msg import Image, RegionOfInterest
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs.encodings import read_heat_map
+from gait_segmentation.inputs.encodings import SampleBits, read_heat_map
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
 from gait_segmentation.ros.config import BankConfig, CameraConfig, StartConfig
@@ -65,6 +65,7 @@ class CameraNode(GaitNode):
         """Prepare the intake of frames and first boxes."""
         start = self.parameters.get(StartConfig)
         self.tracks = ()
+        self._bits = SampleBits()
         self.intake = Intake(
             reset=self.start_over,
             initialize=self.stage.initialize,
@@ -81,7 +82,8 @@ class CameraNode(GaitNode):
         :returns: the image, (H, W, 3) uint8 BGR, and the stamp in ns.
         :raises InputError: if it cannot be read.
         """
-        image, stamp_ns = decode(frame, self.parameters.get(CameraConfig)), stamp_of(frame.header)
+        image = decode(frame, self.parameters.get(CameraConfig), self._bits)
+        stamp_ns = stamp_of(frame.header)
         self.intake.take(image, stamp_ns)
         self._stamp_ns = stamp_ns
         self._note_maps()

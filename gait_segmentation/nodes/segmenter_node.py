@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 from geometry_msgs.msg import PolygonInstanceStamped
 from sensor_msgs.msg import Image, JointState
 
-from gait_segmentation.inputs.encodings import read_mono8
+from gait_segmentation.inputs.encodings import SampleBits, read_mono8
 from gait_segmentation.nodes.joined_node import JoinedNode, Parts, read_match
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.ros.config import CameraConfig, SegmenterNodeConfig
@@ -61,6 +61,7 @@ class SegmenterNode(JoinedNode):
         self.stage = PeopleSegmenter(config, max_people=self._slots, threads=people.people_threads)
         self._shape: tuple[int, int] | None = None
         self._stamp_ns = 0
+        self._bits = SampleBits()
         self._results = SegmentationOutputs(self, self._slots)
         self._debug = DebugOutput(self)
 
@@ -72,7 +73,7 @@ class SegmenterNode(JoinedNode):
         """Segment a frame."""
         header = frame['image'].header
         stamp_ns = stamp_of(header)
-        image = decode(frame['image'], self.parameters.get(CameraConfig))
+        image = decode(frame['image'], self.parameters.get(CameraConfig), self._bits)
         shape = (image.shape[0], image.shape[1])
         if stamp_ns < self._stamp_ns or self._shape not in (None, shape):
             self.warnings.warn(

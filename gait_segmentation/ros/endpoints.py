@@ -27,7 +27,7 @@ from rclpy.subscription import Subscription
 from sensor_msgs.msg import CompressedImage, Image
 
 from gait_segmentation.inputs import encodings
-from gait_segmentation.inputs.encodings import read_bgr, read_compressed
+from gait_segmentation.inputs.encodings import SampleBits, read_bgr, read_compressed
 from gait_segmentation.ros.fields import DEPTH
 
 if TYPE_CHECKING:
@@ -131,14 +131,17 @@ def subscription(
     )
 
 
-def decode(message: CameraMessage, config: CameraConfig) -> NDArray[np.uint8]:
+def decode(
+    message: CameraMessage, config: CameraConfig, bits: SampleBits | None = None
+) -> NDArray[np.uint8]:
     """
     Return the image of a message as (height, width, 3) uint8 BGR.
 
+    :param bits: how many bits images of 16 use, learnt from those of the same camera.
     :raises InputError: if it cannot be read, or has more pixels than the configuration allows.
     """
     read = read_compressed if isinstance(message, CompressedImage) else read_bgr
-    return read(message, config.max_pixels)
+    return read(message, config.max_pixels, bits)
 
 
 def claimed_shape(message: CameraMessage) -> tuple[int, int] | None:

@@ -258,3 +258,15 @@ def test_a_size_is_only_believed_of_as_many_bytes(tmp_path: Path) -> None:
     short.encoding = 'nonsense'
     path = write_bag2(tmp_path / 'raw', {'/c': [*greys(1), empty, short]})
     assert [frame.shape for frame in open_input(path).frames()] == [(40, 60), (0, 0), (40, 60)]
+
+
+@pytest.mark.parametrize('bits', [12, 16])
+def test_a_bag_of_some_of_16_bits_is_as_bright_as_others(bits: int, tmp_path: Path) -> None:
+    messages = greys(3)
+    for message, part in zip(messages, (1.0, 0.1, 0.5), strict=True):
+        values = np.full((message.height, message.width), part * (2**bits - 1), np.uint16)
+        message.encoding, message.step = 'mono16', 2 * message.width
+        message.data = values.view(np.uint8).ravel()
+    source = open_input(write_bag2(tmp_path / 'walk', {'/image': messages}))
+    for _ in range(2):
+        assert [int(image[0, 0, 0]) for image in source.images()] == [255, 25, 127]

@@ -217,3 +217,13 @@ def test_frames_that_claim_too_many_pixels_are_refused(folder: Path, tmp_path: P
     (folder / '7.png').write_bytes(HUGE['png of zeros'])
     with pytest.raises(SequenceError, match=r'7\.png: image must have at most'):
         open_input(folder / '7.png')
+
+
+def test_a_folder_of_12_bits_is_as_bright_as_others(tmp_path: Path) -> None:
+    for number, most in enumerate((4095, 40, 2000)):
+        picture = np.full((40, 60), most, np.uint16)
+        assert cv2.imwrite(str(tmp_path / f'{number}.png'), picture)
+    source = open_input(tmp_path)
+    # Each time from its beginning.
+    for _ in range(2):
+        assert [int(image[0, 0, 0]) for image in source.images()] == [255, 2, 125]

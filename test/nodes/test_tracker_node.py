@@ -47,6 +47,33 @@ def test_the_initial_box_waits_for_its_stamp(bench: Bench) -> None:
     assert boxes(bench) == [0, 0, 4, 4]
 
 
+@pytest.mark.parametrize('bits', [12, 14, 16])
+def test_a_camera_that_uses_some_of_16_bits_is_tracked_like_one_of_8(
+    bench: Bench, bits: int, monkeypatch
+) -> None:
+    node = bench.add(TrackerNode, initial_box=BOX)
+    bench.record_outputs('person_0/box')
+    camera = bench.publisher(Image, 'image', 1)
+    seen = []
+    take = node.intake.take
+    monkeypatch.setattr(
+        node.intake, 'take', lambda image, stamp: (seen.append(image), take(image, stamp))
+    )
+    messages, greys = [], []
+    for index in range(3):
+        grey = read_bgr(frame(index))[..., 2].copy()
+        grey[0, 0] = 255
+        wide = grey.astype(np.uint16) << (bits - 8)
+        message = Image(header=header(index), height=120, width=160, encoding='mono16', step=320)
+        message.data = wide.tobytes()
+        messages.append(message)
+        greys.append(grey)
+    bench.feed(camera, messages)
+    assert boxes(bench) == [4, 4, 4]
+    for image, grey in zip(seen, greys, strict=True):
+        np.testing.assert_array_equal(image[..., 0], grey)
+
+
 def test_feedback_of_one_stamp_is_learnt(bench: Bench, monkeypatch) -> None:
     node = bench.add(TrackerNode, initial_box=BOX)
     bench.record_outputs('person_0/box', 'person_0/likelihood')
