@@ -111,8 +111,9 @@ def _demonstrate(options: argparse.Namespace) -> None:
         kind.check(path)
         if kind.is_there(path) and not (out / 'report.json').is_file():
             raise ConfigError(f'{path} was not made by gait_demo: choose another --out')
-    own = [('report.json', _is_report), ('contact_sheet.png', is_own_picture)]
-    keep_others([('--out', out / name, is_own) for name, is_own in own], 'gait_demo')
+    keep_others([('--out', out / 'report.json', _is_report)], 'gait_demo')
+    if not (out / 'report.json').is_file():
+        keep_others([('--out', out / 'contact_sheet.png', is_own_picture)], 'gait_demo')
     # Here, so that --help needs no ROS.
     from gait_segmentation.cli.live import play
 

@@ -5,6 +5,7 @@ import sys
 from types import ModuleType
 
 import cv2
+import numpy as np
 import pytest
 
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
@@ -253,6 +254,22 @@ def test_scores_replace_scores_and_nothing_else(folder, tmp_path, capsys, conten
     said = capsys.readouterr().err
     assert f'--json {kept} was not made by gait_evaluate and is not replaced' in said
     assert kept.read_text() == content
+
+
+@pytest.mark.parametrize('name', ['contact_sheet.png', 'masks/0000.png', 'masks/holiday.png'])
+def test_pictures_of_others_are_not_replaced(folder, tmp_path, capsys, name):
+    photo = tmp_path / 'out' / 'walk' / name
+    photo.parent.mkdir(parents=True)
+    assert cv2.imwrite(str(photo), np.zeros((4, 4, 3), np.uint8))
+    before = photo.read_bytes()
+    assert main([str(folder), '--out', str(tmp_path / 'out')]) == 2
+    assert f'{photo} was not made by gait_evaluate' in capsys.readouterr().err
+    assert photo.read_bytes() == before
+
+
+def test_pictures_of_its_own_are_replaced(pipeline, folder, tmp_path):
+    for _ in range(2):
+        assert main([str(folder), '--out', str(tmp_path / 'out')]) == 0
 
 
 def test_scores_replace_scores(pipeline, folder, tmp_path):

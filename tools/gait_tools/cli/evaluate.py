@@ -29,7 +29,7 @@ from gait_segmentation.cli.tool import (
     run_tool,
 )
 from gait_segmentation.config import overridden
-from gait_segmentation.files.output_files import keep_apart, keep_others
+from gait_segmentation.files.output_files import is_own_picture, keep_apart, keep_others
 from gait_tools.evaluation.ablation import (
     ABLATIONS,
     compare,
@@ -188,6 +188,11 @@ def evaluate(options: argparse.Namespace) -> None:
     _keep_inputs(options)
     if options.json != _OUTPUT:
         keep_others([('--json', options.json, _are_scores)], 'gait_evaluate')
+    for path in options.sequence if options.out is not None else ():
+        folder = options.out / os.path.basename(os.path.realpath(path))
+        masks = [('--out', each, _is_mask) for each in sorted((folder / 'masks').glob('*.png'))]
+        sheet = ('--out', folder / 'contact_sheet.png', is_own_picture)
+        keep_others([*masks, sheet], 'gait_evaluate')
     if options.json not in (None, _OUTPUT):
         check_file(options.json)
     if options.out is not None:
@@ -240,6 +245,11 @@ def evaluate(options: argparse.Namespace) -> None:
 
 def _are_scores(head: bytes) -> bool:
     return _SCORES.match(head) is not None
+
+
+def _is_mask(head: bytes) -> bool:
+    """Return whether a file begins as a PNG of 8 bits, grey, as masks are and frames are not."""
+    return head.startswith(b'\x89PNG') and head[24:26] == b'\x08\0'
 
 
 def _keep_inputs(options: argparse.Namespace) -> None:
