@@ -25,6 +25,9 @@ from gait_segmentation.tracking.world import World
 
 __all__ = ['follow', 'judge', 'learn']
 
+_GAP_S = 0.5
+"""Time between two frames from which on nobody is followed from one to the other."""
+
 Likelihoods = dict[int, NDArray[np.uint8]]
 
 Place = tuple[Target, Window, NDArray[np.uint8]]
@@ -42,10 +45,15 @@ def follow(
     """
     Take a frame into a world and follow its people.
 
+    After a gap they are lost, to be looked for from where they were: nothing tells how they went.
+
     :param targets: all people of the world.
     :param image: (H, W, 3) uint8 BGR.
     :param heat: P(person) from elsewhere, of this frame or one before.
     """
+    if world.gap_s(stamp_ns) > _GAP_S:
+        for target in targets:
+            target.stay()
     seen = [target for target in targets if target.state == TRACKED]
     masks = [(target, target.window, target.carried_mask()) for target in seen]
     visible = {

@@ -39,6 +39,10 @@ _COAST_S, _STOP_S = 1.0, 0.5
 """Time for which a hidden person is taken to walk on, and in which they are then to stop."""
 
 
+_MOST_LOST_S = 1.0
+"""Time for which a person is lost longer with a frame at most, however long it took to come."""
+
+
 class Target:
     """
     One person in a world.
@@ -155,7 +159,7 @@ class Target:
         else:
             measured = self._measured(seconds, body)
             shift = person.move(world, measured, seconds)
-            # After a gap of hours the pace leads anywhere.
+            # A pace that was measured wrongly leads anywhere.
             back = person.keep_near(self.world.shape)
             shift = (shift[0] + back[0], shift[1] + back[1])
         self.world.now.bodies[self.track_id] = shift
@@ -173,7 +177,8 @@ class Target:
         :returns: the shift made.
         """
         person = self.person
-        self.lost_s += seconds
+        # In a gap nobody was looked for.
+        self.lost_s += min(seconds, _MOST_LOST_S)
         share = math.exp(-max(self.lost_s - _COAST_S, 0.0) / _STOP_S)
         dx = world[0] + share * seconds * person.velocity[0]
         dy = world[1] + share * seconds * person.velocity[1]
@@ -298,6 +303,12 @@ class Target:
         self.confidence = 0.0
         if self.state == TRACKED:
             self._notice(0.0)
+
+    def stay(self) -> None:
+        """Take it that a gap follows in which the person may have done anything."""
+        if self.state == TRACKED:
+            self.lose()
+        self.person.forget_pace()
 
     def lose(self) -> None:
         """Give the person up for lost."""

@@ -117,6 +117,10 @@ class World:
             return 0.0
         return (self.history[-1].image.stamp_ns - self.history[-2].image.stamp_ns) / 1e9
 
+    def gap_s(self, stamp_ns: int) -> float:
+        """Return the seconds from the newest frame to a stamp, 0 without a frame."""
+        return (stamp_ns - self.now.image.stamp_ns) / 1e9 if self.history else 0.0
+
     def advance(
         self,
         image: NDArray[np.uint8],

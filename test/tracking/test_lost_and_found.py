@@ -400,3 +400,34 @@ def test_stamps_of_frames_that_arrive_together_do_not_tell_a_pace() -> None:
     for number in range(6, 9):
         [result] = told.show(replace(last, x=last.x + 6.0 * number))
     assert (result.track_id, result.state) == (1, 'tracked')
+
+
+@pytest.mark.parametrize('gap', [20, 50, 90_000])
+@pytest.mark.parametrize('moved', [0, 25, -40])
+def test_after_a_gap_somebody_is_found_near_where_they_were(gap: int, moved: int) -> None:
+    told = Told()
+    path = walk(Figure(60), 20)
+    told.start(path[0])
+    for figure in path:
+        told.show(figure)
+    told.frames += gap
+    for figure in walk(replace(path[-1], x=path[-1].x + moved), 6, speed=-1.0):
+        (result,) = told.show(figure)
+        assert (result.track_id, result.state) == (1, 'tracked')
+        assert result.box is not None
+        assert result.box.iou(box_of(figure)) > 0.7
+
+
+@pytest.mark.parametrize('gap', [20, 50, 90_000])
+def test_after_a_gap_who_is_gone_is_lost_and_the_other_found(gap: int) -> None:
+    told = Told(slots=2)
+    stays, goes = walk(Figure(60), 20, speed=1.0), walk(Figure(220, coat=BLUE), 20, speed=-1.0)
+    told.start(stays[0], goes[0])
+    for figures in zip(stays, goes, strict=True):
+        told.show(*figures)
+    told.frames += gap
+    for _ in range(5):
+        one, other = told.show(stays[-1])
+        assert (one.track_id, one.state) == (1, 'tracked')
+        assert other.state != 'tracked'
+        assert not other.likelihood.any()
