@@ -43,6 +43,7 @@ from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
 from gait_segmentation.results import EMPTY, MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
+from gait_segmentation.stamps import Order, Stamps
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import TrackingConfig
 from gait_tools.gait_model import BankSpec, build_bank
@@ -211,7 +212,7 @@ class Player:
     def _forget(self) -> None:
         self.waiting: deque[tuple[int, Shape]] = deque()
         self.boxes: list[Box] = []
-        self.stamp_ns = 0
+        self.stamps = Stamps()
 
     def play(self) -> None:
         """Play it, and the results that a lag holds back."""
@@ -235,13 +236,13 @@ class Player:
     def _frame(self, film: Film, number: int, calm: bool) -> None:
         draw, image = self.draw, film.picture(number)
         seconds = 1 / 25 if calm else draw(SECONDS)
-        stamp_ns = self.stamp_ns + max(1, round(1e9 * seconds))
+        stamp_ns = self.stamps.newest_ns + max(1, round(1e9 * seconds))
         event = draw(st.integers(0, 400 if calm else 40))
         if event == 1:
-            stamp_ns = self.stamp_ns
-        elif event == 2 and self.stamp_ns > 1:
-            stamp_ns = draw(st.integers(1, self.stamp_ns))
-        elif event == 3 and self.stamp_ns == 0:
+            stamp_ns = self.stamps.newest_ns
+        elif event == 2 and self.stamps.newest_ns > 1:
+            stamp_ns = draw(st.integers(1, self.stamps.newest_ns))
+        elif event == 3 and self.stamps.newest_ns == 0:
             # As of a clock that counts from 1970.
             stamp_ns += 1_700_000_000 * 10**9
         elif event < 8 or (number == 0 and event % 2):
@@ -250,28 +251,38 @@ class Player:
                 self.pipe.initialize(box)
         outside = film.map() if event == 9 else None
         heat = film.map(draw(THIN)) if event in (10, 11) else None
+        order = self.stamps.order(stamp_ns)
+        if order in (Order.LATE, Order.AGAIN):
+            self._overtaken(order, stamp_ns, film, self.pipe.update(image, stamp_ns, None, heat))
+            return
         results = None
         while results is None:
             bad = [box for box in self.boxes if refused(check_start_box, box, film.shape)]
             try:
                 results = self.pipe.update(image, stamp_ns, outside, heat)
             except InputError:
-                # As documented: a frame without a new stamp, or one box at a time.
-                if stamp_ns == self.stamp_ns:
-                    return
+                # As documented: one box at a time.
                 if not bad:
                     raise
                 self.boxes.remove(bad[0])
             else:
                 assert not bad, f'{bad[0]} should have been refused'
-                assert stamp_ns != self.stamp_ns, 'a stamp twice should have been refused'
         self.boxes = []
-        if stamp_ns < self.stamp_ns:
+        if self.stamps.take(stamp_ns) is Order.ANEW:
             self.waiting.clear()
-        self.stamp_ns = stamp_ns
         self.waiting.append((stamp_ns, film.shape))
         image[:] = 77
         self._take(results)
+
+    def _overtaken(
+        self, order: Order, stamp_ns: int, film: Film, results: list[FrameResult]
+    ) -> None:
+        """Check what is said of a frame that is not worked on: nobody is seen, or nothing."""
+        self.stamps.take(stamp_ns)
+        assert [each.stamp_ns for each in results] == [stamp_ns] * (order is Order.LATE), 'late'
+        for result in results:
+            check_frame(result, film.shape, self.config.people.max_people)
+            assert not result.mask.any(), 'somebody is seen in a late frame'
 
     def _take(self, results: list[FrameResult]) -> None:
         for result in results:

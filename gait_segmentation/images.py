@@ -15,6 +15,7 @@ __all__ = [
     'Window',
     'bounding_box',
     'check_image',
+    'check_later',
     'check_map',
     'check_stamp',
     'count_likely',
@@ -90,6 +91,17 @@ def check_map(array: NDArray[np.uint8], name: str) -> None:
         raise InputError(f'{name} must be an array, got {type(array).__name__}')
     if array.ndim != 2 or array.dtype != np.uint8:
         raise InputError(f'{name} must be (height, width) uint8, got {array.shape} {array.dtype}')
+
+
+def check_later(stamp_ns: int, before_ns: int) -> None:
+    """
+    Refuse a stamp that is not later than that of the frame before, 0 without one.
+
+    :raises InputError: if it is not, or is none, see :func:`check_stamp`.
+    """
+    check_stamp(stamp_ns)
+    if stamp_ns <= before_ns:
+        raise InputError(f'stamps must increase without a reset, got {stamp_ns} after {before_ns}')
 
 
 def check_stamp(stamp_ns: int) -> None:

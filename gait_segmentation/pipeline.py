@@ -14,13 +14,15 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import Box
+from gait_segmentation.heat_maps import heat_map_of
 from gait_segmentation.held_frames import HeldFrames
-from gait_segmentation.images import check_image, check_map
+from gait_segmentation.images import check_image, check_map, check_stamp
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback, MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.segmentation import PeopleMasks, PeopleSegmenter, SegmentationConfig
 from gait_segmentation.sizes import same_proportions
+from gait_segmentation.stamps import Order, Stamps
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 
@@ -75,6 +77,25 @@ class FrameResult:
     labels: NDArray[np.uint8]
     timings_ms: dict[str, float]
 
+    @classmethod
+    def nobody(
+        cls, track: TrackResult, shape: tuple[int, int], slots: int, reason: str
+    ) -> FrameResult:
+        """
+        Return that nobody is seen in a frame.
+
+        :param track: the same of the tracker, of every slot.
+        :param shape: (H, W) of the image.
+        :param reason: why there is no mask.
+        """
+        stamp_ns, mask = track.stamp_ns, np.zeros(shape, np.uint8)
+        person = PersonResult(
+            track,
+            MatchResult.nobody(stamp_ns, 0, track.likelihood.shape),
+            SegmentationResult(stamp_ns, 0, mask, reason),
+        )
+        return cls(stamp_ns, (person,) * slots, mask, mask, {})
+
 
 def _no_clock() -> float:
     return 0.0
@@ -112,7 +133,9 @@ class Pipeline:
         self.segmenter = PeopleSegmenter(config.segmentation, max_people=slots, threads=threads)
         self._held: HeldFrames[tuple[NDArray[np.uint8], list[TrackResult], bool]] = HeldFrames()
         self._unlearnt: list[tuple[list[Feedback], dict[str, float]]] = []
-        self._stamp_ns = 0
+        self._stamps = Stamps()
+        self.late = self.again = 0
+        """Frames that came after a later one, and that were ignored since they came again."""
 
     def reset(self) -> None:
         """Forget everybody."""
@@ -121,7 +144,7 @@ class Pipeline:
         self.segmenter.reset()
         self._held.clear()
         self._unlearnt.clear()
-        self._stamp_ns = 0
+        self._stamps.reset()
 
     def initialize(self, box: Box) -> None:
         """Start a new track at the next frame from a tight box in source pixels."""
@@ -149,12 +172,14 @@ class Pipeline:
         may be written to.
 
         :param image: (H, W, 3) uint8 BGR.
-        :param stamp_ns: its stamp; one that goes backwards resets everything.
+        :param stamp_ns: its stamp; if it says that time begins anew, everything is reset, and in
+            a frame that comes late nobody is seen, see :class:`Stamps`.
         :param likelihood: a likelihood image to use in place of the tracker's, for every person:
             (H, W) uint8 or smaller with the same proportions.
         :param heat_map: where people are as others see it in this frame: evidence beside the
             tracker's own, see :meth:`add_heat_map`.
-        :returns: the results that are complete now.
+        :returns: the results that are complete now: that of a late frame at once, none of one
+            whose stamp has come before.
         :raises InputError: if the frame cannot be used; the state is then as before.
         """
         results = self.take(image, stamp_ns, likelihood, heat_map)
@@ -177,16 +202,17 @@ class Pipeline:
         if self._unlearnt:
             self.learn()
         started = self._clock()
+        check_image(image)
+        check_stamp(stamp_ns)
         if likelihood is not None:
-            check_image(image)
             _check_likelihood(likelihood, image)
-        # The tracker refuses what cannot be used before anything is forgotten.
+        order = self._stamps.order(stamp_ns)
+        if order in (Order.LATE, Order.AGAIN):
+            return self._answer(image, stamp_ns, order)
+        if order is Order.ANEW:
+            self._begin_anew(image, heat_map)
         tracks = self.tracker.update(image, stamp_ns, heat_map)
-        if stamp_ns < self._stamp_ns:
-            self.matcher.reset()
-            self.segmenter.reset()
-            self._held.clear()
-        self._stamp_ns = stamp_ns
+        self._stamps.take(stamp_ns)
         waits = self.config.matching.lag > 0
         if likelihood is not None:
             likelihood = likelihood.copy() if waits else likelihood
@@ -199,6 +225,28 @@ class Pipeline:
         self._held.hold(stamp_ns, (kept, tracks, likelihood is not None))
         times = {'tracking': tracked - started, 'matching': matched - tracked}
         return [self._finish(frame, times) for frame in matches]
+
+    def _answer(self, image: NDArray[np.uint8], stamp_ns: int, order: Order) -> list[FrameResult]:
+        """Return the results of a frame that is not worked on: late, or there before."""
+        self._stamps.take(stamp_ns)
+        if order is Order.AGAIN:
+            self.again += 1
+            return []
+        self.late += 1
+        shape = (image.shape[0], image.shape[1])
+        track = self.tracker.nobody(stamp_ns, shape)
+        slots = self.config.people.max_people
+        return [FrameResult.nobody(track, shape, slots, 'it came after a later one')]
+
+    def _begin_anew(self, image: NDArray[np.uint8], heat_map: NDArray[Any] | None) -> None:
+        """Forget everybody, but not the boxes that wait, unless a frame cannot be used."""
+        self.tracker.check(image)
+        if heat_map is not None:
+            heat_map_of(heat_map)
+        self.tracker.begin_anew()
+        self.matcher.reset()
+        self.segmenter.reset()
+        self._held.clear()
 
     def flush(self) -> list[FrameResult]:
         """Return the results that the lag still holds back, and let the window begin anew."""

@@ -132,9 +132,100 @@ def test_after_a_gap_of_hours_the_pace_leads_nobody_out_of_the_world() -> None:
     slope = np.linspace(0, 255, frames[0].image.shape[1]).astype(np.uint8)
     later = np.broadcast_to(slope[:, None], frames[0].image.shape)
     [result] = pipe.update(later, frames[-1].stamp_ns + 10**13)
-    body = result.people[0].track.body
-    assert body is not None
-    assert abs(body.center_x) < 2 * slope.size
+    assert result.people[0].track.state == 'lost'
+    assert not result.mask.any()
+    (target,) = pipe.tracker._targets()
+    assert abs(target.body.center_x) < 2 * slope.size
+
+
+@pytest.mark.parametrize(
+    'order',
+    [(0, 1, 3, 2, 4, 5), (0, 1, 4, 2, 3, 5), (0, 1, 5, 4, 3, 2, 6)],
+    ids=['one', 'two in a row', 'three'],
+)
+@pytest.mark.parametrize('lag', [0, 2])
+def test_late_frames_are_answered_and_change_nothing(order: tuple[int, ...], lag: int) -> None:
+    late = {n for k, n in enumerate(order) if n < max(order[: k + 1])}
+    found = []
+    for numbers in (order, [n for n in order if n not in late]):
+        pipe = pipeline(lag)
+        pipe.initialize(box_of(clip()[0]))
+        results = []
+        for n in numbers:
+            results += pipe.update(clip()[n].image, clip()[n].stamp_ns)
+        found.append((pipe, results + pipe.flush()))
+    (pipe, results), (_, others) = found
+    assert pipe.late == len(late)
+    stamps = {clip()[n].stamp_ns for n in late}
+    blank = [each for each in results if each.stamp_ns in stamps]
+    assert [each.stamp_ns for each in blank] == [clip()[n].stamp_ns for n in order if n in late]
+    for each in blank:
+        (person,) = each.people
+        assert (person.track.track_id, person.track.state) == (0, 'empty')
+        assert person.segmentation.reason == 'it came after a later one'
+        assert not each.mask.any()
+        assert each.mask.shape == clip()[0].image.shape[:2]
+        assert person.track.likelihood.shape == person.match.shape_prior.shape
+    kept = [each for each in results if each.stamp_ns not in stamps]
+    for one, other in zip(kept, others, strict=True):
+        assert one.stamp_ns == other.stamp_ns
+        assert other.mask.any()
+        np.testing.assert_array_equal(one.mask, other.mask)
+
+
+def test_a_stamp_that_comes_again_is_ignored_whatever_the_image() -> None:
+    pipe = pipeline()
+    pipe.initialize(box_of(clip()[0]))
+    first, second, third = clip()[:3]
+    assert pipe.update(first.image, first.stamp_ns)[0].mask.any()
+    assert pipe.update(second.image, second.stamp_ns)[0].mask.any()
+    assert pipe.update(second.image, second.stamp_ns) == []
+    assert pipe.update(255 - second.image, second.stamp_ns) == []
+    assert pipe.update(third.image[:100], second.stamp_ns) == []
+    [result] = pipe.update(third.image, third.stamp_ns)
+    assert (pipe.again, pipe.late) == (3, 0)
+    np.testing.assert_array_equal(result.mask, run(frames=3)[2].mask)
+
+
+def test_time_that_begins_anew_with_a_frame_of_no_use_forgets_nobody() -> None:
+    pipe = pipeline()
+    pipe.initialize(box_of(clip()[0]))
+    frames = [(frame.image, frame.stamp_ns + 10**10) for frame in clip()[:4]]
+    for image, stamp_ns in frames[:3]:
+        pipe.update(image, stamp_ns)
+    pipe.initialize(Box(5000, 0, 20, 40))
+    with pytest.raises(InputError, match='outside'):
+        pipe.update(clip()[0].image, 5)
+    [result] = pipe.update(*frames[3])
+    assert result.people[0].track.track_id == 1
+    np.testing.assert_array_equal(result.mask, run(frames=4)[3].mask)
+
+
+@pytest.mark.parametrize('gap_s', [0.7, 3, 3600, 10**7])
+def test_after_a_jump_of_the_clock_the_person_is_found_where_they_were(gap_s: float) -> None:
+    pipe = pipeline()
+    pipe.initialize(box_of(clip()[0]))
+    for number, frame in enumerate(clip()):
+        jumped = frame.stamp_ns + (round(gap_s * 1e9) if number >= 8 else 0)
+        [result] = pipe.update(frame.image, jumped)
+    (person,) = result.people
+    assert (person.track.track_id, person.track.state) == (1, 'tracked')
+    assert overlap(result.mask, clip()[-1].truths[0]) > 0.8
+
+
+@pytest.mark.parametrize('gap_s', [0.7, 3, 3600])
+def test_who_is_gone_after_a_gap_is_lost_and_no_ghost_stays(gap_s: float) -> None:
+    pipe = pipeline()
+    pipe.initialize(box_of(clip()[0]))
+    for frame in clip()[:8]:
+        pipe.update(frame.image, frame.stamp_ns)
+    # The place without the person: what is seen beside them when they are elsewhere.
+    apart = np.median([each.image for each in clip(pan=0.0, frames=30)], axis=0).astype(np.uint8)
+    later = clip()[7].stamp_ns + round(gap_s * 1e9)
+    for number in range(10):
+        [result] = pipe.update(apart, later + number * 33_000_000)
+        assert result.people[0].track.state != 'tracked'
+        assert not result.mask.any()
 
 
 def test_an_outer_likelihood_takes_the_place_of_the_trackers() -> None:

@@ -11,9 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, Placement, check_matched_box
+from gait_segmentation.images import check_later
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.inputs import check_frame
 from gait_segmentation.matching.path import UNIT, PathSearch, State
@@ -103,14 +103,13 @@ class SequenceMatcher:
         """
         Take in a frame.
 
-        A stamp that goes back resets the matcher.  Another ``track_id``, no box, or a pause
-        longer than the window ends the path: the results that the lag holds back are emitted
-        and the next frame begins a new path.
+        Another ``track_id``, no box, or a pause longer than the window ends the path: the results
+        that the lag holds back are emitted and the next frame begins a new path.
 
         :param likelihood: (h, w) uint8, 255 = surely person, of the source's proportions.
         :param box: tight box of the person in source pixels, not absurdly small, large or far
             away (:func:`~gait_segmentation.geometry.check_matched_box`); None = nobody is tracked.
-        :param stamp_ns: the frame's stamp in nanoseconds.
+        :param stamp_ns: the frame's stamp in nanoseconds, later than the last one's.
         :param track_id: who is tracked.
         :param source_size: (width, height) of the source image.
         :param known: (h, w) uint8, 0 where the likelihood says nothing, as where something hides
@@ -123,10 +122,7 @@ class SequenceMatcher:
         scale = check_frame(likelihood, stamp_ns, source_size, known, angle)
         if box is not None:
             check_matched_box(box, source_size)
-        if stamp_ns < self._stamp_ns:
-            self.reset()
-        elif stamp_ns == self._stamp_ns:
-            raise InputError(f'stamp must be later than that of the last frame, got {stamp_ns}')
+        check_later(stamp_ns, self._stamp_ns)
         results: list[MatchResult] = []
         pause = (stamp_ns - self._stamp_ns) / 1e9
         if box is None or track_id != self._track_id or pause > self.config.window:

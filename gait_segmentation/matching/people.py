@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from gait_segmentation.crew import Crew
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import check_matched_box
+from gait_segmentation.images import check_later
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.inputs import check_frame
 from gait_segmentation.matching.matcher import SequenceMatcher
@@ -83,9 +84,8 @@ class PeopleMatcher:
         """
         Take in a frame.
 
-        A stamp that goes back resets everything.
-
-        :param tracks: what the tracker says of each slot, all of one frame.
+        :param tracks: what the tracker says of each slot, all of one frame that is later than the
+            last one.
         :param source_size: (width, height) of the source image.
         :returns: the frames that are complete now, oldest first; of each, one result a slot.
         :raises InputError: if a value cannot be used; the frame is then skipped in all slots.
@@ -96,8 +96,7 @@ class PeopleMatcher:
             if track.body is not None:
                 check_matched_box(track.body, source_size)
         stamp_ns = tracks[0].stamp_ns
-        if stamp_ns < self._stamp_ns:
-            self.reset()
+        check_later(stamp_ns, self._stamp_ns)
         size = source_size
         pairs = list(zip(self._slots, tracks, strict=True))
         tasks = [

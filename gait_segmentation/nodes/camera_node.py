@@ -67,7 +67,7 @@ class CameraNode(GaitNode):
         self.tracks = ()
         self._bits = SampleBits()
         self.intake = Intake(
-            reset=self.start_over,
+            reset=self.reset_stage,
             initialize=self.stage.initialize,
             warn=self.warnings.warn,
             slots=self.parameters.get(PeopleConfig).max_people,
@@ -84,13 +84,19 @@ class CameraNode(GaitNode):
         """
         image = decode(frame, self.parameters.get(CameraConfig), self._bits)
         stamp_ns = stamp_of(frame.header)
+        self.enter(stamp_ns)
         self.intake.take(image, stamp_ns)
         self._stamp_ns = stamp_ns
         self._note_maps()
         return image, stamp_ns
 
     def start_over(self) -> None:
-        """Forget everybody, but not the boxes that wait: time or image size jumped (worker)."""
+        """Forget everybody, but not the boxes that wait, and begin with the initial one."""
+        self.reset_stage()
+        self.intake.begin_anew()
+
+    def reset_stage(self) -> None:
+        """Have the stage forget everybody (worker)."""
         self.stage.reset()
 
     def forget(self) -> None:

@@ -52,7 +52,6 @@ class LocalizerNode(JoinedNode):
         self._slots = self.parameters.get(PeopleConfig).max_people
         self._localizing = Localizing(self)
         self.stage = self._localizing.stage
-        self._stamp_ns = 0
         self._results = PeopleOutputs(self, self._slots, located=True)
 
     def connect(self) -> None:
@@ -72,12 +71,9 @@ class LocalizerNode(JoinedNode):
     def process(self, frame: Parts) -> None:
         """Locate the people of a frame."""
         header = frame[slot_topic(0, 'mask')].header
-        stamp_ns = stamp_of(header)
-        if stamp_ns < self._stamp_ns:
-            self.stage.reset()
-        self._stamp_ns = stamp_ns
         matches = [read_match(frame, slot) for slot in range(self._slots)]
         masks = [read_mono8(frame[slot_topic(slot, 'mask')]) for slot in range(self._slots)]
+        self.enter(stamp_of(header))
         locations = self._localizing.locate(matches, masks, header)
         self._results.publish(matches, masks, locations, header)
 

@@ -65,7 +65,6 @@ class MatcherNode(JoinedNode):
             self.bank, config, max_people=self._slots, threads=people.people_threads
         )
         self._messages: HeldFrames[Parts] = HeldFrames()
-        self._stamp_ns = 0
         self._results = MatchOutputs(self, self._slots)
         self._debug = DebugOutput(self)
 
@@ -94,6 +93,12 @@ class MatcherNode(JoinedNode):
         super().forget()
         self._messages.clear()
 
+    def start_over(self) -> None:
+        """Publish what the lag holds back and forget the paths."""
+        self.finish()
+        super().start_over()
+        self._messages.clear()
+
     def finish(self) -> None:
         """Publish what the lag holds back."""
         self._publish(self.stage.flush())
@@ -104,13 +109,7 @@ class MatcherNode(JoinedNode):
         size = frame['size'] or tracks[0].likelihood.shape[::-1]
         check_pixels(size)
         stamp_ns = tracks[0].stamp_ns
-        if stamp_ns < self._stamp_ns:
-            self.warnings.warn(
-                'time', 'the stamp went back (a bag that loops?): the paths begin anew'
-            )
-            self.finish()
-            self.forget()
-        self._stamp_ns = stamp_ns
+        self.enter(stamp_ns)
         results = self.stage.update(tracks, source_size=size)
         self._messages.hold(stamp_ns, frame)
         self._publish(results)

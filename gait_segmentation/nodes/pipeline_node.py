@@ -100,10 +100,10 @@ class PipelineNode(CameraNode):
         super().forget()
         self._held.clear()
 
-    def start_over(self) -> None:
-        """Publish what is held back and forget everybody, but not the boxes that wait."""
+    def reset_stage(self) -> None:
+        """Publish what is held back and have the stages forget everybody (worker)."""
         self.finish()
-        super().start_over()
+        super().reset_stage()
         self._held.clear()
 
     def finish(self) -> None:

@@ -60,7 +60,6 @@ class SegmenterNode(JoinedNode):
         self._slots = people.max_people
         self.stage = PeopleSegmenter(config, max_people=self._slots, threads=people.people_threads)
         self._shape: tuple[int, int] | None = None
-        self._stamp_ns = 0
         self._bits = SampleBits()
         self._results = SegmentationOutputs(self, self._slots)
         self._debug = DebugOutput(self)
@@ -72,15 +71,13 @@ class SegmenterNode(JoinedNode):
     def process(self, frame: Parts) -> None:
         """Segment a frame."""
         header = frame['image'].header
-        stamp_ns = stamp_of(header)
         image = decode(frame['image'], self.parameters.get(CameraConfig), self._bits)
         shape = (image.shape[0], image.shape[1])
-        if stamp_ns < self._stamp_ns or self._shape not in (None, shape):
-            self.warnings.warn(
-                'reset', 'the stamp went back or the image size changed: starting anew'
-            )
+        self.enter(stamp_of(header))
+        if self._shape not in (None, shape):
+            self.warnings.warn('size', 'the image size changed: starting anew')
             self.stage.reset()
-        self._stamp_ns, self._shape = stamp_ns, shape
+        self._shape = shape
         slots = range(self._slots)
         likelihoods = [read_mono8(frame[slot_topic(slot, 'likelihood')]) for slot in slots]
         matches = [read_match(frame, slot) for slot in slots]

@@ -35,7 +35,7 @@ class Statistics:
     def __init__(self) -> None:
         """Begin with nothing received."""
         self.received = self.processed = self.skipped = self.failed = 0
-        self.lost = self.incomplete = 0
+        self.lost = self.incomplete = self.late = self.again = 0
         self.last_stamp_ns = 0
         self._arrivals: deque[float] = deque(maxlen=_WINDOW)
         self._departures: deque[float] = deque(maxlen=_WINDOW)
@@ -84,8 +84,8 @@ class Statistics:
             return now_s - float(np.fmax(last_s, self._since_s))
 
     def losses(self) -> tuple[int, int]:
-        """Return the frames lost, incomplete or skipped, and failed, since this was last asked."""
-        now = (self.lost + self.incomplete + self.skipped, self.failed)
+        """Return the frames lost, incomplete, skipped or late, and failed, since last asked."""
+        now = (self.lost + self.incomplete + self.skipped + self.late, self.failed)
         before, self._told = self._told, now
         return now[0] - before[0], now[1] - before[1]
 
@@ -117,9 +117,7 @@ def diagnostic_message(
     """
     median, high = statistics.latency_ms()
     frames, outputs = statistics.rates_hz(now_s)
-    age = math.nan
-    if statistics.last_stamp_ns:
-        age = now.sec + now.nanosec / 1e9 - statistics.last_stamp_ns / 1e9
+    age = _age_s(statistics.last_stamp_ns, now)
     values = {
         'state': state,
         'input rate (Hz)': f'{frames:.1f}',
@@ -130,6 +128,8 @@ def diagnostic_message(
         'failed': str(statistics.failed),
         'lost on the wire': str(statistics.lost),
         'incomplete': str(statistics.incomplete),
+        'late': str(statistics.late),
+        'again': str(statistics.again),
         'latency p50 (ms)': f'{median:.1f}',
         'latency p95 (ms)': f'{high:.1f}',
         'age of the last stamp (s)': f'{age:.3f}',
@@ -148,6 +148,13 @@ def diagnostic_message(
     return message
 
 
+def _age_s(stamp_ns: int, now: Time) -> float:
+    """Return how old a stamp is, NaN without it or a time, or if it is ahead of that."""
+    now_ns = now.sec * 1_000_000_000 + now.nanosec
+    age_s = (now_ns - stamp_ns) / 1e9
+    return age_s if stamp_ns > 0 and now_ns > 0 and age_s >= 0 else math.nan
+
+
 def _judged(
     state: str, statistics: Statistics, now_s: float, late_ms: float, trouble: str
 ) -> tuple[bytes, str]:
@@ -160,7 +167,10 @@ def _judged(
     if failures:
         return DiagnosticStatus.WARN, f'{failures} frames could not be used since the last report'
     if losses:
-        return DiagnosticStatus.WARN, f'{losses} frames lost or skipped since the last report'
+        return (
+            DiagnosticStatus.WARN,
+            f'{losses} frames lost, skipped or late since the last report',
+        )
     if late_ms > _LATE_MS:
         return DiagnosticStatus.WARN, f'slow: 95 % of the outputs within {late_ms:.0f} ms'
     if trouble:

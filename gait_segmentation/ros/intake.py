@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What happens before the tracking: jumps of time, changes of size, whom tracks start from."""
+"""What happens before the tracking: changes of size, and whom tracks start from."""
 
 from __future__ import annotations
 
@@ -27,12 +27,11 @@ _SAME_OVERLAP = 0.3
 
 class Intake:
     """
-    Watches stamps and sizes, and starts tracks.
+    Watches sizes, and starts tracks.
 
     Boxes asked for by :meth:`request` start tracks at the next frame: the newest, as many as there
     are slots, since each costs time and more could not be kept.  The initial box does so at the
-    first frame that is not earlier than its stamp, and again after time jumped back, since a bag
-    that loops begins anew.
+    first frame that is not earlier than its stamp, and again after :meth:`begin_anew`.
     """
 
     def __init__(
@@ -63,7 +62,6 @@ class Intake:
         """Boxes asked for that newer ones have taken the place of."""
 
         self._counting = threading.Lock()
-        self._stamp_ns = 0
         self.shape: tuple[int, int] | None = None
 
     @property
@@ -93,18 +91,14 @@ class Intake:
         """Drop boxes that were asked for and have not been used."""
         self._requested.clear()
 
+    def begin_anew(self) -> None:
+        """Start from the initial box again, as in a bag that loops."""
+        self._armed = self._initial_box is not None
+
     def take(self, image: NDArray[np.uint8], stamp_ns: int) -> None:
         """Prepare the stages for a frame, (height, width, 3) uint8."""
         shape = (image.shape[0], image.shape[1])
-        if stamp_ns < self._stamp_ns:
-            self._warn(
-                'time',
-                f'the stamp went back by {(self._stamp_ns - stamp_ns) / 1e9:.3f} s '
-                '(a bag that loops?): everything is reset',
-            )
-            self._reset()
-            self._armed = self._initial_box is not None
-        elif self.shape not in (None, shape):
+        if self.shape not in (None, shape):
             assert self.shape is not None
             self._warn(
                 'size',
@@ -112,7 +106,6 @@ class Intake:
                 f'{shape[1]} x {shape[0]}: everything is reset',
             )
             self._reset()
-        self._stamp_ns = stamp_ns
         self.shape = shape
         boxes = list(self._requested)
         self._requested.clear()

@@ -9,6 +9,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from gait_segmentation.stamps import Order, Stamps
+
 __all__ = ['ExactJoin']
 
 _REMEMBERED = 1000
@@ -17,7 +19,7 @@ _REMEMBERED = 1000
 
 @dataclass
 class _Entry:
-    """The parts of a stamp, and how often the stamps had jumped back before they came."""
+    """The parts of a stamp, and how often time had begun anew before they came."""
 
     stamp_ns: int
     run: int
@@ -28,7 +30,7 @@ class _Entry:
 
     @property
     def key(self) -> tuple[int, int]:
-        """Return where in time it is."""
+        """Return which frame it is of."""
         return self.run, self.stamp_ns
 
 
@@ -37,10 +39,11 @@ class ExactJoin:
     Collects the parts that belong to one stamp until they are complete.
 
     All stages copy the source image's header, so stamps agree to the nanosecond and nothing
-    needs to be approximated.  Each part comes in the order of its stamps; where they jump back (a
-    bag that loops, a simulation that is reset) its next *run* begins, while other parts of the
-    run before may still be on their way.  An entry that a part has passed by will never be
-    complete, and is dropped; what stays incomplete otherwise is pushed out by what comes later.
+    needs to be approximated.  Each part comes in the order of the images, whose stamps may be late
+    or begin anew (a bag that loops, a simulation that is reset): then its next *run* begins, while
+    other parts of the run before may still be on their way.  An entry that a part has passed by
+    will never be complete, and is dropped; what stays incomplete otherwise is pushed out by what
+    comes later.  A part that comes again is ignored.
     """
 
     def __init__(self, stages: Mapping[str, Iterable[str]], capacity: int) -> None:
@@ -66,13 +69,17 @@ class ExactJoin:
         self.late: Counter[str] = Counter()
         """Entries pushed out, by the part that had not come until then though others had."""
 
+        self.again: Counter[str] = Counter()
+        """Parts ignored since their stamp had come before."""
+
         self.forget()
 
     def forget(self) -> None:
         """Drop what waits, without counting it, and begin anew."""
         self._entries: list[_Entry] = []
+        self._stamps = {part: Stamps() for part in self._stages}
         self._first: dict[str, tuple[int, int]] = {}
-        self._newest: dict[str, tuple[int, int]] = {}
+        self._runs: dict[str, int] = {}
         self._given_up: deque[tuple[int, int]] = deque(maxlen=_REMEMBERED)
         self._pushed_out: deque[tuple[int, int]] = deque(maxlen=_REMEMBERED)
         self._joined = False
@@ -94,12 +101,13 @@ class ExactJoin:
 
         :returns: all parts by name if the stamp is complete now, else None.
         """
-        run, jumped = self._advance(part, stamp_ns)
+        order = self._stamps[part].take(stamp_ns)
+        if order is Order.AGAIN:
+            self.again[part] += 1
+            return None
+        run = self._run(part, stamp_ns, order)
         self._taken += 1
         self._heard[self._stages[part]] = self._taken
-        # Not before all are known to go together.
-        if self._joined:
-            self._drop_passed(self._entries, [part], jumped)
         entry = self._entry(part, stamp_ns)
         if entry is None:
             if self._is_late(part, (run, stamp_ns)):
@@ -107,33 +115,31 @@ class ExactJoin:
             entry = _Entry(stamp_ns, run, self._taken)
             self._entries.append(entry)
         entry.parts[part] = value
+        # Not before all are known to go together.
+        if self._joined:
+            self._drop_passed(entry, part, order)
         complete = len(entry.parts) == len(self._stages)
         if complete:
             self._entries.remove(entry)
             self._joined = True
-        elif self._joined:
-            self._drop_passed([entry], self._stages, jumped=False)
         if len(self._entries) > self.capacity:
             self._push_out(self._entries[0])
         return entry.parts if complete else None
 
-    def _advance(self, part: str, stamp_ns: int) -> tuple[int, bool]:
-        """Return the run of a part that has come, and whether it has just begun."""
-        if part not in self._newest:
-            # The others may have jumped before.
-            run = max((run for run, _ in self._newest.values()), default=0)
-            self._first[part] = self._newest[part] = (run, stamp_ns)
-            return run, False
-        run, before_ns = self._newest[part]
-        jumped = stamp_ns < before_ns
-        self._newest[part] = (run + jumped, stamp_ns)
-        return run + jumped, jumped
+    def _run(self, part: str, stamp_ns: int, order: Order) -> int:
+        """Return the run of a part that has come."""
+        if part not in self._runs:
+            # Time may have begun anew for the others before.
+            self._runs[part] = max(self._runs.values(), default=0)
+            self._first[part] = (self._runs[part], stamp_ns)
+        self._runs[part] += order is Order.ANEW
+        return self._runs[part]
 
     def _entry(self, part: str, stamp_ns: int) -> _Entry | None:
-        """Return the entry that a part goes to: the newest, whether or not it saw all jumps."""
+        """Return the entry that a part goes to: the newest, whatever run that is of."""
         for entry in reversed(self._entries):
             if entry.stamp_ns == stamp_ns and (
-                part not in entry.parts or entry.run == self._newest[part][0]
+                part not in entry.parts or entry.run == self._runs[part]
             ):
                 return entry
         return None
@@ -146,15 +152,27 @@ class ExactJoin:
             self.late[part] += 1
         return key in self._given_up
 
-    def _drop_passed(self, entries: Iterable[_Entry], parts: Iterable[str], jumped: bool) -> None:
-        """Drop those of some entries that one of some parts, which they lack, has passed by."""
-        for entry in list(entries):
-            for part in parts:
-                run, stamp_ns = self._newest[part]
-                passed = entry.run == run and entry.stamp_ns < stamp_ns
-                if part not in entry.parts and (entry.run < run if jumped else passed):
-                    self._give_up(entry, part)
-                    break
+    def _drop_passed(self, entry: _Entry, part: str, order: Order) -> None:
+        """Drop entries that will not be complete, now that a part has come for one."""
+        run = self._runs[part]
+        if order is Order.ANEW:
+            passed = [each for each in self._entries if each.run < run]
+        elif order is Order.NEXT:
+            # What came in later is late itself.
+            before = self._entries[: self._entries.index(entry)]
+            stamp_ns = entry.stamp_ns
+            passed = [each for each in before if each.run == run and each.stamp_ns < stamp_ns]
+        else:
+            # Those before it still come.
+            return
+        for each in passed:
+            if part not in each.parts:
+                self._give_up(each, part)
+        for other in self._stages:
+            newest = self._runs[other], self._stamps[other].newest_ns
+            if other not in entry.parts and entry.run == newest[0] and entry.key < newest:
+                self._give_up(entry, other)
+                return
 
     def _give_up(self, entry: _Entry, part: str) -> None:
         """Drop an entry that a part has passed by, and count it unless it was there before."""

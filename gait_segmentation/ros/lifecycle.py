@@ -12,6 +12,7 @@ from functools import partial
 from typing import Any, ClassVar
 
 import cv2
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from lifecycle_msgs.srv import ChangeState
 from rclpy.clock import Clock, ClockType
@@ -36,8 +37,10 @@ from gait_segmentation.ros.endpoints import (
     subscription,
 )
 from gait_segmentation.ros.join import ExactJoin
+from gait_segmentation.ros.node_time import ignore_negative_times, time_of
 from gait_segmentation.ros.parameters import NodeParameters, refuse_unknown_types, state_of
 from gait_segmentation.ros.warnings import Silence, Warnings
+from gait_segmentation.stamps import Order, Stamps
 
 __all__ = ['GaitNode']
 
@@ -87,7 +90,9 @@ class GaitNode(LifecycleNode):
         super().__init__(self.name, **options)
         self.statistics = Statistics()
         self.warnings = Warnings(self.get_logger().warning)
+        ignore_negative_times(self, self.warnings.warn)
         self.enabled = True
+        self._stamps = Stamps()
         self._silence = Silence()
         self._inputs: list[Callable[[], object]] = []
         self._outputs: list[Any] = []
@@ -120,7 +125,7 @@ class GaitNode(LifecycleNode):
 
     @abstractmethod
     def process(self, frame: Any) -> None:
-        """Work on a frame and publish its outputs (worker)."""
+        """Work on a frame, after :meth:`enter`, and publish its outputs (worker)."""
 
     @abstractmethod
     def process_unusable(self, frame: Any) -> None:
@@ -128,6 +133,11 @@ class GaitNode(LifecycleNode):
 
     def forget(self) -> None:
         """Forget everybody (worker)."""
+        self._stamps.reset()
+        self.stage.reset()
+
+    def start_over(self) -> None:
+        """Forget everybody, for time begins anew (worker)."""
         self.stage.reset()
 
     def configured(self) -> Sequence[tuple[Any, str]]:
@@ -224,23 +234,34 @@ class GaitNode(LifecycleNode):
         return self.enabled
 
     def hand_over(self, stamp_ns: int, frame: Any) -> None:
-        """Give a frame to the worker."""
+        """Give a frame to the worker, which tells late ones and those that come again."""
         self._silence.broken()
         if self._worker is None:
             return
         now = time.monotonic()
         self.statistics.arrived(now, stamp_ns)
-        dropped = self._worker.backlog.put((now, frame))
+        dropped = self._worker.backlog.put((now, stamp_ns, frame))
         if dropped:
             self.statistics.skipped += dropped
             self.warnings.warn_of(dropped, 'cannot keep up: dropped {} that waited')
+
+    def enter(self, stamp_ns: int) -> None:
+        """Let a frame in that could be read: if time begins anew with it, start over (worker)."""
+        back_s = (self._stamps.newest_ns - stamp_ns) / 1e9
+        if self._stamps.take(stamp_ns) is Order.ANEW:
+            self.warnings.warn(
+                'time',
+                f'the stamp went back by {back_s:.3f} s (a bag that loops?): everything is reset',
+            )
+            self.start_over()
 
     def note_missed(self, join: ExactJoin, remedy: str = '') -> None:
         """Count and report frames not all of which has come, and empty the join's counters."""
         self.statistics.skipped += join.skipped.total()
         self.statistics.incomplete += join.missed.total() + join.late.total()
+        self._note_again(join.again.total())
         self.warnings.warn_of_missed(join, remedy)
-        for counter in (join.skipped, join.missed, join.late):
+        for counter in (join.skipped, join.missed, join.late, join.again):
             counter.clear()
 
     def later(self, call: Callable[[], None], kind: str = '', most: int = 1) -> int:
@@ -361,16 +382,37 @@ class GaitNode(LifecycleNode):
 
     # The worker's thread.
 
-    def _work(self, item: tuple[float, Any]) -> None:
-        arrived_s, frame = item
+    def _work(self, item: tuple[float, int, Any]) -> None:
+        arrived_s, stamp_ns, frame = item
+        order = self._stamps.order(stamp_ns)
+        if order is Order.AGAIN:
+            self._note_again(1)
+            return
+        if order is Order.LATE:
+            self._stamps.take(stamp_ns)
+            self.statistics.late += 1
+            self.warnings.warn_of(1, '{} came after a later one: nobody is seen in a late one')
+            self.process_unusable(frame)
+        else:
+            self._work_on(frame, stamp_ns)
+        now_s = time.monotonic()
+        self.statistics.finished(now_s - arrived_s, now_s)
+
+    def _work_on(self, frame: Any, stamp_ns: int) -> None:
+        """Work on a frame, or answer that it cannot be used."""
         try:
             self.process(frame)
         except GaitSegmentationError as error:
+            self._stamps.note(stamp_ns)
             self.statistics.failed += 1
             self.warnings.warn(f'frame {type(error).__name__}', f'a frame cannot be used: {error}')
             self.process_unusable(frame)
-        now_s = time.monotonic()
-        self.statistics.finished(now_s - arrived_s, now_s)
+
+    def _note_again(self, frames: int) -> None:
+        """Count and report frames with stamps that have come before."""
+        if frames:
+            self.statistics.again += frames
+            self.warnings.warn_of(frames, '{} ignored: the stamp had come before')
 
     def _worker_failed(self, error: BaseException) -> None:
         self._failure = error
@@ -408,6 +450,17 @@ class GaitNode(LifecycleNode):
             self._worker.backlog.limit = config.backlog
         self.later(lambda: self.apply(config), type(config).__name__)
 
+    def _now(self) -> Time:
+        """Return the time of the node's clock; warn if there is none to compare stamps with."""
+        now = time_of(self)
+        if not (now.sec or now.nanosec) and self.statistics.received:
+            self.warnings.warn(
+                'no time',
+                "the node's clock says nothing above zero, so ages of stamps are not known: with "
+                'use_sim_time somebody must publish on /clock',
+            )
+        return now
+
     def _report(self) -> None:
         if self.state == 'active' and self.enabled:
             text = self._silence.to_say(time.monotonic(), self.missing)
@@ -415,6 +468,7 @@ class GaitNode(LifecycleNode):
                 self.get_logger().warning(text)
         else:
             self._silence.broken()
+        now = self._now()
         details = self.status()
         details['kernels ready'] = str(self._worker is not None).lower()
         for output in self._outputs:
@@ -425,7 +479,7 @@ class GaitNode(LifecycleNode):
                 self.condition,
                 self.statistics,
                 time.monotonic(),
-                self.get_clock().now().to_msg(),
+                now,
                 details,
                 self.trouble(),
             )

@@ -15,7 +15,7 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_body, check_start_box
 from gait_segmentation.heat_maps import HeatMap, HeatMaps
-from gait_segmentation.images import check_image, check_stamp
+from gait_segmentation.images import check_image, check_later, check_stamp
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.scene.working import working_scale, working_shape
 from gait_segmentation.starting import Start, StartingConfig
@@ -97,10 +97,14 @@ class PeopleTracker:
 
     def reset(self) -> None:
         """Forget everything but the track ids given so far."""
-        self._forget()
+        self.begin_anew()
         self._boxes = []
         self._given = False
         self._heat_maps.clear()
+
+    def begin_anew(self) -> None:
+        """Forget everybody and the place, but not what waits for the next frame."""
+        self._forget()
         self._arrivals.reset()
 
     def initialize(self, box: Box) -> None:
@@ -136,29 +140,22 @@ class PeopleTracker:
         """
         Take in the next frame.
 
-        A stamp that goes backwards or another image size forgets everybody.
+        Another image size forgets everybody.
 
         :param image: (H, W, 3) uint8 BGR.
+        :param stamp_ns: its stamp, later than the last one's; see :meth:`reset`.
         :param heat_map: that of this frame, see :meth:`add_heat_map`.
         :returns: one result for each slot.
-        :raises InputError: if the image is no BGR image, the stamp is not positive or equal to
-            the last one, or a box to start from lies outside of the image or is far larger (the
-            box is then dropped, the rest is as before).
+        :raises InputError: if the image is no BGR image, the stamp is not positive or not
+            later than the last one, or a box to start from lies outside of the image or is far
+            larger (the box is then dropped, the rest is as before).
         """
-        check_image(image)
-        check_stamp(stamp_ns)
-        if stamp_ns == self._stamp_ns:
-            raise InputError(f'stamps must increase, got {stamp_ns} twice')
+        check_later(stamp_ns, self._stamp_ns)
+        self.check(image)
         source = (image.shape[0], image.shape[1])
-        for box in self._boxes:
-            try:
-                check_start_box(box, (source[1], source[0]))
-            except InputError:
-                self._boxes.remove(box)
-                raise
         if heat_map is not None:
             self.add_heat_map(heat_map, stamp_ns)
-        if stamp_ns < self._stamp_ns or (self._source is not None and source != self._source):
+        if self._source is not None and source != self._source:
             self._forget()
         self._source, self._stamp_ns = source, stamp_ns
         self._heat_map = self._heat_maps.newest(stamp_ns, self._config.heat_map_age)
@@ -184,6 +181,20 @@ class PeopleTracker:
                 for target in self._targets(world):
                     target.skip(record)
         return results
+
+    def check(self, image: NDArray[np.uint8]) -> None:
+        """
+        Refuse what :meth:`update` would.
+
+        :raises InputError: if the image is no BGR image or a box to start from does not fit it.
+        """
+        check_image(image)
+        for box in self._boxes:
+            try:
+                check_start_box(box, (image.shape[1], image.shape[0]))
+            except InputError:
+                self._boxes.remove(box)
+                raise
 
     def learn(self, feedback: Sequence[Feedback]) -> None:
         """
@@ -309,11 +320,15 @@ class PeopleTracker:
 
     def _empty(self) -> TrackResult:
         assert self._source is not None
+        return self.nobody(self._stamp_ns, self._source)
+
+    def nobody(self, stamp_ns: int, source: tuple[int, int]) -> TrackResult:
+        """Return that nobody is tracked in a frame; ``source`` is (H, W) of the image."""
         scale = working_scale(
-            *self._source,
+            *source,
             working_size=self._config.working_size,
             person_height=1,
             working_height=1,
         )
-        shape = working_shape(*self._source, scale)
-        return TrackResult(self._stamp_ns, 0, None, np.zeros(shape, np.uint8), 0.0)
+        shape = working_shape(*source, scale)
+        return TrackResult(stamp_ns, 0, None, np.zeros(shape, np.uint8), 0.0)

@@ -202,10 +202,13 @@ def test_another_person_or_a_long_pause_begins_anew(bank):
     assert (later.phase, later.phase_rate) == (fresh.phase, fresh.phase_rate)
 
 
-def test_a_stamp_that_goes_back_resets(bank):
+def test_a_stamp_that_goes_back_needs_a_reset(bank):
     frames = list(walk(0.0, 5))
     matcher = SequenceMatcher(bank, config(lag=2))
     run(matcher, frames)
+    with pytest.raises(InputError, match='must increase'):
+        run(matcher, frames[:1])
+    matcher.reset()
     assert run(matcher, frames[:2]) == []
     assert [r.stamp_ns for r in matcher.flush()] == [f[0] for f in frames[:2]]
 
@@ -235,7 +238,7 @@ def test_results_are_the_same_bits_again(bank):
         ({'likelihood': np.zeros((100, 150), np.uint8)}, 'proportions'),
         ({'known': np.zeros((10, 10), np.uint8)}, 'size of the likelihood'),
         ({'stamp_ns': 0}, 'positive'),
-        ({'stamp_ns': 10**9}, 'later'),
+        ({'stamp_ns': 10**9}, 'must increase'),
         ({'source_size': (0, 130)}, 'positive'),
         ({'angle': math.nan}, 'finite'),
         ({'box': Box(10, 10, 1e-6, 1e-6)}, 'pixels large'),

@@ -141,8 +141,67 @@ def test_a_stamp_that_goes_back_resets_and_the_stream_goes_on(graph: Graph) -> N
     assert new['person_0/box'][0].polygon.id == 2
 
 
-def test_the_same_stamp_twice_gives_one_output_each(graph: Graph) -> None:
-    graph.feed(frame(0), frame(0), frame(1))
+@pytest.mark.parametrize(
+    'order',
+    [(4, 6, 5, 7), (4, 7, 5, 6, 8), (4, 5, 7, 6, 9, 8, 10)],
+    ids=['one', 'two in a row', 'two'],
+)
+def test_late_frames_are_answered_and_the_track_goes_on(graph: Graph, order) -> None:
+    graph.track(0, 4)
+    new = graph.feed(*(frame(index) for index in order))
+    late = [n < max(order[: k + 1]) for k, n in enumerate(order)]
+    assert [not mask.any() for mask in masks(new)] == late
+    assert [not m.polygon.polygon.points for m in new['person_0/box']] == late
+    assert {m.polygon.id for m in new['person_0/box']} == {0, 1}
+    for node in graph.nodes:
+        assert node.statistics.late == sum(late)
+        assert node.statistics.incomplete == node.statistics.skipped == 0
+        assert 'time' not in node.warnings.keys
+    assert masks(graph.feed(frame(11)))[0].any()
+
+
+def test_a_clock_that_is_set_back_by_five_milliseconds_loses_nobody(graph: Graph) -> None:
+    graph.track(0, 4)
+    back = frame(3)
+    back.header.stamp.nanosec -= 5_000_000
+    new = graph.feed(back, frame(4), frame(5))
+    assert [bool(mask.any()) for mask in masks(new)] == [False, True, True]
+    assert [m.polygon.id for m in new['person_0/box']] == [0, 1, 1]
+
+
+def test_a_late_frame_of_another_size_is_answered_in_it(graph: Graph) -> None:
+    graph.track(0, 4)
+    new = graph.feed(frame(5), frame(4, (200, 140)), frame(6))
+    assert [mask.shape for mask in masks(new)] == [(120, 160), (140, 200), (120, 160)]
+    assert [bool(mask.any()) for mask in masks(new)] == [True, False, True]
+
+
+def test_a_bag_that_loops_after_three_seconds_begins_anew(graph: Graph) -> None:
+    steps = (0, 45, 90)
+    for track_id in (1, 2):
+        graph.start()
+        (first, *_) = graph.feed(*(frame(index) for index in steps))['person_0/box']
+        assert first.polygon.id == track_id
+
+
+@pytest.mark.parametrize('again', [(0, 0), (0, 1, 0, 1), (0, 2, 1, 1)])
+def test_a_stamp_that_comes_again_is_ignored(graph: Graph, again: tuple[int, ...]) -> None:
+    graph.track(10, 2)
+    other = {n: frame(12 + n) for n in again}
+    for n in other.values():
+        graph.feed(n)
+    for index in again:
+        twice = frame(20)
+        twice.header = other[index].header
+        graph.camera.publish(twice)
+    graph.bench.settle()
+    assert graph.camera.wait_for_all_acked()
+    new = graph.feed(frame(16))
+    assert masks(new)[0].any()
+    for node in graph.nodes:
+        sees = 'camera' in node.status()
+        assert node.statistics.again == (len(again) if sees else 0), node.name
+        assert node.statistics.incomplete == node.statistics.skipped == 0
 
 
 @pytest.mark.parametrize(

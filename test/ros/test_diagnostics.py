@@ -64,6 +64,39 @@ def test_what_a_node_has_to_say_is_a_warning_where_frames_go_well() -> None:
         assert message.status[0].message.startswith(wanted)
 
 
+@pytest.mark.parametrize(
+    ('stamp_ns', 'now', 'said'),
+    [
+        (9_000_000_000, Time(sec=10), '1.000'),
+        (0, Time(sec=10), 'nan'),
+        # No /clock, a stamp of 1970 with a real clock behind, one ahead, and one below zero.
+        (1_700_000_000_000_000_000, Time(), 'nan'),
+        (10_000_000_001, Time(sec=10), 'nan'),
+        (9_000_000_000, Time(sec=-1), 'nan'),
+        (-5, Time(sec=10), 'nan'),
+    ],
+)
+def test_ages_are_told_where_they_make_sense(stamp_ns: int, now: Time, said: str) -> None:
+    statistics = Statistics()
+    statistics.arrived(9.0, stamp_ns)
+    message = diagnostic_message('/a', 'active', statistics, 10.0, now, {})
+    values = {each.key: each.value for each in message.status[0].values}
+    assert values['age of the last stamp (s)'] == said
+
+
+def test_late_frames_and_those_that_come_again_are_counted() -> None:
+    statistics = Statistics()
+    statistics.arrived(9.0, 1)
+    statistics.again = 5
+    assert judged(statistics) == (DiagnosticStatus.OK, 'active')
+    statistics.late = 3
+    message = diagnostic_message('/a', 'active', statistics, 10.0, Time(sec=10), {})
+    values = {each.key: each.value for each in message.status[0].values}
+    assert (values['late'], values['again']) == ('3', '5')
+    assert message.status[0].level == DiagnosticStatus.WARN
+    assert '3 frames lost, skipped or late' in message.status[0].message
+
+
 def test_without_a_first_frame_a_node_is_stale_three_seconds_after_its_activation() -> None:
     statistics = Statistics()
     statistics.expect(10.0)

@@ -58,12 +58,15 @@ def test_a_box_asked_for_can_be_forgotten() -> None:
     assert log.take(1) == []
 
 
-def test_time_that_goes_back_resets_and_uses_the_initial_box_again() -> None:
+def test_when_time_begins_anew_the_initial_box_is_used_again() -> None:
     log = Log(initial_box=BOX)
     assert log.take(2_000_000_000) == [BOX]
-    warning, reset, box = log.take(1_000_000_000)
-    assert 'back by 1.000 s' in warning
-    assert (reset, box) == ('reset', BOX)
+    assert log.take(3_000_000_000) == []
+    log.intake.begin_anew()
+    assert log.take(1_000_000_000) == [BOX]
+    without = Log()
+    without.intake.begin_anew()
+    assert without.take(1) == []
 
 
 def test_another_size_resets() -> None:

@@ -9,6 +9,7 @@ from hypothesis import given, strategies as st
 
 from gait_segmentation.ros.join import ExactJoin
 
+S = 1_000_000_000
 STAGES = {'camera': 'a', 'tracker': 'b', 'matcher': 'cd'}
 
 
@@ -80,7 +81,9 @@ def test_a_topic_that_jumps_back_keeps_what_it_was_in() -> None:
 
 def test_a_topic_that_jumps_back_drops_what_it_was_not_in() -> None:
     join = joined('ab')
-    join.add('a', 100, 'old')
+    for part in 'ab':
+        join.add(part, 5 * S, 'old')
+    join.add('a', 6 * S, 'old')
     join.add('a', 1, 'new')
     assert join.add('b', 1, 'new') == {'a': 'new', 'b': 'new'}
     assert (len(join), counts(join)) == (0, ({}, {'tracker': 1}, {}))
@@ -157,14 +160,14 @@ def test_what_came_before_a_stage_was_there_is_no_loss() -> None:
 
 def test_an_entry_is_counted_once_however_late_its_parts_come() -> None:
     join = joined('acd')
-    join.add('a', 12, 'x')
-    join.add('c', 11, 'x')
-    join.add('d', 11, 'x')
+    join.add('a', 12 * S, 'x')
+    join.add('c', 11 * S, 'x')
+    join.add('d', 11 * S, 'x')
     assert (len(join), counts(join)) == (1, ({'a': 1}, {}, {}))
     # Of the bag's next run it may be complete.
     for part in 'acd':
-        join.add(part, 9, 'new')
-    assert [join.add(part, 11, 'new') for part in 'acd'][-1] == dict.fromkeys('acd', 'new')
+        join.add(part, 9 * S, 'new')
+    assert [join.add(part, 11 * S, 'new') for part in 'acd'][-1] == dict.fromkeys('acd', 'new')
     assert join.missed == {'a': 1}
 
 
@@ -245,17 +248,60 @@ def test_who_comes_after_the_others_jumped_passes_by_what_they_have_seen_since()
 
 def test_of_two_with_one_stamp_the_newer_is_meant() -> None:
     join = empty('ab')
-    for stamp, value in ((7, 'old'), (6, 'x'), (7, 'new')):
+    for stamp, value in ((7 * S, 'old'), (5 * S, 'x'), (7 * S, 'new')):
         join.add('a', stamp, value)
-    assert join.add('b', 7, 'b') == {'a': 'new', 'b': 'b'}
+    assert join.add('b', 7 * S, 'b') == {'a': 'new', 'b': 'b'}
 
 
-def test_a_part_that_comes_twice_counts_once_and_the_last_time() -> None:
+def test_a_part_that_comes_twice_counts_once_and_the_first_time() -> None:
     join = empty('ab')
     join.add('a', 1, 'first')
     join.add('a', 1, 'second')
-    assert join.add('b', 1, 'b') == {'a': 'second', 'b': 'b'}
-    assert len(join) == 0
+    assert join.add('b', 1, 'b') == {'a': 'first', 'b': 'b'}
+    assert join.add('a', 1, 'third') is join.add('b', 1, 'b') is None
+    for stamp in (2, 3):
+        join.add('a', stamp, 'x')
+    assert join.add('a', 2, 'again') is None
+    assert [join.add('b', stamp, 'x') for stamp in (2, 3)] == [{'a': 'x', 'b': 'x'}] * 2
+    assert (len(join), counts(join)) == (0, NOTHING)
+    assert join.again == {'a': 3, 'b': 1}
+
+
+@pytest.mark.parametrize('seed', range(10))
+@pytest.mark.parametrize(
+    'stamps',
+    [
+        (1, 3, 2, 4, 5, 6, 7),
+        (1, 2, 5, 3, 4, 6, 7),
+        (1, 2, 4, 3, 6, 5, 7),
+        (1, 7, 6, 5, 4, 3, 2),
+    ],
+    ids=['one', 'two in a row', 'two', 'all'],
+)
+def test_parts_of_late_frames_are_joined_in_all_topics(stamps: tuple[int, ...], seed: int) -> None:
+    random = Random(seed)
+    join = joined('abcd')
+    taken = dict.fromkeys('abcd', 0)
+    complete = []
+    while min(taken.values()) < len(stamps):
+        part = random.choice([p for p in 'abcd' if taken[p] < len(stamps)])
+        parts = join.add(part, 10 + stamps[taken[part]], taken[part])
+        taken[part] += 1
+        if parts:
+            assert len(set(parts.values())) == 1
+            complete.append(parts['a'])
+    assert sorted(complete) == list(range(len(stamps)))
+    assert (len(join), counts(join)) == (0, NOTHING)
+
+
+def test_a_late_frame_that_a_stage_says_nothing_of_is_dropped_with_the_next() -> None:
+    join = joined('ab')
+    for stamp in (12, 11, 13):
+        join.add('a', stamp, 'x')
+    assert join.add('b', 12, 'x') is not None
+    assert counts(join) == NOTHING
+    assert join.add('b', 13, 'x') is not None
+    assert (len(join), counts(join)) == (0, ({}, {'tracker': 1}, {}))
 
 
 def test_of_several_parts_that_have_passed_the_first_is_named() -> None:

@@ -17,9 +17,10 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource
 from gait_segmentation.inputs.heat_maps import RecordedMaps
-from gait_segmentation.pipeline import FrameResult, PersonResult, Pipeline
-from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
+from gait_segmentation.pipeline import FrameResult, Pipeline
+from gait_segmentation.results import TrackResult
 from gait_segmentation.ros.intake import Intake
+from gait_segmentation.stamps import Order, Stamps
 
 __all__ = ['ahead', 'results_of']
 
@@ -63,7 +64,8 @@ def results_of(
     """
     Run every frame through a pipeline.
 
-    A frame that cannot be read or used has a result in which nobody is seen, as from the nodes.
+    A frame that cannot be read or used, or comes after a later one, has a result in which nobody
+    is seen, as from the nodes; one whose stamp has come before has none.
 
     :param box: of the person in the first frame, in pixels of the frames.
     :param warn: told what is worth a warning.
@@ -94,6 +96,7 @@ def results_of(
         warn=lambda _, text: warn(text),
         initial_box=box,
     )
+    stamps = Stamps()
     damage: DamagedError | None = None
     frames = ahead(source.frames())
     while True:
@@ -107,7 +110,16 @@ def results_of(
         answered_by = None
         if frame.image is None:
             warn(f'frame {frame.number} cannot be read: {frame.problem}')
+        elif (order := stamps.take(frame.stamp_ns)) is Order.AGAIN:
+            warn(f'frame {frame.number} is ignored: its stamp has come before')
+            continue
+        elif order is Order.LATE:
+            warn(f'frame {frame.number} came after a later one: nobody is seen in it')
         else:
+            if order is Order.ANEW:
+                warn(f'the stamp went back at frame {frame.number}: everything is reset')
+                start_over()
+                intake.begin_anew()
             intake.take(frame.image, frame.stamp_ns)
             yield from flushed
             flushed.clear()
@@ -148,12 +160,5 @@ def _with_heat_maps(
 
 def _blank(frame: Frame, slots: int, likelihood_shape: tuple[int, int]) -> FrameResult:
     """Return that nobody is seen."""
-    dark = np.zeros(likelihood_shape, np.uint8)
-    mask = np.zeros(frame.shape, np.uint8)
-    stamp_ns = frame.stamp_ns
-    person = PersonResult(
-        TrackResult(stamp_ns, 0, None, dark, 0.0),
-        MatchResult.nobody(stamp_ns, 0, likelihood_shape),
-        SegmentationResult(stamp_ns, 0, mask, frame.problem),
-    )
-    return FrameResult(stamp_ns, (person,) * slots, mask, mask, {})
+    track = TrackResult(frame.stamp_ns, 0, None, np.zeros(likelihood_shape, np.uint8), 0.0)
+    return FrameResult.nobody(track, frame.shape, slots, frame.problem)

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from dataclasses import replace
 from types import SimpleNamespace
@@ -23,7 +23,7 @@ from gait_segmentation.pipeline import FrameResult
 from test.cli.replaying.results import replayed
 
 MASK = np.full((8, 6), 255, np.uint8)
-READ = [replayed(index, [(1, MASK, 0.0)]) for index in range(8)]
+READ = [replayed(index, [(1, MASK, 0.0)]) for index in range(40)]
 
 
 class LaggedPipeline:
@@ -52,14 +52,19 @@ class LaggedPipeline:
         return done
 
 
-def run(frames: list[Frame], pipeline: Any, damaged: bool = False) -> Iterator[Replayed]:
+def run(
+    frames: list[Frame],
+    pipeline: Any,
+    damaged: bool = False,
+    warn: Callable[[str], None] = lambda text: None,
+) -> Iterator[Replayed]:
     def read() -> Iterator[Frame]:
         yield from frames
         if damaged:
             raise DamagedError('it breaks off')
 
     source: Any = SimpleNamespace(frames=read)
-    return results_of(source, pipeline, None, lambda text: None)
+    return results_of(source, pipeline, None, warn)
 
 
 def numbers(answers: Iterable[Replayed]) -> tuple[list[int], list[int]]:
@@ -83,8 +88,31 @@ def test_frames_that_cannot_be_read_or_used_are_answered_in_their_place() -> Non
 
 
 def test_what_waits_is_answered_before_time_jumps_back() -> None:
-    frames = [READ[k].frame for k in (3, 4, 1, 2)]
-    assert numbers(run(frames, LaggedPipeline())) == ([3, 4, 1, 2], [3, 4, 1, 2])
+    frames = [READ[k].frame for k in (38, 39, 1, 2)]
+    assert numbers(run(frames, LaggedPipeline())) == ([38, 39, 1, 2], [38, 39, 1, 2])
+
+
+@pytest.mark.parametrize(
+    ('order', 'seen', 'said'),
+    [
+        ((0, 2, 1, 3), [0, 2, 3], ['late 1']),
+        ((0, 3, 1, 2, 4, 5), [0, 3, 4, 5], ['late 1', 'late 2']),
+        ((0, 10, 5, 11), [0, 10, 11], ['late 5']),
+        ((0, 1, 1, 2), [0, 1, 2], ['again 1']),
+        ((0, 1, 2, 1, 3), [0, 1, 2, 3], ['again 1']),
+    ],
+)
+def test_late_frames_are_answered_in_their_place_and_those_that_come_again_are_not(
+    order: tuple[int, ...], seen: list[int], said: list[str]
+) -> None:
+    warnings: list[str] = []
+    answers = run([READ[k].frame for k in order], LaggedPipeline(), warn=warnings.append)
+    assert numbers(answers) == (list(dict.fromkeys(order)), seen)
+    told = [
+        ('late' if 'after a later one' in text else 'again') + ' ' + text.split()[1]
+        for text in warnings
+    ]
+    assert told == said
 
 
 def test_all_frames_before_a_damage_are_answered() -> None:
