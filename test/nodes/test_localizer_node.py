@@ -175,7 +175,7 @@ def test_what_does_not_fit_is_said_once_and_boxes_go_on(bench: Bench, name: str,
         places.node._localizing._calibrated(about)
     places.node._localizing._depths.append(depth(0, **changes))
     for index in range(3):
-        new = places.show(index if name != 'late' else 0)
+        new = places.show(index)
         assert new['person_0/pose'] == []
         assert len(new['boxes'][0].points) == 8
     assert capfd.readouterr().err.count(said) == 1
