@@ -28,10 +28,13 @@ settings.register_profile('gate', derandomize=True, database=None, **_UNTIMED)
 settings.register_profile('fuzz', database=None, print_blob=True, **_UNTIMED)
 settings.load_profile('gate')
 
-# A shell ignores Ctrl-C in what it runs in the background, and processes inherit that.
-_ignored = signal.getsignal(signal.SIGINT) == signal.SIG_IGN
-if _ignored and threading.current_thread() is threading.main_thread():
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+# A shell ignores Ctrl-C in what it runs in the background, nohup that the terminal is closed, and
+# processes inherit that.
+if threading.current_thread() is threading.main_thread():
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def pytest_collection_finish() -> None:
