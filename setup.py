@@ -23,7 +23,7 @@ ROS = [
 TOOLS = [
     'lz4>=4.0.2',
     'mcap>=1.2.2',
-    'rosbags>=0.10.11',
+    'rosbags>=0.11.0',
     'tqdm>=4.66.2',
 ]
 # `gait_replay --dask` and tables in Parquet.
