@@ -238,7 +238,7 @@ class Player:
         seconds = 1 / 25 if calm else draw(SECONDS)
         stamp_ns = self.stamps.newest_ns + max(1, round(1e9 * seconds))
         event = draw(st.integers(0, 400 if calm else 40))
-        if event == 1:
+        if event == 1 and self.stamps.newest_ns:
             stamp_ns = self.stamps.newest_ns
         elif event == 2 and self.stamps.newest_ns > 1:
             stamp_ns = draw(st.integers(1, self.stamps.newest_ns))
