@@ -74,8 +74,8 @@ class FirstScene:
         found = []
         for model, weight in zip(self.models, (person, rest), strict=True):
             model.band_share = band_share
-            model.learn(self.bins, self.rows, np.ascontiguousarray(weight), 1.0)
-            found.append(np.log(np.maximum(model.table[self.bins, bands], np.float32(_FLOOR))))
+            model.learn(self.bins, self.rows, weight, 1.0)
+            found.append(np.log(model.table[self.bins, bands]))
         return np.clip(found[0] - found[1], -_LIMIT, _LIMIT)
 
     def cut(self, logit: NDArray[np.float32]) -> NDArray[np.bool_]:
