@@ -73,7 +73,7 @@ def _source(context):
         executable='gait_source',
         namespace=given('namespace'),
         remappings=[('image', given('image'))],
-        arguments=[given('input'), *options],
+        arguments=[*options, '--', given('input')],
         output='screen',
     )
     end = TimerAction(

@@ -283,9 +283,9 @@ def _record(
 
     recording.follow(connected, processes)
     source = [f'--{name.replace("_", "-")}={value}' for name, value in reading.items() if value]
-    source += [str(film.path), '--wait-for', '2', '--stamps', str(stamps)]
+    source += ['--wait-for', '2', '--stamps', str(stamps)]
     # For the processes to be done with finding the camera before it starts.
-    source += ['--delay', '1']
+    source += ['--delay', '1', '--', str(film.path)]
     processes.start('gait_source', 'gait_segmentation', 'source', *source)
     # disable=None: no bar where stderr is not a terminal.
     with tqdm(total=film.total, unit='frame', disable=None, desc='gait_demo') as bar:

@@ -10,6 +10,7 @@ from functools import cache, partial
 from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
+from urllib.parse import quote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,6 +65,13 @@ def _storage_files(path: Path) -> list[Path]:
     # NAME_2 comes before NAME_10.
     files = {p.name.removesuffix('.zstd'): p for p in path.iterdir() if _is_storage(p)}
     return [files[name] for name in sorted(files, key=lambda name: (len(name), name))]
+
+
+class _UriPath(type(Path())):  # type: ignore[misc]
+    """A path that rosbags may format into the URI by which SQLite opens a file."""
+
+    def __format__(self, _: str) -> str:
+        return quote(str(self))
 
 
 class Topic(NamedTuple):
@@ -185,7 +193,8 @@ class BagSource(ImageSource):
         from rosbags.rosbag1 import Reader as Reader1
         from rosbags.rosbag2 import Reader as Reader2
 
-        reader = Reader1(self.path) if self.path.suffix == '.bag' else Reader2(self.path)
+        old = self.path.suffix == '.bag'
+        reader = Reader1(self.path) if old else Reader2(_UriPath(self.path))
         try:
             reader.open()
             yield reader

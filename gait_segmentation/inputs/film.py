@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -64,7 +65,7 @@ class FilmSource(ImageSource):
         if image:
             # A film as well, but decoded without a limit as soon as it is opened as such.
             read_image(self.path, self._max_pixels)
-        capture = cv2.VideoCapture(str(self.path))
+        capture = self._capture()
         opened = capture.isOpened()
         self._fps = float(capture.get(cv2.CAP_PROP_FPS))
         claimed = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
@@ -80,6 +81,10 @@ class FilmSource(ImageSource):
         # A hint: films are trimmed without being encoded anew, and some formats only estimate.
         return max(claimed, 0) or None
 
+    def _capture(self) -> cv2.VideoCapture:
+        # With a slash, since FFmpeg takes what comes before a colon for a protocol.
+        return cv2.VideoCapture(os.path.join('.', self.path))
+
     def rate(self) -> float:
         """Return what was asked for, or what the film says."""
         if self._rate:
@@ -88,7 +93,7 @@ class FilmSource(ImageSource):
 
     def entries(self) -> Iterator[Entry]:
         """Yield all frames."""
-        capture = cv2.VideoCapture(str(self.path))
+        capture = self._capture()
         fps = self.rate()
         number = 0
         times = _Times(fps)

@@ -272,3 +272,14 @@ def test_a_bag_of_some_of_16_bits_is_as_bright_as_others(bits: int, tmp_path: Pa
     source = open_input(write_bag2(tmp_path / 'walk', {'/image': messages}))
     for _ in range(2):
         assert [int(image[0, 0, 0]) for image in source.images()] == [255, 25, 127]
+
+
+@pytest.mark.parametrize('kind', WRITERS)
+@pytest.mark.parametrize('name', ['12:30:05', 'walk%20#1?a=b'])
+def test_the_name_of_a_bag_is_but_a_name(kind: str, name: str, tmp_path: Path) -> None:
+    plain = WRITERS[kind](tmp_path / 'plain', {'/image': greys(3)})
+    bag = plain.rename(tmp_path / f'{name}{plain.suffix}')
+    assert numbers(open_input(bag)) == [0, 1, 2]
+    if kind == 'sqlite3':
+        alone = (bag / 'plain.db3').rename(tmp_path / f'{name}.db3')
+        assert numbers(open_input(alone)) == [0, 1, 2]

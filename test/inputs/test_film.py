@@ -113,13 +113,40 @@ def test_nothing_is_scaled_down_to_nothing(tmp_path: Path) -> None:
     assert [image.shape for image in film.images()] == [(1, 9, 3)]
 
 
-def test_a_film_file_is_read(tmp_path: Path) -> None:
-    path = tmp_path / 'film.mp4'
+def write_film(path: Path) -> Path:
     codec = int.from_bytes(b'mp4v', 'little')
     writer = cv2.VideoWriter(str(path), codec, 12.0, (64, 48))
     for index in range(5):
         writer.write(np.full((48, 64, 3), 10 + 50 * index, np.uint8))
     writer.release()
+    return path
+
+
+@pytest.mark.parametrize(
+    'name',
+    [
+        '2024-05-01T12:30:05.mp4',
+        'file:walk.mp4',
+        'concat:a|b.mp4',
+        'data:,.mp4',
+        'http:/walk.mp4',
+        '100%.mp4',
+        'walk%03d.mp4',
+        '-walk.mp4',
+        'a*?[1]{b}.mp4',
+        ' gehen ä 走.mp4 ',
+        'two\nlines.mp4',
+    ],
+)
+def test_the_name_of_a_film_is_but_a_name(name: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path(name).parent.mkdir(exist_ok=True)
+    write_film(tmp_path / 'film.mp4').rename(name)
+    assert greys(open_input(name)) == [0, 1, 2, 3, 4]
+
+
+def test_a_film_file_is_read(tmp_path: Path) -> None:
+    path = write_film(tmp_path / 'film.mp4')
     film = open_input(path, start=2)
     assert film.fps == pytest.approx(12)
     assert greys(film) == [2, 3, 4]

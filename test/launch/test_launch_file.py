@@ -128,6 +128,9 @@ def test_each_node_has_its_own_enclave_if_there_are_any() -> None:
 
 def test_an_input_is_played_into_the_nodes() -> None:
     assert names(started(REPLAY, input='walk.mp4')) == [*SPLIT, 'gait_source']
+    (*_, source) = started(REPLAY, input='-walk.mp4')
+    words = [part.text for word in source.cmd for part in word if hasattr(part, 'text')]
+    assert words[words.index('--') + 1] == '-walk.mp4'
     single = started(REPLAY, input='walk.mp4', style='single', loop='true')
     assert names(single) == ['gait_pipeline', 'gait_source']
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import csv
 import math
+import os
 import re
 from pathlib import Path
 
@@ -80,6 +81,10 @@ class OverlayOutput(Output):
     help = 'a film (.mp4) with outline, box, direction and phase'
     suffix = '.mp4'
 
+    def _file(self) -> str:
+        # With a slash, since FFmpeg takes what comes before a colon for a protocol.
+        return os.path.join('.', self.work)
+
     def begin(self) -> None:
         """
         Open the film.
@@ -89,7 +94,7 @@ class OverlayOutput(Output):
         self._frames = 0
         # No other backend: for a name it does not know OpenCV's next one throws, aloud.
         self._film = cv2.VideoWriter(
-            str(self.work), cv2.CAP_FFMPEG, _MP4V, self.about.fps, self.about.size
+            self._file(), cv2.CAP_FFMPEG, _MP4V, self.about.fps, self.about.size
         )
         if not self._film.isOpened():
             raise SequenceError(
@@ -128,7 +133,7 @@ class OverlayOutput(Output):
         :raises SequenceError: if some are missing.
         """
         self._film.release()
-        capture = cv2.VideoCapture(str(self.work))
+        capture = cv2.VideoCapture(self._file())
         readable = 0
         while capture.grab():
             readable += 1

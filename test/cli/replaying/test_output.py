@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from gait_segmentation.cli.replaying.bag_output import BagOutput
-from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput
+from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput, OverlayOutput
+from gait_segmentation.cli.replaying.output import About
 from gait_segmentation.errors import SequenceError
 
 
@@ -48,3 +49,13 @@ def test_a_folder_of_somebody_else_is_not_removed_whatever_its_name(
     with pytest.raises(SequenceError, match=r'\.walk\.part .*is not replaced; remove it'):
         kind(tmp_path / 'walk')
     assert [path for path in tmp_path.rglob('*') if path.is_file()] == [thesis]
+
+
+@pytest.mark.parametrize(
+    'name', ['2024-05-01T12:30:05.mp4', 'file:walk.mp4', '100%03d.mp4', '-ä [1].mp4']
+)
+def test_the_name_of_a_film_is_but_a_name(name: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    output = OverlayOutput(Path(name), About((64, 48), 25.0, 1))
+    output.close(complete=True)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
