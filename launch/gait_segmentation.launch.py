@@ -135,7 +135,18 @@ def _nodes(context):
         raise ValueError(f'params_file:={given["params_file"]} is no file')
     # Nor would it mention a misspelt argument. Arguments of a file that includes this one are no
     # mistake.
-    known = [*given, 'input', 'topic', 'rate', 'width', 'loop', 'keep_stamps', 'driver', 'device']
+    known = [
+        *given,
+        'input',
+        'topic',
+        'rate',
+        'rotate',
+        'width',
+        'loop',
+        'keep_stamps',
+        'driver',
+        'device',
+    ]
     others = [name for name in context.launch_configurations if name not in known]
     slips = [
         LogInfo(msg=f'there is no argument {name}: did you mean {meant[0]}?')

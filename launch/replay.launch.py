@@ -36,6 +36,12 @@ ARGUMENTS = [
         'rate', default_value='0', description='frames per second; 0 = as recorded'
     ),
     DeclareLaunchArgument(
+        'rotate',
+        default_value='0',
+        choices=['0', '90', '180', '270'],
+        description='degrees by which frames are turned clockwise',
+    ),
+    DeclareLaunchArgument(
         'width', default_value='0', description='scale down to this width; 0 = as recorded'
     ),
     DeclareLaunchArgument(
@@ -63,7 +69,7 @@ def _source(context):
 
     # Both the tracker and the segmenter look at the images.
     readers = '1' if given('style') == 'single' else '2'
-    options = ['--rate', given('rate'), '--width', given('width')]
+    options = [word for name in ('rate', 'rotate', 'width') for word in (f'--{name}', given(name))]
     options += ['--wait-for', readers, '--wait-timeout', '120', '--delay', DELAY_S]
     options += ['--topic', given('topic')] if given('topic') else []
     options += ['--loop'] if given('loop') == 'true' else []

@@ -44,7 +44,7 @@ __all__ = [
     'spec_of',
 ]
 
-READING = ('topic', 'width', 'start', 'count', 'rate', 'max_pixels')
+READING = ('topic', 'width', 'start', 'count', 'rate', 'rotate', 'max_pixels')
 """Options that are arguments of :func:`gait_segmentation.inputs.open_input`."""
 
 PROCESSORS = (1, 1024)
@@ -175,6 +175,14 @@ def add_reading_options(parser: argparse.ArgumentParser, rate: str) -> None:
     add('--topic', default='', help='topic of the images, if a bag has several')
     add('--start', type=int, default=0, metavar='N', help='first frame, counted from 0')
     add('--count', type=int, metavar='M', help='number of frames (all)')
+    add(
+        '--rotate',
+        type=int,
+        default=0,
+        choices=(0, 90, 180, 270),
+        help='degrees by which frames are turned clockwise, for a camera on its side or upside '
+        'down (%(default)s)',
+    )
     add('--width', type=int, default=0, metavar='PX', help='scale down to this width')
     add(
         '--max-pixels',

@@ -26,6 +26,7 @@ def open_input(
     start: int = 0,
     count: int | None = None,
     rate: float = 0.0,
+    rotate: int = 0,
     max_pixels: int = MOST_PIXELS,
 ) -> ImageSource:
     """
@@ -39,6 +40,8 @@ def open_input(
     :param count: number of frames wanted, None for all that follow.
     :param rate: frames per second of a film or a folder; 0: what the film says, 30 in a folder.
         Bags have stamps and no rate. From 0.01 to 1000.
+    :param rotate: degrees by which frames are turned clockwise, 0, 90, 180 or 270, before they are
+        scaled; films of telephones, which say how they are to be turned, are without.
     :param max_pixels: how many a frame may have; one that claims more is not decoded.
     :raises SequenceError: if the input is missing, holds no images, or has no such frames.
     """
@@ -59,7 +62,8 @@ def open_input(
             'ros2 run v4l2_camera v4l2_camera_node'
         )
     wanted: dict[str, Any] = {
-        'width': width, 'start': start, 'count': count, 'rate': rate, 'max_pixels': max_pixels,
+        'width': width, 'start': start, 'count': count, 'rate': rate, 'rotate': rotate,
+        'max_pixels': max_pixels,
     }  # fmt: skip
     if path.exists() and is_bag(path):
         return BagSource(path, topic=topic, **wanted)

@@ -17,7 +17,7 @@ from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.files.encoded_images import check_pixels, is_image
 from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_image
 from gait_segmentation.inputs.encodings import SampleBits
-from gait_segmentation.inputs.source import DEFAULT_FPS, Entry, ImageSource
+from gait_segmentation.inputs.source import DEFAULT_FPS, MOST_FRAMES, Entry, ImageSource
 
 __all__ = ['FilmSource', 'FolderSource']
 
@@ -69,21 +69,31 @@ class FilmSource(ImageSource):
         opened = capture.isOpened()
         self._fps = float(capture.get(cv2.CAP_PROP_FPS))
         claimed = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+        codec = int(capture.get(cv2.CAP_PROP_FOURCC)) & 0xFFFFFFFF
+        self._codec = codec.to_bytes(4, 'little').decode('latin-1')
+        turned = int(capture.get(cv2.CAP_PROP_ORIENTATION_META))
+        # OpenCV 4.6 has the other sign.
+        self._rotate += -turned if cv2.__version__.startswith('4.6.') else turned
         sides = (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)
         width, height = (int(capture.get(side)) for side in sides)
         capture.release()
         if not opened:
-            raise SequenceError(f'{self.path} cannot be read as a film')
+            raise SequenceError(
+                f'{self.path} cannot be read as a film: it is none, or OpenCV lacks its codec'
+            )
         try:
             check_pixels((width, height), self._max_pixels)
         except InputError as error:
             raise SequenceError(f'{self.path}: {error}') from error
         # A hint: films are trimmed without being encoded anew, and some formats only estimate.
-        return max(claimed, 0) or None
+        return claimed if 0 < claimed <= MOST_FRAMES else None
 
     def _capture(self) -> cv2.VideoCapture:
         # With a slash, since FFmpeg takes what comes before a colon for a protocol.
-        return cv2.VideoCapture(os.path.join('.', self.path))
+        capture = cv2.VideoCapture(os.path.join('.', self.path))
+        # OpenCV 4.11 does not turn films of telephones, and 4.6 turns them the other way.
+        capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
+        return capture
 
     def rate(self) -> float:
         """Return what was asked for, or what the film says."""
@@ -106,6 +116,11 @@ class FilmSource(ImageSource):
                     stamp_ns = times.stamp_ns(number, capture.get(cv2.CAP_PROP_POS_MSEC))
                 yield Entry(stamp_ns, stamp_ns, _FRAME_ID, partial(_retrieve, capture))
                 number += 1
+            if not number:
+                raise SequenceError(
+                    f'{self.path}: no frame can be decoded; its codec is {self._codec!a}: encode '
+                    'it anew, such as with ffmpeg -i FILE NEW.mp4'
+                )
         finally:
             capture.release()
 

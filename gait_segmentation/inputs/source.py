@@ -20,6 +20,7 @@ from gait_segmentation.sizes import shrink
 
 __all__ = [
     'DEFAULT_FPS',
+    'MOST_FRAMES',
     'DamagedError',
     'Entry',
     'Frame',
@@ -33,9 +34,8 @@ Shape = tuple[int, int]
 DEFAULT_FPS = 30.0
 """Of what does not say how fast it is."""
 
-
 _RATES_HZ = (0.01, 1000.0)
-_MOST_FRAMES, _MOST_WIDTH, _MOST_PIXELS = 2**31 - 1, 1 << 16, 1 << 30
+MOST_FRAMES, _MOST_WIDTH, _MOST_PIXELS = 2**31 - 1, 1 << 16, 1 << 30
 """Beyond what any input has, and within what all that counts them can hold."""
 
 
@@ -122,6 +122,7 @@ class ImageSource(ABC):
         start: int = 0,
         count: int | None = None,
         rate: float = 0.0,
+        rotate: int = 0,
         max_pixels: int = MOST_PIXELS,
     ) -> None:
         """
@@ -134,16 +135,19 @@ class ImageSource(ABC):
         self.count = count
         self._width = width
         self._rate = rate
+        self._rotate = rotate
         self._max_pixels = max_pixels
         check_rate(rate)
         for name, value, least, most in (
-            ('start', start, 0, _MOST_FRAMES),
-            ('count', count, 1, _MOST_FRAMES),
+            ('start', start, 0, MOST_FRAMES),
+            ('count', count, 1, MOST_FRAMES),
             ('width', width, 0, _MOST_WIDTH),
             ('max_pixels', max_pixels, 1, _MOST_PIXELS),
         ):
             if value is not None and not least <= value <= most:
                 raise SequenceError(f'{name} must be from {least} to {most}, got {value}')
+        if rotate not in (0, 90, 180, 270):
+            raise SequenceError(f'rotate must be 0, 90, 180 or 270, got {rotate}')
         if not path.exists():
             raise SequenceError(f'{path} does not exist')
         if not path.is_dir():
@@ -187,9 +191,11 @@ class ImageSource(ABC):
             stamp_ns = entry.header_ns or entry.recorded_ns
             about = (number, stamp_ns, entry.recorded_ns, entry.header_ns, entry.frame_id)
             try:
-                image = self._scaled(entry.decode())
+                image = self._scaled(self._upright(entry))
             except InputError as error:
-                yield Frame(*about, self._scaled_shape(entry.shape), None, str(error))
+                yield Frame(
+                    *about, self._scaled_shape(self._turned(entry.shape)), None, str(error)
+                )
             else:
                 yield Frame(*about, (image.shape[0], image.shape[1]), image)
 
@@ -209,7 +215,7 @@ class ImageSource(ABC):
         try:
             for number, entry in self._wanted():
                 try:
-                    height, width = entry.decode().shape[:2]
+                    height, width = self._turned(entry.decode().shape[:2])
                 except InputError as error:
                     problem = f'{self.path}: no frame can be read; frame {number}: {error}'
                     continue
@@ -218,6 +224,12 @@ class ImageSource(ABC):
         except DamagedError as error:
             problem = f'{problem}: {error}'
         raise SequenceError(problem)
+
+    def _upright(self, entry: Entry) -> NDArray[np.uint8]:
+        return np.ascontiguousarray(np.rot90(entry.decode(), -self._rotate // 90))
+
+    def _turned(self, shape: Shape) -> Shape:
+        return shape[::-1] if self._rotate % 180 else shape
 
     def _factor(self, width: int) -> float:
         return min(self._width / width, 1.0) if self._width and width else 1.0

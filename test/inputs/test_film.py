@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import struct
 from pathlib import Path
 
 import cv2
@@ -154,6 +155,47 @@ def test_a_film_file_is_read(tmp_path: Path) -> None:
     assert slower == [250_000_000 * (index + 1) for index in range(5)]
 
 
+@pytest.mark.parametrize('degrees', [0, 90, 180, 270])
+def test_a_film_of_a_telephone_is_upright(degrees: int, tmp_path: Path) -> None:
+    path = tmp_path / 'film.mp4'
+    codec = int.from_bytes(b'mp4v', 'little')
+    upright = np.zeros((64, 96, 3), np.uint8)
+    upright[:32, :48] = 255
+    # As the sensor lies.
+    lying = np.ascontiguousarray(np.rot90(upright, degrees // 90))
+    writer = cv2.VideoWriter(str(path), codec, 12.0, lying.shape[1::-1])
+    for _ in range(3):
+        writer.write(lying)
+    writer.release()
+    data = bytearray(path.read_bytes())
+    matrix = {0: (1, 0, 0, 1), 90: (0, 1, -1, 0), 180: (-1, 0, 0, -1), 270: (0, -1, 1, 0)}
+    a, b, c, d = (value << 16 for value in matrix[degrees])
+    numbers = (a, b, 0, c, d, 0, 0, 0, 1 << 30)
+    struct.pack_into('>9i', data, data.index(b'tkhd') + 44, *numbers)
+    path.write_bytes(data)
+    for rotate in (0, 90, 180, 270):
+        film = open_input(path, rotate=rotate, width=48)
+        expected = np.rot90(upright, -rotate // 90)
+        assert film.size == (48, round(48 * expected.shape[0] / expected.shape[1]))
+        for image in film.images():
+            scaled = cv2.resize(np.ascontiguousarray(expected), film.size)
+            assert np.abs(image.astype(int) - scaled).mean() < 10
+
+
+def test_frames_are_turned_clockwise(tmp_path: Path) -> None:
+    picture = np.zeros((4, 6, 3), np.uint8)
+    picture[0, 0] = 255
+    cv2.imwrite(str(tmp_path / '0.png'), picture)
+    (tmp_path / '1.png').write_bytes(b'broken')
+    for rotate, corner in ((90, (0, 3)), (180, (3, 5)), (270, (5, 0))):
+        (image,) = open_input(tmp_path, rotate=rotate).images()
+        assert image[corner].all()
+        assert image.sum() == 3 * 255
+    for wrong in (45, -90, 360):
+        with pytest.raises(SequenceError, match=f'rotate must be 0, 90, 180 or 270, got {wrong}'):
+            open_input(tmp_path, rotate=wrong)
+
+
 def test_stamps_are_of_the_rate_unless_the_film_says_otherwise() -> None:
     even = _Times(25.0)
     assert [even.stamp_ns(n, 40.0 * n + 3) for n in range(3)] == [
@@ -202,6 +244,35 @@ def test_the_number_of_frames_that_a_film_claims_is_a_hint(tmp_path: Path) -> No
     film = open_input(path)
     assert film.total == 40
     assert 10 < len(list(film.frames())) < 30
+
+
+def test_a_number_of_frames_beyond_all_films_is_unknown(tmp_path: Path) -> None:
+    path = spoilt_film(tmp_path, {b'avih': 16, b'strh': 32})
+    film = open_input(path)
+    assert film.total is None
+    assert len(list(film.frames())) == 5
+
+
+@pytest.mark.parametrize('codec', [b'VP90', b'HEVC', b'H264', b'apcn'])
+def test_the_codec_of_a_film_that_cannot_be_decoded_is_said(codec: bytes, tmp_path: Path) -> None:
+    path = spoilt_film(tmp_path, {})
+    path.write_bytes(path.read_bytes().replace(b'MJPG', codec))
+    with pytest.raises(SequenceError, match="no frame can be decoded; its codec is '"):
+        open_input(path)
+
+
+def spoilt_film(folder: Path, counts: dict[bytes, int]) -> Path:
+    """Write a film whose counts of frames, at these places of its parts, are too large."""
+    path = folder / 'film.avi'
+    writer = cv2.VideoWriter(str(path), int.from_bytes(b'MJPG', 'little'), 25.0, (64, 48))
+    for _ in range(5):
+        writer.write(np.zeros((48, 64, 3), np.uint8))
+    writer.release()
+    data = bytearray(path.read_bytes())
+    for part, place in counts.items():
+        struct.pack_into('<I', data, data.index(part) + 8 + place, 2**32 - 16)
+    path.write_bytes(data)
+    return path
 
 
 @pytest.mark.parametrize('name', ['walk.mp4', '0.png', 'walk.mcap', 'walk.db3', 'walk.bag'])
