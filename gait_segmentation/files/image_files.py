@@ -4,8 +4,13 @@
 
 from __future__ import annotations
 
+import logging
 import re
+from decimal import Decimal
+from functools import cache
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -24,20 +29,48 @@ __all__ = [
     'read_heat_map',
     'read_image',
     'read_unchanged',
+    'warn_of_order',
 ]
+
+_LOGGER = logging.getLogger('gait_segmentation')
 
 IMAGE_SUFFIXES = ('.bmp', '.jpeg', '.jpg', '.pbm', '.pgm', '.png', '.ppm', '.webp')
 """Endings of the files taken for images."""
 
-_NUMBER = re.compile(r'(\d+)')
+_NUMBER = re.compile(r'((?:^-)?\d+(?:\.\d+)*(?:e[-+]\d{1,3})?)')
+"""A number in a name, such as 12, -0.5 or 1e-05, or several with points, as in dates."""
 
 
-def by_number(path: Path) -> tuple[list[str | int], str]:
-    """Return a key that sorts names with numbers by these: frame2 before frame10."""
-    parts: list[str | int] = list(_NUMBER.split(path.name))
+def by_number(path: Path) -> tuple[list[str | tuple[Decimal, ...]], str]:
+    """Return a key that sorts names by the numbers in them: 2 before 10, and 0.25 before 0.5."""
+    parts: list[Any] = _NUMBER.split(path.stem)
     # Every second part is a number.
-    parts[1::2] = [int(part) for part in parts[1::2]]
+    for index, number in enumerate(parts[1::2]):
+        each = [number] if number.count('.') < 2 else number.split('.')
+        parts[2 * index + 1] = tuple(map(Decimal, each))
     return parts, path.name
+
+
+def _by_whole_numbers(path: Path) -> list[str | int]:
+    return [int(part) if part.isdecimal() else part for part in re.split(r'(\d+)', path.stem)]
+
+
+def warn_of_order(files: list[Path]) -> None:
+    """Log, once, why the order of :func:`images_in` may not be that in which they were taken."""
+    if len({tuple(_NUMBER.split(path.stem)[::2]) for path in files}) > 1:
+        why = 'they differ in more than their numbers'
+    elif any(by_number(one)[0] == by_number(two)[0] for one, two in pairwise(files)):
+        why = 'some have the same number'
+    elif files != sorted(files, key=_by_whole_numbers):
+        why = 'numbers with a point are taken for decimals'
+    else:
+        return
+    _warn(f'{files[0].parent}: the order of the images is doubtful, since {why}: rename them')
+
+
+@cache
+def _warn(text: str) -> None:
+    _LOGGER.warning(text)
 
 
 def images_in(folder: Path) -> list[Path]:

@@ -15,7 +15,12 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.files.encoded_images import check_pixels, is_image
-from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_image
+from gait_segmentation.files.image_files import (
+    IMAGE_SUFFIXES,
+    images_in,
+    read_image,
+    warn_of_order,
+)
 from gait_segmentation.inputs.encodings import SampleBits
 from gait_segmentation.inputs.source import DEFAULT_FPS, MOST_FRAMES, Entry, ImageSource
 
@@ -135,6 +140,7 @@ class FolderSource(ImageSource):
             raise SequenceError(
                 f'{self.path} holds no images ({", ".join(IMAGE_SUFFIXES)}) and no bag'
             )
+        warn_of_order(self._files)
         return len(self._files)
 
     def rate(self) -> float:

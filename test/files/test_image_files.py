@@ -7,7 +7,14 @@ from pathlib import Path
 import pytest
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.image_files import by_number, read_grey, read_image, read_unchanged
+from gait_segmentation.files.image_files import (
+    by_number,
+    images_in,
+    read_grey,
+    read_image,
+    read_unchanged,
+    warn_of_order,
+)
 from test.files.test_encoded_images import HUGE
 
 
@@ -19,12 +26,41 @@ from test.files.test_encoded_images import HUGE
         ['1_9.png', '2_1.png', '2_10.png', '10_1.png'],
         ['7.png', '10.png', 'a1.png', 'a9.png', 'b0.png'],
         ['01.png', '1.png', '2.png'],
+        ['1700000000.123.png', '1700000000.5.png', '1700000000.98.png', '1700000001.png'],
+        ['0.png', '1e-05.png', '0.033333.png', '0.1.png', '10.0.png'],
+        ['-1.5.png', '-0.25.png', '0.5.png'],
+        ['1.2.3.png', '1.2.20.png', '1.10.1.png'],
+        ['a 0.05 s.png', 'a 0.3 s.png', 'a 0.25e+1 s.png'],
     ],
 )
 def test_names_are_in_the_order_of_their_numbers(names):
     paths = [Path('somewhere9') / name for name in names]
     random.Random(0).shuffle(paths)
     assert [path.name for path in sorted(paths, key=by_number)] == names
+
+
+@pytest.mark.parametrize(
+    ('names', 'why'),
+    [
+        (['0.5.png', '0.25.png'], 'numbers with a point are taken for decimals'),
+        (['1.10.png', '1.9.png'], 'numbers with a point are taken for decimals'),
+        (['1.png', '01.png', '2.png'], 'some have the same number'),
+        (['1.5.png', '1.50.png'], 'some have the same number'),
+        (['left1.png', 'right1.png'], 'they differ in more than their numbers'),
+        (['b.png', 'a.png'], 'they differ in more than their numbers'),
+        (['0.05.png', '0.25.png', '1.00.png'], ''),
+        (['9.png', '10.png', '10.5.png'], ''),
+        (['2024-05-01T12.30.05.png', '2024-05-01T12.30.06.png'], ''),
+        (['only².png'], ''),
+    ],
+)
+def test_a_doubtful_order_is_said_once(names, why, tmp_path: Path, caplog) -> None:
+    for name in names:
+        (tmp_path / name).touch()
+    for _ in range(2):
+        warn_of_order(images_in(tmp_path))
+    said = [record.getMessage() for record in caplog.records]
+    assert [text.split('since ')[1] for text in said] == [f'{why}: rename them'] * bool(why)
 
 
 @pytest.mark.parametrize('read', [read_image, read_grey, read_unchanged])

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import BankError, SequenceError
-from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_grey
+from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_grey, warn_of_order
 from gait_segmentation.gait_model.bank import TemplateBank, quantize
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
 from gait_tools.gait_model.builder import BankSpec
@@ -89,6 +89,7 @@ def read_masks(folder: str | os.PathLike[str]) -> list[tuple[Path, NDArray[np.ui
     if not files:
         endings = ', '.join(IMAGE_SUFFIXES)
         raise BankError(f'no images in {folder}: expected files ending in {endings}')
+    warn_of_order(files)
     found = []
     brightest = 0
     for file in files:
