@@ -274,6 +274,25 @@ def test_a_bag_of_some_of_16_bits_is_as_bright_as_others(bits: int, tmp_path: Pa
         assert [int(image[0, 0, 0]) for image in source.images()] == [255, 25, 127]
 
 
+@pytest.mark.parametrize('name', ['Image', 'CompressedImage'])
+@pytest.mark.parametrize('profile', ['ros1', 'ros2', ''])
+@pytest.mark.parametrize('encoding', ['ros1msg', 'ros2msg'])
+def test_messages_of_ros_1_in_mcap_are_named(encoding, profile, name, tmp_path: Path) -> None:
+    path = tmp_path / 'walk.mcap'
+    writers = pytest.importorskip('mcap.writer')
+    with path.open('wb') as file:
+        writer = writers.Writer(file)
+        writer.start(profile)
+        schema = writer.register_schema(f'sensor_msgs/{name}', encoding, b'')
+        channel = writer.register_channel('/image', 'ros1', schema)
+        writer.add_message(channel, stamp(0), b'', stamp(0))
+        writer.finish()
+    with pytest.raises(
+        SequenceError, match=r'messages that are not of ROS 2.* give the ROS 1 bag'
+    ):
+        open_input(path)
+
+
 @pytest.mark.parametrize('kind', WRITERS)
 @pytest.mark.parametrize('name', ['12:30:05', 'walk%20#1?a=b'])
 def test_the_name_of_a_bag_is_but_a_name(kind: str, name: str, tmp_path: Path) -> None:
