@@ -4,14 +4,18 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
+import os
 import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
@@ -24,6 +28,8 @@ from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.kernels import compile_kernels, compiling
 
 __all__ = ['replay_all']
+
+_KILLED = 'a process was killed, as when memory runs out'
 
 
 def replay_all(
@@ -105,17 +111,56 @@ def _in_turn(
 def _side_by_side(
     jobs: list[Job], totals: list[int | None], processes: int, force: bool
 ) -> list[Report]:
-    """Replay in processes; they are told of an interruption by a shared event."""
+    """
+    Replay in processes.
+
+    Where one is killed, what was not done is done again by half as many, and at last by one.
+    """
+    reports: dict[Path, Report] = {}
+    with _until_interrupted() as stop:
+        while jobs and not stop.is_set():
+            found = _in_processes(jobs, totals, processes, force, stop)
+            reports |= {report.input: report for report in found.values()}
+            left = [number for number in range(len(jobs)) if number not in found]
+            if left and not stop.is_set():
+                if processes == 1:
+                    culprit = jobs[left.pop(0)].input
+                    reports[culprit] = Report(culprit, error=_KILLED)
+                processes = max(processes // 2, 1)
+                print(f'gait_replay: {_KILLED}: {len(left)} inputs to do again', file=sys.stderr)
+            jobs, totals = [jobs[each] for each in left], [totals[each] for each in left]
+    return list(reports.values())
+
+
+def _in_processes(
+    jobs: list[Job],
+    totals: list[int | None],
+    processes: int,
+    force: bool,
+    stop: threading.Event,
+) -> dict[int, Report]:
+    """
+    Replay in processes; they are told of an interruption by a shared event.
+
+    :returns: how those went, by their number, that were begun and whose process was not killed.
+    """
+    # Each time anew, since who is killed may hold a lock.
     context = multiprocessing.get_context('spawn')
     halt = context.Event()
     done = context.Value('Q', 0)
+    futures: list[Future[Report | None]] = []
     with (
-        _until_interrupted() as stop,
         ProcessPoolExecutor(processes, context, _begin_worker, (halt, done, jobs[0].bank)) as pool,
+        suppress(BrokenProcessPool),
     ):
-        futures = [pool.submit(_replay_in_worker, job, force) for job in jobs]
-        _show_progress(futures, totals, lambda: done.value, stop, halt.set)
-    return [report for future in futures if (report := future.result()) is not None]
+        futures += (pool.submit(_replay_in_worker, job, force) for job in jobs)
+        _show_progress(futures, totals, lambda: done.get_obj().value, stop, halt.set)
+    found = {}
+    for number, future in enumerate(futures):
+        with suppress(BrokenProcessPool):
+            if (report := future.result()) is not None:
+                found[number] = report
+    return found
 
 
 def _on_cluster(
@@ -177,7 +222,17 @@ _WORKER: dict[str, Any] = {}
 def _begin_worker(halt: Any, done: Any, bank: str) -> None:
     # Ctrl-C in a terminal reaches all processes; the parent alone decides.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    # Of inputs the parent has looked at before.
+    logging.getLogger('gait_segmentation').setLevel(logging.ERROR)
     _WORKER.update(halt=halt, done=done, bank=open_bank(bank))
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os.kill(os.getpid(), signal.SIGKILL)
 
 
 def _replay_in_worker(job: Job, force: bool) -> Report | None:
