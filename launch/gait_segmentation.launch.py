@@ -8,10 +8,10 @@ from pathlib import Path
 
 from launch.actions import (
     DeclareLaunchArgument,
-    LogInfo,
     OpaqueFunction,
     SetEnvironmentVariable,
 )
+from launch.logging import get_logger
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterFile
@@ -148,16 +148,16 @@ def _nodes(context):
         'device',
     ]
     others = [name for name in context.launch_configurations if name not in known]
-    slips = [
-        LogInfo(msg=f'there is no argument {name}: did you mean {meant[0]}?')
-        for name in others
-        if (meant := get_close_matches(name, known, n=1, cutoff=0.75))
-    ]
+    for name in others:
+        if meant := get_close_matches(name, known, n=1, cutoff=0.75):
+            get_logger('launch.user').warning(
+                f'there is no argument {name}: did you mean {meant[0]}?'
+            )
     names = list(NODES[given['style']])
     if given['localize'] == 'true' and given['style'] == 'split':
         names.append('gait_localizer')
     shown = [_rviz(given)] if given['rviz'] == 'true' else []
-    return [*slips, *(_node(name, given) for name in names), *shown]
+    return [*(_node(name, given) for name in names), *shown]
 
 
 def _rviz(given):

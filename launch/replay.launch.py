@@ -82,10 +82,16 @@ def _source(context):
         arguments=[*options, '--', given('input')],
         output='screen',
     )
-    end = TimerAction(
-        period=FLOW_OUT_S, actions=[EmitEvent(event=Shutdown(reason='the input has ended'))]
-    )
-    return [
-        source,
-        RegisterEventHandler(OnProcessExit(target_action=source, on_exit=[end])),
-    ]
+    return [source, RegisterEventHandler(OnProcessExit(target_action=source, on_exit=_flow_out))]
+
+
+def _flow_out(event, _context):
+    end = OpaqueFunction(function=_end, args=[event.returncode])
+    return [TimerAction(period=FLOW_OUT_S, actions=[end])]
+
+
+def _end(_context, code):
+    if code:
+        # launch would end with 0.
+        raise RuntimeError(f'gait_source has ended with exit code {code}, and says why above')
+    return [EmitEvent(event=Shutdown(reason='the input has ended'))]

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import runpy
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +16,12 @@ pytest.importorskip('launch_ros', reason='needs the packages launch and launch_r
 from ament_index_python import packages as packages_of
 from launch.actions import (
     DeclareLaunchArgument,
-    LogInfo,
+    ExecuteProcess,
     OpaqueFunction,
+    RegisterEventHandler,
     SetLaunchConfiguration,
 )
+from launch.event_handlers import OnProcessExit
 from launch.launch_description_sources import (
     get_launch_description_from_python_launch_file,
 )
@@ -91,16 +95,42 @@ def test_other_arguments_that_cannot_be_used_are_refused() -> None:
         started(params_file='nowhere.yaml')
 
 
-def test_a_misspelt_argument_is_told_with_the_one_that_is_meant() -> None:
+@pytest.mark.parametrize(
+    ('wrong', 'meant'),
+    [
+        ('max_poeple', 'max_people'),
+        ('imag', 'image'),
+        ('images', 'image'),
+        ('camera_inf', 'camera_info'),
+        ('use_simtime', 'use_sim_time'),
+    ],
+)
+def test_a_misspelt_argument_is_a_warning_with_the_one_that_is_meant(
+    wrong: str, meant: str, monkeypatch
+) -> None:
+    said: list[str] = []
+    logger = launch.logging.get_logger('launch.user')
+    monkeypatch.setattr(logger, 'warning', said.append)
     description = get_launch_description_from_python_launch_file(str(FILE))
     context = launch.LaunchContext()
-    context.launch_configurations.update({'max_poeple': '2', 'robot': 'r2', 'loop': 'true'})
-    said = []
+    context.launch_configurations.update({wrong: '2', 'robot': 'r2', 'loop': 'true'})
     for entity in description.entities:
-        for each in entity.execute(context) or []:
-            if isinstance(each, LogInfo):
-                said.append(''.join(word.perform(context) for word in each.msg))
-    assert said == ['there is no argument max_poeple: did you mean max_people?']
+        entity.execute(context)
+    assert said == [f'there is no argument {wrong}: did you mean {meant}?']
+
+
+@pytest.mark.parametrize(('code', 'expected'), [(0, 0), (1, 1), (2, 1), (-9, 1)])
+def test_the_exit_code_says_whether_the_input_was_played(code: int, expected: int) -> None:
+    flow_out = runpy.run_path(str(REPLAY))['_flow_out']
+    flow_out.__globals__['FLOW_OUT_S'] = 0.0
+    how = 'import os, sys\ncode = int(sys.argv[1])\nos.kill(os.getpid(), -code) if code < 0 else 0'
+    source = ExecuteProcess(cmd=[sys.executable, '-c', f'{how}\nsys.exit(code)', str(code)])
+    # As a node that goes on.
+    node = ExecuteProcess(cmd=[sys.executable, '-c', 'import time; time.sleep(600)'])
+    ends = RegisterEventHandler(OnProcessExit(target_action=source, on_exit=flow_out))
+    service = launch.LaunchService()
+    service.include_launch_description(launch.LaunchDescription([ends, node, source]))
+    assert service.run() == expected
 
 
 @pytest.mark.parametrize('image', ['/camera/image_raw', '/camera/image_raw/compressed'])
