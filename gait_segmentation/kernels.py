@@ -150,7 +150,7 @@ def compiling(say: Callable[[str], object], patience_s: float = _PATIENCE_S) -> 
     slow = threading.Timer(
         patience_s,
         say,
-        ['loading kernels, or compiling them: a minute or two, once after each installation'],
+        ['loading kernels, or compiling them: up to a minute, once after each installation'],
     )
     slow.daemon = True
     slow.start()

@@ -273,7 +273,7 @@ def _record(
 
     :raises ProcessError: if a process fails or the nodes do not connect.
     """
-    print('gait_demo: starting the nodes (the first time, a minute or two)', file=sys.stderr)
+    print('gait_demo: starting the nodes (the first time, up to a minute)', file=sys.stderr)
     deadline = time.monotonic() + _START_TIMEOUT_S
 
     def connected() -> bool:

@@ -16,7 +16,7 @@ from gait_segmentation.kernels import compile_kernels
 __all__ = ['main']
 
 _DESCRIPTION = """
-Compile all kernels, half a minute or a minute once after each installation,
+Compile all kernels, for up to a minute, once after each installation,
 so that no node has to when it starts.  They are kept in Numba's cache: run
 this as the user who will run the nodes, with the same NUMBA_CACHE_DIR if that
 is set.
