@@ -26,6 +26,18 @@ NODES = {
 }
 PICTURES = ('debug_image', 'debug_image/compressed')
 TRUTH = ['true', 'false']
+INCLUDING = {
+    'input',
+    'topic',
+    'rate',
+    'rotate',
+    'width',
+    'loop',
+    'keep_stamps',
+    'driver',
+    'device',
+}
+"""Arguments of the files that include this one."""
 
 ARGUMENTS = [
     DeclareLaunchArgument(
@@ -135,20 +147,8 @@ def _nodes(context):
         raise ValueError(f'params_file:={given["params_file"]} is no file')
     # Nor would it mention a misspelt argument. Arguments of a file that includes this one are no
     # mistake.
-    known = [
-        *given,
-        'input',
-        'topic',
-        'rate',
-        'rotate',
-        'width',
-        'loop',
-        'keep_stamps',
-        'driver',
-        'device',
-    ]
-    others = [name for name in context.launch_configurations if name not in known]
-    for name in others:
+    known = {*given, *INCLUDING}
+    for name in context.launch_configurations.keys() - known:
         if meant := get_close_matches(name, known, n=1, cutoff=0.75):
             get_logger('launch.user').warning(
                 f'there is no argument {name}: did you mean {meant[0]}?'

@@ -198,8 +198,9 @@ class BagSource(ImageSource):
         from rosbags.rosbag1 import Reader as Reader1
         from rosbags.rosbag2 import Reader as Reader2
 
-        old = self.path.suffix == '.bag'
-        reader = Reader1(self.path) if old else Reader2(_UriPath(self.path))
+        reader = Reader1(self.path) if self.path.suffix == '.bag' else Reader2(self.path)
+        if isinstance(reader, Reader2):
+            reader.storage.path = _UriPath(self.path)
         try:
             reader.open()
             yield reader
