@@ -55,7 +55,11 @@ POLL_S = 0.05
 
 _OUTPUT = 'standard output'
 
-_PRESETS = {'default': 'gait_segmentation.yaml', 'paper': 'paper.yaml'}
+_PRESETS = {
+    'default': 'gait_segmentation.yaml',
+    'paper': 'paper.yaml',
+    'paper_prior': 'paper_prior.yaml',
+}
 """Installed parameter files by the names they have on the command line."""
 
 
@@ -140,7 +144,8 @@ def add_preset_option(parser: argparse.ArgumentParser) -> None:
         '--preset',
         choices=tuple(_PRESETS),
         help='parameters to begin with, which other options override: paper is the system as '
-        'published, see docs/paper.md',
+        "published, paper_prior its matcher and prior on the default tracker's likelihoods, see "
+        'docs/paper.md',
     )
 
 

@@ -30,9 +30,6 @@ from gait_segmentation.tracking.world import World
 
 __all__ = ['MeanShiftTarget', 'start_in']
 
-_LIKELY = 0.5
-"""Log-likelihood ratio from which a pixel in the ellipse is learnt as the person."""
-
 _LEAST_MASS = 1e-3
 """Mass by which nothing can be compared."""
 
@@ -61,7 +58,7 @@ class MeanShiftTarget(Target):
     def __init__(self, track_id: int, world: World, start: Start, config: TrackingConfig) -> None:
         """Begin with the box of a start in the world's newest frame; see :func:`start_in`."""
         super().__init__(track_id, world, start, config)
-        self._selector = FeatureSelector()
+        self._selector = FeatureSelector(config)
         self._usual, self._frames = 1.0, 0
         self._learn(world.now)
 
@@ -117,7 +114,7 @@ class MeanShiftTarget(Target):
         labels[box.shifted(-window[1].start, -window[0].start).slices(*labels.shape[::-1])] = 2
         person = _ellipse(box, window) > 0
         if self.features:
-            person &= self._selector.log_ratio(view) >= _LIKELY
+            person &= self._selector.log_ratio(view) >= 0
         labels[person] = 1
         self._selector.learn(view, labels)
         self.features = self._selector.features

@@ -394,12 +394,13 @@ def test_a_preset_is_what_parameter_file_and_options_begin_with(
 ) -> None:
     file = tmp_path / 'params.yaml'
     file.write_text('/**:\n  ros__parameters:\n    matching: {lag: 4, blur: 5}\n')
-    plain, default, paper, mine = (
+    plain, default, paper, prior, mine = (
         make_jobs(parser().parse_args([given[0], *more]))[0].config
         for more in (
             [],
             ['--preset', 'default'],
             ['--preset', 'paper'],
+            ['--preset', 'paper_prior'],
             ['--preset', 'paper', '--params', str(file), '--set', 'matching.blur=7'],
         )
     )
@@ -407,5 +408,8 @@ def test_a_preset_is_what_parameter_file_and_options_begin_with(
     assert paper.tracking.method == 'adaptive_mean_shift'
     assert paper.segmentation.prior == 'paper'
     assert paper.matching.lag > 0
+    assert prior.tracking == default.tracking
+    assert prior.segmentation.prior == 'paper'
+    assert prior.matching.kernel == paper.matching.kernel
     assert (mine.matching.lag, mine.matching.blur) == (4, 7)
     assert mine.segmentation == paper.segmentation

@@ -1,29 +1,30 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pool of features: what about a pixel may tell people from surroundings."""
+"""
+The pool of features: what about a pixel may tell people from surroundings.
+
+They are joint histograms of the colour spaces (Comaniciu, Ramesh and Meer 2003) and the
+orientation of gradients.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.tracking.features.histograms import SHIFT
-
 __all__ = ['NEUTRAL', 'POOL', 'Feature', 'View']
 
 NEUTRAL = 0
-"""Value of a channel's pixels that say nothing, in features that have such pixels."""
+"""Bin of the pixels that say nothing, in features that have such pixels."""
 
-_FIRST = 1 << SHIFT
-"""Hues and angles begin here, in the second bin of the histograms, so that none is neutral."""
-
-_LEAST_SATURATION = 20
-"""Below it (of 255) the hue is noise."""
+_ANGLE_BITS = 5
+_FIRST = 256 >> _ANGLE_BITS
+"""Angles begin here, in the second bin, so that none is neutral."""
 
 _SIDE, _LEAST_GRADIENT = 5, 150.0
 """
@@ -69,31 +70,36 @@ class View:
 @dataclass(frozen=True)
 class Feature:
     """
-    A number for each pixel, whose histograms are learnt.
+    One or more numbers for each pixel, whose joint histogram is learnt.
 
-    ``channel`` returns the numbers of the pixels that are needed, uint8, contiguous; with
-    ``has_neutral`` pixels of the value NEUTRAL say nothing.
+    ``planes`` returns them for the pixels that are needed, uint8, of each of which the ``bits``
+    highest bits count; with ``has_neutral`` pixels of the bin NEUTRAL say nothing.
     """
 
     name: str
-    channel: Callable[[View], NDArray[np.uint8]]
+    planes: Callable[[View], Sequence[NDArray[np.uint8]]]
+    bits: tuple[int, ...]
     has_neutral: bool = False
 
+    @property
+    def bins(self) -> int:
+        """Return the number of bins of the histogram."""
+        return 1 << sum(self.bits)
 
-def _plane(view: View, index: int) -> NDArray[np.uint8]:
-    return np.asarray(cv2.extractChannel(view.colours, index))
+    def places(self, view: View) -> NDArray[np.uint16]:
+        """Return the bin of each pixel that is needed, (h, w) uint16."""
+        out = np.zeros(view.colours.shape[:2], np.uint16)
+        for plane, bits in zip(self.planes(view), self.bits, strict=True):
+            out = (out << np.uint16(bits)) | (plane >> np.uint8(8 - bits))
+        return out
 
 
-def _share(view: View, index: int) -> NDArray[np.uint8]:
-    """Return the share of a colour in the sum of the three, which no brightness changes."""
-    return np.asarray(np.float32(255) * _plane(view, index) / view.total + 0.5).astype(np.uint8)
-
-
-def _hue(view: View) -> NDArray[np.uint8]:
-    """Return the hue, where there is enough colour to have one."""
-    hue, saturation, _ = cv2.split(view.hsv)
-    return np.where(saturation < _LEAST_SATURATION, NEUTRAL, np.maximum(hue, _FIRST)).astype(
-        np.uint8
+def _shares(view: View) -> tuple[NDArray[np.uint8], ...]:
+    """Return the shares of green and red in the sum of the three, which no brightness changes."""
+    _, green, red = cv2.split(view.colours)
+    return tuple(
+        np.asarray(np.float32(255) * plane / view.total + 0.5).astype(np.uint8)
+        for plane in (green, red)
     )
 
 
@@ -109,11 +115,10 @@ def _orientation(view: View) -> NDArray[np.uint8]:
 
 
 POOL: tuple[Feature, ...] = (
-    *(Feature(name, partial(_plane, index=index)) for index, name in enumerate('BGR')),
-    Feature('g', partial(_share, index=1)),
-    Feature('r', partial(_share, index=2)),
-    Feature('H', _hue, has_neutral=True),
-    Feature('S', lambda view: np.asarray(cv2.extractChannel(view.hsv, 1))),
-    Feature('orientation', _orientation, has_neutral=True),
+    Feature('RGB', lambda view: cv2.split(view.colours), (3, 3, 3)),
+    Feature('HSV', lambda view: cv2.split(view.hsv), (3, 3, 3)),
+    Feature('rg', _shares, (5, 5)),
+    Feature('HS', lambda view: cv2.split(view.hsv)[:2], (4, 4)),
+    Feature('orientation', lambda view: (_orientation(view),), (_ANGLE_BITS,), has_neutral=True),
 )
 """All features there are."""

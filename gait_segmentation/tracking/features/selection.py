@@ -15,16 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.results import FeatureWeight
-from gait_segmentation.tracking.features.histograms import ChannelModel, class_histograms
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.features.histograms import FeatureModel, class_histograms
 from gait_segmentation.tracking.features.pool import POOL, View
 
 __all__ = ['FeatureSelector']
-
-_CHOSEN = 3
-"""Features that the likelihood is made of."""
-
-_ALIKE = 0.8
-"""Mean similarity of the features with the first frame's below which nothing is learnt."""
 
 _STEP = 2
 """Every how many pixels are looked at to learn and to rank."""
@@ -37,9 +32,12 @@ class FeatureSelector:
     ``features`` holds all features as they were ranked last, best first.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, config: TrackingConfig) -> None:
         """Know nothing yet."""
-        self._models = {each.name: ChannelModel(has_neutral=each.has_neutral) for each in POOL}
+        self._config = config
+        self._models = {
+            each.name: FeatureModel(each.bins, has_neutral=each.has_neutral) for each in POOL
+        }
         self.features: tuple[FeatureWeight, ...] = ()
 
     def learn(self, view: View, labels: NDArray[np.uint8]) -> None:
@@ -54,20 +52,22 @@ class FeatureSelector:
         """
         thin, labels = replace(view, step=_STEP), labels[::_STEP, ::_STEP]
         newest = {
-            each.name: class_histograms(each.channel(thin), labels, has_neutral=each.has_neutral)
+            each.name: class_histograms(
+                each.places(thin), labels, each.bins, has_neutral=each.has_neutral
+            )
             for each in POOL
         }
         alike = [model.similarity(newest[name]) for name, model in self._models.items()]
-        if sum(alike) < _ALIKE * len(alike):
+        if sum(alike) < self._config.drift_gate * len(alike):
             return
         ratios: dict[str, float] = {}
         for name, model in self._models.items():
             model.learn(newest[name])
             ratios[name] = model.variance_ratio(newest[name])
         ranked = sorted(ratios, key=lambda name: -ratios[name])
-        total = max(sum(ratios[name] for name in ranked[:_CHOSEN]), 1e-6)
-        shares = [ratios[name] / total for name in ranked[:_CHOSEN]]
-        weights = dict(zip(ranked, shares, strict=False))
+        chosen = ranked[: self._config.chosen_features]
+        total = max(sum(ratios[name] for name in chosen), 1e-6)
+        weights = {name: ratios[name] / total for name in chosen}
         self.features = tuple(
             FeatureWeight(name, ratios[name], weights.get(name, 0.0)) for name in ranked
         )
@@ -78,6 +78,6 @@ class FeatureSelector:
         weights = {each.name: each.weight for each in self.features}
         for each in POOL:
             if weights.get(each.name):
-                ratios = self._models[each.name].log_ratio(each.channel(view))
+                ratios = self._models[each.name].log_ratio(each.places(view))
                 out += np.float32(weights[each.name]) * ratios
         return out

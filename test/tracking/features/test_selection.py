@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector, View
 
 SHAPE = (60, 80)
@@ -22,11 +23,11 @@ def view(person: tuple[int, int, int], around: tuple[int, int, int]) -> View:
 
 
 def test_the_likelihood_is_made_of_what_separates_best() -> None:
-    selector, seen = FeatureSelector(), view((60, 60, 160), (60, 60, 90))
+    selector, seen = FeatureSelector(TrackingConfig()), view((60, 60, 160), (60, 60, 90))
     selector.learn(seen, LABELS)
     found = {feature.name: feature for feature in selector.features}
-    assert found['R'].variance_ratio > 5
-    assert found['B'].weight == 0
+    assert found['RGB'].variance_ratio > 5
+    assert found['orientation'].weight == 0
     ratios = [feature.variance_ratio for feature in selector.features]
     assert ratios == sorted(ratios, reverse=True)
     weights = [feature.weight for feature in selector.features]
@@ -38,18 +39,36 @@ def test_the_likelihood_is_made_of_what_separates_best() -> None:
 
 
 def test_it_is_chosen_anew_as_the_surroundings_change() -> None:
-    selector, person = FeatureSelector(), (60, 60, 160)
+    selector, person = FeatureSelector(TrackingConfig()), (60, 60, 160)
     ranks = []
-    for around in ((60, 60, 90), (130, 60, 160)):
+    # Of another lightness, which chromaticity does not tell, and then of another colour.
+    for around in ((22, 22, 60), (160, 60, 60)):
         selector.learn(view(person, around), LABELS)
         names = [each.name for each in selector.features]
-        ranks.append(names.index('R') - names.index('B'))
-    assert ranks[0] < 0 < ranks[1]
+        ranks.append(names.index('rg') - names.index('RGB'))
+    assert ranks[0] > 0
+    assert ranks[1] != ranks[0]
+
+
+def test_what_is_too_little_like_the_first_person_is_not_learnt() -> None:
+    gated, open_gate = (FeatureSelector(TrackingConfig(drift_gate=gate)) for gate in (0.6, 0.0))
+    first, other = view((60, 60, 160), (60, 160, 60)), view((160, 60, 60), (60, 60, 160))
+    for selector in (gated, open_gate):
+        selector.learn(first, LABELS)
+        before = selector.log_ratio(first)
+        selector.learn(other, LABELS)
+        assert np.array_equal(selector.log_ratio(first), before) == (selector is gated)
+
+
+def test_as_many_features_as_set_are_chosen() -> None:
+    selector = FeatureSelector(TrackingConfig(chosen_features=2))
+    selector.learn(view((60, 60, 160), (60, 60, 90)), LABELS)
+    assert sum(each.weight > 0 for each in selector.features) == 2
 
 
 def test_nothing_learnt_says_nothing() -> None:
     seen = view((9, 9, 9), (90, 90, 90))
-    assert not FeatureSelector().log_ratio(seen).any()
-    selector = FeatureSelector()
+    assert not FeatureSelector(TrackingConfig()).log_ratio(seen).any()
+    selector = FeatureSelector(TrackingConfig())
     selector.learn(seen, np.zeros(SHAPE, np.uint8))
     assert not selector.log_ratio(seen).any()
