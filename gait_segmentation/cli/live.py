@@ -31,14 +31,14 @@ from tqdm import tqdm
 
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
 from gait_segmentation.cli.tool import POLL_S, preset_file
+from gait_segmentation.files.installed import prepare
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.pipeline import FrameResult, PersonResult
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
-from gait_segmentation.ros.fields import slot_topic, slot_topics
-from gait_segmentation.ros.files import prepare
 from gait_segmentation.ros.messages import read_body, read_box, read_gait
+from gait_segmentation.streams.fields import slot_topic, slot_topics
 
 __all__ = ['NODES', 'Recording', 'play', 'prepare_environment', 'read_stamps']
 

@@ -12,7 +12,7 @@ from gait_segmentation.config import parameters_of, replaced, stages_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.files.reading import read_yaml
 from gait_segmentation.pipeline import PipelineConfig
-from gait_segmentation.ros.config import OF_NODES, BankConfig, StartConfig, misnamed, qualified
+from gait_segmentation.streams.config import OF_NODES, BankConfig, StartConfig, misnamed, qualified
 
 __all__ = ['Settings', 'read_parameter_file']
 

@@ -17,9 +17,9 @@ from gait_segmentation.commands import FAILED, INTERRUPTED
 from gait_segmentation.config import StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputError
 from gait_segmentation.files.encoded_images import MOST_PIXELS
+from gait_segmentation.files.installed import shared_file
 from gait_segmentation.files.output_files import named, problem_of
 from gait_segmentation.geometry import Box, check_start_box
-from gait_segmentation.ros.files import shared_file
 
 if TYPE_CHECKING:
     from gait_segmentation.inputs import ImageSource

@@ -17,14 +17,14 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import SampleBits, read_heat_map
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
-from gait_segmentation.ros.config import BankConfig, CameraConfig, StartConfig
 from gait_segmentation.ros.endpoints import BEST_EFFORT, CameraMessage, decode
-from gait_segmentation.ros.intake import Intake, new_people, read_detections
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import stamp_of
 from gait_segmentation.ros.people_messages import detection_types
 from gait_segmentation.ros.warnings import no_images
 from gait_segmentation.starting import StartingConfig
+from gait_segmentation.streams.config import BankConfig, CameraConfig, StartConfig
+from gait_segmentation.streams.intake import Intake, new_people, read_detections
 from gait_segmentation.tracking import TrackingConfig
 
 __all__ = ['CameraNode']

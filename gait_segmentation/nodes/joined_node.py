@@ -12,12 +12,12 @@ from typing import Any, ClassVar
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.config import CameraConfig
-from gait_segmentation.ros.fields import DEPTH, slot_topic, slot_topics
-from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_body, read_gait, stamp_of
 from gait_segmentation.ros.warnings import no_images, nothing_from, unpublished
+from gait_segmentation.streams.config import CameraConfig
+from gait_segmentation.streams.fields import DEPTH, slot_topic, slot_topics
+from gait_segmentation.streams.join import ExactJoin
 
 __all__ = ['JoinedNode', 'Parts', 'read_match']
 

@@ -16,12 +16,12 @@ from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.localization import LocalizationConfig
 from gait_segmentation.nodes.joined_node import JoinedNode, Parts, read_match
 from gait_segmentation.people import PeopleConfig
-from gait_segmentation.ros.config import LocalizerNodeConfig
-from gait_segmentation.ros.fields import slot_topic
 from gait_segmentation.ros.localizing import Localizing
 from gait_segmentation.ros.messages import stamp_of
 from gait_segmentation.ros.outputs import PeopleOutputs
 from gait_segmentation.ros.running import run_node
+from gait_segmentation.streams.config import LocalizerNodeConfig
+from gait_segmentation.streams.fields import slot_topic
 
 __all__ = ['LocalizerNode', 'main']
 

@@ -22,14 +22,14 @@ from gait_segmentation.inputs.encodings import claimed_shape, read_mono8
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.nodes.joined_node import JoinedNode, Parts
 from gait_segmentation.people import PeopleConfig
+from gait_segmentation.pictures import matching_picture
 from gait_segmentation.results import MatchResult, TrackResult
-from gait_segmentation.ros.config import BankConfig, NodeConfig, SizeConfig
 from gait_segmentation.ros.endpoints import LATCHED
-from gait_segmentation.ros.fields import slot_topic
 from gait_segmentation.ros.messages import read_box, stamp_of
 from gait_segmentation.ros.outputs import DebugOutput, MatchOutputs
-from gait_segmentation.ros.pictures import matching_picture
 from gait_segmentation.ros.running import run_node
+from gait_segmentation.streams.config import BankConfig, NodeConfig, SizeConfig
+from gait_segmentation.streams.fields import slot_topic
 
 __all__ = ['MatcherNode', 'main']
 

@@ -17,8 +17,8 @@ from gait_segmentation.localization import LocalizationConfig
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
+from gait_segmentation.pictures import segmentation_picture
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
-from gait_segmentation.ros.config import LocalizerNodeConfig, PipelineNodeConfig
 from gait_segmentation.ros.endpoints import CameraMessage, claimed_shape
 from gait_segmentation.ros.localizing import Localizing
 from gait_segmentation.ros.outputs import (
@@ -28,10 +28,10 @@ from gait_segmentation.ros.outputs import (
     SegmentationOutputs,
     TrackOutputs,
 )
-from gait_segmentation.ros.pictures import segmentation_picture
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.segmentation import PeopleMasks, SegmentationConfig
 from gait_segmentation.starting import StartingConfig
+from gait_segmentation.streams.config import LocalizerNodeConfig, PipelineNodeConfig
 from gait_segmentation.tracking import TrackingConfig
 
 __all__ = ['PipelineNode', 'main']

@@ -16,15 +16,15 @@ from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
+from gait_segmentation.pictures import tracking_picture
 from gait_segmentation.results import Feedback
 from gait_segmentation.ros.endpoints import CameraMessage, claimed_shape
-from gait_segmentation.ros.fields import DEPTH, slot_topic, slot_topics
-from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.messages import read_body, stamp_of
 from gait_segmentation.ros.outputs import DebugOutput, TrackOutputs
-from gait_segmentation.ros.pictures import tracking_picture
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.starting import StartingConfig
+from gait_segmentation.streams.fields import DEPTH, slot_topic, slot_topics
+from gait_segmentation.streams.join import ExactJoin
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 
 __all__ = ['TrackerNode', 'main']

@@ -28,13 +28,13 @@ from sensor_msgs.msg import CompressedImage, Image
 
 from gait_segmentation.inputs import encodings
 from gait_segmentation.inputs.encodings import SampleBits, read_bgr, read_compressed
-from gait_segmentation.ros.fields import DEPTH
+from gait_segmentation.streams.fields import DEPTH
 
 if TYPE_CHECKING:
     from rclpy.event_handler import QoSMessageLostInfo, QoSRequestedIncompatibleQoSInfo
 
-    from gait_segmentation.ros.config import CameraConfig
     from gait_segmentation.ros.lifecycle import GaitNode
+    from gait_segmentation.streams.config import CameraConfig
 
 __all__ = [
     'BEST_EFFORT',

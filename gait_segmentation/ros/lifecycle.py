@@ -27,8 +27,6 @@ from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.kernels import compile_kernels, compiling
-from gait_segmentation.ros.backlog import Backlog, Worker
-from gait_segmentation.ros.config import BankConfig, CameraConfig, NodeConfig
 from gait_segmentation.ros.diagnostics import Statistics, diagnostic_message
 from gait_segmentation.ros.endpoints import (
     BETWEEN_NODES,
@@ -36,11 +34,13 @@ from gait_segmentation.ros.endpoints import (
     publisher,
     subscription,
 )
-from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.node_time import ignore_negative_times, time_of
 from gait_segmentation.ros.parameters import NodeParameters, refuse_unknown_types, state_of
 from gait_segmentation.ros.warnings import Silence, Warnings
 from gait_segmentation.stamps import Order, Stamps
+from gait_segmentation.streams.backlog import Backlog, Worker
+from gait_segmentation.streams.config import BankConfig, CameraConfig, NodeConfig
+from gait_segmentation.streams.join import ExactJoin
 
 __all__ = ['GaitNode']
 

@@ -24,9 +24,9 @@ from gait_segmentation.localization import (
     PinholeCamera,
 )
 from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.config import CameraConfig, LocalizerNodeConfig
-from gait_segmentation.ros.fields import DEPTH
 from gait_segmentation.ros.messages import stamp_of
+from gait_segmentation.streams.config import CameraConfig, LocalizerNodeConfig
+from gait_segmentation.streams.fields import DEPTH
 
 if TYPE_CHECKING:
     from std_msgs.msg import Header

@@ -16,7 +16,7 @@ from sensor_msgs.msg import CompressedImage, Image, JointState
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.ros.fields import GAIT_NAMES, Corners, gait_joints
+from gait_segmentation.streams.fields import GAIT_NAMES, Corners, gait_joints
 
 if TYPE_CHECKING:
     from std_msgs.msg import Header

@@ -20,13 +20,6 @@ from visualization_msgs.msg import ImageMarker, MarkerArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.ros.endpoints import LATCHED
-from gait_segmentation.ros.fields import (
-    matched_corners,
-    refined_corners,
-    slot_topic,
-    slot_topics,
-    track_corners,
-)
 from gait_segmentation.ros.messages import (
     box_message,
     compressed_message,
@@ -43,6 +36,13 @@ from gait_segmentation.ros.people_messages import (
     solid_people_message,
     tracks_message,
     walk_message,
+)
+from gait_segmentation.streams.fields import (
+    matched_corners,
+    refined_corners,
+    slot_topic,
+    slot_topics,
+    track_corners,
 )
 
 if TYPE_CHECKING:

@@ -21,7 +21,7 @@ from rclpy.parameter import Parameter as RclpyParameter
 
 from gait_segmentation.config import Parameter, StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.ros.config import misnamed, qualified
+from gait_segmentation.streams.config import misnamed, qualified
 
 if TYPE_CHECKING:
     from rclpy.lifecycle import LifecycleNode

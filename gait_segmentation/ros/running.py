@@ -25,11 +25,11 @@ from rclpy.logging import get_logger
 from rclpy.utilities import remove_ros_args
 
 from gait_segmentation.errors import GaitSegmentationError
-from gait_segmentation.ros.config import CameraConfig
 from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.participant import take_part
+from gait_segmentation.streams.config import CameraConfig
 
 __all__ = ['run_node', 'silence_opencv']
 

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
-from gait_segmentation.ros.join import ExactJoin
+from gait_segmentation.streams.join import ExactJoin
 
 if TYPE_CHECKING:
     from rclpy.node import Node

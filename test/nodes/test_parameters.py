@@ -16,8 +16,8 @@ from gait_segmentation.nodes.pipeline_node import PipelineNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.people import PeopleConfig
-from gait_segmentation.ros.config import NodeConfig
 from gait_segmentation.starting import StartingConfig
+from gait_segmentation.streams.config import NodeConfig
 from gait_segmentation.tracking import TrackingConfig
 from test.nodes.bench import Bench
 

@@ -17,7 +17,6 @@ from std_msgs.msg import Header
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.fields import tilted_corners
 from gait_segmentation.ros.messages import (
     box_message,
     gait_message,
@@ -26,6 +25,7 @@ from gait_segmentation.ros.messages import (
     read_gait,
     stamp_of,
 )
+from gait_segmentation.streams.fields import tilted_corners
 
 
 def header(stamp_ns: int = 1) -> Header:

@@ -18,8 +18,6 @@ from std_msgs.msg import Header
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.localization import Location
 from gait_segmentation.results import MatchResult, TrackResult
-from gait_segmentation.ros.config import StartConfig
-from gait_segmentation.ros.intake import read_detections
 from gait_segmentation.ros.people_messages import (
     Person,
     boxes_message,
@@ -30,6 +28,8 @@ from gait_segmentation.ros.people_messages import (
     solid_people_message,
     tracks_message,
 )
+from gait_segmentation.streams.config import StartConfig
+from gait_segmentation.streams.intake import read_detections
 
 DEFINITIONS = {
     'Point2D': 'float64 x\nfloat64 y',

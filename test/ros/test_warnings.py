@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from gait_segmentation.ros.join import ExactJoin
 from gait_segmentation.ros.warnings import Silence, Warnings, no_images, unpublished
+from gait_segmentation.streams.join import ExactJoin
 
 
 class Log:

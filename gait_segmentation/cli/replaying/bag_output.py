@@ -28,7 +28,7 @@ from rosbags.typesys import Stores, get_typestore
 from gait_segmentation.cli.replaying.output import Output, Replayed
 from gait_segmentation.cli.replaying.walks import Walk, Walks
 from gait_segmentation.inputs import Frame
-from gait_segmentation.ros.fields import (
+from gait_segmentation.streams.fields import (
     DEPTH,
     Corners,
     gait_joints,

@@ -19,8 +19,8 @@ from gait_segmentation.inputs import DamagedError, Frame, ImageSource
 from gait_segmentation.inputs.heat_maps import RecordedMaps
 from gait_segmentation.pipeline import FrameResult, Pipeline
 from gait_segmentation.results import TrackResult
-from gait_segmentation.ros.intake import Intake
 from gait_segmentation.stamps import Order, Stamps
+from gait_segmentation.streams.intake import Intake
 
 __all__ = ['ahead', 'results_of']
 

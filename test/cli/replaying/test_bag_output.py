@@ -90,8 +90,8 @@ def test_messages_are_those_of_the_nodes(tmp_path: Path) -> None:
     from sensor_msgs.msg import RegionOfInterest
     from std_msgs.msg import Header
 
-    from gait_segmentation.ros.fields import matched_corners, refined_corners, track_corners
     from gait_segmentation.ros.messages import box_message, gait_message, image_message
+    from gait_segmentation.streams.fields import matched_corners, refined_corners, track_corners
 
     output = BagOutput(tmp_path / 'walk')
     one = frame(3)

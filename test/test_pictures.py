@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.results import EMPTY, LOST, MatchResult, SegmentationResult, TrackResult
-from gait_segmentation.ros.pictures import (
+from gait_segmentation.pictures import (
     matching_picture,
     segmentation_picture,
     tracking_picture,
 )
+from gait_segmentation.results import EMPTY, LOST, MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.segmentation import PeopleMasks
 
 IMAGE = np.full((120, 160, 3), 60, np.uint8)

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 import yaml
 
 from gait_segmentation.config import parameters_of
-from gait_segmentation.nodes.parameter_table import NODES, markdown, parameter_file
-from gait_segmentation.ros.config import NodeConfig, qualified
+from gait_segmentation.streams.config import NodeConfig, qualified
 
-ROOT = Path(__file__).parents[2]
-COMMAND = 'python -m gait_segmentation.nodes.parameter_table --update .'
+pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
+
+from gait_tools.cli.parameter_table import NODES, markdown, parameter_file
+
+ROOT = Path(__file__).parents[3]
+COMMAND = 'python -m gait_tools.cli.parameter_table --update .'
 
 
 def test_the_file_is_up_to_date() -> None:

@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.ros.files import prepare, shared_file
+from gait_segmentation.files.installed import prepare, shared_file
 
 IMAGES = """
 import resource

@@ -1,10 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""
-Topics, and what their messages say of a result in numbers: shared by nodes and commands.
-
-Nothing here needs ROS, so that a bag can be written without it.
-"""
+"""Topics, and what their messages say of a result in numbers: shared by nodes and commands."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 
-from gait_segmentation.ros.backlog import CAUGHT_UP, Backlog, Worker
+from gait_segmentation.streams.backlog import CAUGHT_UP, Backlog, Worker
 
 TIMEOUT_S = 10.0
 

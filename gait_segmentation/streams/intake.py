@@ -17,7 +17,7 @@ from gait_segmentation.geometry import Box, check_start_box
 
 if TYPE_CHECKING:
     from gait_segmentation.results import TrackResult
-    from gait_segmentation.ros.config import StartConfig
+    from gait_segmentation.streams.config import StartConfig
 
 __all__ = ['Intake', 'new_people', 'read_detections']
 

@@ -7,7 +7,7 @@ from random import Random
 import pytest
 from hypothesis import given, strategies as st
 
-from gait_segmentation.ros.join import ExactJoin
+from gait_segmentation.streams.join import ExactJoin
 
 S = 1_000_000_000
 STAGES = {'camera': 'a', 'tracker': 'b', 'matcher': 'cd'}

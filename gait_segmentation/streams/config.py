@@ -1,10 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""
-Parameters of the nodes that no stage knows of, and names of all: also for gait_replay.
-
-Nothing here needs ROS.
-"""
+"""Parameters of the nodes that no stage knows of, and names of all: also for gait_replay."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import pytest
 
-from gait_segmentation.ros.config import misnamed
+from gait_segmentation.streams.config import misnamed
 
 KNOWN = ['max_people', 'backlog', 'initial_box', 'tracking.use_background', 'tracking.memory']
 

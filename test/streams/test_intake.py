@@ -9,8 +9,8 @@ import numpy as np
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import TrackResult
-from gait_segmentation.ros.config import StartConfig
-from gait_segmentation.ros.intake import Intake, new_people, read_detections
+from gait_segmentation.streams.config import StartConfig
+from gait_segmentation.streams.intake import Intake, new_people, read_detections
 
 BOX = Box(10, 10, 20, 40)
 IMAGE = np.zeros((60, 80, 3), np.uint8)
