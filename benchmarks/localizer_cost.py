@@ -6,7 +6,7 @@ What locating people costs gait_pipeline, in processor time of the thread that w
 
 A synthetic walker of 640 x 480 with depth goes through two nodes in turns, of which one has
 ``localize``; somebody listens to the mask, and to everything that the localization publishes
-(also ``people`` and ``people_3d`` where vision_msgs is installed).  Time of the thread instead of
+(also ``people`` where vision_msgs is installed).  Time of the thread instead of
 the wall, so that other work on the machine counts little.  Needs ROS 2::
 
     python benchmarks/localizer_cost.py [--seconds 4]
@@ -78,7 +78,7 @@ def made(localize: bool, box: Box) -> Any:
 
 def listen(probe: Node, node: Any) -> None:
     """Subscribe to the mask and to what is said of where people are."""
-    heard = ('mask', 'pose', 'walk', 'boxes', 'markers', 'people', 'people_3d')
+    heard = ('mask', 'pose', 'walk', 'boxes', 'markers', 'people')
     for each in node._outputs:
         name = each.topic_name
         if name.rsplit('/', 1)[-1] in heard and 'person_0/mask' not in name:

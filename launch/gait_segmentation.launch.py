@@ -24,7 +24,6 @@ NODES = {
     'split': ('gait_tracker', 'gait_matcher', 'gait_segmenter'),
     'single': ('gait_pipeline',),
 }
-PICTURES = ('debug_image', 'debug_image/compressed')
 TRUTH = ['true', 'false']
 INCLUDING = {
     'input',
@@ -198,8 +197,6 @@ def _node(name, given):
     # Given with or without the suffix that image_transport appends.
     image = given['image'].removesuffix('/compressed')
     enclave = ['--enclave', f'{given["enclaves"].rstrip("/")}/{name}'] if given['enclaves'] else []
-    # Nodes side by side need names of their own for their pictures.
-    pictures = name in ('gait_tracker', 'gait_matcher')
     return Node(
         package=PACKAGE,
         executable=name,
@@ -211,7 +208,6 @@ def _node(name, given):
             ('image/compressed', f'{image}/compressed'),
             ('camera_info', given['camera_info'] or str(Path(image).with_name('camera_info'))),
             ('depth', given['depth']),
-            *((each, f'{name}/{each}') for each in PICTURES if pictures),
         ],
         arguments=['--ros-args', '--log-level', given['log_level'], *enclave],
         output='screen',

@@ -11,7 +11,15 @@ Frames
 from __future__ import annotations
 
 from gait_segmentation.localization.camera import CameraPose, PinholeCamera
+from gait_segmentation.localization.camera_info import read_camera
 from gait_segmentation.localization.config import LocalizationConfig
 from gait_segmentation.localization.localizer import Localizer, Location
 
-__all__ = ['CameraPose', 'LocalizationConfig', 'Localizer', 'Location', 'PinholeCamera']
+__all__ = [
+    'CameraPose',
+    'LocalizationConfig',
+    'Localizer',
+    'Location',
+    'PinholeCamera',
+    'read_camera',
+]

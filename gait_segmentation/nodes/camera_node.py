@@ -17,11 +17,10 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import SampleBits, read_heat_map
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
-from gait_segmentation.ros.endpoints import BEST_EFFORT, CameraMessage, decode
-from gait_segmentation.ros.lifecycle import GaitNode
+from gait_segmentation.ros.endpoints import BEST_EFFORT, LATCHED, claimed_shape, decode
+from gait_segmentation.ros.joined_node import JoinedNode, Parts
 from gait_segmentation.ros.messages import stamp_of
 from gait_segmentation.ros.people_messages import detection_types
-from gait_segmentation.ros.warnings import no_images
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.config import BankConfig, CameraConfig, StartConfig
 from gait_segmentation.streams.intake import Intake, new_people, read_detections
@@ -37,7 +36,7 @@ _MAPS = 4
 """Heat maps that wait for the next image."""
 
 
-class CameraNode(GaitNode):
+class CameraNode(JoinedNode):
     """
     A node that tracks people in the images of a camera.
 
@@ -64,31 +63,40 @@ class CameraNode(GaitNode):
     def make_intake(self) -> None:
         """Prepare the intake of frames and first boxes."""
         start = self.parameters.get(StartConfig)
+        # First, so that it is known to a matcher before the likelihoods are.
+        self._size = self.output(RegionOfInterest, 'image_size', LATCHED)
         self.tracks = ()
         self._bits = SampleBits()
         self.intake = Intake(
             reset=self.reset_stage,
             initialize=self.stage.initialize,
             warn=self.warnings.warn,
-            slots=self.parameters.get(PeopleConfig).max_people,
+            slots=self.slots,
             initial_box=start.box(),
             initial_stamp_ns=start.initial_box_stamp,
         )
 
-    def taken(self, frame: CameraMessage) -> tuple[NDArray[np.uint8], int]:
+    def taken(self, frame: Parts) -> tuple[NDArray[np.uint8], int]:
         """
         Decode a frame and start the tracks that are to begin with it (worker).
 
         :returns: the image, (H, W, 3) uint8 BGR, and the stamp in ns.
         :raises InputError: if it cannot be read.
         """
-        image = decode(frame, self.parameters.get(CameraConfig), self._bits)
-        stamp_ns = stamp_of(frame.header)
+        message, before = frame['image'], self.intake.shape
+        image = decode(message, self.parameters.get(CameraConfig), self._bits)
+        stamp_ns = stamp_of(message.header)
         self.enter(stamp_ns)
         self.intake.take(image, stamp_ns)
+        if self.intake.shape != before:
+            self._size.publish(RegionOfInterest(height=image.shape[0], width=image.shape[1]))
         self._stamp_ns = stamp_ns
         self._note_maps()
         return image, stamp_ns
+
+    def shape_of(self, frame: Parts) -> tuple[int, int]:
+        """Return the shape (height, width) of the empty answers to a frame that is not usable."""
+        return claimed_shape(frame['image']) or self.intake.shape or (0, 0)
 
     def start_over(self) -> None:
         """Forget everybody, but not the boxes that wait, and begin with the initial one."""
@@ -107,18 +115,14 @@ class CameraNode(GaitNode):
         self._stamp_ns, self._mapped = 0, False
 
     def connect(self) -> None:
-        """Subscribe to the camera and to first boxes."""
+        """Subscribe to first boxes and heat maps, and to the camera."""
         self.input(RegionOfInterest, 'init_roi', self._start)
         types = detection_types()
         if types is not None:
             self.input(types.Detection2DArray, 'detections', self._detected)
         # Best effort, which takes messages of every publisher; one that is lost is no harm.
         self.input(Image, 'heat_map', self._heat_map, BEST_EFFORT)
-        self.camera_input(self.parameters.get(CameraConfig), self._image)
-
-    def missing(self) -> str:
-        """Say why there are no images."""
-        return no_images(self, self.camera_topic)
+        super().connect()
 
     def status(self) -> dict[str, str]:
         """Report the track of each slot, and what was asked for in vain."""
@@ -137,19 +141,13 @@ class CameraNode(GaitNode):
         maps = {'heat map': 'in use' if self._mapped else 'none'}
         return {**super().status(), 'people': str(tracked), **found, **dropped, **maps}
 
-    def _image(self, message: CameraMessage) -> None:
-        stamp_ns = stamp_of(message.header)
-        if self.accept(stamp_ns):
-            self.hand_over(stamp_ns, message)
-
     def _start(self, message: RegionOfInterest) -> None:
         try:
             box = Box(message.x_offset, message.y_offset, message.width, message.height)
         except GaitSegmentationError as error:
             self.warnings.warn('roi', f'init_roi is ignored: {error}')
             return
-        slots = self.parameters.get(PeopleConfig).max_people
-        self.intake.drop(self.later(lambda: self.intake.request(box), 'init_roi', slots))
+        self.intake.drop(self.later(lambda: self.intake.request(box), 'init_roi', self.slots))
 
     def _detected(self, message: Any) -> None:
         # The next message says the same anew, so that only the newest one counts.
@@ -157,8 +155,7 @@ class CameraNode(GaitNode):
 
     def _start_new(self, message: Any) -> None:
         boxes = read_detections(message, self.parameters.get(StartConfig))
-        slots = self.parameters.get(PeopleConfig).max_people
-        for box in new_people(boxes, self.tracks, slots, self.intake.requested):
+        for box in new_people(boxes, self.tracks, self.slots, self.intake.requested):
             self.intake.request(box)
 
     def _heat_map(self, message: Image) -> None:

@@ -14,11 +14,11 @@ from sensor_msgs.msg import Image, JointState
 
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.localization import LocalizationConfig
-from gait_segmentation.nodes.joined_node import JoinedNode, Parts, read_match
 from gait_segmentation.people import PeopleConfig
+from gait_segmentation.ros.joined_node import JoinedNode, Parts, read_match
 from gait_segmentation.ros.localizing import Localizing
 from gait_segmentation.ros.messages import stamp_of
-from gait_segmentation.ros.outputs import PeopleOutputs
+from gait_segmentation.ros.outputs import Outputs, Seen, people_topics, seen
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.streams.config import LocalizerNodeConfig
 from gait_segmentation.streams.fields import slot_topic
@@ -32,7 +32,7 @@ class LocalizerNode(JoinedNode):
 
     Reads person_K/mask, person_K/matched_box and person_K/gait, camera_info of their camera and
     registered depth images (depth) if there are any; publishes person_K/pose, person_K/walk,
-    markers, boxes, people and people_3d.
+    markers, boxes and people.
     """
 
     name = 'gait_localizer'
@@ -49,10 +49,9 @@ class LocalizerNode(JoinedNode):
 
     def build(self) -> None:
         """Make the stage and the publishers."""
-        self._slots = self.parameters.get(PeopleConfig).max_people
         self._localizing = Localizing(self)
         self.stage = self._localizing.stage
-        self._results = PeopleOutputs(self, self._slots, located=True)
+        self._results = Outputs(self, people_topics(self.slots, located=True))
 
     def connect(self) -> None:
         """Subscribe to the other nodes' outputs and to the camera's."""
@@ -71,15 +70,15 @@ class LocalizerNode(JoinedNode):
     def process(self, frame: Parts) -> None:
         """Locate the people of a frame."""
         header = frame[slot_topic(0, 'mask')].header
-        matches = [read_match(frame, slot) for slot in range(self._slots)]
-        masks = [read_mono8(frame[slot_topic(slot, 'mask')]) for slot in range(self._slots)]
+        matches = [read_match(frame, slot) for slot in range(self.slots)]
+        masks = [read_mono8(frame[slot_topic(slot, 'mask')]) for slot in range(self.slots)]
         self.enter(stamp_of(header))
         locations = self._localizing.locate(matches, masks, header)
-        self._results.publish(matches, masks, locations, header)
+        self._results.publish_made(header, seen, matches, masks, locations)
 
     def process_unusable(self, frame: Parts) -> None:
         """Publish that nobody is seen."""
-        self._results.publish((), (), (), frame[slot_topic(0, 'mask')].header)
+        self._results.publish(Seen(), frame[slot_topic(0, 'mask')].header)
 
 
 main = partial(run_node, LocalizerNode)

@@ -20,15 +20,15 @@ from gait_segmentation.files.encoded_images import check_pixels
 from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.inputs.encodings import claimed_shape, read_mono8
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
-from gait_segmentation.nodes.joined_node import JoinedNode, Parts
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pictures import matching_picture
 from gait_segmentation.results import MatchResult, TrackResult
 from gait_segmentation.ros.endpoints import LATCHED
+from gait_segmentation.ros.joined_node import JoinedNode, Parts
 from gait_segmentation.ros.messages import read_box, stamp_of
-from gait_segmentation.ros.outputs import DebugOutput, MatchOutputs
+from gait_segmentation.ros.outputs import Outputs, match_topics, picture_topics
 from gait_segmentation.ros.running import run_node
-from gait_segmentation.streams.config import BankConfig, NodeConfig, SizeConfig
+from gait_segmentation.streams.config import BankConfig, NodeConfig
 from gait_segmentation.streams.fields import slot_topic
 
 __all__ = ['MatcherNode', 'main']
@@ -52,7 +52,6 @@ class MatcherNode(JoinedNode):
     groups = (
         ('', PeopleConfig),
         ('', BankConfig),
-        ('', SizeConfig),
         ('matching', MatchingConfig),
     )
 
@@ -60,24 +59,18 @@ class MatcherNode(JoinedNode):
         """Make the stage and the publishers."""
         config = self.parameters.get(MatchingConfig)
         people = self.parameters.get(PeopleConfig)
-        self._slots = people.max_people
         self.stage = PeopleMatcher(
-            self.bank, config, max_people=self._slots, threads=people.people_threads
+            self.bank, config, max_people=self.slots, threads=people.people_threads
         )
         self._messages: HeldFrames[Parts] = HeldFrames()
-        self._results = MatchOutputs(self, self._slots)
-        self._debug = DebugOutput(self)
+        self._results = Outputs(self, match_topics(self.slots))
+        self._debug = Outputs(self, picture_topics('~/'))
 
     def connect(self) -> None:
         """Subscribe to the tracker's outputs."""
-        sizes = self.parameters.get(SizeConfig)
         self._size: tuple[int, int] | None = None
-        self._given = bool(sizes.source_width and sizes.source_height)
-        if self._given:
-            self._size = (sizes.source_width, sizes.source_height)
-        self._unsized: deque[tuple[int, Parts]] = deque(
-            maxlen=self.parameters.get(NodeConfig).backlog
-        )
+        most = self.parameters.get(NodeConfig).backlog
+        self._unsized: deque[tuple[int, Parts]] = deque(maxlen=most)
         # First, so that it is known before the likelihoods are.
         self.input(RegionOfInterest, 'image_size', self._sized, LATCHED)
         super().connect()
@@ -105,7 +98,7 @@ class MatcherNode(JoinedNode):
 
     def process(self, frame: Parts) -> None:
         """Match a frame."""
-        tracks = [read_track(frame, slot) for slot in range(self._slots)]
+        tracks = [read_track(frame, slot) for slot in range(self.slots)]
         size = frame['size'] or tracks[0].likelihood.shape[::-1]
         check_pixels(size)
         stamp_ns = tracks[0].stamp_ns
@@ -119,16 +112,16 @@ class MatcherNode(JoinedNode):
         header = _header(frame)
         shape = claimed_shape(frame[slot_topic(0, 'likelihood')]) or (0, 0)
         self._results.blank(shape, header)
-        self._debug.blank(shape, header)
+        self._debug.blank((*shape, 3), header)
 
     def _publish(self, results: Sequence[Sequence[MatchResult]]) -> None:
         for matches in results:
             message = self._messages.take(matches[0].stamp_ns)
             self._results.publish(matches, _header(message))
-            self._debug.publish(_header(message), self._picture, message, matches)
+            self._debug.publish_made(_header(message), self._picture, message, matches)
 
     def _picture(self, parts: Parts, matches: Sequence[MatchResult]) -> NDArray[np.uint8]:
-        tracks = [read_track(parts, slot) for slot in range(self._slots)]
+        tracks = [read_track(parts, slot) for slot in range(self.slots)]
         width = parts['size'][0] if parts['size'] else 0
         return matching_picture([track.likelihood for track in tracks], matches, tracks, width)
 
@@ -140,7 +133,7 @@ class MatcherNode(JoinedNode):
         self.hand_over(stamp_ns, {**parts, 'size': self._size})
 
     def _sized(self, message: RegionOfInterest) -> None:
-        if self._given or not message.width or not message.height:
+        if not message.width or not message.height:
             return
         self._size = (message.width, message.height)
         while self._unsized:

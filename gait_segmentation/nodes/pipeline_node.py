@@ -19,14 +19,17 @@ from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pictures import segmentation_picture
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
-from gait_segmentation.ros.endpoints import CameraMessage, claimed_shape
+from gait_segmentation.ros.joined_node import Parts
 from gait_segmentation.ros.localizing import Localizing
 from gait_segmentation.ros.outputs import (
-    DebugOutput,
-    MatchOutputs,
-    PeopleOutputs,
-    SegmentationOutputs,
-    TrackOutputs,
+    Outputs,
+    Seen,
+    mask_topics,
+    match_topics,
+    people_topics,
+    picture_topics,
+    seen,
+    track_topics,
 )
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.segmentation import PeopleMasks, SegmentationConfig
@@ -62,16 +65,16 @@ class PipelineNode(CameraNode):
         kinds = TrackingConfig, MatchingConfig, SegmentationConfig, PeopleConfig, StartingConfig
         config = PipelineConfig(*map(self.parameters.get, kinds))
         self.stage = Pipeline(config, self.bank)
-        self._held: HeldFrames[tuple[NDArray[np.uint8], CameraMessage]] = HeldFrames()
+        self._held: HeldFrames[tuple[NDArray[np.uint8], Parts]] = HeldFrames()
         self.make_intake()
-        slots = config.people.max_people
-        self._track = TrackOutputs(self, slots)
-        self._match = MatchOutputs(self, slots)
-        self._segmentation = SegmentationOutputs(self, slots)
         localize = self.parameters.get(PipelineNodeConfig).localize
         self._localizing = Localizing(self) if localize else None
-        self._people = PeopleOutputs(self, slots, located=localize)
-        self._debug = DebugOutput(self)
+        self._likelihood: tuple[int, ...] = (0, 0)
+        self._track = Outputs(self, track_topics(self.slots))
+        self._match = Outputs(self, match_topics(self.slots))
+        self._segmentation = Outputs(self, mask_topics(self.slots))
+        self._people = Outputs(self, people_topics(self.slots, localize))
+        self._debug = Outputs(self, picture_topics())
 
     def connect(self) -> None:
         """Subscribe to the camera and to first boxes, and to what the localization takes in."""
@@ -110,7 +113,7 @@ class PipelineNode(CameraNode):
         """Publish what the lag holds back."""
         self._publish(self.stage.flush())
 
-    def process(self, frame: CameraMessage) -> None:
+    def process(self, frame: Parts) -> None:
         """Run a frame through all stages."""
         image, stamp_ns = self.taken(frame)
         results = self.stage.take(image, stamp_ns)
@@ -118,33 +121,34 @@ class PipelineNode(CameraNode):
         self._publish(results)
         self.stage.learn()
 
-    def process_unusable(self, frame: CameraMessage) -> None:
+    def process_unusable(self, frame: Parts) -> None:
         """Publish that nobody is seen."""
-        shape = claimed_shape(frame) or self.intake.shape or (0, 0)
-        self._segmentation.blank(shape, frame.header)
+        shape, header = self.shape_of(frame), frame['image'].header
+        self._segmentation.blank(shape, header)
         for outputs in (self._track, self._match):
-            outputs.blank(self._track.likelihood_shape, frame.header)
-        self._people.publish((), (), (), frame.header)
-        self._debug.blank(shape, frame.header)
+            outputs.blank(self._likelihood, header)
+        self._people.publish(Seen(), header)
+        self._debug.blank((*shape, 3), header)
 
     def _publish(self, results: list[FrameResult]) -> None:
         for result in results:
-            image, message = self._held.take(result.stamp_ns)
-            header = message.header
+            image, frame = self._held.take(result.stamp_ns)
+            header = frame['image'].header
             tracks = [person.track for person in result.people]
             matches = [person.match for person in result.people]
             found = tuple(person.segmentation for person in result.people)
             masks = PeopleMasks(found, result.mask, result.labels)
             self.tracks = tracks
+            self._likelihood = tracks[0].likelihood.shape
             # First what most listen to.
             self._segmentation.publish(masks, header)
-            self._track.publish(tracks, image.shape[:2], header)
+            self._track.publish(tracks, header)
             self._match.publish(matches, header)
             people = [each.mask for each in found]
             located = self._localizing
             places = () if located is None else located.locate(matches, people, header)
-            self._people.publish(matches, people, places, header)
-            self._debug.publish(header, segmentation_picture, image, masks, matches, tracks)
+            self._people.publish_made(header, seen, matches, people, places)
+            self._debug.publish_made(header, segmentation_picture, image, masks, matches, tracks)
 
 
 main = partial(run_node, PipelineNode)

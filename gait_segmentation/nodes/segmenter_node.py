@@ -13,12 +13,12 @@ from geometry_msgs.msg import PolygonInstanceStamped
 from sensor_msgs.msg import Image, JointState
 
 from gait_segmentation.inputs.encodings import SampleBits, read_mono8
-from gait_segmentation.nodes.joined_node import JoinedNode, Parts, read_match
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pictures import segmentation_picture
 from gait_segmentation.ros.endpoints import claimed_shape, decode
+from gait_segmentation.ros.joined_node import JoinedNode, Parts, read_match
 from gait_segmentation.ros.messages import stamp_of
-from gait_segmentation.ros.outputs import DebugOutput, SegmentationOutputs
+from gait_segmentation.ros.outputs import Outputs, mask_topics, picture_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 from gait_segmentation.streams.config import CameraConfig, SegmenterNodeConfig
@@ -57,12 +57,11 @@ class SegmenterNode(JoinedNode):
         """Make the stage and the publishers."""
         config = self.parameters.get(SegmentationConfig)
         people = self.parameters.get(PeopleConfig)
-        self._slots = people.max_people
-        self.stage = PeopleSegmenter(config, max_people=self._slots, threads=people.people_threads)
+        self.stage = PeopleSegmenter(config, max_people=self.slots, threads=people.people_threads)
         self._shape: tuple[int, int] | None = None
         self._bits = SampleBits()
-        self._results = SegmentationOutputs(self, self._slots)
-        self._debug = DebugOutput(self)
+        self._results = Outputs(self, mask_topics(self.slots))
+        self._debug = Outputs(self, picture_topics())
 
     def room(self) -> int:
         """Return how many images may wait for their match."""
@@ -78,19 +77,19 @@ class SegmenterNode(JoinedNode):
             self.warnings.warn('size', 'the image size changed: starting anew')
             self.stage.reset()
         self._shape = shape
-        slots = range(self._slots)
+        slots = range(self.slots)
         likelihoods = [read_mono8(frame[slot_topic(slot, 'likelihood')]) for slot in slots]
         matches = [read_match(frame, slot) for slot in slots]
         masks = self.stage.update(image, likelihoods, matches)
         self._results.publish(masks, header)
-        self._debug.publish(header, segmentation_picture, image, masks, matches)
+        self._debug.publish_made(header, segmentation_picture, image, masks, matches)
 
     def process_unusable(self, frame: Parts) -> None:
         """Publish empty masks."""
         header = frame['image'].header
         shape = claimed_shape(frame['image']) or self._shape or (0, 0)
         self._results.blank(shape, header)
-        self._debug.blank(shape, header)
+        self._debug.blank((*shape, 3), header)
 
 
 main = partial(run_node, SegmenterNode)

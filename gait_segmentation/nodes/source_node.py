@@ -17,7 +17,6 @@ from pathlib import Path
 import rclpy
 from rclpy.duration import Duration
 from rclpy.executors import ExternalShutdownException
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.utilities import remove_ros_args
@@ -38,7 +37,7 @@ from gait_segmentation.inputs import DamagedError, Frame, ImageSource, check_rat
 from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.endpoints import BETWEEN_NODES
 from gait_segmentation.ros.messages import image_message, stamp_of
-from gait_segmentation.ros.participant import take_part
+from gait_segmentation.ros.participant import REFUSALS, said_by, take_part
 
 __all__ = ['main', 'parser', 'publish_input']
 
@@ -248,8 +247,8 @@ def main(arguments: list[str] | None = None) -> int:
         return 0
     except Exception as error:
         # The one of rclpy: what ROS refuses, such as for security.
-        if not understood or (rclpy.ok() and isinstance(error, rclpy_implementation.RCLError)):
-            print(f'gait_source: error: {error}', file=sys.stderr)
+        if not understood or (rclpy.ok() and isinstance(error, REFUSALS)):
+            print(f'gait_source: error: {said_by(error)}', file=sys.stderr)
             return 2
         # Else whatever rclpy says of a context that was closed under it.
         if rclpy.ok():

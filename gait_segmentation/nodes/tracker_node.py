@@ -15,12 +15,11 @@ from sensor_msgs.msg import Image
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.camera_node import CameraNode
-from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pictures import tracking_picture
 from gait_segmentation.results import Feedback
-from gait_segmentation.ros.endpoints import CameraMessage, claimed_shape
+from gait_segmentation.ros.joined_node import Parts
 from gait_segmentation.ros.messages import read_body, stamp_of
-from gait_segmentation.ros.outputs import DebugOutput, TrackOutputs
+from gait_segmentation.ros.outputs import Outputs, picture_topics, track_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.fields import DEPTH, slot_topic, slot_topics
@@ -45,18 +44,18 @@ class TrackerNode(CameraNode):
     def build(self) -> None:
         """Make the stage and the publishers."""
         get = self.parameters.get
-        self._slots = get(PeopleConfig).max_people
         self.stage = PeopleTracker(
-            self.bank, get(TrackingConfig), max_people=self._slots, starting=get(StartingConfig)
+            self.bank, get(TrackingConfig), max_people=self.slots, starting=get(StartingConfig)
         )
         self.make_intake()
-        self._results = TrackOutputs(self, self._slots)
-        self._debug = DebugOutput(self)
+        self._likelihood: tuple[int, ...] = (0, 0)
+        self._results = Outputs(self, track_topics(self.slots))
+        self._debug = Outputs(self, picture_topics('~/'))
 
     def connect(self) -> None:
         """Subscribe to the feedback, to the camera and to first boxes."""
-        parts = slot_topics(_FEEDBACK, self._slots)
-        self._join = ExactJoin({'feedback': parts}, DEPTH)
+        parts = slot_topics(_FEEDBACK, self.slots)
+        self._lessons = ExactJoin({'feedback': parts}, DEPTH)
         for topic, kind in parts.items():
             self.input(kind, topic, partial(self._feedback, topic))
         super().connect()
@@ -65,21 +64,24 @@ class TrackerNode(CameraNode):
         """Return where the configurations are."""
         return [(self.stage, 'config'), (self.stage, 'starting')]
 
-    def process(self, frame: CameraMessage) -> None:
+    def process(self, frame: Parts) -> None:
         """Track a frame."""
         image, stamp_ns = self.taken(frame)
+        header = frame['image'].header
         tracks = self.stage.update(image, stamp_ns)
         self.tracks = tracks
-        self._results.publish(tracks, image.shape[:2], frame.header)
-        self._debug.publish(frame.header, tracking_picture, image, tracks)
+        self._likelihood = tracks[0].likelihood.shape
+        self._results.publish(tracks, header)
+        self._debug.publish_made(header, tracking_picture, image, tracks)
 
-    def process_unusable(self, frame: CameraMessage) -> None:
+    def process_unusable(self, frame: Parts) -> None:
         """Publish that nobody is seen."""
-        self._results.blank(self._results.likelihood_shape, frame.header)
-        self._debug.blank(claimed_shape(frame) or self.intake.shape or (0, 0), frame.header)
+        header = frame['image'].header
+        self._results.blank(self._likelihood, header)
+        self._debug.blank((*self.shape_of(frame), 3), header)
 
     def _feedback(self, part: str, message: Any) -> None:
-        parts = self._join.add(part, stamp_of(message.header), message)
+        parts = self._lessons.add(part, stamp_of(message.header), message)
         if parts is not None and self.enabled:
             dropped = self.later(lambda: self._learn(parts), 'feedback', DEPTH)
             if dropped:
@@ -89,15 +91,15 @@ class TrackerNode(CameraNode):
                     'more came',
                 )
 
-    def _learn(self, parts: dict[str, Any]) -> None:
+    def _learn(self, parts: Parts) -> None:
         try:
-            feedback = [read_feedback(parts, slot) for slot in range(self._slots)]
+            feedback = [read_feedback(parts, slot) for slot in range(self.slots)]
             self.stage.learn([each for each in feedback if each is not None])
         except GaitSegmentationError as error:
             self.warnings.warn('feedback', f'feedback is ignored: {error}')
 
 
-def read_feedback(parts: dict[str, Any], slot: int) -> Feedback | None:
+def read_feedback(parts: Parts, slot: int) -> Feedback | None:
     """
     Put the feedback for a slot together, None if it was empty.
 

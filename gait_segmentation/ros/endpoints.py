@@ -97,14 +97,9 @@ def subscription(
     """
     # All that the subscriptions of this package ask for.
     latched = profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
-    wanted = 'reliable and transient local' if latched else 'reliable'
+    wanted = 'it must be reliable' + ' and transient local' * latched
     usual = SubscriptionEventCallbacks(
-        incompatible_qos=lambda event: warn(
-            topic,
-            f'a publisher on {topic} offers an incompatible QoS '
-            f'({qos_policy_name_from_kind(event.last_policy_kind)}); no messages come from it: it '
-            f'must be {wanted}',
-        ),
+        incompatible_qos=lambda event: warn(topic, _incompatible(topic, event, wanted)),
         use_default_callbacks=False,
     )
 
@@ -128,6 +123,14 @@ def subscription(
         raw=True,
         event_callbacks=events or usual,
         qos_overriding_options=overridable or QoSOverridingOptions.with_default_policies(),
+    )
+
+
+def _incompatible(topic: str, event: QoSRequestedIncompatibleQoSInfo, remedy: str) -> str:
+    policy = qos_policy_name_from_kind(event.last_policy_kind)
+    return (
+        f'a publisher on {topic} offers an incompatible QoS ({policy}); no messages come from it: '
+        + remedy
     )
 
 
@@ -178,7 +181,7 @@ class CameraSubscription:
         self._received = received
         self._adapts = config.reliability == 'auto'
         self._renewal = node.create_guard_condition(self._renew)
-        self._subscribe(best_effort=config.reliability == 'best_effort' or self._offers_less())
+        self._subscribe(best_effort=config.reliability == 'best_effort')
 
     @property
     def best_effort(self) -> bool:
@@ -190,19 +193,9 @@ class CameraSubscription:
         self._node.destroy_subscription(self._subscription)
         self._node.destroy_guard_condition(self._renewal)
 
-    def _offers_less(self) -> bool:
-        """Return whether a camera that is there already offers only best effort."""
-        if not self._adapts:
-            return False
-        name = self._node.resolve_topic_name(self.topic)
-        offers = self._node.get_publishers_info_by_topic(name)
-        return any(
-            each.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT for each in offers
-        )
-
     def _subscribe(self, best_effort: bool) -> None:
         events = SubscriptionEventCallbacks(
-            incompatible_qos=self._incompatible,
+            incompatible_qos=self._offered_less,
             # Of frames, which are counted.
             message_lost=self._lost if self._type in (Image, CompressedImage) else None,
             use_default_callbacks=False,
@@ -233,25 +226,20 @@ class CameraSubscription:
             event.total_count_change, '{} lost on the way: ' + ', '.join(remedies)
         )
 
-    def _incompatible(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
+    def _offered_less(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
+        name = self._subscription.topic_name
         if self._adapts and not self.best_effort:
+            self._node.get_logger().info(
+                f'the publisher on {name} offers best effort only: subscribing as best effort, '
+                'messages may be lost'
+            )
             # Not here: the executor is just calling this subscription's event.
             self._renewal.trigger()
-            return
-        self._node.get_logger().warning(
-            f'a publisher on {self._subscription.topic_name} offers an incompatible QoS '
-            f'({qos_policy_name_from_kind(event.last_policy_kind)}); no messages come from it. '
-            'Set the parameter reliability to auto or best_effort'
-        )
+        else:
+            remedy = 'set the parameter reliability to auto or best_effort'
+            self._node.warnings.warn(name, _incompatible(name, event, remedy))
 
     def _renew(self) -> None:
-        if self.best_effort:
-            return
-        name = self._subscription.topic_name
-        images = self._type in (Image, CompressedImage)
-        self._node.get_logger().info(
-            f'the publisher on {name} offers best effort only: subscribing as best effort, '
-            f'{"images" if images else "messages"} may be lost'
-        )
-        self._node.destroy_subscription(self._subscription)
-        self._subscribe(best_effort=True)
+        if not self.best_effort:
+            self._node.destroy_subscription(self._subscription)
+            self._subscribe(best_effort=True)

@@ -14,37 +14,33 @@ from typing import Any, ClassVar
 import cv2
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
-from lifecycle_msgs.srv import ChangeState
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidHandle
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import Image
 from std_srvs.srv import SetBool, Trigger
 
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.kernels import compile_kernels, compiling
-from gait_segmentation.ros.diagnostics import Statistics, diagnostic_message
-from gait_segmentation.ros.endpoints import (
-    BETWEEN_NODES,
-    CameraSubscription,
-    publisher,
-    subscription,
-)
+from gait_segmentation.ros.diagnostics import QUIET_S, diagnostic_message
+from gait_segmentation.ros.endpoints import BETWEEN_NODES, publisher, subscription
 from gait_segmentation.ros.node_time import ignore_negative_times, time_of
-from gait_segmentation.ros.parameters import NodeParameters, refuse_unknown_types, state_of
-from gait_segmentation.ros.warnings import Silence, Warnings
+from gait_segmentation.ros.parameters import NodeParameters, state_of
+from gait_segmentation.ros.services import add_service, refuse_what_cannot_be_done
 from gait_segmentation.stamps import Order, Stamps
 from gait_segmentation.streams.backlog import Backlog, Worker
-from gait_segmentation.streams.config import BankConfig, CameraConfig, NodeConfig
-from gait_segmentation.streams.join import ExactJoin
+from gait_segmentation.streams.config import BankConfig, NodeConfig
+from gait_segmentation.streams.statistics import Statistics
+from gait_segmentation.streams.warnings import Warnings
 
 __all__ = ['GaitNode']
 
 _DRAIN_S = 5.0
+_PATIENCE_S = 10.0
+"""Time without input after which it is said what is missing."""
+
 _SUCCESS = TransitionCallbackReturn.SUCCESS
 
 
@@ -54,7 +50,7 @@ class GaitNode(LifecycleNode):
 
     The executor's thread only receives messages and hands frames over; stages are touched by
     the worker alone, so they need no locks.  Derived classes say what to do in the methods
-    from :meth:`build` to :meth:`status`.
+    from :meth:`build` to :meth:`trouble`.
     """
 
     name: ClassVar[str]
@@ -76,10 +72,6 @@ class GaitNode(LifecycleNode):
     bank: TemplateBank
     """What is asked for by :class:`BankConfig`, from :meth:`build` on."""
 
-    camera: CameraSubscription | None = None
-    camera_topic = 'image'
-    """Not yet remapped."""
-
     def __init__(self, **options: Any) -> None:
         """
         Declare parameters and services; everything else waits for the life cycle.
@@ -89,25 +81,22 @@ class GaitNode(LifecycleNode):
         """
         super().__init__(self.name, **options)
         self.statistics = Statistics()
-        self.warnings = Warnings(self.get_logger().warning)
+        self.warnings = Warnings(self.get_logger().warning, time.monotonic)
         ignore_negative_times(self, self.warnings.warn)
         self.enabled = True
         self._stamps = Stamps()
-        self._silence = Silence()
+        self._said = self._refused = ''
         self._inputs: list[Callable[[], object]] = []
         self._outputs: list[Any] = []
         self._worker: Worker | None = None
         self._failure: BaseException | None = None
         self.parameters = NodeParameters(
-            self,
-            [('', NodeConfig), *self.groups],
-            changed=self._parameters_changed,
+            self, [('', NodeConfig), *self.groups], changed=self._parameters_changed
         )
         self._alarm = self.create_guard_condition(self._raise_failure)
-        self._refuse_impossible_transitions()
-        refuse_unknown_types(self)
-        self.create_service(SetBool, '~/enable', self._enable)
-        self.create_service(Trigger, '~/reset', self._reset)
+        refuse_what_cannot_be_done(self, self.warnings.warn)
+        add_service(self, SetBool, '~/enable', self._enable)
+        add_service(self, Trigger, '~/reset', self._reset)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         # Steady, so that a simulation that stands still is still reported on.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -144,31 +133,19 @@ class GaitNode(LifecycleNode):
         """Return the attributes, with their objects, that hold configurations of the stage."""
         return [(self.stage, 'config')]
 
-    def apply(self, config: StageConfig) -> None:
-        """Put a changed configuration into force (worker); see :attr:`restarting`."""
-        if isinstance(config, self.restarting):
-            self.finish()
-        for owner, name in self.configured():
-            if isinstance(config, type(getattr(owner, name))):
-                setattr(owner, name, config)
-
     def finish(self) -> None:
         """Publish what is held back, before the node is deactivated (worker)."""
 
     def pause(self) -> None:
         """Drop what waits for its other parts: those that come now will be ignored."""
 
+    @abstractmethod
     def missing(self) -> str:
-        """Say what is missing for frames to come, empty if that is not this node's to say."""
-        return ''
+        """Say what is missing for frames to come."""
 
     def status(self) -> dict[str, str]:
         """Return what the diagnostics are to report besides the usual."""
-        return (
-            {'camera': self.resolve_topic_name(self.camera_topic)}
-            if self.has(CameraConfig)
-            else {}
-        )
+        return {}
 
     def trouble(self) -> str:
         """Return what the diagnostics are to warn of since this was last asked, empty if well."""
@@ -204,19 +181,6 @@ class GaitNode(LifecycleNode):
         made = subscription(self, kind, topic, profile, received, self.warnings.warn)
         self.keep_input(partial(self.destroy_subscription, made))
 
-    def camera_input(
-        self,
-        config: CameraConfig,
-        received: Callable[[Any], None],
-        topic: str = 'image',
-        kind: Any = Image,
-    ) -> None:
-        """Subscribe to images of a camera, or what else it says, until the deactivation."""
-        made = CameraSubscription(self, config, received, topic, kind)
-        self.keep_input(made.close)
-        if topic == 'image':
-            self.camera, self.camera_topic = made, made.topic
-
     def keep_input(self, close: Callable[[], object]) -> None:
         """Have something called at the deactivation, which lets go of an input."""
         self._inputs.append(close)
@@ -224,7 +188,7 @@ class GaitNode(LifecycleNode):
     def accept(self, stamp_ns: int) -> bool:
         """Return whether a frame is to be taken in; without a stamp it is refused."""
         if stamp_ns <= 0:
-            self._silence.broken()
+            self._refused = 'what comes has no stamp'
             self.warnings.warn(
                 'no stamp',
                 f'a message with the stamp {stamp_ns / 1e9:.9g} s is ignored: stamps tell frames '
@@ -235,7 +199,7 @@ class GaitNode(LifecycleNode):
 
     def hand_over(self, stamp_ns: int, frame: Any) -> None:
         """Give a frame to the worker, which tells late ones and those that come again."""
-        self._silence.broken()
+        self._refused = ''
         if self._worker is None:
             return
         now = time.monotonic()
@@ -255,14 +219,11 @@ class GaitNode(LifecycleNode):
             )
             self.start_over()
 
-    def note_missed(self, join: ExactJoin, remedy: str = '') -> None:
-        """Count and report frames not all of which has come, and empty the join's counters."""
-        self.statistics.skipped += join.skipped.total()
-        self.statistics.incomplete += join.missed.total() + join.late.total()
-        self._note_again(join.again.total())
-        self.warnings.warn_of_missed(join, remedy)
-        for counter in (join.skipped, join.missed, join.late, join.again):
-            counter.clear()
+    def note_again(self, frames: int) -> None:
+        """Count and report frames with stamps that have come before."""
+        if frames:
+            self.statistics.again += frames
+            self.warnings.warn_of(frames, '{} ignored: the stamp had come before')
 
     def later(self, call: Callable[[], None], kind: str = '', most: int = 1) -> int:
         """Have something done by the worker before the next frame; see :meth:`Backlog.call`."""
@@ -294,24 +255,16 @@ class GaitNode(LifecycleNode):
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Build stages, publishers and the worker."""
-        result = self._transition('configuring', self._configure)
-        if result != _SUCCESS:
-            self._tear_down()
-        return result
+        return self._transition('configuring', self._configure, self._tear_down)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Subscribe."""
-        result = self._transition('activating', self.connect)
-        if result == _SUCCESS:
-            self.statistics.expect(time.monotonic())
-            self.get_logger().info('active')
-        else:
-            self._disconnect(drain=False)
-        return result
+        undo = partial(self._disconnect, drain=False)
+        return self._transition('activating', self._activate, undo)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Unsubscribe and finish what was taken in."""
-        return self._transition('deactivating', lambda: self._disconnect(drain=True))
+        return self._transition('deactivating', partial(self._disconnect, drain=True))
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Let go of stages, publishers and worker."""
@@ -321,12 +274,18 @@ class GaitNode(LifecycleNode):
         """Let go of everything."""
         return self._transition('shutting down', self.close)
 
-    def _transition(self, what: str, action: Callable[[], None]) -> TransitionCallbackReturn:
+    def _transition(
+        self,
+        what: str,
+        action: Callable[[], None],
+        undo: Callable[[], None] = lambda: None,
+    ) -> TransitionCallbackReturn:
         try:
             action()
         except Exception as error:  # rclpy would swallow it without a word.
             if self.context.ok():
                 self.get_logger().error(f'{what} failed: {type(error).__name__}: {error}')
+            undo()
             return TransitionCallbackReturn.FAILURE
         return _SUCCESS
 
@@ -340,26 +299,10 @@ class GaitNode(LifecycleNode):
         self.build()
         self._worker = Worker(Backlog(config.backlog), self._work, self._worker_failed)
 
-    def _refuse_impossible_transitions(self) -> None:
-        """Have the node go on, where rclpy would let it end."""
-        service = self._service_change_state
-        change = service.callback
-
-        def answer(request: ChangeState.Request, response: ChangeState.Response) -> Any:
-            try:
-                return change(request, response)
-            except rclpy_implementation.RCLError:
-                possible = [label for _, label, *_ in self._state_machine.available_transitions]
-                known = {each: label for each, label, *_ in self._state_machine.transition_graph}
-                asked = known.get(request.transition.id, f'transition {request.transition.id}')
-                self.get_logger().warning(
-                    f'the node is {self.state}, so {asked} is ignored; now there is: '
-                    + ', '.join(possible)
-                )
-                response.success = False
-                return response
-
-        service.callback = answer
+    def _activate(self) -> None:
+        self.connect()
+        self.statistics.expect(time.monotonic())
+        self.get_logger().info('active')
 
     def _disconnect(self, drain: bool) -> None:
         for close in self._inputs:
@@ -386,7 +329,7 @@ class GaitNode(LifecycleNode):
         arrived_s, stamp_ns, frame = item
         order = self._stamps.order(stamp_ns)
         if order is Order.AGAIN:
-            self._note_again(1)
+            self.note_again(1)
             return
         if order is Order.LATE:
             self._stamps.take(stamp_ns)
@@ -394,25 +337,24 @@ class GaitNode(LifecycleNode):
             self.warnings.warn_of(1, '{} came after a later one: nobody is seen in a late one')
             self.process_unusable(frame)
         else:
-            self._work_on(frame, stamp_ns)
+            try:
+                self.process(frame)
+            except GaitSegmentationError as error:
+                self._stamps.note(stamp_ns)
+                self.statistics.failed += 1
+                about = f'frame {type(error).__name__}'
+                self.warnings.warn(about, f'a frame cannot be used: {error}')
+                self.process_unusable(frame)
         now_s = time.monotonic()
         self.statistics.finished(now_s - arrived_s, now_s)
 
-    def _work_on(self, frame: Any, stamp_ns: int) -> None:
-        """Work on a frame, or answer that it cannot be used."""
-        try:
-            self.process(frame)
-        except GaitSegmentationError as error:
-            self._stamps.note(stamp_ns)
-            self.statistics.failed += 1
-            self.warnings.warn(f'frame {type(error).__name__}', f'a frame cannot be used: {error}')
-            self.process_unusable(frame)
-
-    def _note_again(self, frames: int) -> None:
-        """Count and report frames with stamps that have come before."""
-        if frames:
-            self.statistics.again += frames
-            self.warnings.warn_of(frames, '{} ignored: the stamp had come before')
+    def _apply(self, config: StageConfig) -> None:
+        """Put a changed configuration into force; see :attr:`restarting`."""
+        if isinstance(config, self.restarting):
+            self.finish()
+        for owner, name in self.configured():
+            if isinstance(config, type(getattr(owner, name))):
+                setattr(owner, name, config)
 
     def _worker_failed(self, error: BaseException) -> None:
         self._failure = error
@@ -448,7 +390,7 @@ class GaitNode(LifecycleNode):
     def _parameters_changed(self, config: StageConfig) -> None:
         if isinstance(config, NodeConfig) and self._worker is not None:
             self._worker.backlog.limit = config.backlog
-        self.later(lambda: self.apply(config), type(config).__name__)
+        self.later(lambda: self._apply(config), type(config).__name__)
 
     def _now(self) -> Time:
         """Return the time of the node's clock; warn if there is none to compare stamps with."""
@@ -461,14 +403,20 @@ class GaitNode(LifecycleNode):
             )
         return now
 
+    def _missing(self, now_s: float) -> str:
+        """Return what an active node has waited for in vain, and log it when it changes."""
+        waits = self.state == 'active' and self.enabled
+        quiet_s = self.statistics.quiet_s(now_s) if waits else 0.0
+        missing = (self._refused or self.missing()) if quiet_s > QUIET_S else ''
+        if not missing:
+            self._said = ''
+        elif quiet_s > _PATIENCE_S and missing != self._said:
+            self._said = missing
+            self.get_logger().warning(missing)
+        return missing
+
     def _report(self) -> None:
-        if self.state == 'active' and self.enabled:
-            text = self._silence.to_say(time.monotonic(), self.missing)
-            if text:
-                self.get_logger().warning(text)
-        else:
-            self._silence.broken()
-        now = self._now()
+        now_s = time.monotonic()
         details = self.status()
         details['kernels ready'] = str(self._worker is not None).lower()
         for output in self._outputs:
@@ -478,9 +426,10 @@ class GaitNode(LifecycleNode):
                 self.get_fully_qualified_name(),
                 self.condition,
                 self.statistics,
-                time.monotonic(),
-                now,
+                now_s,
+                self._now(),
                 details,
                 self.trouble(),
+                self._missing(now_s),
             )
         )

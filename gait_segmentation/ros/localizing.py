@@ -21,27 +21,26 @@ from gait_segmentation.localization import (
     LocalizationConfig,
     Localizer,
     Location,
-    PinholeCamera,
+    read_camera,
 )
 from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.messages import stamp_of
 from gait_segmentation.streams.config import CameraConfig, LocalizerNodeConfig
 from gait_segmentation.streams.fields import DEPTH
+from gait_segmentation.streams.warnings import shortened
 
 if TYPE_CHECKING:
     from std_msgs.msg import Header
 
-    from gait_segmentation.ros.lifecycle import GaitNode
+    from gait_segmentation.ros.joined_node import JoinedNode
 
-__all__ = ['Localizing', 'read_camera']
-
-_DISTORTIONS = ('', 'plumb_bob', 'rational_polynomial')
+__all__ = ['Localizing']
 
 
 class Localizing:
     """The stage that locates people, and its inputs."""
 
-    def __init__(self, node: GaitNode) -> None:
+    def __init__(self, node: JoinedNode) -> None:
         """Make the stage."""
         self._node = node
         self.stage = Localizer(node.parameters.get(LocalizationConfig))
@@ -108,7 +107,7 @@ class Localizing:
         return trouble
 
     def _tell(self, found: int, people: int, why: str) -> None:
-        self._told = f'{found} of {people}' + (f', {why}' if why else '')
+        self._told = shortened(f'{found} of {people}' + (f', {why}' if why else ''))
         self._located = self._located or found > 0
         if why:
             self._trouble = f'located: {self._told}'
@@ -209,57 +208,3 @@ class Localizing:
             raise InputError(f'tf has no way from {header.frame_id!r} to {frame!r}: {why}')
         at, turn = found.translation, found.rotation
         return CameraPose.from_quaternion((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
-
-
-def read_camera(
-    message: CameraInfo, rectified: bool = False, shape: tuple[int, ...] | None = None
-) -> PinholeCamera:
-    """
-    Return the camera of a camera_info message, as its binning and region of interest leave it.
-
-    :param rectified: whether the images are: then P is read, else K and D.
-    :param shape: (height, width) of the images: where it is that of the whole sensor, the
-        calibration is of these images, whatever binning and region the driver names.
-    :raises InputError: if it is no camera, or its distortion is of another kind than OpenCV's.
-    """
-    matrix, columns, distortion = (message.p, 4, ()) if rectified else (message.k, 3, message.d)
-    if not rectified and message.distortion_model not in _DISTORTIONS and any(message.d):
-        raise InputError(
-            'the distortion_model of camera_info must be plumb_bob or rational_polynomial, got '
-            f'{message.distortion_model[:40]!r}: rectify the images, and set rectified'
-        )
-    fx, cx, fy, cy = (float(matrix[k]) for k in (0, 2, columns + 1, columns + 2))
-    size = message.width, message.height
-    if shape is None or tuple(shape) != size[::-1]:
-        size, (fx, cx), (fy, cy) = _cropped(message, (fx, cx), (fy, cy))
-    return PinholeCamera(*size, fx, fy, cx, cy, tuple(map(float, distortion)))
-
-
-def _cropped(
-    message: CameraInfo, across: tuple[float, float], down: tuple[float, float]
-) -> tuple[tuple[int, int], tuple[float, float], tuple[float, float]]:
-    """
-    Return the size of the images of a part of a sensor, some pixels of which are made one.
-
-    :param across: focal length and principal point of the whole sensor; ``down`` likewise.
-    :returns: width and height of the images, and the same two for them.
-    :raises InputError: if nothing is left.
-    """
-    roi, whole = message.roi, (message.width, message.height)
-    binning = max(message.binning_x, 1), max(message.binning_y, 1)
-    # All zero stands for all of it.
-    part = (roi.width, roi.height) if roi.width or roi.height else whole
-    corner = roi.x_offset, roi.y_offset
-    size = part[0] // binning[0], part[1] // binning[1]
-    fits = all(at + length <= most for at, length, most in zip(corner, part, whole, strict=True))
-    if not fits or 0 in size:
-        raise InputError(
-            f'roi and binning of camera_info must leave a part of {whole[0]} x {whole[1]}, got '
-            f'{part[0]} x {part[1]} at {corner[0]}, {corner[1]} and {binning[0]} x {binning[1]}'
-        )
-    (fx, cx), (fy, cy) = (
-        # Pixel centres are at whole numbers.
-        (focal / n, (middle - at + 0.5) / n - 0.5)
-        for (focal, middle), at, n in zip((across, down), corner, binning, strict=True)
-    )
-    return size, (fx, cx), (fy, cy)

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from rcl_interfaces.msg import (
@@ -16,7 +15,6 @@ from rcl_interfaces.msg import (
     ParameterType,
     SetParametersResult,
 )
-from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.parameter import Parameter as RclpyParameter
 
 from gait_segmentation.config import Parameter, StageConfig, parameters_of
@@ -27,18 +25,11 @@ if TYPE_CHECKING:
     from rclpy.lifecycle import LifecycleNode
     from rclpy.node import Node
 
-__all__ = [
-    'NodeParameters',
-    'descriptor',
-    'given_parameters',
-    'refuse_unknown_types',
-    'state_of',
-]
+__all__ = ['NodeParameters', 'descriptor', 'given_parameters', 'state_of']
 
 Config = TypeVar('Config', bound=StageConfig)
 
 _FIXED = 'Can be changed only while the node is unconfigured.'
-_LAST_TYPE = ParameterType.PARAMETER_STRING_ARRAY
 
 _TYPES = {
     bool: ParameterType.PARAMETER_BOOL,
@@ -197,31 +188,6 @@ class NodeParameters:
         for kind, config in self._configs.items():
             if config != before[kind]:
                 self._changed(config)
-
-
-def refuse_unknown_types(node: Node) -> None:
-    """
-    Have a node refuse values of parameters of a type that there is not.
-
-    rclpy lets the error through, which would end the node.
-    """
-    for service in node.services:
-        if service.srv_type in (SetParameters, SetParametersAtomically):
-            service.callback = partial(_set, service.callback)
-
-
-def _set(answer: Callable[[Any, Any], Any], request: Any, response: Any) -> Any:
-    """Answer a request, or refuse all of it if a type in it is unknown."""
-    unknown = next((each for each in request.parameters if each.value.type > _LAST_TYPE), None)
-    if unknown is None:
-        return answer(request, response)
-    reason = f'type of {unknown.name!r} must be from 0 to {_LAST_TYPE}, got {unknown.value.type}'
-    refused = SetParametersResult(successful=False, reason=reason)
-    if isinstance(request, SetParametersAtomically.Request):
-        response.result = refused
-    else:
-        response.results = [refused] * len(request.parameters)
-    return response
 
 
 def state_of(node: LifecycleNode) -> str:

@@ -16,13 +16,23 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 import rclpy
+from rclpy.exceptions import NameValidationException
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from gait_segmentation.ros.ending import HANGS_S
 from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
 
-__all__ = ['Participant', 'take_part', 'take_part_early']
+__all__ = ['REFUSALS', 'Participant', 'said_by', 'take_part', 'take_part_early']
+
+REFUSALS = (rclpy_implementation.RCLError, NameValidationException)
+"""What rclpy raises where ROS does not let somebody in, for a name or for security."""
+
+
+def said_by(error: Exception) -> str:
+    """Return what an error of rclpy says, without the name it points to a place in."""
+    return str(error).partition('\n')[0].rstrip(':')
 
 
 class Participant:

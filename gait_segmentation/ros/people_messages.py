@@ -33,13 +33,12 @@ __all__ = [
     'markers_message',
     'people_message',
     'pose_message',
-    'solid_people_message',
     'tracks_message',
     'walk_message',
 ]
 
 _WIDTH_M = 0.5
-"""Width and depth of the solid box about somebody."""
+"""Width and depth of the body that is drawn."""
 
 _UPRIGHT = 1e-4
 """Variance of how upright a pose is, which it is by definition: readers may invert it."""
@@ -110,22 +109,6 @@ def people_message(people: Sequence[Person], header: Header, types: Any) -> Any:
             each.results[0].pose = pose_message(location, header).pose
         found.append(each)
     return types.Detection2DArray(header=header, detections=found)
-
-
-def solid_people_message(people: Sequence[Person], header: Header, types: Any) -> Any:
-    """Describe all whose place is known as solid boxes in metres (Detection3DArray)."""
-    found = []
-    for match, _, location in people:
-        if location is None:
-            continue
-        size = Vector3(x=_WIDTH_M, y=_WIDTH_M, z=float(location.stature))
-        bounds = types.BoundingBox3D(center=_pose(location, location.stature / 2), size=size)
-        results = _results(_numbers(match, location), types)
-        results[0].pose = pose_message(location, header).pose
-        found.append(
-            types.Detection3D(header=header, results=results, bbox=bounds, id=str(match.track_id))
-        )
-    return types.Detection3DArray(header=header, detections=found)
 
 
 def boxes_message(people: Sequence[Person], header: Header) -> ImageMarker:

@@ -20,7 +20,6 @@ import cv2
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.logging import get_logger
 from rclpy.utilities import remove_ros_args
 
@@ -28,7 +27,7 @@ from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.participant import take_part
+from gait_segmentation.ros.participant import REFUSALS, said_by, take_part
 from gait_segmentation.streams.config import CameraConfig
 
 __all__ = ['run_node', 'silence_opencv']
@@ -87,7 +86,7 @@ def _run(make: Callable[[], GaitNode], arguments: list[str], name: str, ending: 
         participant = take_part(arguments)
     except Exception as error:
         # What rclpy does not understand.
-        print(f'{name}: error: {error}', file=sys.stderr)
+        print(f'{name}: error: {said_by(error)}', file=sys.stderr)
         return 2
     ending.closes(participant.close)
     get_logger(name).debug(f'{participant.freed} bytes of shared memory of killed processes freed')
@@ -128,8 +127,8 @@ def _made(make: Callable[[], GaitNode]) -> GaitNode:
     """
     try:
         return make()
-    except rclpy_implementation.RCLError as error:
-        raise GaitSegmentationError(str(error)) from error
+    except REFUSALS as error:
+        raise GaitSegmentationError(said_by(error)) from error
 
 
 def _check(make: Callable[[], GaitNode], arguments: list[str]) -> None:

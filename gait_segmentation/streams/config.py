@@ -21,7 +21,6 @@ __all__ = [
     'NodeConfig',
     'PipelineNodeConfig',
     'SegmenterNodeConfig',
-    'SizeConfig',
     'StartConfig',
     'misnamed',
     'qualified',
@@ -131,29 +130,6 @@ class StartConfig(StageConfig):
 
 
 @dataclass(frozen=True)
-class SizeConfig(StageConfig):
-    """Parameters of the matcher for likelihoods that do not come from gait_tracker."""
-
-    source_width: int = parameter(
-        0,
-        'Width of the source image, in whose pixels boxes are given. 0 = as published on '
-        'image_size, or else the width of the likelihood.',
-        unit='px',
-        minimum=0,
-        maximum=65535,
-        fixed=True,
-    )
-    source_height: int = parameter(
-        0,
-        'Height of the source image, see source_width.',
-        unit='px',
-        minimum=0,
-        maximum=65535,
-        fixed=True,
-    )
-
-
-@dataclass(frozen=True)
 class SegmenterNodeConfig(StageConfig):
     """Parameters of the segmenter's node."""
 
@@ -218,7 +194,6 @@ OF_NODES: tuple[type[StageConfig], ...] = (
     NodeConfig,
     CameraConfig,
     StartConfig,
-    SizeConfig,
     SegmenterNodeConfig,
     LocalizerNodeConfig,
     PipelineNodeConfig,

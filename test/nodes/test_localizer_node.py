@@ -19,9 +19,9 @@ from visualization_msgs.msg import ImageMarker, Marker, MarkerArray
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.localization import read_camera
 from gait_segmentation.nodes.localizer_node import LocalizerNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
-from gait_segmentation.ros.localizing import read_camera
 from gait_segmentation.ros.messages import box_message, image_message
 from test.nodes.bench import Bench, frame, header
 

@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 from geometry_msgs.msg import PolygonInstanceStamped
@@ -15,7 +17,7 @@ from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.ros.endpoints import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message, read_body, read_box
-from gait_segmentation.ros.warnings import Warnings
+from gait_segmentation.streams.warnings import Warnings
 from test.nodes.bench import DEEP, Bench, header
 
 OUTPUTS = ('person_0/matched_box', 'person_0/refined_box', 'person_0/shape_prior', 'person_0/gait')
@@ -58,13 +60,6 @@ def test_without_a_size_the_likelihood_has_that_of_the_source(bench: Bench) -> N
     assert box.polygon.id == 4
     # It is about what is likely, however narrow the template is.
     assert read_box(box)[0].iou(BOX) > 0.9
-
-
-def test_the_size_can_be_given_as_parameters(bench: Bench) -> None:
-    door = Door(bench, source_width=320, source_height=240)
-    door.publish(0, 0.5)
-    door.wait(1)
-    assert door.heights()[0] == pytest.approx(160, rel=0.2)
 
 
 def test_likelihoods_wait_for_a_size_that_somebody_publishes(bench: Bench) -> None:
@@ -110,21 +105,9 @@ def test_what_the_lag_holds_back_comes_before_the_paths_begin_anew(bench: Bench,
     assert len(door.node._messages) == (ends == 'jump')
 
 
-def test_a_size_given_as_parameters_counts_more_than_one_that_is_told(bench: Bench) -> None:
-    sizes = bench.probe.create_publisher(RegionOfInterest, 'image_size', LATCHED)
-    door = Door(bench, source_width=320, source_height=240)
-    bench.until(lambda: sizes.get_subscription_count() == 1, 'image_size')
-    sizes.publish(RegionOfInterest(width=160, height=120))
-    assert sizes.wait_for_all_acked()
-    bench.settle()
-    door.publish(0, 0.5)
-    door.wait(1)
-    assert door.heights()[0] == pytest.approx(160, rel=0.2)
-    assert door.node._size == (320, 240)
-
-
 def test_likelihoods_that_cannot_be_used_give_empty_outputs(bench: Bench) -> None:
-    door = Door(bench, source_width=320, source_height=240)
+    door = Door(bench)
+    door.node._size = (320, 240)
     door.publish(0, 0.5)
     door.wait(1)
     door.boxes.publish(box_message(BOX.corners()[:3], 4, header(1)))
@@ -159,7 +142,7 @@ def test_a_changed_parameter_begins_a_new_path(bench: Bench) -> None:
 def test_frames_of_which_a_part_never_comes_are_counted_and_warned_about(bench: Bench) -> None:
     door = Door(bench)
     warnings: list[str] = []
-    door.node.warnings = Warnings(warnings.append)
+    door.node.warnings = Warnings(warnings.append, time.monotonic)
     door.publish(0, 1.0)
     for index in (1, 2):
         door.boxes.publish(box_message(BOX.corners(), 4, header(index)))

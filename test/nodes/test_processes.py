@@ -112,6 +112,20 @@ def test_a_parameter_that_is_not_allowed_ends_a_node_with_the_reason(start: Star
     assert 'Traceback' not in output
 
 
+@pytest.mark.parametrize(
+    ('command', 'code'), [(['matcher_node'], 1), (['source_node', 'film.mp4'], 2)]
+)
+def test_a_name_that_is_too_long_is_an_error_without_a_traceback(
+    start: Start, command: list[str], code: int
+) -> None:
+    output, _ = (
+        process := start(*command, '--ros-args', '-r', f'__ns:=/{"a" * 240}')
+    ).communicate(timeout=TIMEOUT_S)
+    assert process.returncode == code
+    assert 'error: Invalid service name: topic length should not exceed' in output
+    assert 'Traceback' not in output
+
+
 def test_gait_source_plays_a_folder_with_real_stamps(
     bench: Bench, start: Start, tmp_path: Path
 ) -> None:

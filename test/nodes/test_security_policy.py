@@ -35,12 +35,7 @@ SOMETIMES = {
     '/people',
     '/tf',  # with ground_frame
     '/tf_static',
-    '/people_3d',
     '/clock',  # use_sim_time: true
-    '/gait_tracker/debug_image',  # as the launch file names it, beside /debug_image
-    '/gait_matcher/debug_image',
-    '/gait_tracker/debug_image/compressed',
-    '/gait_matcher/debug_image/compressed',
     '/rosout',  # not where logging to it is switched off
 }
 """What only some configurations have."""

@@ -159,6 +159,25 @@ def test_silence_upstream_is_said_as_such_and_is_no_reason_for_more_room(
     assert node.missing().startswith('nothing to do: nothing comes from gait_tracker')
 
 
+def test_the_diagnostics_say_whom_a_node_waits_for(bench: Bench, monkeypatch) -> None:
+    node = bench.add(SegmenterNode)
+    for topics in node._topics.values():
+        for topic, kind in topics.items():
+            bench.probe.create_publisher(kind, topic, 10)
+    bench.publisher(Image, 'image', 1)
+    names = [name for topics in node._topics.values() for name in topics]
+    bench.until(lambda: all(node.count_publishers(f'/{name}') for name in names), 'publishers')
+    node._part('image', frame(0))
+    reports = bench.record(DiagnosticArray, '/diagnostics')
+    monkeypatch.setattr(node.statistics, 'quiet_s', lambda now_s: 24.0)
+    reports.clear()
+    bench.until(lambda: bool(reports), 'a report')
+    (status,) = reports[0].status
+    assert status.level == DiagnosticStatus.STALE
+    said = 'no input for 24 s: nothing to do: nothing comes from gait_tracker; is it active and en'
+    assert status.message.startswith(said)
+
+
 def test_a_disabled_node_says_so_from_the_beginning(bench: Bench) -> None:
     node = bench.add(SegmenterNode, start=False)
     reports = bench.record(DiagnosticArray, '/diagnostics')

@@ -12,7 +12,7 @@ from geometry_msgs.msg import PolygonInstance, PolygonInstanceStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_parameters
 from sensor_msgs.msg import CompressedImage, Image, RegionOfInterest
 from std_srvs.srv import SetBool, Trigger
 
@@ -22,6 +22,7 @@ from gait_segmentation.inputs.encodings import read_bgr, read_mono8
 from gait_segmentation.nodes import camera_node
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros import outputs
+from gait_segmentation.ros.endpoints import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
 from gait_segmentation.tracking import TrackingConfig
 from test.nodes.bench import Bench, frame, header
@@ -205,10 +206,7 @@ def test_a_transition_that_there_is_not_is_refused(bench: Bench, capfd) -> None:
         bench.until(future.done, 'the answer')
         assert (future.result().success, node.state) == (succeeds, state)
     said = capfd.readouterr().err
-    assert (
-        'the node is active, so configure is ignored; now there is: deactivate, shutdown' in said
-    )
-    assert 'so transition 77 is ignored' in said
+    assert 'a request to /gait_tracker/change_state is refused: ' in said
 
 
 def test_a_configuration_that_fails_leaves_the_node_unconfigured(bench: Bench) -> None:
@@ -288,11 +286,38 @@ def test_the_debug_image_is_made_when_somebody_listens(bench: Bench) -> None:
     bench.add(TrackerNode, initial_box=BOX)
     bench.record_outputs('person_0/box')
     camera = bench.publisher(Image, 'image', 1)
-    pictures = bench.record(Image, 'debug_image')
-    bench.until(lambda: bench.nodes[0]._debug._heard('debug_image'), 'the listener')
+    pictures = bench.record(Image, 'gait_tracker/debug_image')
+    bench.until(lambda: bool(bench.nodes[0]._debug.heard()), 'the listener')
     bench.feed(camera, [frame(0)])
     bench.until(lambda: len(pictures) == 1, 'the picture')
     assert (pictures[0].encoding, pictures[0].header) == ('bgr8', header(0))
+
+
+def test_the_size_is_told_when_it_changes_and_to_those_who_come_later(bench: Bench) -> None:
+    bench.add(TrackerNode)
+    bench.record_outputs('person_0/box')
+    sizes = bench.record(RegionOfInterest, 'image_size', LATCHED)
+    camera = bench.publisher(Image, 'image', 1)
+    bench.feed(camera, [frame(0), frame(1), frame(2, (200, 140))])
+    bench.until(lambda: len(sizes) == 2, 'the sizes')
+    assert [(each.width, each.height) for each in sizes] == [(160, 120), (200, 140)]
+    later: list[RegionOfInterest] = []
+    bench.probe.create_subscription(RegionOfInterest, 'image_size', later.append, LATCHED)
+    bench.until(lambda: bool(later), 'the size')
+    assert later[0].width == 200
+
+
+def test_a_burst_of_requests_is_answered(bench: Bench) -> None:
+    node = bench.add(TrackerNode)
+    reset = bench.probe.create_client(
+        Trigger, 'gait_tracker/reset', qos_profile=qos_profile_parameters
+    )
+    bench.until(reset.service_is_ready, 'the service')
+    # All before the node has time for the first.
+    bench.executor.remove_node(node)
+    asked = [reset.call_async(Trigger.Request()) for _ in range(100)]
+    bench.executor.add_node(node)
+    bench.until(lambda: all(each.done() for each in asked), 'all answers')
 
 
 def test_diagnostics_report_frames_and_track(bench: Bench) -> None:

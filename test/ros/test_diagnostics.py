@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
-import math
-
 import pytest
 
 pytest.importorskip('diagnostic_msgs', reason='needs the message packages of ROS 2')
@@ -11,7 +9,8 @@ pytest.importorskip('diagnostic_msgs', reason='needs the message packages of ROS
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from gait_segmentation.ros.diagnostics import Statistics, diagnostic_message
+from gait_segmentation.ros.diagnostics import diagnostic_message
+from gait_segmentation.streams.statistics import Statistics
 
 
 def judged(
@@ -102,6 +101,10 @@ def test_without_a_first_frame_a_node_is_stale_three_seconds_after_its_activatio
     statistics.expect(10.0)
     assert judged(statistics, 13.0) == (DiagnosticStatus.OK, 'active, no input yet')
     assert judged(statistics, 14.0) == (DiagnosticStatus.STALE, 'no input for 4 s')
+    message = diagnostic_message(
+        '/a', 'active', statistics, 14.0, Time(sec=10), {}, missing='nobody publishes /image'
+    )
+    assert message.status[0].message == 'no input for 4 s: nobody publishes /image'
     assert judged(statistics, 14.0, 'inactive') == (DiagnosticStatus.OK, 'inactive')
     # Activated again.
     statistics.arrived(15.0, 1)
@@ -116,44 +119,3 @@ def test_a_node_that_expects_nothing_is_not_stale(state: str) -> None:
     assert judged(statistics, 10.0, state) == (DiagnosticStatus.OK, state)
     statistics.arrived(9.0, 9_000_000_000)
     assert judged(statistics, 60.0, state) == (DiagnosticStatus.OK, state)
-
-
-def test_nothing_received_is_no_rate_and_no_latency() -> None:
-    statistics = Statistics()
-    assert statistics.rates_hz(1.0) == (0, 0)
-    assert all(math.isnan(value) for value in statistics.latency_ms())
-
-
-def test_the_rate_is_that_of_the_last_seconds() -> None:
-    statistics = Statistics()
-    for index in range(31):
-        statistics.arrived(100 + index / 30, index)
-    assert statistics.rates_hz(101.0)[0] == pytest.approx(30)
-    assert statistics.rates_hz(107.0)[0] == 0
-    assert (statistics.received, statistics.last_stamp_ns) == (31, 30)
-
-
-def test_latencies_are_median_and_95th_percentile() -> None:
-    statistics = Statistics()
-    for value in range(101):
-        statistics.finished(value / 1000)
-    assert statistics.latency_ms() == (pytest.approx(50), pytest.approx(95))
-    assert statistics.processed == 101
-
-
-def test_losses_are_told_once_and_silence_is_measured() -> None:
-    statistics = Statistics()
-    assert math.isnan(statistics.quiet_s(5.0))
-    statistics.expect(1.0)
-    assert statistics.quiet_s(5.0) == 4.0
-    statistics.arrived(2.0, 1)
-    assert statistics.quiet_s(5.0) == 3.0
-    statistics.expect(4.0)
-    assert statistics.quiet_s(5.0) == 1.0
-    statistics.lost, statistics.skipped = 2, 3
-    statistics.failed = 4
-    assert [statistics.losses(), statistics.losses()] == [(5, 4), (0, 0)]
-    for index in range(5):
-        statistics.finished(0.01, 3.0 + 0.1 * index)
-    assert statistics.rates_hz(4.0)[1] == pytest.approx(10)
-    assert statistics.rates_hz(40.0)[1] == 0

@@ -14,10 +14,14 @@ from std_msgs.msg import Header
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.ros.outputs import (
-    DebugOutput,
-    MatchOutputs,
-    SegmentationOutputs,
-    TrackOutputs,
+    Outputs,
+    Seen,
+    mask_topics,
+    match_topics,
+    people_topics,
+    picture_topics,
+    seen,
+    track_topics,
 )
 from gait_segmentation.segmentation import PeopleMasks
 
@@ -68,66 +72,61 @@ def _masks() -> PeopleMasks:
 
 def test_only_what_is_heard_is_published() -> None:
     node: Any = _Node('person_1/likelihood')
-    TrackOutputs(node, SLOTS).publish(_tracks(), (6, 8), HEADER)
-    # The size is kept for those who come later.
-    assert node.topics == ['image_size', 'person_1/likelihood']
+    Outputs(node, track_topics(SLOTS)).publish(_tracks(), HEADER)
+    assert node.topics == ['person_1/likelihood']
     node = _Node('person_0/gait', 'person_1/refined_box')
-    MatchOutputs(node, SLOTS).publish(_matches(), HEADER)
+    Outputs(node, match_topics(SLOTS)).publish(_matches(), HEADER)
     assert node.topics == ['person_0/gait', 'person_1/refined_box']
     node = _Node('labels', 'mask', 'person_1/mask')
-    SegmentationOutputs(node, SLOTS).publish(_masks(), HEADER)
+    Outputs(node, mask_topics(SLOTS)).publish(_masks(), HEADER)
     assert node.topics == ['mask', 'person_1/mask', 'labels']
 
 
 def test_messages_carry_the_header_and_what_was_found() -> None:
     node: Any = _Node('person_0/box', 'person_0/likelihood', 'person_1/box')
-    TrackOutputs(node, SLOTS).publish(_tracks(), (6, 8), HEADER)
+    Outputs(node, track_topics(SLOTS)).publish(_tracks(), HEADER)
     messages = dict(node.published)
-    assert (messages['image_size'].width, messages['image_size'].height) == (8, 6)
     assert [messages[f'person_{k}/box'].polygon.id for k in (0, 1)] == [1, 2]
     assert messages['person_0/likelihood'].data.tolist() == GREY.ravel().tolist()
     assert all(messages[f'person_0/{name}'].header == HEADER for name in ('box', 'likelihood'))
 
 
-def test_the_size_is_told_when_it_changes() -> None:
-    node: Any = _Node()
-    outputs = TrackOutputs(node, SLOTS)
-    for shape in ((6, 8), (6, 8), (12, 16)):
-        outputs.publish(_tracks(), shape, HEADER)
-    assert [message.height for _, message in node.published] == [6, 12]
-
-
 def test_empty_answers_are_one_image_for_all_who_listen() -> None:
     node: Any = _Node('mask', 'labels', 'person_1/mask')
-    SegmentationOutputs(node, SLOTS).blank((6, 8), HEADER)
+    Outputs(node, mask_topics(SLOTS)).blank((6, 8), HEADER)
     assert sorted(node.topics) == ['labels', 'mask', 'person_1/mask']
     messages = [message for _, message in node.published]
     assert {(each.width, each.height, any(each.data)) for each in messages} == {(8, 6, False)}
     assert all(each is messages[0] for each in messages)
     assert messages[0].header == HEADER
     node = _Node('person_0/gait', 'person_1/shape_prior', 'person_1/refined_box')
-    MatchOutputs(node, SLOTS).blank((6, 8), HEADER)
+    Outputs(node, match_topics(SLOTS)).blank((6, 8), HEADER)
     assert sorted(node.topics) == ['person_0/gait', 'person_1/refined_box', 'person_1/shape_prior']
-    node = _Node('person_0/likelihood', 'person_1/box')
-    outputs = TrackOutputs(node, SLOTS)
-    outputs.publish(_tracks(), (60, 80), HEADER)
-    node.published.clear()
-    outputs.blank(outputs.likelihood_shape, HEADER)
-    assert sorted(node.topics) == ['person_0/likelihood', 'person_1/box']
-    assert dict(node.published)['person_0/likelihood'].width == 8
 
 
 def test_nothing_is_made_for_nobody() -> None:
     node: Any = _Node()
     # Of more memory than there is.
-    SegmentationOutputs(node, SLOTS).blank((1 << 31, 1 << 31), HEADER)
-    MatchOutputs(node, SLOTS).blank((1 << 31, 1 << 31), HEADER)
+    Outputs(node, mask_topics(SLOTS)).blank((1 << 31, 1 << 31), HEADER)
+    Outputs(node, match_topics(SLOTS)).blank((1 << 31, 1 << 31), HEADER)
     assert node.published == []
+
+
+def test_of_a_place_that_is_not_known_nothing_is_said() -> None:
+    node: Any = _Node('person_0/pose', 'person_1/pose', 'boxes', 'markers')
+    outputs = Outputs(node, people_topics(SLOTS, located=True))
+    mask = np.zeros((6, 8), np.uint8)
+    mask[1:4, 2:5] = 255
+    outputs.publish_made(HEADER, seen, _matches(), [mask, np.zeros_like(mask)], (None, None))
+    assert sorted(node.topics) == ['boxes', 'markers']
+    assert len(dict(node.published)['boxes'].points) == 8
+    outputs.publish(Seen(), HEADER)
+    assert sorted(node.topics) == ['boxes', 'boxes', 'markers', 'markers']
 
 
 def test_compressed_images_are_made_for_those_who_listen_alone() -> None:
     node: Any = _Node('mask/compressed')
-    outputs = SegmentationOutputs(node, SLOTS)
+    outputs = Outputs(node, mask_topics(SLOTS))
     outputs.publish(_masks(), HEADER)
     outputs.blank((6, 8), HEADER)
     outputs.blank((0, 0), HEADER)
@@ -142,16 +141,17 @@ def test_compressed_images_are_made_for_those_who_listen_alone() -> None:
 @pytest.mark.parametrize('heard', ['debug_image', 'debug_image/compressed'])
 def test_a_picture_goes_out_as_it_is_listened_to(heard: str) -> None:
     node: Any = _Node(heard)
-    outputs = DebugOutput(node)
+    outputs = Outputs(node, picture_topics())
     picture = np.full((16, 16, 3), (10, 120, 200), np.uint8)
-    outputs.publish(HEADER, lambda: picture)
+    outputs.publish_made(HEADER, lambda: picture)
     ((topic, message),) = node.published
     assert topic == heard
     if heard != 'debug_image':
         assert message.format == 'bgr8; jpeg compressed bgr8'
         np.testing.assert_allclose(_decoded(message), picture, atol=4)
     drawn: list[int] = []
-    DebugOutput(_Node()).publish(HEADER, lambda: drawn.append(1))  # type: ignore[arg-type]
+    nobody: Any = _Node()
+    Outputs(nobody, picture_topics()).publish_made(HEADER, lambda: drawn.append(1))
     assert not drawn
 
 

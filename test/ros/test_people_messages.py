@@ -24,8 +24,6 @@ from gait_segmentation.ros.people_messages import (
     detection_types,
     markers_message,
     people_message,
-    pose_message,
-    solid_people_message,
     tracks_message,
 )
 from gait_segmentation.streams.config import StartConfig
@@ -43,12 +41,6 @@ DEFINITIONS = {
     'Detection2DArray': 'std_msgs/Header header\nDetection2D[] detections',
 }
 KIND = 'vision_msgs/msg/Detection2DArray'
-SOLID = {
-    'BoundingBox3D': 'geometry_msgs/Pose center\ngeometry_msgs/Vector3 size',
-    'Detection3D': 'std_msgs/Header header\nObjectHypothesisWithPose[] results\n'
-    'BoundingBox3D bbox\nstring id',
-    'Detection3DArray': 'std_msgs/Header header\nDetection3D[] detections',
-}
 HEADER = Header(frame_id='camera')
 HEADER.stamp.sec = 3
 
@@ -56,14 +48,14 @@ HEADER.stamp.sec = 3
 @pytest.fixture(scope='module')
 def store() -> Any:
     made = get_typestore(Stores.ROS2_JAZZY)
-    for name, text in {**DEFINITIONS, **SOLID}.items():
+    for name, text in DEFINITIONS.items():
         made.register(get_types_from_msg(text, f'vision_msgs/msg/{name}'))
     return made
 
 
 @pytest.fixture
 def types(store: Any) -> SimpleNamespace:
-    named = {name: store.types[f'vision_msgs/msg/{name}'] for name in {**DEFINITIONS, **SOLID}}
+    named = {name: store.types[f'vision_msgs/msg/{name}'] for name in DEFINITIONS}
     # Messages of rclpy have defaults.
     named['Pose2D'] = partial(named['Pose2D'], theta=0.0)
     result = named['ObjectHypothesisWithPose']
@@ -120,31 +112,6 @@ def test_everybody_is_in_one_message_with_what_is_known_by_name(store, types) ->
     assert numbers(second) == walk
     assert first.results[0].pose.pose.position.z == 5.0
     assert first.results[0].pose.covariance[14] == pytest.approx(0.03)
-
-
-def test_whose_place_is_known_is_a_solid_box(store, types) -> None:
-    message = sent(store, solid_people_message(people(), HEADER, types), 'Detection3DArray')
-    (one,) = message.detections
-    assert one.id == '7'
-    assert (one.bbox.center.position.y, one.bbox.size.z) == (1.2 - 1.75 / 2, 1.75)
-    assert numbers(one)['speed'] == 1.3
-
-
-@pytest.mark.parametrize('heading', [(1, 0, 0), (-1, 0, 0), (0, 0, 1), (0.6, 0, -0.8)])
-def test_a_pose_looks_ahead_with_its_head_up(heading: tuple[float, float, float]) -> None:
-    message = pose_message(location(heading), HEADER).pose
-    turn = message.pose.orientation
-    q = np.array([turn.x, turn.y, turn.z])
-    assert np.hypot(np.linalg.norm(q), turn.w) == pytest.approx(1)
-
-    def turned(v: tuple[float, float, float]) -> np.ndarray:
-        return np.array(v) + 2 * np.cross(q, np.cross(q, v) + turn.w * np.array(v))
-
-    np.testing.assert_allclose(turned((1, 0, 0)), heading, atol=1e-9)
-    np.testing.assert_allclose(turned((0, 0, 1)), (0, -1, 0), atol=1e-9)
-    covariance = np.reshape(message.covariance, (6, 6))
-    assert covariance[4, 4] == pytest.approx(0.04, abs=1e-3)
-    assert np.linalg.eigvalsh(covariance).min() > 0
 
 
 def test_boxes_and_markers_have_the_colours_of_the_tracks() -> None:

@@ -1,20 +1,23 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the nodes that work on the messages of other nodes have in common."""
+"""What all nodes do with their inputs: they join them on the exact stamp of a frame."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, ClassVar
+
+from sensor_msgs.msg import Image
 
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
+from gait_segmentation.ros.advice import no_images, nothing_from, unpublished
+from gait_segmentation.ros.endpoints import CameraSubscription
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import read_body, read_gait, stamp_of
-from gait_segmentation.ros.warnings import no_images, nothing_from, unpublished
 from gait_segmentation.streams.config import CameraConfig
 from gait_segmentation.streams.fields import DEPTH, slot_topic, slot_topics
 from gait_segmentation.streams.join import ExactJoin
@@ -27,17 +30,26 @@ Parts = dict[str, Any]
 
 class JoinedNode(GaitNode):
     """
-    A node that works on frames of which all messages have come, joined on their exact stamp.
+    A node that works on frames of which all messages have come.
 
     Derived classes declare :attr:`kinds`; their :meth:`process` gets :data:`Parts`.  The images
     of the camera are among them if there is a :class:`CameraConfig`.
     """
 
-    kinds: ClassVar[Mapping[str, Mapping[str, Any]]]
+    kinds: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
     """Types of messages by topic of a slot, by the node they come from, in the order of work."""
 
     room_remedy: ClassVar[str] = ''
     """What gives more :meth:`room`, if anything does."""
+
+    camera: CameraSubscription | None = None
+    camera_topic = 'image'
+    """Not yet remapped."""
+
+    @property
+    def slots(self) -> int:
+        """Return how many people there may be."""
+        return self.parameters.get(PeopleConfig).max_people
 
     def room(self) -> int:
         """Return how many frames may wait for their other parts."""
@@ -49,8 +61,7 @@ class JoinedNode(GaitNode):
 
     def connect(self) -> None:
         """Subscribe to the outputs of the other nodes, and to the camera."""
-        slots = self.parameters.get(PeopleConfig).max_people
-        self._topics = {node: slot_topics(kinds, slots) for node, kinds in self.kinds.items()}
+        self._topics = {node: slot_topics(each, self.slots) for node, each in self.kinds.items()}
         camera = {'camera': ['image']} if self.has(CameraConfig) else {}
         self._join = ExactJoin({**camera, **self._topics}, self.room())
         for topics in self._topics.values():
@@ -58,6 +69,19 @@ class JoinedNode(GaitNode):
                 self.input(kind, topic, partial(self._part, topic))
         if camera:
             self.camera_input(self.parameters.get(CameraConfig), partial(self._part, 'image'))
+
+    def camera_input(
+        self,
+        config: CameraConfig,
+        received: Callable[[Any], None],
+        topic: str = 'image',
+        kind: Any = Image,
+    ) -> None:
+        """Subscribe to images of a camera, or what else it says, until the deactivation."""
+        made = CameraSubscription(self, config, received, topic, kind)
+        self.keep_input(made.close)
+        if topic == 'image':
+            self.camera, self.camera_topic = made, made.topic
 
     def missing(self) -> str:
         """Say whether it is the camera or another node that does not publish."""
@@ -70,6 +94,11 @@ class JoinedNode(GaitNode):
             nothing_from(silent) if silent in self._topics else no_images(self, self.camera_topic)
         )
 
+    def status(self) -> dict[str, str]:
+        """Report the camera, if there is one."""
+        seen = self.has(CameraConfig)
+        return {'camera': self.resolve_topic_name(self.camera_topic)} if seen else {}
+
     def pause(self) -> None:
         """Drop what waits for its other parts."""
         if self.state == 'active':
@@ -79,8 +108,14 @@ class JoinedNode(GaitNode):
         stamp_ns = stamp_of(message.header)
         if not self.accept(stamp_ns):
             return
-        parts = self._join.add(part, stamp_ns, message)
-        self.note_missed(self._join, self.room_remedy)
+        join = self._join
+        parts = join.add(part, stamp_ns, message)
+        self.statistics.skipped += join.skipped.total()
+        self.statistics.incomplete += join.missed.total() + join.late.total()
+        self.note_again(join.again.total())
+        self.warnings.warn_of_missed(join, self.room_remedy)
+        for counter in (join.skipped, join.missed, join.late, join.again):
+            counter.clear()
         if parts is not None:
             self.joined(stamp_ns, parts)
 
