@@ -4,26 +4,215 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
-from collections.abc import Mapping
+from collections import deque
+from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
+import numpy as np
 from geometry_msgs.msg import PolygonInstanceStamped
-from sensor_msgs.msg import Image, JointState
+from numpy.typing import NDArray
+from rclpy.time import Time
+from sensor_msgs.msg import CameraInfo, Image, JointState
 
-from gait_segmentation.inputs.encodings import read_mono8
-from gait_segmentation.localization import LocalizationConfig
+from gait_segmentation.errors import GaitSegmentationError, InputError
+from gait_segmentation.inputs.encodings import read_depth, read_mono8
+from gait_segmentation.localization import (
+    CameraPose,
+    LocalizationConfig,
+    Localizer,
+    Location,
+    read_camera,
+)
 from gait_segmentation.people import PeopleConfig
+from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.joined_node import JoinedNode, Parts, read_match
-from gait_segmentation.ros.localizing import Localizing
 from gait_segmentation.ros.messages import stamp_of
 from gait_segmentation.ros.outputs import Outputs, Seen, people_topics, seen
 from gait_segmentation.ros.running import run_node
-from gait_segmentation.streams.config import LocalizerNodeConfig
-from gait_segmentation.streams.fields import slot_topic
+from gait_segmentation.streams.config import CameraConfig, LocalizerNodeConfig
+from gait_segmentation.streams.fields import DEPTH, slot_topic
+from gait_segmentation.streams.warnings import shortened
 
-__all__ = ['LocalizerNode', 'main']
+if TYPE_CHECKING:
+    from std_msgs.msg import Header
+
+__all__ = ['LocalizerNode', 'Localizing', 'main']
+
+
+class Localizing:
+    """The stage that locates people, and its inputs: camera_info, depth images and tf."""
+
+    def __init__(self, node: JoinedNode) -> None:
+        """Make the stage."""
+        self._node = node
+        self.stage = Localizer(node.parameters.get(LocalizationConfig))
+        self._info: CameraInfo | None = None
+        self._depths: deque[Image] = deque(maxlen=DEPTH)
+        self._tf: tuple[Any, type[Exception]] | None = None
+        self._unused = ''
+        self._told = ''
+        self._trouble = ''
+        self._located = False
+        self._failures = 0
+
+    def connect(self) -> None:
+        """Subscribe, until the node's deactivation."""
+        node = self._node
+        self._depths.clear()
+        node.camera_input(CameraConfig(), self._calibrated, 'camera_info', CameraInfo)
+        node.camera_input(CameraConfig(), self._depths.append, 'depth')
+        if node.parameters.get(LocalizerNodeConfig).ground_frame:
+            self._listen()
+
+    def locate(
+        self,
+        matches: Sequence[MatchResult],
+        masks: Sequence[NDArray[np.uint8]],
+        header: Header,
+    ) -> tuple[Location | None, ...]:
+        """
+        Locate the people of a frame, one a slot; say why if that cannot be done (worker).
+
+        Whatever happens here ends nothing else.
+        """
+        people = sum(match.body is not None for match in matches)
+        try:
+            locations = self._locate(matches, masks, header)
+        except GaitSegmentationError as error:
+            self._tell(0, people, str(error))
+            self._warn('location', f'nobody is located: {error}')
+        except Exception as error:  # The masks are to go on.
+            self._failures += 1
+            self.stage.reset()
+            self._tell(0, people, f'{type(error).__name__}: {error}')
+            self._warn('error', f'nobody is located: {type(error).__name__}: {error}')
+        else:
+            found = sum(location is not None for location in locations)
+            reasons = ', '.join(sorted(set(filter(None, self.stage.reasons))))
+            if reasons:
+                self._warn('located', f'located: {found} of {people}, {reasons}')
+            if reasons and self._unused:
+                reasons += f'; a depth image is not used: {self._unused}'
+            self._tell(found, people, reasons)
+            return locations
+        return (None,) * len(matches)
+
+    def status(self) -> dict[str, str]:
+        """Return how many people of the last frame are located, and why not all of them are."""
+        failures = self._failures + (0 if self.stage is None else self.stage.failures)
+        return {'located': self._told or 'no frame yet', 'location errors': str(failures)}
+
+    def trouble(self) -> str:
+        """Say why nobody was located since this was last asked, empty if somebody was."""
+        trouble = '' if self._located else self._trouble
+        self._trouble, self._located = '', False
+        return trouble
+
+    def _tell(self, found: int, people: int, why: str) -> None:
+        self._told = shortened(f'{found} of {people}' + (f', {why}' if why else ''))
+        self._located = self._located or found > 0
+        if why:
+            self._trouble = f'located: {self._told}'
+
+    def _locate(
+        self,
+        matches: Sequence[MatchResult],
+        masks: Sequence[NDArray[np.uint8]],
+        header: Header,
+    ) -> tuple[Location | None, ...]:
+        """
+        Locate the people of a frame.
+
+        :raises InputError: if that cannot be done for anybody.
+        """
+        if self._info is None:
+            topic = self._node.resolve_topic_name('camera_info')
+            raise InputError(f'nothing came on {topic} so far')
+        rectified = self._node.parameters.get(LocalizerNodeConfig).rectified
+        camera = read_camera(self._info, rectified, masks[0].shape if masks else None)
+        depth, pose = self._depth(header, masks), self._pose(header)
+        if not self._depths and pose is None and not self.stage.config.camera_height:
+            topic = self._node.resolve_topic_name('depth')
+            raise InputError(
+                f'nothing came on {topic} so far, and where the ground is neither '
+                'ground_frame nor localization.camera_height says'
+            )
+        return self.stage.update(matches, masks, camera, pose, depth)
+
+    def _warn(self, key: str, text: str) -> None:
+        self._node.warnings.warn(key, text)
+
+    def _calibrated(self, message: CameraInfo) -> None:
+        self._info = message
+
+    def _depth(
+        self, header: Header, masks: Sequence[NDArray[np.uint8]]
+    ) -> NDArray[np.uint16] | NDArray[np.float32] | None:
+        """Return the depth image that belongs to a frame, None if there is none that fits."""
+        self._unused = ''
+        stamp_ns = stamp_of(header)
+        apart = {abs(stamp_of(each.header) - stamp_ns): each for each in list(self._depths)}
+        if not apart:
+            return None
+        apart_s, message = min(apart) * 1e-9, apart[min(apart)]
+        try:
+            if apart_s > self._node.parameters.get(LocalizerNodeConfig).depth_tolerance:
+                raise InputError(
+                    f'the nearest of the last is {apart_s:.3f} s apart (depth_tolerance)'
+                )
+            if message.header.frame_id != header.frame_id:
+                raise InputError(
+                    'it must be registered to the image: its frame_id is '
+                    f"{message.header.frame_id!r}, the image's {header.frame_id!r}"
+                )
+            if masks and (message.height, message.width) != masks[0].shape:
+                raise InputError(
+                    f'it must have the size of the image, {masks[0].shape[1]} x '
+                    f'{masks[0].shape[0]}, got {message.width} x {message.height}'
+                )
+            return read_depth(message)
+        except InputError as error:
+            self._unused = str(error)
+            self._warn('depth', f'a depth image is not used: {error}')
+            return None
+
+    def _listen(self) -> None:
+        try:
+            tf2 = importlib.import_module('tf2_ros')
+        except ImportError:
+            return
+        buffer = tf2.Buffer()
+        self._tf = buffer, tf2.TransformException
+        listener = tf2.TransformListener(buffer, self._node, spin_thread=False)
+        self._node.keep_input(listener.unregister)
+
+    def _pose(self, header: Header) -> CameraPose | None:
+        """
+        Return where the camera is by tf, None without ground_frame.
+
+        :raises InputError: if tf does not say it.
+        """
+        frame = self._node.parameters.get(LocalizerNodeConfig).ground_frame
+        if not frame:
+            return None
+        if self._tf is None:
+            raise InputError('ground_frame needs the Python package tf2_ros, which is not there')
+        buffer, unknown = self._tf
+        found = why = None
+        # What tf does not know yet of the image's time it may know of the newest.
+        for when in (Time.from_msg(header.stamp), Time()):
+            try:
+                found = buffer.lookup_transform(frame, header.frame_id, when).transform
+                break
+            except unknown as error:
+                why = error
+        if found is None:
+            raise InputError(f'tf has no way from {header.frame_id!r} to {frame!r}: {why}')
+        at, turn = found.translation, found.rotation
+        return CameraPose.from_quaternion((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
 
 
 class LocalizerNode(JoinedNode):

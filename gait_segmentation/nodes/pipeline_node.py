@@ -16,11 +16,11 @@ from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.localization import LocalizationConfig
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.camera_node import CameraNode
+from gait_segmentation.nodes.localizer_node import Localizing
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pictures import segmentation_picture
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
 from gait_segmentation.ros.joined_node import Parts
-from gait_segmentation.ros.localizing import Localizing
 from gait_segmentation.ros.outputs import (
     Outputs,
     Seen,

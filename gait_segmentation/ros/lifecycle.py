@@ -26,9 +26,13 @@ from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.kernels import compile_kernels, compiling
 from gait_segmentation.ros.diagnostics import QUIET_S, diagnostic_message
 from gait_segmentation.ros.endpoints import BETWEEN_NODES, publisher, subscription
-from gait_segmentation.ros.node_time import ignore_negative_times, time_of
+from gait_segmentation.ros.guards import (
+    add_service,
+    ignore_negative_times,
+    refuse_what_cannot_be_done,
+    time_of,
+)
 from gait_segmentation.ros.parameters import NodeParameters, state_of
-from gait_segmentation.ros.services import add_service, refuse_what_cannot_be_done
 from gait_segmentation.stamps import Order, Stamps
 from gait_segmentation.streams.backlog import Backlog, Worker
 from gait_segmentation.streams.config import BankConfig, NodeConfig

@@ -11,7 +11,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 
 from gait_segmentation.nodes.pipeline_node import PipelineNode
-from gait_segmentation.ros.node_time import time_of
+from gait_segmentation.ros.guards import time_of
 from test.nodes.bench import Bench, frame
 
 AGE = 'age of the last stamp (s)'

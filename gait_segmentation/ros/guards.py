@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Services that answer whatever is asked, and however much at a time."""
+"""What keeps a node alive where rclpy would raise an error: odd requests, and odd clocks."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from builtin_interfaces.msg import Time
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.node import Node
 from rclpy.qos import qos_profile_parameters
+from rosgraph_msgs.msg import Clock
 
-__all__ = ['add_service', 'refuse_what_cannot_be_done']
+__all__ = ['add_service', 'ignore_negative_times', 'refuse_what_cannot_be_done', 'time_of']
 
 
 def add_service(node: Node, kind: Any, name: str, answer: Callable[[Any, Any], Any]) -> None:
@@ -52,3 +54,33 @@ def _answer(
         elif isinstance(request, SetParametersAtomically.Request):
             response.result = refused
         return response
+
+
+def ignore_negative_times(node: Node, warn: Callable[[str, str], object]) -> None:
+    """
+    Have a node live on when a time below zero comes on /clock, which rclpy raises an error for.
+
+    :param warn: called with a key and a text.
+    """
+    source = node._time_source
+    take = source.clock_callback
+
+    def received(message: Clock) -> None:
+        if message.clock.sec < 0:
+            seconds = message.clock.sec + message.clock.nanosec / 1e9
+            warn('clock', f'the time {seconds:.9g} s on /clock is ignored: it is below zero')
+            return
+        take(message)
+
+    source.clock_callback = received
+    # With use_sim_time it has subscribed already.
+    if source._clock_sub is not None:
+        source._clock_sub.callback = received
+
+
+def time_of(node: Node) -> Time:
+    """Return the time of a node's clock, 0 while it is not known or below zero."""
+    try:
+        return node.get_clock().now().to_msg()
+    except ValueError:
+        return Time()
