@@ -18,12 +18,12 @@ from gait_segmentation.inputs.encodings import SampleBits, read_heat_map
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
 from gait_segmentation.ros.endpoints import BEST_EFFORT, LATCHED, claimed_shape, decode
-from gait_segmentation.ros.joined_node import JoinedNode, Parts
-from gait_segmentation.ros.messages import stamp_of
+from gait_segmentation.ros.joined_node import JoinedNode
 from gait_segmentation.ros.people_messages import detection_types
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.config import BankConfig, CameraConfig, StartConfig
 from gait_segmentation.streams.intake import Intake, new_people, read_detections
+from gait_segmentation.streams.readings import Parts, stamp_of
 from gait_segmentation.tracking import TrackingConfig
 
 __all__ = ['CameraNode']
@@ -68,7 +68,7 @@ class CameraNode(JoinedNode):
         self.tracks = ()
         self._bits = SampleBits()
         self.intake = Intake(
-            reset=self.reset_stage,
+            reset=super().start_over,
             initialize=self.stage.initialize,
             warn=self.warnings.warn,
             slots=self.slots,
@@ -100,12 +100,8 @@ class CameraNode(JoinedNode):
 
     def start_over(self) -> None:
         """Forget everybody, but not the boxes that wait, and begin with the initial one."""
-        self.reset_stage()
+        super().start_over()
         self.intake.begin_anew()
-
-    def reset_stage(self) -> None:
-        """Have the stage forget everybody (worker)."""
-        self.stage.reset()
 
     def forget(self) -> None:
         """Forget everybody."""

@@ -28,12 +28,12 @@ from gait_segmentation.localization import (
 )
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.joined_node import JoinedNode, Parts, read_match
-from gait_segmentation.ros.messages import stamp_of
+from gait_segmentation.ros.joined_node import JoinedNode
 from gait_segmentation.ros.outputs import Outputs, Seen, people_topics, seen
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.streams.config import CameraConfig, LocalizerNodeConfig
 from gait_segmentation.streams.fields import DEPTH, slot_topic
+from gait_segmentation.streams.readings import Parts, read_match, stamp_of
 from gait_segmentation.streams.warnings import shortened
 
 if TYPE_CHECKING:
@@ -238,23 +238,9 @@ class LocalizerNode(JoinedNode):
 
     def build(self) -> None:
         """Make the stage and the publishers."""
-        self._localizing = Localizing(self)
-        self.stage = self._localizing.stage
+        self.localizing = Localizing(self)
+        self.stage = self.localizing.stage
         self._results = Outputs(self, people_topics(self.slots, located=True))
-
-    def connect(self) -> None:
-        """Subscribe to the other nodes' outputs and to the camera's."""
-        super().connect()
-        self._localizing.connect()
-
-    def status(self) -> dict[str, str]:
-        """Report who is located, and why not."""
-        located = {} if self.stage is None else self._localizing.status()
-        return {**super().status(), **located}
-
-    def trouble(self) -> str:
-        """Say why nobody is located."""
-        return '' if self.stage is None else self._localizing.trouble()
 
     def process(self, frame: Parts) -> None:
         """Locate the people of a frame."""
@@ -262,7 +248,7 @@ class LocalizerNode(JoinedNode):
         matches = [read_match(frame, slot) for slot in range(self.slots)]
         masks = [read_mono8(frame[slot_topic(slot, 'mask')]) for slot in range(self.slots)]
         self.enter(stamp_of(header))
-        locations = self._localizing.locate(matches, masks, header)
+        locations = self.localizing.locate(matches, masks, header)
         self._results.publish_made(header, seen, matches, masks, locations)
 
     def process_unusable(self, frame: Parts) -> None:

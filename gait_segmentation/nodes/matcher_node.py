@@ -17,19 +17,18 @@ from sensor_msgs.msg import Image, RegionOfInterest
 from std_msgs.msg import Header
 
 from gait_segmentation.files.encoded_images import check_pixels
-from gait_segmentation.held_frames import HeldFrames
-from gait_segmentation.inputs.encodings import claimed_shape, read_mono8
+from gait_segmentation.inputs.encodings import claimed_shape
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pictures import matching_picture
-from gait_segmentation.results import MatchResult, TrackResult
+from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.endpoints import LATCHED
-from gait_segmentation.ros.joined_node import JoinedNode, Parts
-from gait_segmentation.ros.messages import read_box, stamp_of
+from gait_segmentation.ros.joined_node import JoinedNode
 from gait_segmentation.ros.outputs import Outputs, match_topics, picture_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.streams.config import BankConfig, NodeConfig
 from gait_segmentation.streams.fields import slot_topic
+from gait_segmentation.streams.readings import Parts, read_track
 
 __all__ = ['MatcherNode', 'main']
 
@@ -62,7 +61,6 @@ class MatcherNode(JoinedNode):
         self.stage = PeopleMatcher(
             self.bank, config, max_people=self.slots, threads=people.people_threads
         )
-        self._messages: HeldFrames[Parts] = HeldFrames()
         self._results = Outputs(self, match_topics(self.slots))
         self._debug = Outputs(self, picture_topics('~/'))
 
@@ -81,17 +79,6 @@ class MatcherNode(JoinedNode):
         if self.state == 'active':
             self._unsized.clear()
 
-    def forget(self) -> None:
-        """Forget the paths."""
-        super().forget()
-        self._messages.clear()
-
-    def start_over(self) -> None:
-        """Publish what the lag holds back and forget the paths."""
-        self.finish()
-        super().start_over()
-        self._messages.clear()
-
     def finish(self) -> None:
         """Publish what the lag holds back."""
         self._publish(self.stage.flush())
@@ -104,7 +91,7 @@ class MatcherNode(JoinedNode):
         stamp_ns = tracks[0].stamp_ns
         self.enter(stamp_ns)
         results = self.stage.update(tracks, source_size=size)
-        self._messages.hold(stamp_ns, frame)
+        self.held.hold(stamp_ns, frame)
         self._publish(results)
 
     def process_unusable(self, frame: Parts) -> None:
@@ -116,7 +103,7 @@ class MatcherNode(JoinedNode):
 
     def _publish(self, results: Sequence[Sequence[MatchResult]]) -> None:
         for matches in results:
-            message = self._messages.take(matches[0].stamp_ns)
+            message = self.held.take(matches[0].stamp_ns)
             self._results.publish(matches, _header(message))
             self._debug.publish_made(_header(message), self._picture, message, matches)
 
@@ -139,24 +126,6 @@ class MatcherNode(JoinedNode):
         while self._unsized:
             stamp_ns, parts = self._unsized.popleft()
             self.hand_over(stamp_ns, {**parts, 'size': self._size})
-
-
-def read_track(parts: Parts, slot: int) -> TrackResult:
-    """
-    Put the tracker's messages about a slot together again.
-
-    :raises InputError: if a message cannot be read.
-    """
-    message = parts[slot_topic(slot, 'box')]
-    box, angle = read_box(message)
-    return TrackResult(
-        stamp_ns=stamp_of(message.header),
-        track_id=int(message.polygon.id),
-        box=box,
-        likelihood=read_mono8(parts[slot_topic(slot, 'likelihood')]),
-        confidence=0.0,
-        angle=angle,
-    )
 
 
 def _header(parts: Parts) -> Header:

@@ -9,10 +9,6 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.localization import LocalizationConfig
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.camera_node import CameraNode
@@ -20,7 +16,6 @@ from gait_segmentation.nodes.localizer_node import Localizing
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pictures import segmentation_picture
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
-from gait_segmentation.ros.joined_node import Parts
 from gait_segmentation.ros.outputs import (
     Outputs,
     Seen,
@@ -35,6 +30,7 @@ from gait_segmentation.ros.running import run_node
 from gait_segmentation.segmentation import PeopleMasks, SegmentationConfig
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.config import LocalizerNodeConfig, PipelineNodeConfig
+from gait_segmentation.streams.readings import Parts
 from gait_segmentation.tracking import TrackingConfig
 
 __all__ = ['PipelineNode', 'main']
@@ -65,10 +61,9 @@ class PipelineNode(CameraNode):
         kinds = TrackingConfig, MatchingConfig, SegmentationConfig, PeopleConfig, StartingConfig
         config = PipelineConfig(*map(self.parameters.get, kinds))
         self.stage = Pipeline(config, self.bank)
-        self._held: HeldFrames[tuple[NDArray[np.uint8], Parts]] = HeldFrames()
         self.make_intake()
         localize = self.parameters.get(PipelineNodeConfig).localize
-        self._localizing = Localizing(self) if localize else None
+        self.localizing = Localizing(self) if localize else None
         self._likelihood: tuple[int, ...] = (0, 0)
         self._track = Outputs(self, track_topics(self.slots))
         self._match = Outputs(self, match_topics(self.slots))
@@ -76,38 +71,11 @@ class PipelineNode(CameraNode):
         self._people = Outputs(self, people_topics(self.slots, localize))
         self._debug = Outputs(self, picture_topics())
 
-    def connect(self) -> None:
-        """Subscribe to the camera and to first boxes, and to what the localization takes in."""
-        super().connect()
-        if self._localizing is not None:
-            self._localizing.connect()
-
     def configured(self) -> Sequence[tuple[Any, str]]:
         """Return where the configurations are."""
         stages = self.stage.tracker, self.stage.matcher, self.stage.segmenter
-        located = [] if self._localizing is None else [(self._localizing.stage, 'config')]
+        located = [] if self.localizing is None else [(self.localizing.stage, 'config')]
         return [(self.stage.tracker, 'starting'), *((each, 'config') for each in stages), *located]
-
-    def status(self) -> dict[str, str]:
-        """Report who is located, and why not."""
-        localizing = None if self.stage is None else self._localizing
-        return {**super().status(), **({} if localizing is None else localizing.status())}
-
-    def trouble(self) -> str:
-        """Say why nobody is located."""
-        localizing = None if self.stage is None else self._localizing
-        return '' if localizing is None else localizing.trouble()
-
-    def forget(self) -> None:
-        """Forget everybody."""
-        super().forget()
-        self._held.clear()
-
-    def reset_stage(self) -> None:
-        """Publish what is held back and have the stages forget everybody (worker)."""
-        self.finish()
-        super().reset_stage()
-        self._held.clear()
 
     def finish(self) -> None:
         """Publish what the lag holds back."""
@@ -117,7 +85,7 @@ class PipelineNode(CameraNode):
         """Run a frame through all stages."""
         image, stamp_ns = self.taken(frame)
         results = self.stage.take(image, stamp_ns)
-        self._held.hold(stamp_ns, (image, frame))
+        self.held.hold(stamp_ns, (image, frame))
         self._publish(results)
         self.stage.learn()
 
@@ -132,7 +100,7 @@ class PipelineNode(CameraNode):
 
     def _publish(self, results: list[FrameResult]) -> None:
         for result in results:
-            image, frame = self._held.take(result.stamp_ns)
+            image, frame = self.held.take(result.stamp_ns)
             header = frame['image'].header
             tracks = [person.track for person in result.people]
             matches = [person.match for person in result.people]
@@ -145,7 +113,7 @@ class PipelineNode(CameraNode):
             self._track.publish(tracks, header)
             self._match.publish(matches, header)
             people = [each.mask for each in found]
-            located = self._localizing
+            located = self.localizing
             places = () if located is None else located.locate(matches, people, header)
             self._people.publish_made(header, seen, matches, people, places)
             self._debug.publish_made(header, segmentation_picture, image, masks, matches, tracks)

@@ -16,13 +16,13 @@ from gait_segmentation.inputs.encodings import SampleBits, read_mono8
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pictures import segmentation_picture
 from gait_segmentation.ros.endpoints import claimed_shape, decode
-from gait_segmentation.ros.joined_node import JoinedNode, Parts, read_match
-from gait_segmentation.ros.messages import stamp_of
+from gait_segmentation.ros.joined_node import JoinedNode
 from gait_segmentation.ros.outputs import Outputs, mask_topics, picture_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 from gait_segmentation.streams.config import CameraConfig, SegmenterNodeConfig
 from gait_segmentation.streams.fields import slot_topic
+from gait_segmentation.streams.readings import Parts, read_match, stamp_of
 
 __all__ = ['SegmenterNode', 'main']
 

@@ -31,13 +31,14 @@ from gait_segmentation.cli.tool import (
     check_ranges,
     command_parser,
 )
+from gait_segmentation.ending import Ending
 from gait_segmentation.errors import GaitSegmentationError, SequenceError
 from gait_segmentation.files.output_files import keep_apart, keep_others, named, problem_of
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, check_rate, open_input
-from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.endpoints import BETWEEN_NODES
-from gait_segmentation.ros.messages import image_message, stamp_of
+from gait_segmentation.ros.messages import image_message
 from gait_segmentation.ros.participant import REFUSALS, said_by, take_part
+from gait_segmentation.streams.readings import stamp_of
 
 __all__ = ['main', 'parser', 'publish_input']
 
@@ -222,7 +223,7 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     given = sys.argv if arguments is None else ['gait_source', *arguments]
     # Nothing of a camera that is switched off is worth waiting for.
-    ending = Ending(at_once=True)
+    ending = Ending(rclpy.try_shutdown, at_once=True)
     ending.handle_signals()
     understood = False
     try:

@@ -13,22 +13,19 @@ from geometry_msgs.msg import PolygonInstanceStamped
 from sensor_msgs.msg import Image
 
 from gait_segmentation.errors import GaitSegmentationError
-from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.pictures import tracking_picture
-from gait_segmentation.results import Feedback
-from gait_segmentation.ros.joined_node import Parts
-from gait_segmentation.ros.messages import read_body, stamp_of
 from gait_segmentation.ros.outputs import Outputs, picture_topics, track_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.starting import StartingConfig
-from gait_segmentation.streams.fields import DEPTH, slot_topic, slot_topics
+from gait_segmentation.streams.fields import DEPTH, slot_topics
 from gait_segmentation.streams.join import ExactJoin
+from gait_segmentation.streams.readings import FEEDBACK, Parts, read_feedback, stamp_of
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 
 __all__ = ['TrackerNode', 'main']
 
-_FEEDBACK = {'mask': Image, 'shape_prior': Image, 'matched_box': PolygonInstanceStamped}
+_FEEDBACK = dict(zip(FEEDBACK, (Image, Image, PolygonInstanceStamped), strict=True))
 
 
 class TrackerNode(CameraNode):
@@ -97,19 +94,6 @@ class TrackerNode(CameraNode):
             self.stage.learn([each for each in feedback if each is not None])
         except GaitSegmentationError as error:
             self.warnings.warn('feedback', f'feedback is ignored: {error}')
-
-
-def read_feedback(parts: Parts, slot: int) -> Feedback | None:
-    """
-    Put the feedback for a slot together, None if it was empty.
-
-    :raises InputError: if a message cannot be read.
-    """
-    mask, prior, box = (parts[slot_topic(slot, name)] for name in _FEEDBACK)
-    track_id, body = int(box.polygon.id), read_body(box)
-    if not track_id:
-        return None
-    return Feedback(stamp_of(box.header), track_id, read_mono8(mask), body, read_mono8(prior))
 
 
 main = partial(run_node, TrackerNode)

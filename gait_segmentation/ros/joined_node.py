@@ -4,28 +4,22 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, ClassVar
 
 from sensor_msgs.msg import Image
 
-from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.people import PeopleConfig
-from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.advice import no_images, nothing_from, unpublished
 from gait_segmentation.ros.endpoints import CameraSubscription
 from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.messages import read_body, read_gait, stamp_of
 from gait_segmentation.streams.config import CameraConfig
-from gait_segmentation.streams.fields import DEPTH, slot_topic, slot_topics
+from gait_segmentation.streams.fields import DEPTH, slot_topics
 from gait_segmentation.streams.join import ExactJoin
+from gait_segmentation.streams.readings import Parts, stamp_of
 
-__all__ = ['JoinedNode', 'Parts', 'read_match']
-
-Parts = dict[str, Any]
-"""The messages about a frame by topic."""
+__all__ = ['JoinedNode']
 
 
 class JoinedNode(GaitNode):
@@ -41,6 +35,9 @@ class JoinedNode(GaitNode):
 
     room_remedy: ClassVar[str] = ''
     """What gives more :meth:`room`, if anything does."""
+
+    localizing: Any = None
+    """What locates people, from :meth:`build` on, if the node does."""
 
     camera: CameraSubscription | None = None
     camera_topic = 'image'
@@ -67,6 +64,8 @@ class JoinedNode(GaitNode):
         for topics in self._topics.values():
             for topic, kind in topics.items():
                 self.input(kind, topic, partial(self._part, topic))
+        if self.localizing is not None:
+            self.localizing.connect()
         if camera:
             self.camera_input(self.parameters.get(CameraConfig), partial(self._part, 'image'))
 
@@ -95,9 +94,16 @@ class JoinedNode(GaitNode):
         )
 
     def status(self) -> dict[str, str]:
-        """Report the camera, if there is one."""
+        """Report the camera, if there is one, and who is located, if anybody is to be."""
         seen = self.has(CameraConfig)
-        return {'camera': self.resolve_topic_name(self.camera_topic)} if seen else {}
+        camera = {'camera': self.resolve_topic_name(self.camera_topic)} if seen else {}
+        locates = self.localizing is not None and self.stage is not None
+        return {**camera, **(self.localizing.status() if locates else {})}
+
+    def trouble(self) -> str:
+        """Say why nobody is located."""
+        locates = self.localizing is not None and self.stage is not None
+        return self.localizing.trouble() if locates else ''
 
     def pause(self) -> None:
         """Drop what waits for its other parts."""
@@ -118,27 +124,3 @@ class JoinedNode(GaitNode):
             counter.clear()
         if parts is not None:
             self.joined(stamp_ns, parts)
-
-
-def read_match(parts: Parts, slot: int) -> MatchResult:
-    """
-    Put the matcher's messages about a slot together again.
-
-    What no later stage needs (template, placement) is not sent; the shape prior is black if it is
-    not among the parts.
-
-    :raises InputError: if a message cannot be read.
-    """
-    box = parts[slot_topic(slot, 'matched_box')]
-    walk = read_gait(parts[slot_topic(slot, 'gait')])
-    nobody = MatchResult.nobody(stamp_of(box.header), int(box.polygon.id), (0, 0))
-    prior = parts.get(slot_topic(slot, 'shape_prior'))
-    return dataclasses.replace(
-        nobody,
-        body=read_body(box),
-        phase=walk.phase,
-        phase_rate=walk.rate,
-        azimuth=walk.azimuth,
-        similarity=walk.similarity,
-        shape_prior=nobody.shape_prior if prior is None else read_mono8(prior),
-    )

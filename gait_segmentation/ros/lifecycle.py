@@ -23,6 +23,7 @@ from std_srvs.srv import SetBool, Trigger
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.gait_model import TemplateBank, open_bank
+from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.kernels import compile_kernels, compiling
 from gait_segmentation.ros.diagnostics import QUIET_S, diagnostic_message
 from gait_segmentation.ros.endpoints import BETWEEN_NODES, publisher, subscription
@@ -88,6 +89,7 @@ class GaitNode(LifecycleNode):
         self.warnings = Warnings(self.get_logger().warning, time.monotonic)
         ignore_negative_times(self, self.warnings.warn)
         self.enabled = True
+        self.held: HeldFrames[Any] = HeldFrames()
         self._stamps = Stamps()
         self._said = self._refused = ''
         self._inputs: list[Callable[[], object]] = []
@@ -125,12 +127,14 @@ class GaitNode(LifecycleNode):
         """Publish the empty outputs of a frame that cannot be worked on (worker)."""
 
     def forget(self) -> None:
-        """Forget everybody (worker)."""
+        """Forget everybody, and what is held back (worker)."""
         self._stamps.reset()
+        self.held.clear()
         self.stage.reset()
 
     def start_over(self) -> None:
-        """Forget everybody, for time begins anew (worker)."""
+        """Publish what is held back and forget everybody, for all begins anew (worker)."""
+        self.finish()
         self.stage.reset()
 
     def configured(self) -> Sequence[tuple[Any, str]]:
@@ -138,7 +142,7 @@ class GaitNode(LifecycleNode):
         return [(self.stage, 'config')]
 
     def finish(self) -> None:
-        """Publish what is held back, before the node is deactivated (worker)."""
+        """Publish what is held back (worker)."""
 
     def pause(self) -> None:
         """Drop what waits for its other parts: those that come now will be ignored."""

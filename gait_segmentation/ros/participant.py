@@ -21,7 +21,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from gait_segmentation.ros.ending import HANGS_S
+from gait_segmentation.ending import HANGS_S
 from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
 
 __all__ = ['REFUSALS', 'Participant', 'said_by', 'take_part', 'take_part_early']

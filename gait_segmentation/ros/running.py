@@ -17,14 +17,15 @@ from functools import partial
 from pathlib import Path
 
 import cv2
+import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.logging import get_logger
 from rclpy.utilities import remove_ros_args
 
+from gait_segmentation.ending import Ending
 from gait_segmentation.errors import GaitSegmentationError
-from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.participant import REFUSALS, said_by, take_part
@@ -58,7 +59,7 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
     """
     given = sys.argv if arguments is None else arguments
     name = Path(given[0]).name if given else 'node'
-    ending = Ending()
+    ending = Ending(rclpy.try_shutdown)
     ending.handle_signals()
     # As of "kill -USR1".
     faulthandler.register(signal.SIGUSR1, file=2)

@@ -102,9 +102,9 @@ class Places:
 
 def test_somebody_is_where_depth_says_and_walks_as_seen(bench: Bench) -> None:
     places = Places(bench)
-    places.node._localizing._calibrated(info())
+    places.node.localizing._calibrated(info())
     for index in range(40):
-        places.node._localizing._depths.append(depth(index))
+        places.node.localizing._depths.append(depth(index))
         new = places.show(index)
         for topic in ('person_0/pose', 'person_0/walk', 'boxes'):
             (message,) = new[topic]
@@ -130,7 +130,7 @@ def test_somebody_is_where_depth_says_and_walks_as_seen(bench: Bench) -> None:
 
 def test_without_depth_the_ground_says_where(bench: Bench) -> None:
     places = Places(bench, **{'localization.camera_height': GROUND_Y})
-    places.node._localizing._calibrated(info())
+    places.node.localizing._calibrated(info())
     (pose,) = places.show(0)['person_0/pose']
     at = pose.pose.pose.position
     assert (at.x, at.y, at.z) == pytest.approx((0.0, GROUND_Y, AWAY_M), abs=0.02)
@@ -138,7 +138,7 @@ def test_without_depth_the_ground_says_where(bench: Bench) -> None:
 
 def test_nobody_has_no_pose_and_old_markers_go(bench: Bench) -> None:
     places = Places(bench)
-    places.node._localizing._calibrated(info())
+    places.node.localizing._calibrated(info())
     new = places.show(0, track_id=0)
     assert (new['person_0/pose'], new['person_0/walk']) == ([], [])
     assert [each.action for each in new['markers'][0].markers] == [Marker.DELETEALL]
@@ -172,8 +172,8 @@ def test_what_does_not_fit_is_said_once_and_boxes_go_on(bench: Bench, name: str,
     about, changes, said = UNUSABLE[name]
     places = Places(bench)
     if about is not None:
-        places.node._localizing._calibrated(about)
-    places.node._localizing._depths.append(depth(0, **changes))
+        places.node.localizing._calibrated(about)
+    places.node.localizing._depths.append(depth(0, **changes))
     for index in range(3):
         new = places.show(index)
         assert new['person_0/pose'] == []
@@ -205,8 +205,8 @@ def test_whatever_comes_the_node_goes_on_and_says_why_nobody_is_located(
     about, changes, body, why = NOWHERE[name]
     places = Places(bench)
     if about is not None:
-        places.node._localizing._calibrated(about)
-    places.node._localizing._depths.append(depth(0, **changes))
+        places.node.localizing._calibrated(about)
+    places.node.localizing._depths.append(depth(0, **changes))
     new = places.show(0, body=body)
     assert new['person_0/pose'] == []
     assert len(new['boxes'][0].points) == 8
@@ -218,8 +218,8 @@ def test_whatever_comes_the_node_goes_on_and_says_why_nobody_is_located(
     assert values['location errors'] == '0'
     assert why in capfd.readouterr().err
     # As soon as all is well, it is said so.
-    places.node._localizing._calibrated(info())
-    places.node._localizing._depths.append(depth(1))
+    places.node.localizing._calibrated(info())
+    places.node.localizing._depths.append(depth(1))
     assert len(places.show(1)['person_0/pose']) == 1
     level, _, values = places.told()
     assert (level, values['located']) == (DiagnosticStatus.OK, '1 of 1')
@@ -227,9 +227,9 @@ def test_whatever_comes_the_node_goes_on_and_says_why_nobody_is_located(
 
 def test_an_exact_depth_ends_nothing(bench: Bench) -> None:
     places = Places(bench, **{'localization.depth_error': 0.0})
-    places.node._localizing._calibrated(info())
+    places.node.localizing._calibrated(info())
     for index in range(20):
-        places.node._localizing._depths.append(depth(index))
+        places.node.localizing._depths.append(depth(index))
         assert len(places.show(index)['person_0/pose']) == 1
 
 
@@ -237,13 +237,13 @@ def test_an_error_nobody_thought_of_is_counted_and_boxes_go_on(
     bench: Bench, monkeypatch, capfd
 ) -> None:
     places = Places(bench, **{'localization.camera_height': GROUND_Y})
-    places.node._localizing._calibrated(info())
+    places.node.localizing._calibrated(info())
 
     def fail(*_: Any) -> Any:
         raise RuntimeError('the ground is gone')
 
     with monkeypatch.context() as patched:
-        patched.setattr(places.node._localizing, '_pose', fail)
+        patched.setattr(places.node.localizing, '_pose', fail)
         for index in range(3):
             new = places.show(index)
             assert (len(new['boxes'][0].points), new['person_0/pose']) == (8, [])
@@ -310,7 +310,7 @@ def test_camera_info_is_subscribed_to_reliably_where_that_is_offered(bench: Benc
     (made,) = bench.probe.get_subscriptions_info_by_topic('/camera_info')
     assert made.qos_profile.reliability == ReliabilityPolicy.RELIABLE
     offered.publish(info())
-    bench.until(lambda: places.node._localizing._info is not None, 'camera_info')
+    bench.until(lambda: places.node.localizing._info is not None, 'camera_info')
 
 
 def test_a_camera_info_that_comes_best_effort_is_taken_all_the_same(bench: Bench) -> None:
@@ -320,7 +320,7 @@ def test_a_camera_info_that_comes_best_effort_is_taken_all_the_same(bench: Bench
 
     def known() -> bool:
         offered.publish(info())
-        return places.node._localizing._info is not None
+        return places.node.localizing._info is not None
 
     bench.until(known, 'camera_info')
     assert places.node.statistics.lost == 0
@@ -329,7 +329,7 @@ def test_a_camera_info_that_comes_best_effort_is_taken_all_the_same(bench: Bench
 
 def test_without_depth_and_ground_it_is_said_what_is_missing(bench: Bench, capfd) -> None:
     places = Places(bench)
-    places.node._localizing._calibrated(info())
+    places.node.localizing._calibrated(info())
     assert places.show(0)['person_0/pose'] == []
     said = capfd.readouterr().err
     assert 'nobody is located: nothing came on /depth so far, and where the ground is' in said
@@ -337,11 +337,11 @@ def test_without_depth_and_ground_it_is_said_what_is_missing(bench: Bench, capfd
 
 def test_float_depth_of_the_other_byte_order_is_metres(bench: Bench) -> None:
     places = Places(bench)
-    places.node._localizing._calibrated(info())
+    places.node.localizing._calibrated(info())
     values = np.full(SIZE[::-1], AWAY_M, '>f4')
     values[::2] = np.nan
     big = {'encoding': '32FC1', 'is_bigendian': 1, 'step': 4 * SIZE[0], 'data': values.tobytes()}
-    places.node._localizing._depths.append(depth(0, **big))
+    places.node.localizing._depths.append(depth(0, **big))
     (pose,) = places.show(0)['person_0/pose']
     assert pose.pose.pose.position.z == pytest.approx(AWAY_M + 0.14, abs=0.01)
 
@@ -350,7 +350,7 @@ def test_a_rectified_image_has_the_camera_of_p(bench: Bench) -> None:
     places = Places(bench, rectified=True, **{'localization.camera_height': GROUND_Y})
     p = [FOCAL, 0.0, 79.5, 0.0, 0.0, FOCAL, 59.5, 0.0, 0.0, 0.0, 1.0, 0.0]
     given = info(focal=1.0, p=p, distortion_model='equidistant', d=[0.1] * 4)
-    places.node._localizing._calibrated(given)
+    places.node.localizing._calibrated(given)
     assert places.show(0)['person_0/pose'][0].pose.pose.position.z == pytest.approx(4, abs=0.02)
 
 
@@ -385,7 +385,7 @@ def test_tf_says_where_the_ground_is(bench: Bench, monkeypatch, capfd) -> None:
 
     events = tf2(monkeypatch, lookup)
     places = Places(bench, ground_frame='odom')
-    places.node._localizing._calibrated(info())
+    places.node.localizing._calibrated(info())
     (pose,) = places.show(0)['person_0/pose']
     at = pose.pose.pose.position
     # In the frame of the camera, wherever that is.
@@ -401,7 +401,7 @@ def test_a_way_that_tf_does_not_know_is_said(bench: Bench, monkeypatch, capfd) -
 
     tf2(monkeypatch, lookup)
     places = Places(bench, ground_frame='odom')
-    places.node._localizing._calibrated(info())
+    places.node.localizing._calibrated(info())
     new = places.show(0)
     assert (len(new['boxes']), new['person_0/pose']) == (1, [])
     said = capfd.readouterr().err
@@ -411,7 +411,7 @@ def test_a_way_that_tf_does_not_know_is_said(bench: Bench, monkeypatch, capfd) -
 def test_without_tf2_it_is_said_what_is_missing(bench: Bench, monkeypatch, capfd) -> None:
     monkeypatch.setitem(sys.modules, 'tf2_ros', None)
     places = Places(bench, ground_frame='odom')
-    places.node._localizing._calibrated(info())
+    places.node.localizing._calibrated(info())
     assert places.show(0)['person_0/pose'] == []
     assert 'ground_frame needs the Python package tf2_ros' in capfd.readouterr().err
 
@@ -421,12 +421,12 @@ def test_the_masks_of_the_pipeline_go_on_whatever_comes(bench: Bench, monkeypatc
     masks = bench.record(Image, 'mask')
     boxes = bench.record(ImageMarker, 'boxes')
     camera = bench.publisher(Image, 'image', 1)
-    node._localizing._calibrated(info())
+    node.localizing._calibrated(info())
 
     def fail(*_: Any) -> Any:
         raise RuntimeError('gone')
 
-    monkeypatch.setattr(node._localizing.stage, 'update', fail)
+    monkeypatch.setattr(node.localizing.stage, 'update', fail)
     for index in range(3):
         camera.publish(frame(index))
         bench.until(lambda count=index + 1: len(boxes) == count, 'boxes')
@@ -444,7 +444,7 @@ def test_the_pipeline_locates_if_asked_to(bench: Bench) -> None:
     bench.publisher(CameraInfo, 'camera_info', 1).publish(info())
     starter = bench.publisher(RegionOfInterest, 'init_roi', 1)
     starter.publish(RegionOfInterest(x_offset=30, y_offset=20, width=24, height=80))
-    bench.until(lambda: node._localizing._info is not None, 'camera_info')
+    bench.until(lambda: node.localizing._info is not None, 'camera_info')
     bench.settle()
     for index in range(4):
         camera.publish(frame(index))

@@ -16,7 +16,8 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.ros.endpoints import LATCHED
-from gait_segmentation.ros.messages import box_message, image_message, read_body, read_box
+from gait_segmentation.ros.messages import box_message, image_message
+from gait_segmentation.streams.readings import read_body, read_box
 from gait_segmentation.streams.warnings import Warnings
 from test.nodes.bench import DEEP, Bench, header
 
@@ -102,7 +103,7 @@ def test_what_the_lag_holds_back_comes_before_the_paths_begin_anew(bench: Bench,
     headers = [m.header for m in bench.received['person_0/gait']]
     assert headers == [header(index) for index in range(4)]
     # What was held back does not come again.
-    assert len(door.node._messages) == (ends == 'jump')
+    assert len(door.node.held) == (ends == 'jump')
 
 
 def test_likelihoods_that_cannot_be_used_give_empty_outputs(bench: Bench) -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from gait_segmentation.ros.ending import Ending
+from gait_segmentation.ending import Ending
 
 ROOT = Path(__file__).resolve().parents[2]
 TIMEOUT_S = 300.0
@@ -24,7 +24,8 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 NODE = """
 import ctypes, sys, time
 from rclpy.node import Node
-from gait_segmentation.ros import ending, running
+from gait_segmentation import ending
+from gait_segmentation.ros import running
 
 def wait():
     print('starting', flush=True)
@@ -73,9 +74,9 @@ sys.exit(running.run_node(Quiet, ['quiet']))
 
 SIGNALLED = """
 import signal
-from gait_segmentation.ros.ending import Ending
+from gait_segmentation.ending import Ending
 
-ending = Ending(at_once={at_once})
+ending = Ending(lambda: None, at_once={at_once})
 ending.closes(lambda: print('closed'))
 ending.handle_signals()
 signal.raise_signal(signal.SIGTERM)
@@ -179,7 +180,7 @@ def test_any_number_of_signals_ends_a_node_in_order() -> None:
 
 def test_the_first_signal_is_noted_and_none_does_anything_after_the_end() -> None:
     closed: list[str] = []
-    ending = Ending()
+    ending = Ending(lambda: None)
     ending.closes(lambda: closed.append('first'))
     ending.closes(lambda: closed.append('second'))
     ending.handle_signals()

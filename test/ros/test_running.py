@@ -14,10 +14,10 @@ import pytest
 import rclpy
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
+from gait_segmentation.ending import Ending
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
-from gait_segmentation.ros.ending import Ending
 from gait_segmentation.ros.running import run_node, silence_opencv
 
 

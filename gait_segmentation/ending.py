@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Ending a process of ROS 2 in order, whatever signals come, and whenever."""
+"""Ending a process in order, whatever signals come, and whenever."""
 
 from __future__ import annotations
 
@@ -11,8 +11,6 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-
-import rclpy
 
 from gait_segmentation.commands import ENDING
 
@@ -39,8 +37,13 @@ class Ending:
     destructors.
     """
 
-    def __init__(self, *, at_once: bool = False) -> None:
-        """Begin with nothing to close."""
+    def __init__(self, shut_down: Callable[[], object], *, at_once: bool = False) -> None:
+        """
+        Begin with nothing to close.
+
+        :param shut_down: ends what the process does, such as the spinning of an executor.
+        """
+        self._shut_down = shut_down
         self.asked = False
         """Whether a signal has come."""
 
@@ -58,10 +61,10 @@ class Ending:
                 signal.signal(number, self)
 
     def turn(self) -> None:
-        """Go on, unless a signal has come: then the context is closed, which ends its spinning."""
+        """Go on, unless a signal has come: then what the process does is to end."""
         self.beat()
         if self.asked:
-            rclpy.try_shutdown()
+            self._shut_down()
 
     def beat(self) -> None:
         """
@@ -91,7 +94,7 @@ class Ending:
         self._closing.append(close)
 
     def close(self) -> None:
-        """Close everything, the context last, whatever signals come meanwhile."""
+        """Close everything, and shut down at last, whatever signals come meanwhile."""
         # Nothing that could be interrupted comes before this.
         self._over = True
         faulthandler.dump_traceback_later(LONGEST_S, exit=True, file=_STDERR)
@@ -99,7 +102,7 @@ class Ending:
             signal.signal(number, signal.SIG_IGN)
         while self._closing:
             self._closing.pop(0)()
-        rclpy.try_shutdown()
+        self._shut_down()
         faulthandler.cancel_dump_traceback_later()
 
     def __call__(self, number: int, frame: object) -> None:
