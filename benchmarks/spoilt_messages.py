@@ -30,8 +30,7 @@ from std_srvs.srv import SetBool, Trigger
 from benchmarks.nodes import ALL_NODES
 from benchmarks.spoilt_files import CHANGES
 from gait_segmentation.inputs.encodings import ENCODINGS
-from gait_segmentation.ros.messages import image_message
-from gait_segmentation.ros.people_messages import detection_types
+from gait_segmentation.ros.messages import detection_types, image_message
 from gait_segmentation.streams.fields import GAIT_NAMES
 
 __all__ = ['KINDS', 'SERVICES', 'SETS', 'Call', 'Shot', 'calls', 'good', 'header', 'shots']

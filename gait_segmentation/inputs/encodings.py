@@ -30,6 +30,7 @@ __all__ = [
     'read_compressed',
     'read_depth',
     'read_heat_map',
+    'read_image',
     'read_mono8',
 ]
 
@@ -264,12 +265,23 @@ def read_compressed(
     return image if bits is None else bits.of(image, 'compressed image')
 
 
+def read_image(
+    message: Any, most: int = MOST_PIXELS, bits: SampleBits | None = None
+) -> NDArray[np.uint8]:
+    """Return a raw or compressed image; see :func:`read_bgr` and :func:`read_compressed`."""
+    read = read_bgr if hasattr(message, 'encoding') else read_compressed
+    return read(message, most, bits)
+
+
 def claimed_shape(message: ImageLike) -> tuple[int, int] | None:
     """
     Return (height, width) that an image claims to have, None if it says nothing sensible.
 
-    A size is only believed of as many bytes as pixels: empty answers are made of it.
+    A size is only believed of as many bytes as pixels: empty answers are made of it.  Compressed
+    images claim none.
     """
+    if not hasattr(message, 'height'):
+        return None
     shape = (message.height, message.width)
     return shape if 0 < shape[0] * shape[1] <= min(MOST_PIXELS, len(message.data)) else None
 

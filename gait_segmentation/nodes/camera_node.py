@@ -14,12 +14,12 @@ from sensor_msgs.msg import Image, RegionOfInterest
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs.encodings import SampleBits, read_heat_map
+from gait_segmentation.inputs.encodings import SampleBits, claimed_shape, read_heat_map, read_image
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
-from gait_segmentation.ros.endpoints import BEST_EFFORT, LATCHED, claimed_shape, decode
+from gait_segmentation.ros.endpoints import BEST_EFFORT, LATCHED
 from gait_segmentation.ros.joined_node import JoinedNode
-from gait_segmentation.ros.people_messages import detection_types
+from gait_segmentation.ros.messages import detection_types
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.config import BankConfig, CameraConfig, StartConfig
 from gait_segmentation.streams.intake import Intake, new_people, read_detections
@@ -84,7 +84,7 @@ class CameraNode(JoinedNode):
         :raises InputError: if it cannot be read.
         """
         message, before = frame['image'], self.intake.shape
-        image = decode(message, self.parameters.get(CameraConfig), self._bits)
+        image = read_image(message, self.parameters.get(CameraConfig).max_pixels, self._bits)
         stamp_ns = stamp_of(message.header)
         self.enter(stamp_ns)
         self.intake.take(image, stamp_ns)

@@ -12,10 +12,9 @@ from typing import Any, ClassVar
 from geometry_msgs.msg import PolygonInstanceStamped
 from sensor_msgs.msg import Image, JointState
 
-from gait_segmentation.inputs.encodings import SampleBits, read_mono8
+from gait_segmentation.inputs.encodings import SampleBits, claimed_shape, read_image, read_mono8
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pictures import segmentation_picture
-from gait_segmentation.ros.endpoints import claimed_shape, decode
 from gait_segmentation.ros.joined_node import JoinedNode
 from gait_segmentation.ros.outputs import Outputs, mask_topics, picture_topics
 from gait_segmentation.ros.running import run_node
@@ -70,7 +69,8 @@ class SegmenterNode(JoinedNode):
     def process(self, frame: Parts) -> None:
         """Segment a frame."""
         header = frame['image'].header
-        image = decode(frame['image'], self.parameters.get(CameraConfig), self._bits)
+        most = self.parameters.get(CameraConfig).max_pixels
+        image = read_image(frame['image'], most, self._bits)
         shape = (image.shape[0], image.shape[1])
         self.enter(stamp_of(header))
         if self._shape not in (None, shape):

@@ -6,10 +6,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import copy
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -26,8 +24,6 @@ from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import CompressedImage, Image
 
-from gait_segmentation.inputs import encodings
-from gait_segmentation.inputs.encodings import SampleBits, read_bgr, read_compressed
 from gait_segmentation.streams.fields import DEPTH
 
 if TYPE_CHECKING:
@@ -40,15 +36,10 @@ __all__ = [
     'BEST_EFFORT',
     'BETWEEN_NODES',
     'LATCHED',
-    'CameraMessage',
     'CameraSubscription',
-    'claimed_shape',
-    'decode',
     'publisher',
     'subscription',
 ]
-
-CameraMessage: TypeAlias = Image | CompressedImage
 
 BETWEEN_NODES = QoSProfile(depth=DEPTH)
 """Reliable: of all that the nodes publish, and of what they receive from each other."""
@@ -58,6 +49,9 @@ BEST_EFFORT = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 """Of what is told once and must reach those who come later."""
+
+_OVERRIDABLE = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY)
+"""What parameters of the kind ``qos_overrides`` may change."""
 
 
 def publisher(node: Node, kind: Any, topic: str, profile: QoSProfile) -> Publisher:
@@ -69,7 +63,7 @@ def publisher(node: Node, kind: Any, topic: str, profile: QoSProfile) -> Publish
         copy(profile),
         # Every event that could be reported costs the executor time in every round.
         event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
-        qos_overriding_options=QoSOverridingOptions.with_default_policies(),
+        qos_overriding_options=QoSOverridingOptions(_OVERRIDABLE),
     )
 
 
@@ -82,7 +76,6 @@ def subscription(
     warn: Callable[[str, str], object],
     *,
     events: SubscriptionEventCallbacks | None = None,
-    overridable: QoSOverridingOptions | None = None,
 ) -> Subscription:
     """
     Make a subscription to messages of a kind.
@@ -93,7 +86,7 @@ def subscription(
     :param received: called with every message.
     :param warn: called with a key and a text if a message cannot be read, which is ignored, or,
         without ``events``, if a publisher offers less than is asked for.
-    :param overridable: what of the QoS parameters may override, if not the usual.
+    :param events: of a subscription whose reliability has a parameter of its own, and changes.
     """
     # All that the subscriptions of this package ask for.
     latched = profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
@@ -122,7 +115,7 @@ def subscription(
         copy(profile),
         raw=True,
         event_callbacks=events or usual,
-        qos_overriding_options=overridable or QoSOverridingOptions.with_default_policies(),
+        qos_overriding_options=QoSOverridingOptions(_OVERRIDABLE[: 2 if events else 3]),
     )
 
 
@@ -132,24 +125,6 @@ def _incompatible(topic: str, event: QoSRequestedIncompatibleQoSInfo, remedy: st
         f'a publisher on {topic} offers an incompatible QoS ({policy}); no messages come from it: '
         + remedy
     )
-
-
-def decode(
-    message: CameraMessage, config: CameraConfig, bits: SampleBits | None = None
-) -> NDArray[np.uint8]:
-    """
-    Return the image of a message as (height, width, 3) uint8 BGR.
-
-    :param bits: how many bits images of 16 use, learnt from those of the same camera.
-    :raises InputError: if it cannot be read, or has more pixels than the configuration allows.
-    """
-    read = read_compressed if isinstance(message, CompressedImage) else read_bgr
-    return read(message, config.max_pixels, bits)
-
-
-def claimed_shape(message: CameraMessage) -> tuple[int, int] | None:
-    """Return (height, width) that an image claims to have, None if it says nothing sensible."""
-    return None if isinstance(message, CompressedImage) else encodings.claimed_shape(message)
 
 
 class CameraSubscription:
@@ -208,8 +183,6 @@ class CameraSubscription:
             self._received,
             self._node.warnings.warn,
             events=events,
-            # Reliability has a parameter of its own, and changes.
-            overridable=QoSOverridingOptions((QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH)),
         )
 
     def _lost(self, event: QoSMessageLostInfo) -> None:

@@ -1,26 +1,72 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Images, boxes and gait as messages: one place for what each field means."""
+"""
+Messages of images, boxes, gait, places and people: one place for what each field means.
+
+Detections are those of vision_msgs since ROS 2 Humble, for those who have that package.
+"""
 
 from __future__ import annotations
 
+import importlib
 import sys
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import cv2
 import numpy as np
-from geometry_msgs.msg import Point32, PolygonInstanceStamped
+from geometry_msgs.msg import (
+    Point,
+    Point32,
+    PolygonInstanceStamped,
+    Pose,
+    PoseWithCovarianceStamped,
+    Quaternion,
+    Vector3,
+)
 from numpy.typing import NDArray
 from sensor_msgs.msg import CompressedImage, Image, JointState
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import ImageMarker, Marker, MarkerArray
 
+from gait_segmentation.drawing import track_colour
 from gait_segmentation.streams.fields import Corners, gait_joints
 
 if TYPE_CHECKING:
     from std_msgs.msg import Header
 
-    from gait_segmentation.results import MatchResult
+    from gait_segmentation.geometry import Box
+    from gait_segmentation.localization import Location
+    from gait_segmentation.results import MatchResult, TrackResult
 
-__all__ = ['box_message', 'compressed_message', 'gait_message', 'image_message']
+__all__ = [
+    'Person',
+    'box_message',
+    'boxes_message',
+    'compressed_message',
+    'detection_types',
+    'gait_message',
+    'image_message',
+    'markers_message',
+    'people_message',
+    'pose_message',
+    'tracks_message',
+    'walk_message',
+]
+
+_WIDTH_M = 0.5
+"""Width and depth of the body that is drawn."""
+
+_UPRIGHT = 1e-4
+"""Variance of how upright a pose is, which it is by definition: readers may invert it."""
+
+
+class Person(NamedTuple):
+    """Somebody in a frame: the match, the tight box of the mask, and where they are if known."""
+
+    match: MatchResult
+    box: Box
+    location: Location | None
 
 
 def image_message(image: NDArray[np.uint8], header: Header) -> Image:
@@ -76,3 +122,152 @@ def gait_message(match: MatchResult, header: Header) -> JointState:
     joints = map(list, gait_joints(match))
     message.name, message.position, message.velocity, message.effort = joints
     return message
+
+
+def pose_message(location: Location, header: Header) -> PoseWithCovarianceStamped:
+    """Describe the point on the ground below somebody; x is the heading and z up."""
+    message = PoseWithCovarianceStamped(header=header)
+    message.pose.pose = _pose(location)
+    covariance = np.zeros((6, 6))
+    covariance[:3, :3] = location.covariance
+    turn = location.heading_error**2 * np.outer(location.up, location.up)
+    covariance[3:, 3:] = turn + _UPRIGHT * np.eye(3)
+    message.pose.covariance = covariance.ravel()
+    return message
+
+
+def walk_message(location: Location, header: Header) -> JointState:
+    """Describe heading, speed and step length, as far as they are known."""
+    values = _walk(location)
+    return JointState(header=header, name=list(values), position=list(values.values()))
+
+
+def detection_types() -> Any:
+    """Return the module of the message types, None if vision_msgs is not installed."""
+    try:
+        return importlib.import_module('vision_msgs.msg')
+    except ImportError:
+        return None
+
+
+def tracks_message(tracks: Sequence[TrackResult], header: Header, types: Any) -> Any:
+    """
+    Describe all tracks that are seen (vision_msgs/Detection2DArray).
+
+    ``id`` is the track id, ``score`` the confidence of the track, ``class_id`` is ``person`` and
+    ``theta`` the tilt of the box in radians, positive with the head to the right.
+    """
+    found = [
+        _detection(
+            track.box, track.angle, track.track_id, {'person': track.confidence}, header, types
+        )
+        for track in tracks
+        if track.box is not None
+    ]
+    return types.Detection2DArray(header=header, detections=found)
+
+
+def people_message(people: Sequence[Person], header: Header, types: Any) -> Any:
+    """
+    Describe everybody in pixels (vision_msgs/Detection2DArray).
+
+    ``id`` is the track id and ``bbox`` the tight box of the mask.  ``results`` are numbers by
+    name: ``class_id`` names what ``score`` is, first ``person``, how similar the template is.
+    """
+    found = []
+    for match, box, location in people:
+        each = _detection(box, 0.0, match.track_id, _numbers(match, location), header, types)
+        if location is not None:
+            each.results[0].pose = pose_message(location, header).pose
+        found.append(each)
+    return types.Detection2DArray(header=header, detections=found)
+
+
+def boxes_message(people: Sequence[Person], header: Header) -> ImageMarker:
+    """Draw the boxes of everybody over the image, in the colours of their tracks."""
+    message = ImageMarker(header=header, ns='people', type=ImageMarker.LINE_LIST, scale=2.0)
+    message.action = ImageMarker.ADD if people else ImageMarker.REMOVE
+    for match, box, _ in people:
+        corners = box.corners()
+        for ends in zip(corners, (*corners[1:], corners[0]), strict=True):
+            message.points += [Point(x=float(x), y=float(y)) for x, y in ends]
+            message.outline_colors.append(_colour(match.track_id))
+    return message
+
+
+def markers_message(people: Sequence[Person], header: Header) -> MarkerArray:
+    """Draw all whose place is known: a body, an arrow ahead, and what is known in words."""
+    markers = [Marker(header=header, action=Marker.DELETEALL)]
+    for match, _, location in people:
+        if location is None:
+            continue
+        tall = location.stature
+        about = [f'{match.track_id}', f'{location.distance:.1f} m']
+        if location.speed is not None:
+            about.append(f'{location.speed:.1f} m/s')
+        shapes = (
+            ('body', Marker.CYLINDER, tall / 2, (_WIDTH_M, _WIDTH_M, tall), 0.5),
+            ('heading', Marker.ARROW, tall / 2, (1.0, 0.1, 0.1), 1.0),
+            ('about', Marker.TEXT_VIEW_FACING, tall + 0.2, (0.2, 0.2, 0.2), 1.0),
+        )
+        for name, kind, up, size, opacity in shapes:
+            marker = Marker(header=header, ns=name, id=match.track_id, type=kind)
+            marker.pose, marker.text = _pose(location, up), '  '.join(about)
+            marker.scale = Vector3(**dict(zip('xyz', map(float, size), strict=True)))
+            marker.color = _colour(match.track_id, opacity)
+            markers.append(marker)
+    return MarkerArray(markers=markers)
+
+
+def _walk(location: Location) -> dict[str, float]:
+    known = {
+        'heading': location.yaw,
+        'speed': location.speed,
+        'step_length': location.step_length,
+    }
+    return {name: float(value) for name, value in known.items() if value is not None}
+
+
+def _numbers(match: MatchResult, location: Location | None) -> dict[str, float]:
+    """Return what is known of somebody, by name."""
+    return {
+        'person': match.similarity,
+        'phase': match.phase,
+        'cadence': match.phase_rate,
+        'view_azimuth': match.azimuth,
+        **({} if location is None else _walk(location)),
+    }
+
+
+def _detection(
+    box: Box, angle: float, track_id: int, numbers: Mapping[str, float], header: Header, types: Any
+) -> Any:
+    center = types.Point2D(x=float(box.center_x), y=float(box.center_y))
+    bounds = types.BoundingBox2D(
+        center=types.Pose2D(position=center, theta=float(angle)),
+        size_x=float(box.width),
+        size_y=float(box.height),
+    )
+    return types.Detection2D(
+        header=header, results=_results(numbers, types), bbox=bounds, id=str(track_id)
+    )
+
+
+def _results(numbers: Mapping[str, float], types: Any) -> list[Any]:
+    hypotheses = (
+        types.ObjectHypothesis(class_id=name, score=float(value))
+        for name, value in numbers.items()
+    )
+    return [types.ObjectHypothesisWithPose(hypothesis=each) for each in hypotheses]
+
+
+def _pose(location: Location, up: float = 0.0) -> Pose:
+    """Return a pose above the point on the ground; x is the heading and z up."""
+    x, y, z = (location.position + up * location.up).tolist()
+    turn = dict(zip('xyzw', location.orientation, strict=True))
+    return Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(**turn))
+
+
+def _colour(track_id: int, opacity: float = 1.0) -> ColorRGBA:
+    blue, green, red = (float(value) / 255 for value in track_colour(track_id))
+    return ColorRGBA(r=red, g=green, b=blue, a=opacity)

@@ -20,15 +20,13 @@ from visualization_msgs.msg import ImageMarker, MarkerArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.ros.messages import (
+    Person,
     box_message,
+    boxes_message,
     compressed_message,
+    detection_types,
     gait_message,
     image_message,
-)
-from gait_segmentation.ros.people_messages import (
-    Person,
-    boxes_message,
-    detection_types,
     markers_message,
     people_message,
     pose_message,

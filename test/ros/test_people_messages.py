@@ -18,7 +18,7 @@ from std_msgs.msg import Header
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.localization import Location
 from gait_segmentation.results import MatchResult, TrackResult
-from gait_segmentation.ros.people_messages import (
+from gait_segmentation.ros.messages import (
     Person,
     boxes_message,
     detection_types,
