@@ -14,7 +14,7 @@ from sensor_msgs.msg import Image, RegionOfInterest
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs.encodings import SampleBits, claimed_shape, read_heat_map, read_image
+from gait_segmentation.inputs.encodings import SampleBits, claimed_shape, read_image
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
 from gait_segmentation.ros.endpoints import BEST_EFFORT, LATCHED
@@ -22,15 +22,12 @@ from gait_segmentation.ros.joined_node import JoinedNode
 from gait_segmentation.ros.messages import detection_types
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.config import BankConfig, CameraConfig, StartConfig
-from gait_segmentation.streams.intake import Intake, new_people, read_detections
+from gait_segmentation.streams.intake import Intake, MapIntake, new_people, read_detections
 from gait_segmentation.streams.readings import Parts, stamp_of
 from gait_segmentation.tracking import TrackingConfig
 
 __all__ = ['CameraNode']
 
-
-_AHEAD_S = 1.0
-"""How far the stamp of a heat map may be ahead of the last image; another clock, if farther."""
 
 _MAPS = 4
 """Heat maps that wait for the next image."""
@@ -57,8 +54,6 @@ class CameraNode(JoinedNode):
     """What the diagnostics report."""
 
     _superseded = 0
-    _stamp_ns = _map_ns = 0
-    _mapped = False
 
     def make_intake(self) -> None:
         """Prepare the intake of frames and first boxes."""
@@ -67,6 +62,7 @@ class CameraNode(JoinedNode):
         self._size = self.output(RegionOfInterest, 'image_size', LATCHED)
         self.tracks = ()
         self._bits = SampleBits()
+        self.maps = MapIntake(self.stage.add_heat_map, self.warnings.warn)
         self.intake = Intake(
             reset=super().start_over,
             initialize=self.stage.initialize,
@@ -90,8 +86,7 @@ class CameraNode(JoinedNode):
         self.intake.take(image, stamp_ns)
         if self.intake.shape != before:
             self._size.publish(RegionOfInterest(height=image.shape[0], width=image.shape[1]))
-        self._stamp_ns = stamp_ns
-        self._note_maps()
+        self.maps.note(stamp_ns, self.parameters.get(TrackingConfig).heat_map_age)
         return image, stamp_ns
 
     def shape_of(self, frame: Parts) -> tuple[int, int]:
@@ -108,7 +103,7 @@ class CameraNode(JoinedNode):
         super().forget()
         self.intake.forget()
         self.tracks = ()
-        self._stamp_ns, self._mapped = 0, False
+        self.maps.forget()
 
     def connect(self) -> None:
         """Subscribe to first boxes and heat maps, and to the camera."""
@@ -134,7 +129,7 @@ class CameraNode(JoinedNode):
             'dropped requests': str(0 if self._worker is None else self.intake.dropped),
             'dropped detections': str(self._superseded),
         }
-        maps = {'heat map': 'in use' if self._mapped else 'none'}
+        maps = {'heat map': 'in use' if self.stage is not None and self.maps.in_use else 'none'}
         return {**super().status(), 'people': str(tracked), **found, **dropped, **maps}
 
     def _start(self, message: RegionOfInterest) -> None:
@@ -156,32 +151,6 @@ class CameraNode(JoinedNode):
 
     def _heat_map(self, message: Image) -> None:
         if self.enabled:
-            self.later(lambda: self._take_heat_map(message), 'heat map', _MAPS)
-
-    def _take_heat_map(self, message: Image) -> None:
-        """Hand a heat map on, or say what is wrong with it (worker)."""
-        stamp_ns = stamp_of(message.header)
-        ahead_s = (stamp_ns - self._stamp_ns) / 1e9
-        age_s = self.parameters.get(TrackingConfig).heat_map_age
-        if self._stamp_ns and ahead_s > _AHEAD_S:
-            why = f'its stamp is {ahead_s:.3f} s ahead of the last image'
-        elif self._stamp_ns and -ahead_s > age_s:
-            why = f'it is {-ahead_s:.3f} s older than the last image (heat_map_age: {age_s:g} s)'
-        else:
-            try:
-                most = self.parameters.get(CameraConfig).max_pixels
-                self.stage.add_heat_map(read_heat_map(message, most), stamp_ns)
-            except GaitSegmentationError as error:
-                why = str(error)
-            else:
-                self._map_ns, self._mapped = stamp_ns, True
-                return
-        self.warnings.warn('heat map', f'a heat_map is ignored: {why}')
-
-    def _note_maps(self) -> None:
-        """Say once that the heat maps have stopped (worker)."""
-        age_s = self.parameters.get(TrackingConfig).heat_map_age
-        # Those of a slow publisher are no more than late.
-        if self._mapped and self._stamp_ns - self._map_ns > 1e9 * max(age_s, _AHEAD_S):
-            self._mapped = False
-            self.warnings.warn('no heat map', 'the heat maps have stopped: going on without')
+            most = self.parameters.get(CameraConfig).max_pixels
+            age_s = self.parameters.get(TrackingConfig).heat_map_age
+            self.later(lambda: self.maps.take(message, most, age_s), 'heat map', _MAPS)

@@ -79,26 +79,25 @@ class Localizing:
         Whatever happens here ends nothing else.
         """
         people = sum(match.body is not None for match in matches)
+        locations: tuple[Location | None, ...] = (None,) * len(matches)
         try:
             locations = self._locate(matches, masks, header)
+            why = ', '.join(sorted(set(filter(None, self.stage.reasons))))
         except GaitSegmentationError as error:
-            self._tell(0, people, str(error))
-            self._warn('location', f'nobody is located: {error}')
+            why = str(error)
         except Exception as error:  # The masks are to go on.
             self._failures += 1
             self.stage.reset()
-            self._tell(0, people, f'{type(error).__name__}: {error}')
-            self._warn('error', f'nobody is located: {type(error).__name__}: {error}')
-        else:
-            found = sum(location is not None for location in locations)
-            reasons = ', '.join(sorted(set(filter(None, self.stage.reasons))))
-            if reasons:
-                self._warn('located', f'located: {found} of {people}, {reasons}')
-            if reasons and self._unused:
-                reasons += f'; a depth image is not used: {self._unused}'
-            self._tell(found, people, reasons)
-            return locations
-        return (None,) * len(matches)
+            why = f'{type(error).__name__}: {error}'
+        found = sum(location is not None for location in locations)
+        self._told = shortened(f'{found} of {people}' + (f', {why}' if why else ''))
+        self._located = self._located or found > 0
+        if why:
+            self._node.warnings.warn('located', f'located: {self._told}')
+            # Which the log says by itself.
+            self._told += f'; a depth image is not used: {self._unused}' * bool(self._unused)
+            self._trouble = f'located: {self._told}'
+        return locations
 
     def status(self) -> dict[str, str]:
         """Return how many people of the last frame are located, and why not all of them are."""
@@ -110,12 +109,6 @@ class Localizing:
         trouble = '' if self._located else self._trouble
         self._trouble, self._located = '', False
         return trouble
-
-    def _tell(self, found: int, people: int, why: str) -> None:
-        self._told = shortened(f'{found} of {people}' + (f', {why}' if why else ''))
-        self._located = self._located or found > 0
-        if why:
-            self._trouble = f'located: {self._told}'
 
     def _locate(
         self,
@@ -141,9 +134,6 @@ class Localizing:
                 'ground_frame nor localization.camera_height says'
             )
         return self.stage.update(matches, masks, camera, pose, depth)
-
-    def _warn(self, key: str, text: str) -> None:
-        self._node.warnings.warn(key, text)
 
     def _calibrated(self, message: CameraInfo) -> None:
         self._info = message
@@ -176,7 +166,7 @@ class Localizing:
             return read_depth(message)
         except InputError as error:
             self._unused = str(error)
-            self._warn('depth', f'a depth image is not used: {error}')
+            self._node.warnings.warn('depth', f'a depth image is not used: {error}')
             return None
 
     def _listen(self) -> None:

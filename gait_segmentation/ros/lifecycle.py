@@ -242,11 +242,6 @@ class GaitNode(LifecycleNode):
         """Return the state of the life cycle in words."""
         return state_of(self)
 
-    @property
-    def condition(self) -> str:
-        """Return what the node does in words: the state, and what else there is to know."""
-        return self.state if self.enabled else f'{self.state}, disabled'
-
     def start(self) -> bool:
         """Configure and activate if the node starts itself; return whether that went well."""
         autostart = self.parameters.get(NodeConfig).autostart
@@ -432,7 +427,7 @@ class GaitNode(LifecycleNode):
         self._diagnostics.publish(
             diagnostic_message(
                 self.get_fully_qualified_name(),
-                self.condition,
+                self.state if self.enabled else f'{self.state}, disabled',
                 self.statistics,
                 now_s,
                 self._now(),

@@ -12,14 +12,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import InputError
+from gait_segmentation.errors import GaitSegmentationError, InputError
 from gait_segmentation.geometry import Box, check_start_box
+from gait_segmentation.inputs.encodings import read_heat_map
+from gait_segmentation.streams.readings import stamp_of
 
 if TYPE_CHECKING:
     from gait_segmentation.results import TrackResult
     from gait_segmentation.streams.config import StartConfig
 
-__all__ = ['Intake', 'new_people', 'read_detections']
+__all__ = ['Intake', 'MapIntake', 'new_people', 'read_detections']
+
+_AHEAD_S = 1.0
+"""How far the stamp of a heat map may be ahead of the last image; another clock, if farther."""
 
 _SAME_OVERLAP = 0.3
 """Intersection over union from which two boxes are taken for the same person."""
@@ -123,6 +128,59 @@ class Intake:
             self._warn('box', f'{error}: it is ignored')
             return
         self._initialize(box)
+
+
+class MapIntake:
+    """Lets in the heat maps that are of the images, and says of the others what is wrong."""
+
+    def __init__(
+        self, add: Callable[[NDArray[np.uint8], int], object], warn: Callable[[str, str], object]
+    ) -> None:
+        """
+        Wait for maps.
+
+        :param add: takes a map and its stamp; ``warn`` logs a warning, given a key and a text.
+        """
+        self._add = add
+        self._warn = warn
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget the images and maps so far."""
+        self._image_ns = self._map_ns = 0
+        self.in_use = False
+        """Whether maps come."""
+
+    def take(self, message: Any, most: int, age_s: float) -> None:
+        """
+        Hand a map on, or warn.
+
+        :param message: has the fields of sensor_msgs/Image.
+        :param most: pixels it may have; ``age_s`` is how late it may be.
+        """
+        stamp_ns = stamp_of(message.header)
+        ahead_s = (stamp_ns - self._image_ns) / 1e9
+        if self._image_ns and ahead_s > _AHEAD_S:
+            why = f'its stamp is {ahead_s:.3f} s ahead of the last image'
+        elif self._image_ns and -ahead_s > age_s:
+            why = f'it is {-ahead_s:.3f} s older than the last image (heat_map_age: {age_s:g} s)'
+        else:
+            try:
+                self._add(read_heat_map(message, most), stamp_ns)
+            except GaitSegmentationError as error:
+                why = str(error)
+            else:
+                self._map_ns, self.in_use = stamp_ns, True
+                return
+        self._warn('heat map', f'a heat_map is ignored: {why}')
+
+    def note(self, image_ns: int, age_s: float) -> None:
+        """Note the stamp of an image, and warn once if the maps have stopped."""
+        self._image_ns = image_ns
+        # Those of a slow publisher are no more than late.
+        if self.in_use and image_ns - self._map_ns > 1e9 * max(age_s, _AHEAD_S):
+            self.in_use = False
+            self._warn('no heat map', 'the heat maps have stopped: going on without')
 
 
 def read_detections(message: Any, config: StartConfig) -> list[Box]:

@@ -146,7 +146,7 @@ def test_nobody_has_no_pose_and_old_markers_go(bench: Bench) -> None:
 
 
 UNUSABLE = {
-    'no camera_info': (None, {}, 'nobody is located: nothing came on /camera_info so far'),
+    'no camera_info': (None, {}, 'located: 0 of 1, nothing came on /camera_info so far'),
     'size': (info(width=320, height=240), {}, 'camera_info is of images of 320 x 240, but'),
     'focal': (info(focal=0.0), {}, 'focal lengths above zero, got fx 0, fy 0'),
     'model': (
@@ -247,7 +247,7 @@ def test_an_error_nobody_thought_of_is_counted_and_boxes_go_on(
         for index in range(3):
             new = places.show(index)
             assert (len(new['boxes'][0].points), new['person_0/pose']) == (8, [])
-    said = 'nobody is located: RuntimeError: the ground is gone'
+    said = 'located: 0 of 1, RuntimeError: the ground is gone'
     assert capfd.readouterr().err.count(said) == 1
     assert places.told()[2]['location errors'] == '3'
     assert len(places.show(3)['person_0/pose']) == 1
@@ -332,7 +332,7 @@ def test_without_depth_and_ground_it_is_said_what_is_missing(bench: Bench, capfd
     places.node.localizing._calibrated(info())
     assert places.show(0)['person_0/pose'] == []
     said = capfd.readouterr().err
-    assert 'nobody is located: nothing came on /depth so far, and where the ground is' in said
+    assert 'located: 0 of 1, nothing came on /depth so far, and where the ground is' in said
 
 
 def test_float_depth_of_the_other_byte_order_is_metres(bench: Bench) -> None:
@@ -392,7 +392,7 @@ def test_tf_says_where_the_ground_is(bench: Bench, monkeypatch, capfd) -> None:
     assert (at.x, at.y, at.z) == pytest.approx((0.0, GROUND_Y, AWAY_M), abs=0.02)
     places.node.trigger_deactivate()
     assert events == ['closed']
-    assert 'nobody is located' not in capfd.readouterr().err
+    assert 'located: ' not in capfd.readouterr().err
 
 
 def test_a_way_that_tf_does_not_know_is_said(bench: Bench, monkeypatch, capfd) -> None:

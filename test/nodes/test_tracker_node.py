@@ -448,7 +448,7 @@ def test_bad_heat_maps_are_ignored_and_the_node_goes_on(bench: Bench, monkeypatc
     camera = bench.publisher(Image, 'image', 1)
     maps = bench.publisher(Image, 'heat_map', 1, BEST_EFFORT)
     said: list[str] = []
-    monkeypatch.setattr(node.warnings, 'warn', lambda key, text: said.append(text))
+    monkeypatch.setattr(node.maps, '_warn', lambda key, text: said.append(text))
     bench.feed(camera, [frame(0)])
     empty = Image(header=header(1), encoding='mono8')
     later = map_message(300)
@@ -477,7 +477,7 @@ def test_it_is_said_once_that_heat_maps_have_stopped(bench: Bench, monkeypatch) 
     camera = bench.publisher(Image, 'image', 1)
     maps = bench.publisher(Image, 'heat_map', 1, BEST_EFFORT)
     said: list[str] = []
-    monkeypatch.setattr(node.warnings, 'warn', lambda key, text: said.append(text))
+    monkeypatch.setattr(node.maps, '_warn', lambda key, text: said.append(text))
     maps.publish(map_message(0))
     bench.until(lambda: stamps(node) == 1, 'the map')
     bench.feed(camera, [frame(index) for index in range(3)])
