@@ -105,17 +105,17 @@ def main() -> int:
     assert box is not None
     nodes = [made(localize, box) for localize in (False, True)]
     k = [camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0]
-    nodes[1]._localizing._calibrated(CameraInfo(width=camera.width, height=camera.height, k=k))
+    nodes[1].localizing._calibrated(CameraInfo(width=camera.width, height=camera.height, k=k))
     for node in nodes:
         listen(probe, node)
     spent: list[list[float]] = [[], []]
     for number, shot in enumerate(shots):
         message = image_message(shot.image, header(shot))
-        nodes[1]._localizing._depths.append(depth_message(shot))
+        nodes[1].localizing._depths.append(depth_message(shot))
         order = (0, 1) if number % 2 else (1, 0)
         for which in order:
             began = time.thread_time()
-            nodes[which].process(message)
+            nodes[which].process({'image': message})
             spent[which].append(1e3 * (time.thread_time() - began))
     without, with_it = (np.percentile(each[SETTLED:], (50, 95)) for each in spent)
     for name, values in (('without', without), ('with', with_it), ('more', with_it - without)):

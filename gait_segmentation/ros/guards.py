@@ -12,15 +12,9 @@ from builtin_interfaces.msg import Time
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.node import Node
-from rclpy.qos import qos_profile_parameters
 from rosgraph_msgs.msg import Clock
 
-__all__ = ['add_service', 'ignore_negative_times', 'refuse_what_cannot_be_done', 'time_of']
-
-
-def add_service(node: Node, kind: Any, name: str, answer: Callable[[Any, Any], Any]) -> None:
-    """Make a service that takes as many requests at a time as those of parameters do."""
-    node.create_service(kind, name, answer, qos_profile=qos_profile_parameters)
+__all__ = ['ignore_negative_times', 'refuse_what_cannot_be_done', 'time_of']
 
 
 def refuse_what_cannot_be_done(node: Node, warn: Callable[[str, str], object]) -> None:

@@ -17,7 +17,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidHandle
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from rclpy.qos import QoSProfile
+from rclpy.qos import QoSProfile, qos_profile_parameters
 from std_srvs.srv import SetBool, Trigger
 
 from gait_segmentation.config import StageConfig
@@ -28,7 +28,6 @@ from gait_segmentation.kernels import compile_kernels, compiling
 from gait_segmentation.ros.diagnostics import QUIET_S, diagnostic_message
 from gait_segmentation.ros.endpoints import BETWEEN_NODES, publisher, subscription
 from gait_segmentation.ros.guards import (
-    add_service,
     ignore_negative_times,
     refuse_what_cannot_be_done,
     time_of,
@@ -101,8 +100,10 @@ class GaitNode(LifecycleNode):
         )
         self._alarm = self.create_guard_condition(self._raise_failure)
         refuse_what_cannot_be_done(self, self.warnings.warn)
-        add_service(self, SetBool, '~/enable', self._enable)
-        add_service(self, Trigger, '~/reset', self._reset)
+        # As many requests may come at a time as to the services of parameters.
+        many = {'qos_profile': qos_profile_parameters}
+        self.create_service(SetBool, '~/enable', self._enable, **many)
+        self.create_service(Trigger, '~/reset', self._reset, **many)
         self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
         # Steady, so that a simulation that stands still is still reported on.
         steady = Clock(clock_type=ClockType.STEADY_TIME)
