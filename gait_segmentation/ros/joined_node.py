@@ -60,7 +60,9 @@ class JoinedNode(GaitNode):
         """Subscribe to the outputs of the other nodes, and to the camera."""
         self._topics = {node: slot_topics(each, self.slots) for node, each in self.kinds.items()}
         camera = {'camera': ['image']} if self.has(CameraConfig) else {}
-        self._join = ExactJoin({**camera, **self._topics}, self.room())
+        # Images alone are complete as they are.
+        stages = {**camera, **self._topics}
+        self._join = ExactJoin(stages, self.room()) if self._topics else None
         for topics in self._topics.values():
             for topic, kind in topics.items():
                 self.input(kind, topic, partial(self._part, topic))
@@ -88,7 +90,8 @@ class JoinedNode(GaitNode):
         if sees and not self.count_publishers(self.resolve_topic_name(self.camera_topic)):
             return no_images(self, self.camera_topic)
         absent = (unpublished(self, topics, node) for node, topics in self._topics.items())
-        silent = self._join.waits_for or ('camera' if sees else next(iter(self._topics)))
+        waits_for = '' if self._join is None else self._join.waits_for
+        silent = waits_for or ('camera' if sees else next(iter(self._topics)))
         return next(filter(None, absent), '') or (
             nothing_from(silent) if silent in self._topics else no_images(self, self.camera_topic)
         )
@@ -107,7 +110,7 @@ class JoinedNode(GaitNode):
 
     def pause(self) -> None:
         """Drop what waits for its other parts."""
-        if self.state == 'active':
+        if self.state == 'active' and self._join is not None:
             self._join.forget()
 
     def _part(self, part: str, message: Any) -> None:
@@ -115,6 +118,9 @@ class JoinedNode(GaitNode):
         if not self.accept(stamp_ns):
             return
         join = self._join
+        if join is None:
+            self.joined(stamp_ns, {part: message})
+            return
         parts = join.add(part, stamp_ns, message)
         self.statistics.skipped += join.skipped.total()
         self.statistics.incomplete += join.missed.total() + join.late.total()
