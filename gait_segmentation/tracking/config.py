@@ -82,6 +82,13 @@ class TrackingConfig(StageConfig):
         minimum=1e-7,
         maximum=0.1,
     )
+    stranger_density: float = parameter(
+        1e-3,
+        'Probability of each colour where somebody who is not known may be: away from where the '
+        'person is expected. Higher keeps the mask to the person when others pass.',
+        minimum=0.0,
+        maximum=0.1,
+    )
     logit_limit: float = parameter(
         6.0,
         'Largest log-likelihood ratio that colours and background can give.',

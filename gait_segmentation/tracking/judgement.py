@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import colour_bins
 from gait_segmentation.images import Window, signed_distance
+from gait_segmentation.tracking.competition import REACH
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues.cue import View
 from gait_segmentation.tracking.likelihood.log_ratio import log_ratio
@@ -41,6 +42,11 @@ def judge(
         return None
     lab = record.image.lab_part(window)
     bins, rows = colour_bins(lab), person.rows(window)
+    near = signed_distance(expected > 127)
+    strangers = None
+    if seen and person.template is not None:
+        share = np.clip(near * np.float32(-1 / (REACH * person.height)), 0, 1)
+        strangers = np.float32(config.stranger_density) * share
     logit = log_ratio(
         lab,
         bins,
@@ -50,6 +56,7 @@ def judge(
         person.person,
         person.surroundings,
         config,
+        strangers,
     )
     center = (person.center_x, person.center_y)
     for cue in person.cues:
@@ -57,5 +64,4 @@ def judge(
         evidence = cue.evidence(view)
         if evidence is not None:
             logit += evidence
-    near = signed_distance(expected > 127)
     return window, logit, near

@@ -85,7 +85,7 @@ def _look_up(
 
 @kernel(
     'u1[:,:,::1], u2[:,::1], f4[:,::1], f4[:,:,::1], i8, i8, f4[:,:,::1], f8, f4[:,::1], '
-    'f4[:,::1], f8, f8, f8, f8, f8, f4[:,::1]',
+    'f4[:,::1], f4[:,::1], f8, f8, f8, f8, f8, f4[:,::1]',
     fastmath=True,
     error_model='numpy',
 )
@@ -100,6 +100,7 @@ def ratios(
     misplacement: float,
     person: NDArray[np.float32],
     surroundings: NDArray[np.float32],
+    strangers: NDArray[np.float32],
     sigma: float,
     trust: float,
     shadow_share: float,
@@ -116,6 +117,7 @@ def ratios(
     :param sums: of the whole image, in which the window begins at ``top`` and ``left``.
     :param wider: (2, h, w) float32, by what the variances of lightness and chroma are greater.
     :param misplacement: of the background, in pixels.
+    :param strangers: (h, w) float32, probability of any colour of somebody else.
     """
     zero, one = np.float32(0), np.float32(1)
     doubt = np.float32(_DOUBT + misplacement)
@@ -134,7 +136,7 @@ def ratios(
         wide, wide_chroma = wider[0, row], wider[1, row]
         pixels = lab[row].reshape(-1)
         line = sums[top + row].reshape(-1)[4 * left : 4 * (left + width)]
-        down, result = rows[row], out[row]
+        down, strange, result = rows[row], strangers[row], out[row]
         for col in range(width):
             count = line[4 * col + 3]
             share = one / max(count, least)
@@ -152,8 +154,9 @@ def ratios(
             plain = (one - cast) * peak * _exp_minus(square)
             plain = plain if square < far else zero
             seen = (shadow + plain) * _exp_minus(chroma) if chroma < far else zero
-            # Both times (count + doubt), which saves a division.
+            # All times (count + doubt), which saves a division.
             known = most * count if count > least else zero
-            p_background = known * seen + (count + doubt - known) * of_surroundings[col]
-            value = _log((count + doubt) * of_person[col] / p_background)
+            every = count + doubt
+            unknown = (every - known) * of_surroundings[col] + every * strange[col]
+            value = _log(every * of_person[col] / (known * seen + unknown))
             result[col] = min(max(value, -bound), bound)

@@ -6,12 +6,13 @@ The log-likelihood ratio of person against surroundings, pixel by pixel.
 One formula covers what is known of a background pixel and what is not::
 
     p_bg = a [(1 - s) N(c; B, sigma) + s S(c; B, sigma)] + (1 - a) p_bg,hist
-    L    = ln(p_fg,hist / p_bg)
+    L    = ln(p_fg,hist / (p_bg + p_others))
 
 with the background's mean B, trust a = a_max n / (n + 1/10 + m) in a pixel seen n times if the
 background is misplaced by m pixels, and the density S of a cast shadow: any lightness from
 ``floor`` to 1 of the background's, same chroma (Horprasert, Harwood and Davis, ICCV Frame-Rate
 Workshop 1999), near the feet.
+Somebody else may have any colour, away from where the person is expected.
 Where the background is steep, sigma grows by what a misplaced background would differ there.
 """
 
@@ -44,6 +45,7 @@ def log_ratio(
     person: ColourModel,
     surroundings: ColourModel,
     config: TrackingConfig,
+    strangers: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
     """
     Return ln p(person) / p(surroundings) in a window, (h, w) float32.
@@ -52,6 +54,7 @@ def log_ratio(
     :param bins: (h, w) joint colour bins of the window.
     :param rows: (h, w) position down the body.
     :param window: the window's rows and columns in the working image.
+    :param strangers: (h, w) float32, probability of any colour of somebody else; None: nobody is.
     """
     out = np.empty(bins.shape, np.float32)
     misplacement = background.misplacement if background.misplacement > _LEAST_MISPLACED else 0.0
@@ -71,6 +74,7 @@ def log_ratio(
         misplacement,
         person.table,
         surroundings.table,
+        np.zeros_like(rows) if strangers is None else strangers,
         background.sigma,
         config.background_trust if config.use_background else 0.0,
         config.shadow_share if config.use_shadow else 0.0,

@@ -28,10 +28,16 @@ def models() -> tuple[ColourModel, ColourModel]:
     return person, surroundings
 
 
-def ratio(lab: np.ndarray, background: BackgroundModel, **changes: float) -> np.ndarray:
+def ratio(
+    lab: np.ndarray,
+    background: BackgroundModel,
+    strangers: np.ndarray | None = None,
+    **changes: float,
+) -> np.ndarray:
     rows = np.repeat(np.linspace(0, 0.999, 20, dtype=np.float32)[:, None], 30, 1)
     config = TrackingConfig(**changes)
-    return log_ratio(lab, colour_bins(lab), rows, WINDOW, background, *models(), config)
+    bins = colour_bins(lab)
+    return log_ratio(lab, bins, rows, WINDOW, background, *models(), config, strangers)
 
 
 def known(colour: tuple[int, int, int]) -> BackgroundModel:
@@ -75,6 +81,16 @@ def test_background_seen_once_tells_already_unless_it_may_be_misplaced() -> None
     assert 1.5 < sure < ratio(unknown, known(GREY)).min()
     once.misplacement = 0.4
     assert ratio(unknown, once).max() < sure - 0.5
+
+
+def test_a_new_colour_where_strangers_may_be_is_not_the_person() -> None:
+    beside = np.zeros(SHAPE, np.float32)
+    beside[:, 15:] = 1e-3
+    green = ratio(image((120, 60, 160)), known(GREY), beside)
+    assert green[:, :15].min() > 2.5
+    assert green[:, 15:].max() < -2
+    # Whoever they are, what looks like the person may be the person.
+    assert ratio(image(RED), known(GREY), beside).min() > 5
 
 
 def test_a_shadow_at_the_feet_is_background() -> None:
@@ -126,7 +142,11 @@ def _square_slopes(model: BackgroundModel) -> np.ndarray:
 
 
 def _plainly(
-    lab: np.ndarray, rows: np.ndarray, model: BackgroundModel, config: TrackingConfig
+    lab: np.ndarray,
+    rows: np.ndarray,
+    model: BackgroundModel,
+    config: TrackingConfig,
+    strangers: np.ndarray,
 ) -> np.ndarray:
     """Return the log-likelihood ratios of the formula, pixel by pixel."""
     person, surroundings = models()
@@ -155,7 +175,7 @@ def _plainly(
             seen = BIN_VOLUME * np.exp(-chroma) * (plain + other)
             trust = config.background_trust * count / (count + 0.1 + model.misplacement)
             p_background = trust * seen + (1 - trust) * p_background
-        out[place] = np.clip(np.log(p_person / p_background), -bound, bound)
+        out[place] = np.clip(np.log(p_person / (p_background + strangers[place])), -bound, bound)
     return out
 
 
@@ -171,5 +191,7 @@ def test_it_is_the_formula_pixel_by_pixel(misplacement: float) -> None:
     lab = rng.integers(80, 180, (*SHAPE, 3), np.uint8)
     lab[..., 1:] = rng.integers(115, 145, (*SHAPE, 2))
     rows = rng.uniform(-0.2, 1.2, SHAPE).astype(np.float32)
-    found = log_ratio(lab, colour_bins(lab), rows, WINDOW, model, *models(), config)
-    np.testing.assert_allclose(found, _plainly(lab, rows, model, config), atol=2e-3)
+    strangers = rng.choice([0, 1e-3], SHAPE).astype(np.float32)
+    found = log_ratio(lab, colour_bins(lab), rows, WINDOW, model, *models(), config, strangers)
+    expected = _plainly(lab, rows, model, config, strangers)
+    np.testing.assert_allclose(found, expected, atol=2e-3)
