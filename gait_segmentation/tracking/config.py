@@ -66,7 +66,13 @@ class TrackingConfig(StageConfig):
     )
     colour_rate: float = parameter(
         0.15,
-        'Share by which the colour histograms move towards the newest frame.',
+        'Share by which the colour histograms of the surroundings move towards the newest frame.',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    person_colour_rate: float = parameter(
+        0.05,
+        'The same of the person, who keeps the clothes while the surroundings pass.',
         minimum=0.0,
         maximum=1.0,
     )

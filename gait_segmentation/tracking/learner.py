@@ -97,11 +97,11 @@ def _learn_all(
     :returns: the mask with a margin.
     """
     person, config = target.person, target.config
-    mask, rate = person.mask, config.colour_rate
+    mask, rates = person.mask, (config.person_colour_rate, config.colour_rate)
     for cue in person.cues:
         cue.learn(record, target.track_id, mask)
     lab = record.image.lab_part(window)
-    person.learn_colours(lab, window, mask, person.template, rate, familiar)
+    person.learn_colours(lab, window, mask, person.template, rates, familiar)
     bounds = bounding_box(mask)
     margin = grown(mask, person.height, bounds)
     # A piece of the place that the first mask took along would pull the body to it.

@@ -229,7 +229,7 @@ class Person:
         window: Window,
         mask: NDArray[np.uint8],
         prior: NDArray[np.uint8] | None,
-        rate: float,
+        rates: tuple[float, float],
         familiar: NDArray[np.bool_] | None = None,
     ) -> None:
         """
@@ -239,14 +239,15 @@ class Person:
         :param window: its rows and columns.
         :param mask: (H, W) uint8 0/255.
         :param prior: (H, W) uint8, the template; what of the mask lies far outside is not learnt.
+        :param rates: shares of this frame, for the person and for the surroundings.
         :param familiar: (h, w) bool, where the surroundings are known to look like this.
         """
         part = mask[window]
         bins, rows = colour_bins(np.ascontiguousarray(lab)), self.rows(window)
         template = None if prior is None else prior[window]
         inside, outside = samples(part, template, GUARD * self.height, familiar)
-        self.person.learn(bins, rows, inside, rate)
-        self.surroundings.learn(bins, rows, outside, rate)
+        self.person.learn(bins, rows, inside, rates[0])
+        self.surroundings.learn(bins, rows, outside, rates[1])
 
     def learn_first_colours(self, lab: NDArray[np.uint8], votes: NDArray[np.float32]) -> None:
         """

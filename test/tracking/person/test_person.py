@@ -163,9 +163,9 @@ def test_colours_far_outside_of_the_template_are_not_learnt() -> None:
     mask = ellipse(100, 120, 100)
     mask[100:140, 150:165] = 255
     window = state.window(SHAPE)
-    state.learn_colours(lab[window], window, mask, ellipse(100, 120, 100), 1.0)
+    state.learn_colours(lab[window], window, mask, ellipse(100, 120, 100), (1.0, 1.0))
     assert np.count_nonzero(state.person.whole()) == 1
-    state.learn_colours(lab[window], window, mask, None, 1.0)
+    state.learn_colours(lab[window], window, mask, None, (1.0, 1.0))
     assert np.count_nonzero(state.person.whole()) == 2
 
 
