@@ -2,17 +2,19 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Learn what tells walkers from other things that move, from synthetic ones.
+Learn what tells people from other things that move, from films with truth and synthetic ones.
 
-Plays synthetic walkers, a third of them cut by the image's border, and synthetic things that move
-to the search for walkers, fits a logistic regression to the measures of all matches and prints
-its coefficients; ``--write`` changes ``walking.json`` of the package.  ``--check`` plays other
-walkers and things instead and says which are found, and when::
+Plays films and synthetic walkers (a third of them cut by the image's border) and things that move
+to the search for walkers, fits a logistic regression to the measures of all that was judged and
+prints its coefficients; ``--write`` changes ``walking.json`` of the package.  ``--check`` plays
+other synthetic walkers and things instead and says which are found, and when::
 
-    python benchmarks/walking.py [--walkers 40] [--seeds 3] [--write | --check]
+    python benchmarks/walking.py [--data DIR] [--walkers 40] [--seeds 3] [--write | --check]
 
-Of the walkers' matches those count whose box overlaps the true one by an IoU of at least 0.5.
-Every clip has the same weight, and walkers all together have that of the things.
+``DIR`` holds clips with ``frames``, ``masks`` of one person, ``sequence.yaml`` and, where there
+are more people, a network's maps of all in ``rvm``.  People are what overlaps the true box by an
+IoU of at least 0.5; nobody is what neither box nor map shows; the rest is left out.  Every clip
+has the same weight, and people all together have that of the things.
 """
 
 from __future__ import annotations
@@ -23,11 +25,13 @@ import math
 import statistics
 import sys
 from collections.abc import Iterable, Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
 import cv2
 import numpy as np
+import yaml
 from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -40,26 +44,48 @@ from benchmarks.synthetic.things import THINGS, ThingClip
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
+from gait_segmentation.images import bounding_box
 from gait_segmentation.starting import StartingConfig, WalkerFinder
 from gait_segmentation.starting.finding.walking import MODEL_FILE
 from gait_tools.gait_model import FIGURES
 
 RIGHT = 0.5
+WRONG, DARK = 0.05, 40  # most overlap with the person, and mean of a map, of what is nobody
+DATA = Path(__file__).resolve().parents[2] / 'shared' / 'data'
+FRAMES = 60  # of a film, at most
 DIRECTIONS = 10
 SURE = 100.0  # evidence that nobody reaches
-RARE, USUAL = 1, 50  # percentiles of walkers between which a measure counts
-MORE = ('similarity', 'swing', 'accord', 'cover')  # measures that speak for a walker
+AT = (1, 50, 99)  # percentiles of people between which a measure counts, and at which it bends
+FULL = 20  # judgements from which a clip has its full weight
 
-Frame = tuple[NDArray[np.uint8], int, Box | None]
+Frame = tuple[NDArray[np.uint8], int, Box | None, NDArray[np.uint8] | None]
+"""Image, stamp, true box, and a map of people if there may be others."""
 
 
 class Match(NamedTuple):
-    """What was measured of one match, and the IoU of its box with the walker's."""
+    """What was measured in one frame, and whether it is somebody."""
 
     clip: str
     walker: bool
-    iou: float
     measures: dict[str, float]
+
+
+def film(path: Path) -> Iterator[Frame]:
+    fps = yaml.safe_load((path / 'sequence.yaml').read_text(encoding='utf-8'))['fps']
+    for number, frame in enumerate(sorted((path / 'frames').iterdir())[:FRAMES]):
+        image = cv2.imread(str(frame))
+        mask, others = (
+            cv2.imread(str(each), cv2.IMREAD_GRAYSCALE) if each.exists() else None
+            for each in (path / kind / f'{frame.stem}.png' for kind in ('masks', 'rvm'))
+        )
+        assert image is not None
+        box = None
+        if mask is not None and (mask == 255).any():
+            x, y, width, height = bounding_box((mask == 255).view(np.uint8))
+            box = Box(x, y, width, height)
+        if others is not None:
+            others = np.asarray(cv2.resize(others, image.shape[1::-1]))
+        yield np.asarray(image), 10**9 + round(number * 1e9 / fps), box, others
 
 
 def walker(seed: int) -> Iterator[Frame]:
@@ -90,58 +116,66 @@ def walker(seed: int) -> Iterator[Frame]:
         truth = frame.boxes[0]
         if truth is not None:
             truth = truth.shifted(0, -top).clipped(clip.config.width, bottom - top)
-        yield np.ascontiguousarray(frame.image[top:bottom]), frame.stamp_ns, truth
+        yield np.ascontiguousarray(frame.image[top:bottom]), frame.stamp_ns, truth, None
 
 
 def thing(name: str, seed: int) -> Iterator[Frame]:
-    return ((image, stamp_ns, None) for image, stamp_ns in ThingClip(name, seed))
+    return ((image, stamp_ns, None, None) for image, stamp_ns in ThingClip(name, seed))
 
 
-def measured(name: str, frames: Iterable[Frame], seed: int = 0) -> Iterator[Match]:
+def measured(name: str, frames: Iterable[Frame]) -> Iterator[Match]:
     finder = WalkerFinder(default_bank(), StartingConfig(least_evidence=SURE))
-    for image, stamp_ns, truth in frames:
+    for image, stamp_ns, truth, others in frames:
         finder.update(image, stamp_ns)
         for box, measures in finder.judged():
             iou = 0.0 if truth is None else box.iou(truth)
-            yield Match(f'{name} {seed}', name not in THINGS, iou, measures)
+            nobody = True
+            if others is not None:
+                part = others[box.slices(others.shape[1], others.shape[0])]
+                nobody = part.size > 0 and float(part.mean()) < DARK
+            if iou >= RIGHT or (iou <= WRONG and nobody):
+                yield Match(name, iou >= RIGHT, measures)
 
 
 def fitted(matches: list[Match]) -> dict[str, object]:
     """Return the model of ``walking.json``."""
-    matches = [each for each in matches if each.iou >= RIGHT or not each.walker]
     names = list(matches[0].measures)
-    values = np.array([list(each.measures.values()) for each in matches])
+    raw = np.array([list(each.measures.values()) for each in matches])
     right = np.array([each.walker for each in matches])
-    # What is more than usual for a walker does not make up for what is not there.
-    rare, usual = (np.percentile(values[right], [at, 100 - at], axis=0) for at in (RARE, USUAL))
-    better = np.array([name in MORE for name in names])
-    low, high = np.where(better, rare[0], usual[1]), np.where(better, usual[0], rare[1])
-    values = np.clip(values, low, high)
-    clips, counts = np.unique([each.clip for each in matches], return_counts=True)
-    of_clip = dict(zip(clips, counts, strict=True))
-    weights = np.array([1 / of_clip[each.clip] for each in matches])
+    bends = np.percentile(raw[right], AT, axis=0).T
+    ranges = [
+        (name, *pair)
+        for name, row in zip(names, bends, strict=True)
+        for pair in pairwise(row)
+        if pair[1] - pair[0] > 1e-3
+    ]
+    values = np.stack([np.clip(raw[:, names.index(name)], *cut) for name, *cut in ranges], axis=1)
+    weights = np.empty(len(matches))
+    clips = np.array([each.clip for each in matches])
     for kind in (False, True):
+        for clip in set(clips[right == kind]):
+            mine = (clips == clip) & (right == kind)
+            weights[mine] = min(1.0, mine.sum() / FULL) / mine.sum()
         weights[right == kind] /= weights[right == kind].sum()
     scale = StandardScaler().fit(values)
     model = LogisticRegression(max_iter=2000)
     model.fit(scale.transform(values), right, weights * len(weights) / 2)
     slopes = model.coef_[0] / scale.scale_
-    for name, slope in zip(names, model.coef_[0], strict=True):
-        print(f'{name:12} {slope:6.2f} a standard deviation')
+    rows: list[list[object]] = []
+    for (name, low, high), slope, share in zip(ranges, slopes, model.coef_[0], strict=True):
+        print(f'{name:12} {low:7.3f} to {high:7.3f}: {share:6.2f} a standard deviation')
+        rows.append([name, *(round(float(each), 3) for each in (slope, low, high))])
     return {
-        'about': 'Log-odds of a walker: intercept + sum of weight x measure cut to its range',
+        'about': 'Log-odds of a walker: intercept + sum of weight x measure cut to a range',
         'intercept': round(float(model.intercept_[0] - slopes @ scale.mean_), 3),
-        'measures': {
-            name: [round(float(each), 3) for each in row]
-            for name, row in zip(names, zip(slopes, low, high, strict=True), strict=True)
-        },
+        'rows': rows,
     }
 
 
 def found(frames: Iterable[Frame]) -> tuple[int, float] | None:
     """Return when something is first found, and the IoU of its box with the walker's."""
     finder = WalkerFinder(default_bank())
-    for number, (image, stamp_ns, truth) in enumerate(frames):
+    for number, (image, stamp_ns, truth, _) in enumerate(frames):
         for box in finder.update(image, stamp_ns):
             return number, 0.0 if truth is None else box.iou(truth)
     return None
@@ -159,6 +193,7 @@ def check(walkers: range, seeds: range) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
+    parser.add_argument('--data', type=Path, default=DATA, help='clips with truth')
     parser.add_argument('--walkers', type=int, default=40)
     parser.add_argument('--seeds', type=int, default=3, help='clips of each kind of thing')
     parser.add_argument('--write', action='store_true', help='change walking.json')
@@ -168,12 +203,17 @@ def main() -> None:
     if options.check:
         check(range(options.walkers, 2 * options.walkers), range(options.seeds, 2 * options.seeds))
         return
+    clips = sorted(each.parent for each in options.data.glob('*/sequence.yaml'))
+    if not clips:
+        parser.error(f'no clips in {options.data}')
     matches: list[Match] = []
+    for path in clips:
+        matches += measured(path.name, film(path))
     for seed in range(options.walkers):
         matches += measured(f'walker {seed}', walker(seed))
     for name in THINGS:
         for seed in range(options.seeds):
-            matches += measured(name, thing(name, seed), seed)
+            matches += measured(f'{name} {seed}', thing(name, seed))
     model = fitted(matches)
     if options.write:
         MODEL_FILE.write_text(json.dumps(model, indent=1) + '\n', encoding='utf-8')

@@ -17,8 +17,8 @@ class StartingConfig(StageConfig):
 
     auto_init: str = parameter(
         'motion',
-        'How people get a slot without a box: motion = moving blobs that the matcher finds to '
-        'walk, none (or off) = not at all.',
+        'How people get a slot without a box: motion = moving blobs that keep having the shape '
+        'of a body, none (or off) = not at all.',
         choices=('motion', 'none'),
     )
     search_size: int = parameter(
@@ -37,15 +37,8 @@ class StartingConfig(StageConfig):
         minimum=12.0,
         maximum=400.0,
     )
-    least_way: float = parameter(
-        0.2,
-        'Distance that somebody must have covered, or grown by, before getting a slot.',
-        unit='body height',
-        minimum=0.0,
-        maximum=2.0,
-    )
     least_evidence: float = parameter(
-        0.15,
+        0.2,
         'Evidence from which somebody is taken for a walker: log-odds times the time for which '
         'they are seen. Lower values start earlier, higher ones make fewer errors.',
         unit='s',

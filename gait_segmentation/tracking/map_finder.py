@@ -14,11 +14,9 @@ from numpy.typing import NDArray
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
+from gait_segmentation.starting.finding.shapes import BodyShapes, normalised
 
 __all__ = ['MapFinder']
-
-_ROWS = 24
-"""Height in pixels at which regions are compared with templates."""
 
 _LEVELS = 32, 127
 """
@@ -49,7 +47,7 @@ class MapFinder:
 
     def __init__(self, bank: TemplateBank) -> None:
         """Begin without having seen a map."""
-        self._shapes = _shapes_of(bank)
+        self._shapes = BodyShapes(bank)
         self._stamp_ns = 0
         self._regions: list[_Region] = []
 
@@ -110,7 +108,8 @@ class MapFinder:
                 if number == 0 or h * down < least_height:
                     continue
                 region = cv2.inRange(labels[y : y + h, x : x + w], number, number)
-                likeness = self._likeness(region, w * across / (h * down))
+                shape = normalised(region, w * across / (h * down))
+                likeness = 0.0 if shape is None else self._shapes.likeness(shape)
                 regions.append((likeness, Box(x * across, y * down, w * across, h * down)))
         # Of a region and its parts the one that shows most of a body.
         regions.sort(key=lambda region: -region[0] * region[1].height ** 2)
@@ -119,37 +118,3 @@ class MapFinder:
             if all(box.iou(other) == 0 for _, other in whole):
                 whole.append((likeness, box))
         return [_Region(box, likeness - _ALIKE) for likeness, box in whole if likeness > _ALIKE]
-
-    def _likeness(self, region: NDArray[np.uint8], aspect: float) -> float:
-        """Return the Tanimoto similarity of a tight region with the template most like it."""
-        columns = max(1, round(_ROWS * aspect))
-        if columns > 2 * _ROWS:
-            return 0.0
-        small = np.asarray(cv2.resize(region, (columns, _ROWS), interpolation=cv2.INTER_AREA))
-        shape = _centred(small).astype(np.int32).ravel()
-        common = np.minimum(self._shapes, shape).sum(axis=1)
-        return float((common / (self._shapes.sum(axis=1) + shape.sum() - common)).max())
-
-
-def _shapes_of(bank: TemplateBank) -> NDArray[np.int32]:
-    """Return every second template at a small size, one a row."""
-    rows = bank.templates.shape[2]
-    top, bottom = round(rows * (1 - bank.fill) / 2), round(rows * (1 + bank.fill) / 2)
-    shapes = []
-    for template in bank.templates[:, ::2].reshape(-1, *bank.templates.shape[2:]):
-        body = template[top:bottom]
-        columns = max(1, round(body.shape[1] * _ROWS / body.shape[0]))
-        small = np.asarray(cv2.resize(body, (columns, _ROWS), interpolation=cv2.INTER_AREA))
-        shapes.append(_centred(small).ravel())
-    return np.stack(shapes).astype(np.int32)
-
-
-def _centred(shape: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return a small shape twice as wide as it is tall, its centre of mass in the middle."""
-    mass = shape.sum(axis=0, dtype=np.float64)
-    middle = int(np.rint((mass @ np.arange(len(mass))) / max(mass.sum(), 1.0)))
-    out = np.zeros((_ROWS, 2 * _ROWS), np.uint8)
-    left = _ROWS - middle
-    first, last = max(left, 0), min(left + shape.shape[1], 2 * _ROWS)
-    out[:, first:last] = shape[:, first - left : last - left]
-    return out

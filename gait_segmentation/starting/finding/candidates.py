@@ -4,12 +4,12 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting.finding.blobs import Blob
@@ -29,10 +29,11 @@ _LEAST_OVERLAP = 0.25
 _MOST_ASPECT = 1.3
 """Largest width over height of a new candidate."""
 
+_STEADY_S = 0.1, 0.4
+"""Least and longest time after which a shape is compared with an earlier one."""
+
 _LEAST_MOVING = 0.05
 """Share of a blob that must move now for it to be followed."""
-
-_KEPT_S = 2.0
 
 
 @dataclass
@@ -41,8 +42,9 @@ class Candidate:
     A blob that is followed.
 
     ``box`` is its smoothed box in the newest frame, ``speed`` that of its centre against the
-    world in pixels a second.  ``blob`` is the number of the blob last seen of it.  ``way`` holds
-    (seconds, x, y, height) in world coordinates, of the last two seconds.
+    world in pixels a second.  ``blob`` is the number of the blob last seen of it.  ``shapes``
+    holds (seconds, normalised shape) of the last frames, ``evidence`` the sum of the log-odds that
+    it walks, in seconds, as of ``judged``, and until ``rest`` it is not looked at again.
     """
 
     number: int
@@ -52,19 +54,18 @@ class Candidate:
     speed: tuple[float, float] = (0.0, 0.0)
     sightings: int = 1
     blob: int = 0
-    way: deque[tuple[float, float, float, float]] = field(default_factory=deque)
+    shapes: deque[tuple[float, NDArray[np.uint8]]] = field(default_factory=deque)
+    evidence: float = 0.0
+    judged: float = 0.0
+    rest: float = 0.0
 
     def predicted(self, seconds: float) -> Box:
         """Return where it should be at a time."""
         passed = seconds - self.seen
         return self.box.shifted(self.speed[0] * passed, self.speed[1] * passed)
 
-    def see(self, box: Box, seconds: float, origin: tuple[float, float]) -> None:
-        """
-        Take in a sighting.
-
-        :param origin: where the image lies in the world.
-        """
+    def see(self, box: Box, seconds: float) -> None:
+        """Take in a sighting."""
         passed = seconds - self.seen
         expected = self.predicted(seconds)
         off = box.center_x - expected.center_x, box.center_y - expected.center_y
@@ -81,38 +82,20 @@ class Candidate:
         self.box = Box.from_center(x, y, width, height)
         self.seen = seconds
         self.sightings += 1
-        self.note(seconds, origin)
 
-    def note(self, seconds: float, origin: tuple[float, float]) -> None:
-        """Remember where it is in the world."""
-        box = self.box
-        self.way.append((seconds, box.center_x + origin[0], box.center_y + origin[1], box.height))
-        while seconds - self.way[0][0] > _KEPT_S:
-            self.way.popleft()
-
-    def distance(self) -> float:
-        """Return how far it has come, or has grown or shrunk, in body heights."""
-        heights = np.array([entry[3] for entry in self.way])
-        x, y = (np.array([entry[k] for entry in self.way]) for k in (1, 2))
-        part = max(1, len(x) // 4)
-        first, last = slice(None, part), slice(-part, None)
-        # Head and feet, because legs that come to light are no way.
-        top, bottom = (
-            float((y + side * heights)[last].mean() - (y + side * heights)[first].mean())
-            for side in (-0.5, 0.5)
-        )
-        down = min(abs(top), abs(bottom)) if top * bottom > 0 else 0.0
-        across = float(x[last].mean() - x[first].mean())
-        gone = math.hypot(across, down) / float(heights.mean())
-        grown = abs(math.log(float(heights[last].mean() / heights[first].mean())))
-        return max(gone, grown)
+    def show(self, shape: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
+        """Take in the normalised shape of a sighting; return an earlier one if there is one."""
+        self.shapes.append((self.seen, shape))
+        while self.seen - self.shapes[0][0] > _STEADY_S[1]:
+            self.shapes.popleft()
+        first, earlier = self.shapes[0]
+        return earlier if self.seen - first >= _STEADY_S[0] else None
 
 
 def follow(
     candidates: list[Candidate],
     blobs: Sequence[Blob],
     seconds: float,
-    origin: tuple[float, float],
     least_height: float,
     first_number: int,
 ) -> list[Candidate]:
@@ -135,7 +118,7 @@ def follow(
             continue
         served.add(index)
         taken.add(number)
-        candidates[index].see(blobs[number].box, seconds, origin)
+        candidates[index].see(blobs[number].box, seconds)
         candidates[index].blob = blobs[number].number
     kept = [each for each in candidates if seconds - each.seen < _LOST_S]
     for number, blob in enumerate(blobs):
@@ -147,7 +130,6 @@ def follow(
         if blob.moving < _LEAST_MOVING * blob.area:
             continue
         fresh = Candidate(first_number, box, seconds, seconds, blob=blob.number)
-        fresh.note(seconds, origin)
         first_number += 1
         kept.append(fresh)
     return kept

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finding people who walk, without a box: moving blobs that match the sequences of a bank."""
+"""Finding people who walk, without a box: moving blobs that keep having the shape of a body."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,21 +15,40 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import check_image, check_stamp
 from gait_segmentation.scene.working import working_shape
 from gait_segmentation.starting.config import StartingConfig
+from gait_segmentation.starting.finding.blobs import Blob
 from gait_segmentation.starting.finding.candidates import Candidate, follow
 from gait_segmentation.starting.finding.scene import MotionScene, SceneFrame
-from gait_segmentation.starting.finding.watch import light_bank
-from gait_segmentation.starting.finding.watching import LEAST_SIGHTINGS, TALL, Watching
+from gait_segmentation.starting.finding.shapes import BodyShapes, normalised, tanimoto
+from gait_segmentation.starting.finding.walking import log_odds
 
 __all__ = ['WalkerFinder']
 
 _FINEST, _LARGEST = 0.375, 480
 """Scale and longest side in pixels up to which more is searched for several people."""
 
+_STEP = 2
+"""Of the views of the bank one of so many is compared with."""
+
 _PAUSE_S = 0.5
 """A pause in which too much may have changed."""
 
 _LEAST_PERIOD_S = 0.025
 """Frames that come faster are left out."""
+
+_LEAST_SIGHTINGS = 3
+"""Sightings from which a candidate is more than noise."""
+
+_TALL = 0.5
+"""Height of another candidate, as a share, from which it is somebody else and no piece."""
+
+_LATE_S = 0.12
+"""Time for which one frame speaks at most."""
+
+_SAME = 0.4
+"""Share of the smaller of two boxes that is common to boxes of the same person."""
+
+_REST_S = 3.0
+"""Time for which somebody found is not looked at again: who is let go proved to be nobody."""
 
 
 class WalkerFinder:
@@ -40,12 +60,12 @@ class WalkerFinder:
         """
         Make a finder that knows nothing of the scene.
 
-        :param bank: the templates; of several builds only the first is searched.
+        :param bank: the templates.
         :param people: how many are looked for at most.
         """
         self.config = config or StartingConfig()
         self._people = people
-        self._bank = light_bank(bank)
+        self._shapes = BodyShapes(bank, _STEP)
         self.reset()
 
     def reset(self) -> None:
@@ -55,8 +75,7 @@ class WalkerFinder:
         self._size: tuple[int, int] | None = None
         self._stamp_ns = 0
         self._candidates: list[Candidate] = []
-        self._watching = Watching(self._bank, self.config, self._people)
-        self._origin = (0.0, 0.0)
+        self._judged: list[tuple[Box, dict[str, float]]] = []
         self._next = 1
         self._known: list[float] = []
 
@@ -97,10 +116,8 @@ class WalkerFinder:
         frame = self._frame = self._scene.update(image, stamp_ns, taken)
         wanted = wanted and self.config.auto_init != 'none'
         self._follow(frame, seconds)
-        if not wanted:
-            self._watching.forget()
-            return []
-        found = self._watching.look(frame, self._candidates, taken, stamp_ns)
+        self._judged = []
+        found = self._look(frame, taken, seconds) if wanted else []
         return [box.scaled(1 / scale) for box in found]
 
     def _scale(self, size: tuple[int, int]) -> float:
@@ -111,10 +128,10 @@ class WalkerFinder:
         return min(1.0, searched / max(size))
 
     def judged(self) -> list[tuple[Box, dict[str, float]]]:
-        """Return tight boxes and measures of who was matched in the newest frame."""
+        """Return tight boxes and measures of who was judged in the newest frame."""
         assert self._size is not None
         scale = self._scale(self._size)
-        return [(box.scaled(1 / scale), measures) for box, measures in self._watching.judged]
+        return [(box.scaled(1 / scale), measures) for box, measures in self._judged]
 
     def past(self, stamp_ns: int) -> MotionScene | None:
         """
@@ -137,12 +154,12 @@ class WalkerFinder:
         frame = self._frame
         if frame is None or stamp_ns != self._stamp_ns:
             return None
-        tall = TALL * max(self._known, default=0.0)
+        tall = _TALL * max(self._known, default=0.0)
         blobs = [
             each.blob
             for each in self._candidates
             if each.seen == stamp_ns / 1e9
-            and each.sightings >= LEAST_SIGHTINGS
+            and each.sightings >= _LEAST_SIGHTINGS
             and each.box.height >= tall
         ]
         if not blobs:
@@ -153,20 +170,85 @@ class WalkerFinder:
 
     def _follow(self, frame: SceneFrame, seconds: float) -> None:
         dx, dy = frame.shift
-        self._origin = self._origin[0] - dx, self._origin[1] - dy
         for each in self._candidates:
             each.box = each.box.shifted(dx, dy)
-        self._watching.shift(dx, dy)
         if frame.fresh:
             self._candidates = []
         self._candidates = follow(
             self._candidates,
             frame.blobs,
             seconds,
-            self._origin,
             self.config.least_height,
             self._next,
         )
         numbers = {each.number for each in self._candidates}
         self._next = max(numbers | {self._next - 1}) + 1
-        self._watching.keep(self._candidates, seconds)
+
+    def _look(self, frame: SceneFrame, known: Sequence[Box], seconds: float) -> list[Box]:
+        """
+        Add up the evidence of each candidate, and return tight boxes of walkers, tallest first.
+
+        The log-odds of each frame, times the time since the last one, never fall below zero, as in
+        Page's cumulative sum test: what is doubtful must walk for longer.  They are told by the
+        ``similarity`` of the silhouette with the best template; ``width``, the logarithm of width
+        over height; ``moving``, the share that moves now; ``height``, the logarithm of the height
+        in pixels; ``steadiness``, the similarity with the own shape a moment ago, since noise is
+        fleeting and things are rigid; ``clutter``, the share of the image that moves elsewhere
+        without being like a body.
+
+        :param known: boxes of people who are known already.
+        """
+        found: list[Box] = []
+        blobs = {blob.number: blob for blob in frame.blobs}
+        seen = [each for each in self._candidates if each.seen == seconds]
+        shapes = {each.number: _shape(frame, blobs[each.blob]) for each in seen}
+        likeness = {
+            each.number: 0.0 if shape is None else self._shapes.likeness(shape)
+            for each, shape in zip(seen, shapes.values(), strict=True)
+        }
+        clutter = {blob.number: float(blob.area) for blob in frame.blobs}
+        for each in seen:
+            clutter[each.blob] *= 1 - likeness[each.number]
+        total = sum(clutter.values())
+        for each in seen:
+            shape, blob = shapes[each.number], blobs[each.blob]
+            if shape is None or seconds < each.rest or _belongs(each.box, known):
+                continue
+            earlier = each.show(shape)
+            if earlier is None:
+                continue
+            measures = {
+                'similarity': likeness[each.number],
+                'width': math.log(blob.box.width / blob.box.height),
+                'moving': blob.moving / blob.area,
+                'height': math.log(blob.box.height),
+                'steadiness': float(tanimoto(earlier, shape)),
+                'clutter': (total - clutter[each.blob]) / frame.owners.size,
+            }
+            self._judged.append((blob.box, measures))
+            passed = min(seconds - each.judged, _LATE_S) if each.judged else 0.0
+            each.judged = seconds
+            each.evidence = max(each.evidence + passed * log_odds(measures), 0.0)
+            if each.evidence >= self.config.least_evidence:
+                found.append(blob.box)
+                each.evidence, each.rest = 0.0, seconds + _REST_S
+        return sorted(found, key=lambda box: -box.height)
+
+
+def _shape(frame: SceneFrame, blob: Blob) -> NDArray[np.uint8] | None:
+    """Return the normalised silhouette of a blob, None if it is too wide."""
+    return normalised(frame.silhouettes[blob.box.slices(*frame.owners.shape[::-1])])
+
+
+def _belongs(box: Box, known: Sequence[Box]) -> bool:
+    """Tell whether what is in a box may be of somebody known."""
+    return any(_overlap(box, other) > _SAME for other in known)
+
+
+def _overlap(a: Box, b: Box) -> float:
+    """Return the share of the smaller box that lies in the other."""
+    width = min(a.right, b.right) - max(a.x, b.x)
+    height = min(a.bottom, b.bottom) - max(a.y, b.y)
+    if width <= 0 or height <= 0:
+        return 0.0
+    return width * height / min(a.width * a.height, b.width * b.height)

@@ -28,7 +28,6 @@ from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
 from gait_segmentation.scene.light import Light
 from gait_segmentation.scene.working import WorkingImage, working_shape
 from gait_segmentation.starting.finding.blobs import Blob, find_blobs
-from gait_segmentation.starting.finding.hollow import fill_hollow
 
 __all__ = ['MotionScene', 'SceneFrame']
 
@@ -75,18 +74,18 @@ class SceneFrame:
     What moves in one frame, in the searched image.
 
     ``likelihood`` is (h, w) uint8, 255 = surely no background.  ``blobs`` are what hangs
-    together, ``owners`` (h, w) uint8 the number of the blob of each pixel, 0 for none.
+    together, ``owners`` (h, w) uint8 the number of the blob of each pixel, 0 for none, and
+    ``silhouettes`` (h, w) uint8 0/255 the blobs filled row by row between what moves now.
     ``shift`` is by how many pixels the world moved since the last frame, in the middle of the
-    image.  ``fresh`` says that what was known before no longer holds.  ``period`` is the time
-    between two frames in seconds, 0 if it is not known.
+    image.  ``fresh`` says that what was known before no longer holds.
     """
 
     likelihood: NDArray[np.uint8]
     blobs: list[Blob]
     owners: NDArray[np.uint8]
+    silhouettes: NDArray[np.uint8]
     shift: tuple[float, float]
     fresh: bool
-    period: float
 
     def of(self, blobs: Sequence[int]) -> NDArray[np.uint8]:
         """Return where some blobs are, (h, w) uint8 0/255, by their numbers."""
@@ -174,8 +173,8 @@ class MotionScene:
         if fresh:
             self._forget()
             evidence[:] = likelihood[:] = 0
-        blobs, filled, owners = find_blobs(evidence, moving)
-        fill_hollow(likelihood, moving, owners, blobs)
+        blobs, silhouettes, owners = find_blobs(evidence, moving)
+        filled = silhouettes.copy()
         for window in windows:
             filled[window] = 255
         size = self._shape[::-1]
@@ -183,12 +182,7 @@ class MotionScene:
         self._learn(frame, filled, seconds)
         x, y = step.carry(width / 2, height / 2)
         shift = x - width / 2, y - height / 2
-        return SceneFrame(likelihood, blobs, owners, shift, fresh, self._period)
-
-    @property
-    def _period(self) -> float:
-        frames = self._recent
-        return (frames[-1].seconds - frames[0].seconds) / max(len(frames) - 1, 1) if frames else 0
+        return SceneFrame(likelihood, blobs, owners, silhouettes, shift, fresh)
 
     def _in_searched(self, motion: WorldMotion) -> WorldMotion:
         """Return a motion in the pixels of the searched image."""

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-The log-odds that something watched is a walker, by a logistic regression of a few measures.
+The log-odds that something that moves is somebody who walks, by a logistic regression.
 
-``walking.json`` holds, for each measure, its weight and the range it is cut to.  It was learnt
-from synthetic walkers and synthetic things that move; ``benchmarks/walking.py`` learns it anew.
+``walking.json`` holds rows of a measure, its weight and the range it is cut to; two rows of the
+same measure bend the line at the median of people.  ``benchmarks/walking.py`` learns it.
 """
 
 from __future__ import annotations
@@ -13,24 +13,17 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-__all__ = ['LEAST_SHAPES', 'MODEL_FILE', 'log_odds']
-
-LEAST_SHAPES = 3
-"""Shapes from which on a gait can be measured."""
+__all__ = ['MODEL_FILE', 'log_odds']
 
 MODEL_FILE = Path(__file__).with_name('walking.json')
 _MODEL = json.loads(MODEL_FILE.read_text(encoding='utf-8'))
 _MOST = 4.0
-"""Most that one match may say for or against: one in fifty."""
+"""Most that one frame may say for or against: one in fifty."""
 
 
 def log_odds(measures: Mapping[str, float]) -> float:
-    """
-    Return the log-odds that something with such measures walks, within +-4.
-
-    :param measures: by name; those without a weight do not count.
-    """
+    """Return the log-odds that something with such measures walks, within +-4."""
     total = float(_MODEL['intercept'])
-    for name, (weight, low, high) in _MODEL['measures'].items():
+    for name, weight, low, high in _MODEL['rows']:
         total += weight * min(max(measures[name], low), high)
     return min(max(total, -_MOST), _MOST)
