@@ -9,12 +9,15 @@ they are found together with the phase.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from gait_segmentation.kernels import kernel
 
 __all__ = ['PhaseFilter']
 
@@ -229,12 +232,35 @@ def _exchanged(
 
     :param first: from which one on.
     """
-    result = np.array(belief)
-    along = np.moveaxis(result, axis, 0)[first:]
-    flow = share * np.diff(along, axis=0)
-    along[:-1] += flow
-    along[1:] -= flow
+    belief = np.ascontiguousarray(belief)
+    axis %= belief.ndim
+    shape = math.prod(belief.shape[:axis]), belief.shape[axis], math.prod(belief.shape[axis + 1 :])
+    result = np.empty(belief.shape)
+    exchange(belief.reshape(shape), share, first, result.reshape(shape))
     return result
+
+
+@kernel('f8[:,:,::1], f8, i8, f8[:,:,::1]')
+def exchange(before, share, first, after):  # type: ignore[no-untyped-def]
+    """
+    Let neighbours along the middle axis exchange a share of their difference.
+
+    :param before: (A, N, B) float64, and ``after`` likewise, written.
+    :param first: from which of the N on.
+    """
+    count = before.shape[1]
+    for outer in range(len(before)):
+        for place in range(count):
+            old, new = before[outer, place], after[outer, place]
+            new[:] = old
+            if first <= place < count - 1:
+                following = before[outer, place + 1]
+                for j in range(len(old)):
+                    new[j] += share * (following[j] - old[j])
+            if place > first:
+                last = before[outer, place - 1]
+                for j in range(len(old)):
+                    new[j] -= share * (old[j] - last[j])
 
 
 def _turned(belief: NDArray[np.float64], turn: NDArray[np.complex128]) -> NDArray[np.float64]:

@@ -48,10 +48,15 @@ def refined_box(
     inside = (image > _LIKELY) & (near > 0)
     least = _LEAST * body
     inside &= (inside.sum(axis=1) >= least)[:, None]
-    rows, columns = np.nonzero(inside & (inside.sum(axis=0) >= least))
+    inside &= inside.sum(axis=0) >= least
+    rows = np.flatnonzero(inside.any(axis=1))
     if not rows.size:
         return None
-    points = np.column_stack([columns + 0.5, rows + 0.5]) @ to_source[:, :2].T + to_source[:, 2]
+    # Whichever way the image is turned, nothing reaches farther than an end of a row.
+    first, last = inside[rows].argmax(axis=1), inside[rows, ::-1].argmax(axis=1)
+    columns = np.concatenate([first, image.shape[1] - 1 - last])
+    points = np.column_stack([columns + 0.5, np.tile(rows, 2) + 0.5])
+    points = points @ to_source[:, :2].T + to_source[:, 2]
     half = 0.5 * float(np.hypot(*to_source[:, 0]))
     low, high = points.min(axis=0) - half, points.max(axis=0) + half
     return Box(float(low[0]), float(low[1]), *(high - low).tolist())

@@ -7,19 +7,24 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numba import njit
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.tanimoto.kernel import LANES, CommonAreas, Images, Place, Shape
-from gait_segmentation.matching.tanimoto.program import PAIR, make_program
+from gait_segmentation.matching.tanimoto.program import make_program
 from gait_segmentation.matching.tanimoto.windows import WindowGrid
 
 __all__ = ['EventKernel']
 
-_RUN, _WORD = 16, 8
-"""Bytes that are copied at once, and bytes of a number by which they are."""
+_WORD = 8
+"""Bytes that are copied at once."""
 _CACHE_LINE = 64
+_VECTOR = 64
+"""Bytes of the longest vector registers; the compiler makes two of one where there are none."""
 
 
 class EventKernel(CommonAreas):
@@ -47,7 +52,7 @@ class EventKernel(CommonAreas):
     @property
     def events(self) -> int:
         """Return the number of events of all templates."""
-        return self._program.events
+        return len(self._program.source)
 
     @property
     def nbytes(self) -> int:
@@ -68,6 +73,7 @@ class EventKernel(CommonAreas):
                 program.source,
                 program.lo,
                 program.span,
+                program.groups,
                 program.bounds,
                 program.target,
                 program.base,
@@ -88,7 +94,7 @@ class EventKernel(CommonAreas):
 def _plane_shape(grid: WindowGrid) -> tuple[int, int]:
     """Return rows and columns of a plane, with room to read a run from its last pixel."""
     height, width = grid.image_shape
-    return -(-height // grid.step) + 1, -(-width // grid.step) + _RUN
+    return -(-height // grid.step) + 1, -(-width // grid.step) + _WORD
 
 
 def _origins(pixels: NDArray[np.int64], grid: WindowGrid) -> NDArray[np.int64]:
@@ -119,7 +125,7 @@ def _runs(
             image, row = divmod(line, rows)
             places.append(window - start)
             offsets.append((image * planes * height + row) * width + column)
-            window += min(_RUN, columns - column)
+            window += min(_WORD, columns - column)
         blocks.append((np.array(places, np.int64), np.array(offsets, np.int64)))
     return blocks
 
@@ -159,48 +165,114 @@ def _gather(plane, origins, places, offsets, matrix):  # type: ignore[no-untyped
     for pixel in range(len(origins)):
         origin, row = origins[pixel], pixel * LANES
         for run in range(len(places)):
-            target, source = row + places[run], origin + offsets[run]
-            matrix[target] = plane[source]
-            matrix[target + _WORD] = plane[source + _WORD]
+            matrix[row + places[run]] = plane[origin + offsets[run]]
 
 
-@njit(nogil=True, inline='always')
-def _change(value, lo, span):  # type: ignore[no-untyped-def]
-    """Return what an event adds; unsigned, so that as many as possible are done at once."""
-    return np.int16(min(np.uint8(max(value, lo) - lo), span))
+@intrinsic
+def _make_step(  # type: ignore[no-untyped-def]
+    typing, matrix, source, lo, span, groups, first, middle, last, out, old, new
+):
+    """
+    Make the common areas of a template from those of its parent, in all lanes.
+
+    Written for LLVM, in vectors of bytes: in a loop the compiler would take as few bytes at a
+    time as there are sums of 16 bits in a register.
+
+    :param matrix: flat uint8, ``LANES`` bytes for each pixel of the program.
+    :param source: as the next three in :class:`EventProgram`.
+    :param first: int64, the first group that is added, ``middle`` the first that is subtracted
+        and ``last`` the one after them.
+    :param out: flat int32; from ``old`` on there are those of the parent, int64, and from ``new``
+        on those of the template are written.
+    """
+
+    def generate(context, builder, signature, values):  # type: ignore[no-untyped-def]
+        index = ir.IntType(64)
+        first, middle, last, _, old, new = values[5:]
+        matrix, source, lo, span, groups, out = (
+            context.make_array(kind)(context, builder, value).data
+            for kind, value in zip(signature.args, values, strict=True)
+            if isinstance(kind, types.Array)
+        )
+
+        def at(array, place):  # type: ignore[no-untyped-def]
+            return builder.load(builder.gep(array, [place]))
+
+        def vector(array, place, lane, kind):  # type: ignore[no-untyped-def]
+            start = builder.gep(array, [builder.add(place, index(lane))])
+            return builder.bitcast(start, kind.as_pointer())
+
+        def joined(name, one, other):  # type: ignore[no-untyped-def]
+            kind = one.type
+            function = ir.FunctionType(kind, (kind, kind))
+            name = f'llvm.{name}.v{kind.count}i8'
+            function = cgutils.get_or_insert_function(builder.module, function, name)
+            return builder.call(function, (one, other))
+
+        def everywhere(value, size):  # type: ignore[no-untyped-def]
+            one = ir.VectorType(value.type, size)(ir.Undefined)
+            one = builder.insert_element(one, value, index(0))
+            return builder.shuffle_vector(one, one, ir.VectorType(ir.IntType(32), size)(None))
+
+        parts = []
+        for lane in range(0, LANES, _VECTOR):
+            size = min(_VECTOR, LANES - lane)
+            kinds = [ir.VectorType(ir.IntType(bits), size) for bits in (8, 16, 32)]
+            sums = [cgutils.alloca_once(builder, kind) for kind in kinds[:2]]
+            builder.store(kinds[1](None), sums[1])
+            parts.append((lane, size, kinds, sums))
+        # What is written last is on its way from memory while the events are added up.
+        number = ir.IntType(32)
+        kind = ir.FunctionType(ir.VoidType(), (ir.IntType(8).as_pointer(), *[number] * 3))
+        fetch = cgutils.get_or_insert_function(builder.module, kind, 'llvm.prefetch.p0i8')
+        for lane in range(0, LANES, _CACHE_LINE // 4):
+            place = vector(out, new, lane, ir.IntType(8))
+            builder.call(fetch, (place, number(1), number(3), number(1)))
+        for start, end, join in ((first, middle, builder.add), (middle, last, builder.sub)):
+            with cgutils.for_range(builder, end, start, index) as group:
+                for _, _, (narrow, _, _), (inner, _) in parts:
+                    builder.store(narrow(None), inner)
+                event = builder.zext(at(groups, group.index), index)
+                stop = builder.zext(at(groups, builder.add(group.index, index(1))), index)
+                with cgutils.for_range(builder, stop, event, index) as each:
+                    row = builder.mul(builder.zext(at(source, each.index), index), index(LANES))
+                    low, most = at(lo, each.index), at(span, each.index)
+                    for lane, size, (narrow, _, _), (inner, _) in parts:
+                        value = builder.load(vector(matrix, row, lane, narrow), align=1)
+                        value = joined('usub.sat', value, everywhere(low, size))
+                        value = joined('umin', value, everywhere(most, size))
+                        builder.store(builder.add(builder.load(inner), value), inner)
+                for _, _, (_, wide, _), (inner, total) in parts:
+                    change = builder.zext(builder.load(inner), wide)
+                    builder.store(join(builder.load(total), change), total)
+        for lane, _, (_, _, whole), (_, total) in parts:
+            value = builder.load(vector(out, old, lane, whole), align=4)
+            value = builder.add(value, builder.sext(builder.load(total), whole))
+            builder.store(value, vector(out, new, lane, whole), align=4)
+        return context.get_dummy_value()
+
+    return (
+        types.void(matrix, source, lo, span, groups, first, middle, last, out, old, new),
+        generate,
+    )
 
 
-@kernel('u1[::1], u2[::1], u1[::1], u1[::1], i4[:,::1], i4[::1], i4[::1], i4[::1], i8, i8')
+@kernel(
+    'u1[::1], u2[::1], u1[::1], u1[::1], i4[::1], i4[:,::1], i4[::1], i4[::1], i4[::1], i8, i8'
+)
 def _run_program(  # type: ignore[no-untyped-def]
-    matrix, source, lo, span, bounds, target, base, out, stride, first
+    matrix, source, lo, span, groups, bounds, target, base, out, stride, first
 ):
     """
     Make the common areas of all templates for the gathered windows.
 
     :param matrix: flat uint8, ``LANES`` bytes for each pixel of the program.
-    :param source: as the next five in :class:`EventProgram`.
+    :param source: as the next six in :class:`EventProgram`.
     :param out: flat int32, rows of ``stride``; row 0 must be zero.
     :param first: where the windows' results begin in a row.
     """
-    total = np.empty(LANES, np.int16)
     for step in range(len(target)):
-        total[:] = 0
-        for pair in range(bounds[step, 0], bounds[step, 2]):
-            one, two = PAIR * pair, PAIR * pair + 1
-            lo_one, span_one, lo_two, span_two = lo[one], span[one], lo[two], span[two]
-            place = LANES * np.int64(source[one])
-            values = matrix[place : place + LANES]
-            place = LANES * np.int64(source[two])
-            others = matrix[place : place + LANES]
-            if pair < bounds[step, 1]:
-                for lane in range(LANES):
-                    change = _change(values[lane], lo_one, span_one)
-                    total[lane] += change + _change(others[lane], lo_two, span_two)
-            else:
-                for lane in range(LANES):
-                    change = _change(values[lane], lo_one, span_one)
-                    total[lane] -= change + _change(others[lane], lo_two, span_two)
-        old = out[base[step] * stride + first : base[step] * stride + first + LANES]
-        new = out[target[step] * stride + first : target[step] * stride + first + LANES]
-        for lane in range(LANES):
-            new[lane] = old[lane] + total[lane]
+        start, middle = np.int64(bounds[step, 0]), np.int64(bounds[step, 1])
+        end = np.int64(bounds[step, 2])
+        old, new = base[step] * stride + first, target[step] * stride + first
+        _make_step(matrix, source, lo, span, groups, start, middle, end, out, old, new)

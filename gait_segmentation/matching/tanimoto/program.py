@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 
-__all__ = ['PAIR', 'EventProgram', 'make_program', 'minimum_arborescence']
+__all__ = ['EventProgram', 'make_program', 'minimum_arborescence']
 
-PAIR = 2
-"""Events that are added at once; an odd number of one sign is filled up with one that adds 0."""
+_MOST = 255
+"""What the events of a group change a sum by at most, which 8 bits can hold."""
 
-_MOST_OF_STEP = 32767 // 255 // PAIR
-"""Pairs that a step has at most: what 16 bits can add up."""
+_MOST_OF_STEP = 32767 // _MOST
+"""Groups that a step has at most: what 16 bits can add up."""
 
 _RUN = 512
 """Pixels that are compared before it is looked whether they are enough."""
@@ -34,28 +34,30 @@ class EventProgram:
 
     ``pixels`` (A,) int64 are the pixels any event uses.  ``source`` (E,) uint16, or uint32 where
     there are many pixels, is an event's place in that list, ``lo`` and ``span`` (E,) are uint8.
+    Group g has the events from ``groups[g]`` to ``groups[g + 1]``, (G + 1,) int32, all added or
+    all subtracted, whose spans are at most 255 together.
     A step (``target``, ``base``, both (T,) int32) makes row ``target`` from row ``base``; row 0
     is the empty template, the others are in the order in which they are made, so that results are
     written one after the other: that of template k is ``row[k] + 1``, (K,) int32.  ``bounds``
-    (T, 3) int32 are the places, in pairs, where its additions begin, its subtractions begin, and
-    these end.  ``events`` counts the events without filling.
+    (T, 3) int32 are the groups at which its additions begin, its subtractions begin, and these
+    end.
     """
 
     pixels: NDArray[np.int64]
     source: NDArray[np.uint16] | NDArray[np.uint32]
     lo: NDArray[np.uint8]
     span: NDArray[np.uint8]
+    groups: NDArray[np.int32]
     target: NDArray[np.int32]
     base: NDArray[np.int32]
     bounds: NDArray[np.int32]
     row: NDArray[np.int32]
-    events: int
 
     @property
     def nbytes(self) -> int:
         """Return the memory the program takes, in bytes."""
-        arrays = (self.source, self.lo, self.span, self.target, self.base, self.bounds)
-        return self.pixels.nbytes + sum(array.nbytes for array in arrays)
+        arrays = (self.source, self.lo, self.span, self.groups)
+        return self.pixels.nbytes + sum(array.nbytes for array in arrays) + 5 * self.target.nbytes
 
 
 def make_program(templates: NDArray[np.uint8]) -> EventProgram:
@@ -66,52 +68,80 @@ def make_program(templates: NDArray[np.uint8]) -> EventProgram:
     """
     pixels = np.ascontiguousarray(templates.reshape(len(templates), -1))
     # Pixels that are in no template part none, and are more than half.
-    order, parents = minimum_arborescence(np.ascontiguousarray(pixels[:, pixels.any(axis=0)]))
+    used = np.flatnonzero(pixels.any(axis=0))
+    pixels = np.ascontiguousarray(pixels[:, used])
+    order, parents = minimum_arborescence(pixels)
     row = np.argsort(order).astype(np.int32)
-    empty = np.zeros(pixels.shape[1], np.uint8)
+    empty = np.zeros(len(used), np.uint8)
     events: list[tuple[NDArray[np.int64], NDArray[np.uint8], NDArray[np.uint8]]] = []
+    groups: list[NDArray[np.int32]] = [np.zeros(1, np.int32)]
     steps: list[tuple[int, int, int, int, int]] = []
-    end = 0
+    end = count = 0
     for child in order.tolist():
         parent = parents[child]
         before, after = pixels[parent] if parent >= 0 else empty, pixels[child]
-        added, taken = _events(before, after), _events(after, before)
-        events += [added, taken]
-        start, middle = end, end + len(added[0]) // PAIR
-        end = middle + len(taken[0]) // PAIR
+        start, middle = end, end
+        for low, high in ((before, after), (after, before)):
+            where = np.flatnonzero(high > low)
+            span = high[where] - low[where]
+            place, ends = grouped(span)
+            events.append((where[place], low[where[place]], span[place]))
+            groups.append(ends + np.int32(count))
+            count += len(where)
+            middle, end = end, end + len(ends)
         target, base = int(row[child]) + 1, int(row[parent]) + 1 if parent >= 0 else 0
         # A template that is its parent, too, has a step.
         for first in range(start, max(end, start + 1), _MOST_OF_STEP):
             last = min(first + _MOST_OF_STEP, end)
             steps.append((target, base, first, min(max(middle, first), last), last))
             base = target
-    where, lo, span = (np.concatenate(each) for each in zip(*events, strict=True))
+    source, lo, span = (np.concatenate(each) for each in zip(*events, strict=True))
     table = np.array(steps, np.int32)
-    used = np.flatnonzero(np.bincount(where, minlength=pixels.shape[1]))
-    place = np.zeros(pixels.shape[1], np.uint16 if len(used) <= 2**16 else np.uint32)
-    place[used] = np.arange(len(used))
     return EventProgram(
         pixels=used,
-        source=place[where],
+        source=source.astype(np.uint16 if len(used) <= 2**16 else np.uint32),
         lo=lo,
         span=span,
+        groups=np.concatenate(groups),
         target=table[:, 0].copy(),
         base=table[:, 1].copy(),
         bounds=table[:, 2:].copy(),
         row=row,
-        events=int(np.count_nonzero(span)),
     )
 
 
-def _events(
-    low: NDArray[np.uint8], high: NDArray[np.uint8]
-) -> tuple[NDArray[np.int64], NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return pixel, lo and span where one row is above another, filled up to pairs."""
-    where = np.flatnonzero(high > low)
-    span = high[where] - low[where]
-    if len(where) % PAIR:
-        where, span = np.append(where, where[-1]), np.append(span, np.uint8(0))
-    return where, low[where], span
+@kernel('u1[::1]')
+def grouped(span):  # type: ignore[no-untyped-def]
+    """
+    Put events into groups whose spans are at most 255 together, nearly as few as can be.
+
+    :param span: (E,) uint8, above 0.
+    :returns: the order of the events, (E,) int64, and where in it each group ends, (G,) int32.
+    """
+    ascending = np.argsort(span, kind='mergesort')
+    # Those of span s are from first[s] on in this order; those before rest[s] are left.
+    count = np.zeros(_MOST + 2, np.int64)
+    for each in span:
+        count[np.int64(each) + 1] += 1
+    first = np.cumsum(count)
+    rest = first[1:].copy()
+    order, ends = np.empty(len(span), np.int64), np.empty(len(span), np.int32)
+    taken = groups = 0
+    while taken < len(span):
+        # Always the largest for which there is room.
+        room = wanted = _MOST
+        while wanted > 0:
+            if rest[wanted] > first[wanted]:
+                rest[wanted] -= 1
+                order[taken] = ascending[rest[wanted]]
+                taken += 1
+                room -= wanted
+            else:
+                wanted -= 1
+            wanted = min(wanted, room)
+        ends[groups] = taken
+        groups += 1
+    return order, ends[:groups]
 
 
 @kernel('u1[:,::1]')

@@ -3,12 +3,9 @@
 import itertools
 
 import numpy as np
+from hypothesis import given, strategies as st
 
-from gait_segmentation.matching.tanimoto.program import (
-    PAIR,
-    make_program,
-    minimum_arborescence,
-)
+from gait_segmentation.matching.tanimoto.program import grouped, make_program, minimum_arborescence
 
 
 def random_templates():
@@ -18,14 +15,26 @@ def random_templates():
     return templates
 
 
-def test_steps_fit_16_bits():
+def test_groups_fit_8_bits_and_steps_16():
     program = make_program(random_templates())
-    span = program.span.astype(np.int64)
-    assert len(program.source) == len(program.lo) == len(program.span)
-    for first, _, last in PAIR * program.bounds.astype(np.int64):
-        assert span[first:last].sum() <= 32767
-    assert program.events == np.count_nonzero(program.span)
+    assert len(program.source) == len(program.lo) == len(program.span) == program.groups[-1]
+    sums = np.add.reduceat(program.span.astype(np.int64), program.groups[:-1])
+    assert sums.max() <= 255
+    for first, _, last in program.bounds:
+        assert sums[first:last].sum() <= 32767
+    assert (program.span > 0).all()
     assert set(program.target.tolist()) == {1, 2, 3, 4, 5}
+
+
+@given(st.lists(st.integers(1, 255), max_size=60))
+def test_no_two_groups_could_be_one(spans):
+    span = np.array(spans, np.uint8)
+    order, ends = grouped(span)
+    assert sorted(order.tolist()) == list(range(len(span)))
+    groups = np.split(span[order].astype(int), ends[:-1]) if len(ends) else []
+    sums = sorted(int(group.sum()) for group in groups)
+    assert all(0 < each <= 255 for each in sums)
+    assert len(sums) < 2 or sums[0] + sums[1] > 255
 
 
 def test_steps_join_and_use_all_places():
@@ -34,7 +43,7 @@ def test_steps_join_and_use_all_places():
     assert (np.diff(bounds, axis=1) >= 0).all()
     assert bounds[0, 0] == 0
     assert (bounds[1:, 0] == bounds[:-1, 2]).all()
-    assert PAIR * bounds[-1, 2] == len(program.span)
+    assert bounds[-1, 2] + 1 == len(program.groups)
 
 
 def test_events_make_the_templates():
@@ -45,7 +54,7 @@ def test_events_make_the_templates():
     for target, base, bounds in zip(program.target, program.base, program.bounds, strict=True):
         row = made[base].copy()
         for kind, sign in enumerate((1, -1)):
-            places = np.arange(PAIR * bounds[kind], PAIR * bounds[kind + 1])
+            places = np.arange(*program.groups[bounds[kind : kind + 2]])
             pixels = program.pixels[program.source[places]]
             np.add.at(row, pixels, sign * program.span[places].astype(np.int64))
         made[target] = row
@@ -61,7 +70,7 @@ def test_rows_are_numbered_as_they_are_made():
 
 def test_an_empty_template_has_a_step_without_events():
     program = make_program(np.zeros((1, 3, 3), np.uint8))
-    assert program.events == 0
+    assert len(program.source) == 0
     assert program.target.tolist() == [1]
     assert program.base.tolist() == [0]
 
