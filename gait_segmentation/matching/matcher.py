@@ -211,14 +211,16 @@ class SequenceMatcher:
     ) -> None:
         """Compare the phases about where the path leads; ``box`` is in the likelihood's pixels."""
         state = self._path.leader()
-        view, _, scale, row, column = self._offsets
-        placement = self._placements.placement(
-            state[2] + scale, state[3] + row, state[4] + column, angle
+        body = self._placement(state, self._offsets, angle).body(box, angle)
+        view = self._bank.builds[state[0]], self._views.azimuth(state[0], self._offsets[0])
+        self._phase.update(likelihood, known, body, view, state[1], seconds)
+
+    def _placement(self, state: State, offsets: list[float], angle: float) -> Placement:
+        """Return the placement ``offsets`` beside a state, see :meth:`_offsets_of`."""
+        scale, row, column = (
+            at + beside for at, beside in zip(state[2:], offsets[2:], strict=True)
         )
-        build, azimuth = self._bank.builds[state[0]], self._views.azimuth(state[0], view)
-        self._phase.update(
-            likelihood, known, placement.body(box, angle), (build, azimuth), state[1], seconds
-        )
+        return self._placements.placement(scale, row, column, angle)
 
     def _offsets_of(self, back: int, state: State) -> list[float]:
         """Return how far beside a state of a frame the best place lies, see :class:`Scores`."""
@@ -242,9 +244,7 @@ class SequenceMatcher:
         found = cv2.countNonZero(images.reshape(-1, images.shape[2])) > 0
         placement = Placement(0.0, 0.0, 1.0)
         if found:
-            placement = self._placements.placement(
-                scale + offsets[2], row + offsets[3], column + offsets[4], frame.angle
-            )
+            placement = self._placement(state, offsets, frame.angle)
         azimuth = self._views.azimuth(sequence, offsets[0])
         expected = self._near_leg.expected(frame.seconds, rate)
         if expected is None:

@@ -16,7 +16,7 @@ from gait_segmentation.tracking.likelihood.log_ratio import log_ratio
 from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.world import World
 
-__all__ = ['judge']
+__all__ = ['beyond', 'judge']
 
 
 def judge(
@@ -45,8 +45,7 @@ def judge(
     near = signed_distance(expected > 127)
     strangers = None
     if seen and person.template is not None:
-        share = np.clip(near * np.float32(-1 / (REACH * person.height)), 0, 1)
-        strangers = np.float32(config.stranger_density) * share
+        strangers = np.float32(config.stranger_density) * beyond(near, person.height)
     logit = log_ratio(
         lab,
         bins,
@@ -65,3 +64,13 @@ def judge(
         if evidence is not None:
             logit += evidence
     return window, logit, near
+
+
+def beyond(near: NDArray[np.float32], height: float) -> NDArray[np.float32]:
+    """
+    Return how far beside a person pixels are, from 0 on the outline to 1 out of reach.
+
+    :param near: (h, w) float32, distance from the outline in pixels, positive inside.
+    :param height: of the body in pixels.
+    """
+    return np.clip(near * np.float32(-1 / (REACH * height)), 0, 1)

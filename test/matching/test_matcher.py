@@ -110,6 +110,28 @@ def test_a_path_begins_at_the_height_of_the_body_where_the_box_is_wrong(bank, wr
     assert result.body.height == pytest.approx(HEIGHT, rel=0.08)
 
 
+def test_the_body_stays_where_it_is_while_the_box_moves_between_placements(bank):
+    stamp, _, image, box = next(iter(walk(0.3, 1)))
+    bodies = []
+    for part in np.linspace(0.0, 1.0, 9):
+        # Neighbouring placements are 2 % of the height apart, neighbouring heights 8 %.
+        size = 1.08 ** (part - 0.5)
+        moved = Box.from_center(
+            box.center_x + 0.02 * HEIGHT * part,
+            box.center_y + 0.02 * HEIGHT * part,
+            box.width * size,
+            box.height * size,
+        )
+        matcher = SequenceMatcher(bank, config(scale_cost=0.0))
+        (result,) = matcher.update(image, moved, stamp, track_id=1, source_size=SIZE)
+        body = result.body
+        bodies.append((body.center_x, body.center_y, HEIGHT * math.log(body.height)))
+    x, y, size = np.ptp(bodies, axis=0) / HEIGHT
+    assert x < 0.025
+    assert y < 0.025
+    assert size < 0.06
+
+
 def test_a_lag_gives_each_frame_once_and_flush_the_rest(bank):
     frames = list(walk(0.0, 12))
     matcher = SequenceMatcher(bank, config(lag=4))

@@ -77,6 +77,34 @@ def test_smoothing_is_bayes_rule():
     assert before[8:25].max() < 0.5 * before[6]
 
 
+def test_the_rate_wanders_by_a_tenth_in_a_second():
+    clock = PhaseFilter(PHASES, 0.3, 3.0, 1)
+    clock.update(np.zeros(PHASES), 0.0)
+    # Its rate is known for sure, and then nothing is seen of it for a second.
+    belief = clock._steps[-1].belief[0]
+    belief[:] = 0.0
+    belief[7] = 1 / PHASES
+    for step in range(1, 51):
+        clock.update(np.zeros(PHASES), step / 50)
+    share = clock._steps[-1].belief[0].sum(axis=-1)
+    away = np.log(clock._rates[5:10] / clock._rates[7])
+    spread = share[5:10] @ away**2 / share[5:10].sum()
+    assert spread == pytest.approx(0.1**2, rel=0.15)
+
+
+@pytest.mark.parametrize('axis', [-2, 0, 1])
+@pytest.mark.parametrize('first', [0, 1])
+def test_neighbours_exchange_a_share_of_their_difference(axis, first):
+    belief = np.random.default_rng(0).random((4, 5, 3))
+    found = np.moveaxis(_exchanged(belief, 0.2, axis, first), axis, 0)
+    before = np.moveaxis(belief, axis, 0)
+    rest, flow = before[first:].copy(), 0.2 * np.diff(before[first:], axis=0)
+    rest[:-1] += flow
+    rest[1:] -= flow
+    np.testing.assert_array_equal(found[:first], before[:first])
+    np.testing.assert_allclose(found[first:], rest, rtol=1e-12)
+
+
 def test_half_strides_that_look_alike_stay_equally_likely():
     clock = PhaseFilter(PHASES, 0.5, 1.33, 1)
     at = np.arange(PHASES) / PHASES

@@ -124,6 +124,16 @@ def test_what_is_finer_than_the_templates_is_averaged(grid):
         assert np.abs(sampled.images.astype(int) - 127).max() <= 30
 
 
+def test_the_largest_body_height_tells_how_much_is_averaged():
+    grid = PlacementGrid((48, 32), 0.9, MatchingConfig(scales=2, scale_step=0.3, blur=1))
+    noise = np.random.default_rng(0).integers(0, 256, (300, 300), np.uint8)
+    # Its samples are 1.6 pixels apart, those of the smallest 0.56.
+    box = Box.from_center(150, 150, 20, 1.6 * grid.body / grid.scales[-1])
+    np.testing.assert_array_equal(
+        grid.sample(noise, None, box, 1).images, grid.sample(noise, None, box, 3).images
+    )
+
+
 @pytest.mark.parametrize('shift_step', [0.005, 0.02])
 def test_shifts_are_at_least_a_pixel(shift_step):
     assert PlacementGrid((24, 16), 0.9, MatchingConfig(shift_step=shift_step)).step == 1

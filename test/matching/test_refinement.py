@@ -44,6 +44,13 @@ def test_what_is_far_from_the_template_or_thin_or_unlikely_is_not_the_persons():
     assert refined_box(image, template(), PLACE, BODY, TWICE) == expected
 
 
+def test_people_reach_an_eighth_of_their_height_beyond_the_template():
+    image = likelihood(slice(24, 96), slice(23, 57))
+    assert sides(refined_box(image, template(), PLACE, BODY, TWICE)) == [146, 98, 214, 242]
+    image = likelihood(slice(24, 96), slice(16, 64))
+    assert sides(refined_box(image, template(), PLACE, BODY, TWICE)) == [144, 98, 216, 242]
+
+
 def test_the_box_is_upright_where_the_body_leans():
     angle = math.radians(30)
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])

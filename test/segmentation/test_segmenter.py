@@ -199,6 +199,17 @@ def test_a_mask_of_which_others_leave_nothing_has_a_reason(seed: int) -> None:
     assert found.mask.any() == (found.reason == '')
 
 
+def test_a_foot_that_is_hardly_likely_stays_where_the_template_has_one() -> None:
+    body, foot = np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8)
+    body[30:110, 45:75] = 255
+    foot[116:124, 50:67] = 255
+    colour = np.where((body | foot)[:, :, None] > 0, (60, 60, 200), (150, 150, 100))
+    likelihood = np.where(body > 0, 250, np.where(foot > 0, 150, 5)).astype(np.uint8)
+    config = SegmentationConfig(use_refinement=False)
+    mask = Segmenter(config).update(colour.astype(np.uint8), likelihood, match(body | foot)).mask
+    assert mask[120, 58]
+
+
 def test_a_bag_in_the_hand_stays_once_it_was_seen_for_some_time() -> None:
     bag = np.s_[70:118, 100:118]
     segmenter = Segmenter()

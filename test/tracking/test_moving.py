@@ -82,3 +82,16 @@ def test_what_moves_is_added_but_not_what_people_have_uncovered() -> None:
     add_moving(people, now, [earlier, now], 2.0)
     assert not people[40, 25]
     assert people[40, 55]
+
+
+def test_the_world_is_carried_from_three_frames_before() -> None:
+    world = np.random.default_rng(0).integers(0, 255, (80, 160, 3)).astype(np.uint8)
+    records, left = [], 20
+    for number, step in enumerate((9, 1, 2, 4, 3)):
+        left += step
+        image = WorkingImage.of(world[:, left : left + 100], number, (80, 100))
+        motion = WorldMotion(shift(-step))
+        records.append(Record(image, motion, BackgroundModel((80, 100)), [WINDOW]))
+    people = np.zeros((80, 100), np.uint8)
+    add_moving(people, records[4], records, 2.0)
+    assert not people.any()

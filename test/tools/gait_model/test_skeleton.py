@@ -31,6 +31,14 @@ def test_feet_are_never_below_ground_and_one_always_on_it(speed, swing):
     assert np.abs(lowest).max() < 1e-12
 
 
+def test_the_ball_stays_down_while_the_heel_rises():
+    joints = walk(PHASES).joints
+    heel, ball = (joints[f'right_{name}'][:, 2] for name in ('heel', 'ball'))
+    stance = PHASES < 0.55
+    assert heel[stance].max() > 0.05
+    assert ball[stance & (heel > 0.02)].max() < 0.01
+
+
 def test_step_length_is_that_of_walking():
     joints = walk([0.0]).joints
     step = joints['right_heel'][0, 0] - joints['left_heel'][0, 0]
