@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import dataclasses
+
 import cv2
 import numpy as np
 import pytest
@@ -72,6 +74,17 @@ def test_the_box_comes_back_to_a_person_who_jumped_sideways() -> None:
         [track] = made.update(np.roll(frame.image, 8, axis=1), 40_000_000 * (2 + number))
     assert track.body is not None
     assert track.body.center_x - box.center_x == pytest.approx(8, abs=4)
+
+
+def test_who_stands_while_the_camera_pans_has_no_pace() -> None:
+    config = dataclasses.replace(CONFIG, use_ego_motion=True)
+    made, frame = PeopleTracker(small_bank(), config), clip()[0]
+    made.initialize(box_of(frame))
+    for number in range(8):
+        made.update(np.roll(frame.image, 3 * number, axis=1), 40_000_000 * (1 + number))
+    [target] = [each for each in made._slots if each is not None]
+    # The camera pans by 75 pixels a second.
+    assert abs(target.person.velocity[0]) < 25
 
 
 def zoomed(image: np.ndarray, box: Box, factor: float) -> np.ndarray:
