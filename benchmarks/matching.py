@@ -298,7 +298,7 @@ def bars(report: dict[str, Any]) -> bool:
         holds('events, 960 over 30', events['960'] / events['30'], 1.5),
         holds('gemm over events, 30', gemm['30'] / events['30'], 5.0, least=True),
         holds('gemm over events, 960', gemm['960'] / events['960'], 50.0, least=True),
-        holds('events_oblique, 960 over 30', oblique['960'] / oblique['30'], 2.2),
+        holds('events_oblique, 960 over 30', oblique['960'] / oblique['30'], 1.8),
         holds('update, 480 templates, ms', update['events']['480 all'], 4.0),
         holds('update, table, 30 templates, ms', table, 50.0),
     ])  # fmt: skip
