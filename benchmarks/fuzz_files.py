@@ -170,7 +170,7 @@ def play(data: st.DataObject) -> None:
 
 
 def main() -> int:
-    return fuzz(play, prepare, __doc__ or '', 1000)
+    return fuzz(play, prepare, __doc__ or '')
 
 
 if __name__ == '__main__':

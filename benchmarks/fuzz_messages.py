@@ -33,9 +33,8 @@ from collections import Counter
 from pathlib import Path
 from random import Random
 
-from geometry_msgs.msg import PolygonInstanceStamped
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import Image, JointState
+from sensor_msgs.msg import Image
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
@@ -75,20 +74,11 @@ SIZE = (240, 180)
 GOOD = 'good'
 """The frame_id of frames that must be answered."""
 
-_PERSON = {
-    'box': PolygonInstanceStamped,
-    'likelihood': Image,
-    'matched_box': PolygonInstanceStamped,
-    'shape_prior': Image,
-    'gait': JointState,
-    'mask': Image,
-}
+_PERSON = {name: kind for name, kind in KINDS.items() if name.startswith('person_0/')}
 ANSWERS = {
-    'split/person_0/box': PolygonInstanceStamped,
-    'split/person_0/likelihood': Image,
-    'single/mask': Image,
-    'single/labels': Image,
-    **{f'single/person_0/{name}': kind for name, kind in _PERSON.items()},
+    **{f'split/{name}': _PERSON[name] for name in ('person_0/box', 'person_0/likelihood')},
+    **{f'single/{name}': kind for name, kind in _PERSON.items()},
+    **dict.fromkeys(('single/mask', 'single/labels'), Image),
 }
 """On which every good frame is to be answered once: by the tracker, and by the pipeline."""
 
@@ -256,10 +246,6 @@ class Fuzz:
         for name, count in sorted(self.sent.items()):
             print(f'{count:7}  {name}')
         logged = self.nodes.lines() - said
-        for name, first in before.items():
-            print(
-                f'  {name:15} {logged[name] / seconds:.2f} lines/s, RSS {first:.0f} MiB at first'
-            )
         found = self.client.answers.values()
         most = max(self.nodes.peak[name] - first for name, first in before.items())
         lost = sum(any(not each[topic] for topic in ANSWERS) for each in found)

@@ -393,7 +393,7 @@ def play(data: st.DataObject) -> None:
 
 
 def main() -> int:
-    return fuzz(play, compile_kernels, __doc__ or '', 2000)
+    return fuzz(play, compile_kernels, __doc__ or '')
 
 
 if __name__ == '__main__':

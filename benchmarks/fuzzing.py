@@ -55,30 +55,21 @@ def _run(play: Callable[[st.DataObject], None], number: int, most: int, until: f
     return played
 
 
-def fuzz(
-    play: Callable[[st.DataObject], None], prepare: Callable[[], object], about: str, cases: int
-) -> int:
+def fuzz(play: Callable[[st.DataObject], None], prepare: Callable[[], object], about: str) -> int:
     """
     Read the command line, play examples, say what came of them and return the exit code.
 
     :param play: draws an example and plays it, in another process; raises what is wrong.
     :param prepare: called in each of these processes before.
-    :param cases: how many, unless the command line says it.
     """
     parser = argparse.ArgumentParser(
         description=about, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     add = parser.add_argument
-    add('--cases', type=int, default=cases, metavar='N', help='(%(default)s)')
+    add('--cases', type=int, default=2000, metavar='N', help='(%(default)s)')
     add('--minutes', type=float, default=math.inf, metavar='M', help='begin none after that')
     add('--seed', type=int, default=secrets.randbelow(10**9), metavar='S', help='(random)')
-    add(
-        '--processes',
-        type=int,
-        default=2,
-        metavar='N',
-        help='each has the next seed (%(default)s)',
-    )
+    add('--processes', type=int, default=2, metavar='N', help='each has the next seed (2)')
     options = parser.parse_args()
     # As Ctrl-C does, it ends the other processes, too.
     signal.signal(signal.SIGTERM, signal.default_int_handler)

@@ -1,11 +1,46 @@
+#!/usr/bin/env python3
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The nodes as processes before a played film, and somebody who listens to what they answer."""
+"""
+The nodes as processes before a film, as somebody who subscribes to the mask sees them.
+
+A synthetic walker, 0.62 of the image high, walks to and fro before gait_source, which publishes
+at 30 frames per second as a camera does; the three nodes (split) or gait_pipeline (single) run
+with their defaults, but for ``-p``.  Needs ROS 2; leave the machine alone meanwhile::
+
+    python benchmarks/nodes.py [--seconds 60] [--sizes 640x480 1280x720] [--json FILE]
+        [--rate 15] [-p matching.kernel:=direct_access_table ...]
+    python benchmarks/nodes.py --people 1 --styles single --seconds 1800
+    python benchmarks/nodes.py --sequences FOLDER ...
+    python benchmarks/nodes.py --kills 50
+
+Latencies from a frame's stamp to its mask, in ms, are over all frames answered; ``lost`` counts
+frames without a mask that were published after the first second, ``lost_first_second`` those
+before, ``first`` is the latency of the first frame of all.  ``cpu_percent`` (of one core, the
+source not counted) and ``rss_mib`` are of all nodes together; ``drift`` is the change of that
+memory over the last third, ``slower`` the 95th percentile of the last third over that of the
+first.  ``--json`` has the styles of all sizes under their names.
+
+``--people`` has people found in scenes of 640 x 480 in which three come, cross and go, with a
+second of nothing but noise between.  ``--sequences`` plays clips with truth at their own
+rate through the three nodes; a frame without a mask counts as nobody seen, and J may be 0.02 less
+than in lockstep.  ``--kills`` kills each node so many times under a stream, at moments drawn by
+lot, and starts it again as a launch file with ``respawn`` does: a frame shown after the kill must
+be answered within 3 s, the start of Python included (the kernels must be in Numba's cache).  A
+node that gives none within 20 s counts as hung: its stacks are printed (SIGUSR1), and it must end
+within 5 s of SIGTERM.
+"""
 
 from __future__ import annotations
 
+import argparse
+import json
 import os
+import random
+import signal
+import statistics
 import struct
+import sys
 import tempfile
 import threading
 import time
@@ -16,6 +51,7 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.executors import ExternalShutdownException
@@ -24,11 +60,22 @@ from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import Image
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from benchmarks.bars import holds
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
-from gait_segmentation.cli.live import NODES, prepare_environment
+from gait_segmentation.cli.live import NODES, play as play_film, prepare_environment, read_stamps
 from gait_segmentation.cli.processes import ProcessError, ProcessGroup
+from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
+from gait_segmentation.inputs import open_input
+from gait_segmentation.pipeline import Pipeline
 from gait_segmentation.ros.executor import MessageExecutor
+from gait_tools.evaluation.metrics import jaccard
+from gait_tools.evaluation.runner import run
+from gait_tools.evaluation.sequence import Sequence
+from gait_tools.evaluation.session import load_sequences
 
 STYLES = {'split': NODES, 'single': ('gait_pipeline',)}
 ALL_NODES = (*NODES, 'gait_pipeline')
@@ -39,6 +86,23 @@ LINKS = {'box': 1, 'likelihood': 2, 'matched_box': 2, 'shape_prior': 2, 'mask': 
 PERSON = 0.62
 """Height of the walker over that of the image."""
 
+BARS = {
+    ('640x480', 'split'): {'p95': 33.0, 'lost': 0, 'cpu_percent': 100.0, 'first': 100.0},
+    ('640x480', 'single'): {'p95': 20.0, 'lost': 0, 'first': 100.0},
+    ('1280x720', 'split'): {'p95': 50.0, 'lost': 0},
+}
+LONG = {'lost': 0, 'drift': 0.01, 'slower': 1.2}
+"""Bars of the scenes with people who come and go."""
+
+LIVE = 0.02
+"""How much less than in lockstep J may be."""
+
+BACK_S, HUNG_S, TERM_S, STEADY_S = 3.0, 20.0, 5.0, 0.5
+"""Of a node that is killed; frames are answered for as long before the next kill, at least."""
+
+STACKS = 100
+SCENES, SCENE_FRAMES, NOISE_FRAMES = 3, 150, 30
+SAMPLE_S = 0.2
 STEPS = 60
 FLOW_OUT_S = 3.0
 _START_TIMEOUT_S, _POLL_S = 180.0, 0.02
@@ -252,3 +316,221 @@ def play(
         '--delay', '1', '--stamps', str(stamps), *options,
     )  # fmt: skip
     return stamps
+
+
+def size_of(text: str) -> tuple[int, int]:
+    """Read a size such as 640x480."""
+    width, height = map(int, text.split('x'))
+    return width, height
+
+
+def write_scenes(folder: Path) -> None:
+    """Write the frames of the scenes, uncompressed, so that decoding costs little."""
+    folder.mkdir()
+    noise = np.random.default_rng(0)
+    images: list[np.ndarray] = []
+    for seed in range(SCENES):
+        config = SyntheticConfig(
+            seed, *(640, 480, 30.0, SCENE_FRAMES), person_height=150.0, walkers=3
+        )
+        images += [frame.image for frame in SyntheticSequence(config)]
+        images += [noise.integers(0, 256, images[-1].shape, np.uint8) for _ in range(NOISE_FRAMES)]
+    for number, image in enumerate(images):
+        cv2.imwrite(str(folder / f'{number:06d}.bmp'), image)
+
+
+def measure(style: str, size: tuple[int, int], options: argparse.Namespace) -> dict[str, Any]:
+    """Measure one style at one size."""
+    nodes, memory = STYLES[style], []
+    with tempfile.TemporaryDirectory() as folder, session() as (processes, listener):
+        film, box = Path(folder) / 'frames', None
+        if options.people:
+            write_scenes(film)
+        else:
+            box = write_clip(Path(folder), size, max(2, round(options.seconds * options.rate)))
+        parameters = f'max_people:={options.people or 1}', *options.parameters
+        start(processes, nodes, listener, *parameters, box=box)
+        played = play(
+            processes, nodes, film, options.rate, *(['--loop'] if options.people else [])
+        )
+        wait(lambda: bool(listener.arrived) or processes.ended('gait_source'), float('inf'))
+        pids = [processes.pid(name) for name in nodes]
+        began, used = time.monotonic(), sum(map(processor_seconds, pids))
+        while not processes.ended('gait_source'):
+            processes.check_running(*nodes)
+            memory.append(sum(map(resident_mib, pids)))
+            if options.people and time.monotonic() - began > options.seconds:
+                processes.stop('gait_source')
+            time.sleep(SAMPLE_S)
+        passed = max(time.monotonic() - began, 1e-9)
+        used = sum(map(processor_seconds, pids)) - used
+        time.sleep(FLOW_OUT_S)
+        published, arrived = sorted(read_stamps(played).values()), dict(listener.arrived)
+    if not published or not arrived:
+        raise ProcessError(f'{style}: {len(published)} frames published, none answered')
+    latency = {t: 1e3 * (arrived[t] - t / 1e9) for t in published if t in arrived}
+    missing = [t for t in published if t not in arrived]
+    settled = published[0] + 1_000_000_000
+    values = np.array(list(latency.values()))
+    found = {f'p{share}': round(float(np.percentile(values, share)), 2) for share in (50, 95, 99)}
+    third = max(len(values) // 3, 1)
+    first, last = (float(np.percentile(each, 95)) for each in (values[:third], values[-third:]))
+    end = memory[-max(len(memory) // 3, 1) :]
+    return found | {
+        'max': round(float(values.max()), 2),
+        'lost': sum(t >= settled for t in missing),
+        'cpu_percent': round(100 * used / passed, 1),
+        'rss_mib': round(memory[-1], 1),
+        'drift': round((max(end) - min(end)) / max(end), 5),
+        'slower': round(last / first, 3),
+        'frames': len(published),
+        'answered': len(latency),
+        'lost_first_second': sum(t < settled for t in missing),
+        'first': round(latency.get(published[0], float('inf')), 2),
+    }
+
+
+def latencies(options: argparse.Namespace) -> list[bool]:
+    """Measure all sizes and styles, print them, and return what of the bars holds."""
+    report: dict[str, dict[str, dict[str, Any]]] = {}
+    fine = []
+    for size in options.sizes:
+        name = f'{size[0]}x{size[1]}'
+        report[name] = {}
+        for style in options.styles:
+            found = report[name][style] = measure(style, size, options)
+            print(f'{name} {style:6s}', *(f'{k} {v}' for k, v in found.items()))
+            bars = LONG if options.people else BARS.get((name, style), {})
+            if not options.parameters:
+                fine += [holds(key, found[key], limit) for key, limit in bars.items()]
+    if options.json:
+        options.json.write_text(json.dumps(report, indent=1) + '\n')
+    return fine
+
+
+def played(sequence: Sequence) -> bool:
+    """Play a sequence through the three nodes; return whether J is as in lockstep."""
+
+    def score(masks: Mapping[int, np.ndarray]) -> float:
+        truths = {n: sequence.truth(n) for n in sequence.numbers if n in sequence.masks}
+        values = [jaccard(masks.get(n, np.zeros_like(each)), each) for n, each in truths.items()]
+        return float(np.mean(values))
+
+    boxes = sequence.starts.get(sequence.numbers[0], ())
+    if len(boxes) != 1:
+        raise SequenceError(f'{sequence.name} needs one person, from the first frame on')
+    alone = run(Pipeline(), sequence, sequence.numbers, boxes[0], clock=time.perf_counter)
+    wanted = score({each.number: each.mask for each in alone})
+    film = open_input(sequence.folder / 'frames')
+    with tempfile.TemporaryDirectory() as logs:
+        said = play_film(film, Path(logs), box=boxes[0], rate=sequence.fps)
+    masks = {sequence.numbers[each]: said.result(each).mask for each in said.answered()}
+    more = f'(lockstep {wanted:.4f}, {len(masks)} of {len(sequence.numbers)} frames answered)'
+    return holds(f'{sequence.name}, live', score(masks), wanted - LIVE, least=True, more=more)
+
+
+class Kills:
+    """The nodes under a stream, each of which is killed and started again."""
+
+    def __init__(
+        self, processes: ProcessGroup, listener: Answers, nodes: tuple[str, ...], frames: Path
+    ) -> None:
+        """Start everything and wait until frames are answered."""
+        self.processes, self.listener, self.nodes = processes, listener, nodes
+        self.times_s: dict[str, list[float]] = {name: [] for name in nodes}
+        self.hung = self.deaf = 0
+        for name in nodes:
+            start_node(processes, name)
+        processes.start(
+            'gait_source', 'gait_segmentation', 'source', str(frames),
+            '--rate', '30', '--loop', '--preload',
+        )  # fmt: skip
+        if not self.answers_after(time.time_ns(), _START_TIMEOUT_S):
+            raise ProcessError('no frame was answered')
+
+    def answers_after(self, stamp_ns: int, timeout_s: float) -> bool:
+        """Wait until a frame that was shown after a time is answered; return whether it is."""
+        arrived = self.listener.arrived
+        return wait(lambda: max(list(arrived), default=0) > stamp_ns, timeout_s, 0.005)
+
+    def kill(self, name: str) -> None:
+        """Kill a node, start it again and wait for its first answer."""
+        self.processes.check_running(*self.nodes, 'gait_source')
+        # Older stamps are of no use any more.
+        self.listener.arrived.clear()
+        began_ns = time.time_ns()
+        self.signal(name, signal.SIGKILL)
+        start_node(self.processes, name)
+        if self.answers_after(began_ns, HUNG_S):
+            newest = min(stamp for stamp in list(self.listener.arrived) if stamp > began_ns)
+            self.times_s[name].append(self.listener.arrived[newest] - began_ns / 1e9)
+            return
+        self.hung += 1
+        self.signal(name, signal.SIGUSR1)
+        time.sleep(1.0)
+        print(f'--- {name}\n{self.processes.last_lines(name, STACKS)}', flush=True)
+        # All, which may wait for it.
+        for each in self.nodes:
+            if not self.signal(each, signal.SIGTERM):
+                self.deaf += 1
+                self.signal(each, signal.SIGKILL)
+            start_node(self.processes, each)
+        self.answers_after(time.time_ns(), _START_TIMEOUT_S)
+
+    def signal(self, name: str, number: signal.Signals) -> bool:
+        """Send a signal to a node if it runs; return whether one that is to end it does."""
+        if self.processes.ended(name):
+            return True
+        os.kill(self.processes.pid(name), number)
+        ended = partial(self.processes.ended, name)
+        return number == signal.SIGUSR1 or wait(ended, TERM_S)
+
+
+def killed(nodes: tuple[str, ...], kills: int, seed: int) -> bool:
+    """Kill each of some nodes that work together a number of times; say whether all holds."""
+    chance = random.Random(seed)
+    with tempfile.TemporaryDirectory() as folder, session() as (processes, listener):
+        write_clip(Path(folder), (640, 480), 118)
+        stage = Kills(processes, listener, nodes, Path(folder) / 'frames')
+        for _ in range(kills):
+            for name in nodes:
+                time.sleep(STEADY_S + chance.random())
+                stage.kill(name)
+    fine = True
+    for name, found in stage.times_s.items():
+        times = found or [float('inf')]
+        about = f'(median {statistics.median(times):.2f}, {len(found)} back)'
+        fine &= holds(f'{name}, worst time in s', max(times), BACK_S, more=about)
+    return fine & holds('hung', stage.hung, 0, more=f'({stage.deaf} deaf to SIGTERM)')
+
+
+def main() -> int:
+    """Measure, print, and say whether what is promised holds."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    add = parser.add_argument
+    add('--sizes', type=size_of, nargs='+', default=[(640, 480)], metavar='WxH')
+    add('--styles', nargs='+', choices=list(STYLES), default=list(STYLES))
+    add('--rate', type=float, default=30.0, metavar='HZ')
+    add('--seconds', type=float, default=60.0)
+    add('-p', dest='parameters', nargs='+', default=[], metavar='NAME:=VALUE', help='of all nodes')
+    add('--json', type=Path, metavar='FILE', help='write the figures here')
+    add('--people', type=int, default=0, metavar='N', help='play scenes for ever, N slots')
+    add('--sequences', type=Path, nargs='+', metavar='FOLDER', help='play clips with truth')
+    add('--kills', type=int, default=0, metavar='N', help='kill each node N times')
+    add('--seed', type=int, default=1, help='of the kills')
+    options = parser.parse_args()
+    if options.sequences:
+        fine = [played(each) for each in load_sequences(options.sequences)]
+    elif options.kills:
+        # An installed package has its bytecode.
+        os.environ.pop('PYTHONDONTWRITEBYTECODE', None)
+        fine = [killed(STYLES[each], options.kills, options.seed) for each in options.styles]
+    else:
+        fine = latencies(options)
+    return 0 if all(fine) else 1
+
+
+if __name__ == '__main__':
+    sys.exit(run_tool('nodes.py', main))

@@ -1,26 +1,62 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The camera of a synthetic clip, which looks level and moves sideways."""
+"""What can be chosen about a synthetic clip, and its camera: level, moving sideways."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.synthetic.config import SyntheticConfig
 from gait_segmentation.geometry import BodyFrame
 
-__all__ = ['EYE_LEVEL', 'FOCAL_LENGTH', 'SyntheticCamera']
+__all__ = ['EYE_LEVEL', 'FOCAL_LENGTH', 'SyntheticCamera', 'SyntheticConfig']
 
 EYE_LEVEL = 0.9
 """Height of the camera above the ground, in statures."""
 
 FOCAL_LENGTH = 1.1
 """In image widths."""
+
+
+@dataclass(frozen=True)
+class SyntheticConfig:
+    """
+    Parameters of a clip; sizes in pixels, deviations are standard deviations.
+
+    ``person_height`` is that of the first walker half way, who walks towards ``azimuth`` (radians:
+    0 right, pi/2 away, -pi/2 closer) with ``stride_rate`` strides (two steps) a second; ``pan`` is
+    how far the camera moves to the right a frame, seen on that walker.
+    """
+
+    seed: int = 0
+    width: int = 320
+    height: int = 240
+    fps: float = 25.0
+    frames: int = 50
+    person_height: float = 120.0
+    azimuth: float = 0.0
+    stride_rate: float = 0.9
+    build: str = 'average'
+    walkers: int = 1
+    pan: float = 0.0
+    jitter: float = 0.3
+    """Deviation of the camera's shake."""
+
+    clutter: float = 0.5
+    """Things before the wall: 0 none, 1 crowded."""
+
+    shadow: bool = False
+    """Whether walkers cast soft shadows."""
+
+    noise: float = 3.0
+    """Deviation of the sensor's noise, grey levels."""
+
+    blur: float = 0.5
+    """Deviation of the lens's blur."""
 
 
 class SyntheticCamera:
@@ -31,25 +67,15 @@ class SyntheticCamera:
     are what pictures of the whole place, such as a panorama, have on each side beyond the image.
     """
 
-    def __init__(
-        self,
-        config: SyntheticConfig,
-        rng: np.random.Generator,
-        sway: Callable[[int], tuple[float, float]],
-    ) -> None:
-        """
-        Draw the shake.
-
-        :param sway: (x, y) pixels by which a frame is moved beside pan and shake.
-        """
+    def __init__(self, config: SyntheticConfig, rng: np.random.Generator) -> None:
+        """Draw the shake."""
         self._config = config
         self._focal = FOCAL_LENGTH * config.width
         # Level with the middle of the first walker's way, so that feet and head have room.
         self._horizon = config.height / 2 + (0.5 - EYE_LEVEL) * config.person_height
         self.distance = self._focal / config.person_height
-        swaying = np.array([sway(number) for number in range(config.frames)], np.float64)
-        self._shake = _shake(config.jitter, rng.standard_normal((config.frames, 2))) + swaying
-        moved = 4 * config.jitter + 4 + np.abs(swaying).max()
+        self._shake = _shake(config.jitter, rng.standard_normal((config.frames, 2)))
+        moved = 4 * config.jitter + 4
         self.margin_y = math.ceil(moved)
         self.margin_x = math.ceil(abs(config.pan) * config.frames / 2 + moved)
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from benchmarks.synthetic.scenery import muted_colour, value_noise
 
-__all__ = ['Outfit', 'make_disguise', 'make_outfit', 'paint']
+__all__ = ['Outfit', 'make_outfit', 'paint']
 
 SKINS = ((175, 200, 235), (140, 170, 215), (95, 130, 180), (60, 85, 125))
 HAIRS = ((25, 25, 30), (35, 50, 75), (60, 95, 130), (120, 125, 130))
@@ -70,22 +70,6 @@ def make_outfit(rng: np.random.Generator, build: str = 'average') -> Outfit:
         if colours[name] is not skin
     }
     return Outfit(colours, hair, textures)
-
-
-def make_disguise(colour: NDArray[np.float32], relief: float, stripes: int) -> Outfit:
-    """
-    Dress somebody in one colour from head to foot, skin and hair included, in upright stripes.
-
-    :param colour: (3,) BGR, 0..255.
-    :param relief: how much lighter and darker the stripes are.
-    :param stripes: how many pairs of stripes there are, hand to hand.
-    """
-    across = np.arange(_TEXTURE, dtype=np.float32)[None]
-    wave = relief * np.sign(np.sin(across * np.float32(2 * np.pi * stripes / _TEXTURE)))
-    texture = np.repeat(wave, _TEXTURE, axis=0)
-    parts = ('head', 'torso', 'skirt', 'rucksack', 'arms', 'hands', 'legs', 'feet')
-    plain = np.asarray(colour, np.float32)
-    return Outfit(dict.fromkeys(parts, plain), plain, dict.fromkeys(parts, texture))
 
 
 def paint(parts: dict[str, NDArray[np.uint8]], outfit: Outfit) -> NDArray[np.float32]:

@@ -8,12 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    'make_boards',
-    'make_panorama',
-    'muted_colour',
-    'value_noise',
-]
+__all__ = ['make_panorama', 'muted_colour', 'value_noise']
 
 FloatImage = NDArray[np.float32]
 
@@ -141,25 +136,3 @@ def make_panorama(
         rows = np.arange(height - ground, dtype=np.float32)
         picture[ground:] *= (1 - 0.25 * np.exp(-rows / (0.06 * unit)))[:, None, None]
     return np.asarray(np.clip(picture, 0, 255).astype(np.uint8))
-
-
-def make_boards(
-    rng: np.random.Generator,
-    shape: tuple[int, int],
-    colour: NDArray[np.float32],
-    relief: float,
-    period: float,
-) -> NDArray[np.uint8]:
-    """
-    Paint one colour everywhere, in level stripes that are lighter and darker in turn.
-
-    :param shape: (H, W) of the picture.
-    :param colour: (3,) BGR, 0..255.
-    :param relief: how much lighter and darker the stripes are.
-    :param period: rows of a lighter and a darker stripe.
-    :returns: (H, W, 3) uint8 BGR.
-    """
-    rows = np.arange(shape[0], dtype=np.float32)[:, None]
-    stripes = relief * np.sign(np.sin(rows * np.float32(2 * np.pi / period)))
-    light = stripes + 2.5 * value_noise(rng, shape, 4)
-    return np.asarray(np.clip(colour + light[..., None], 0, 255).astype(np.uint8))

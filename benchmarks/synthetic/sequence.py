@@ -19,13 +19,10 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from benchmarks.synthetic.camera import FOCAL_LENGTH, SyntheticCamera
+from benchmarks.synthetic.camera import FOCAL_LENGTH, SyntheticCamera, SyntheticConfig
 from benchmarks.synthetic.clothing import make_outfit
-from benchmarks.synthetic.config import Staging, SyntheticConfig, still
-from benchmarks.synthetic.courses import Straight
-from benchmarks.synthetic.props import Prop, draw_prop
 from benchmarks.synthetic.scenery import make_panorama
-from benchmarks.synthetic.walkers import Walker, draw_walker
+from benchmarks.synthetic.walkers import Straight, Walker, draw_walker
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.files.output_files import write_file, writing
 from gait_segmentation.geometry import Box
@@ -73,30 +70,21 @@ class SyntheticFrame:
 
 class SyntheticSequence:
     """
-    Frames of a made-up clip; the same configuration and staging give the same bits.
+    Frames of a made-up clip; the same configuration gives the same bits.
 
     Frames can be asked for in any order.  ``walkers`` are the people; the first is the one to
     track where only one is.
     """
 
-    def __init__(
-        self, config: SyntheticConfig | None = None, staging: Staging | None = None
-    ) -> None:
+    def __init__(self, config: SyntheticConfig | None = None) -> None:
         """Draw the place and the people."""
         self.config = config or SyntheticConfig()
-        self._staging = staging
         rng = np.random.default_rng(self.config.seed)
-        self.walkers = draw_walkers(rng, self.config) if staging is None else list(staging.cast)
-        self._camera = camera = SyntheticCamera(
-            self.config, rng, still if staging is None else staging.sway
-        )
+        self.walkers = draw_walkers(rng, self.config)
+        self._camera = camera = SyntheticCamera(self.config, rng)
         wall = WALL_DISTANCE * camera.distance
-        shape = camera.place_shape
-        if staging is not None and staging.panorama is not None:
-            self._panorama = staging.panorama(rng, shape)
-        else:
-            ground, unit = round(camera.ground_at(wall)), camera.height_at(wall)
-            self._panorama = make_panorama(rng, shape, ground, unit, self.config.clutter)
+        ground, unit = round(camera.ground_at(wall)), camera.height_at(wall)
+        self._panorama = make_panorama(rng, camera.place_shape, ground, unit, self.config.clutter)
         self._last: SyntheticFrame | None = None
 
     @property
@@ -183,40 +171,26 @@ class SyntheticSequence:
         seconds = self.seconds(number)
         picture = self._camera.view(self._panorama, number, 1 / WALL_DISTANCE)
         seen = [np.zeros(picture.shape[:2], np.float32) for _ in self.walkers]
-        props = () if self._staging is None else self._staging.props
-        things: list[Walker | Prop] = [*self.walkers, *props]
-        # The farthest first; of two equally far the one named last.
-        for index, thing in sorted(enumerate(things), key=lambda each: -each[1].at(seconds).z):
-            where = thing.at(seconds)
+        # The farthest first.
+        for index, each in sorted(enumerate(self.walkers), key=lambda it: -it[1].at(seconds).z):
+            where = each.at(seconds)
             if where.z < NEAREST * self._camera.distance:
                 continue
             body = self._camera.body_at(where.x, where.z, number)
-            if isinstance(thing, Prop):
-                cover = draw_prop(picture, thing, thing.at(seconds), body)
-            else:
-                cover = draw_walker(picture, thing, body, thing.at(seconds), self.config.shadow)
+            cover = draw_walker(picture, each, body, where, self.config.shadow)
             for behind in seen:
                 behind *= 1 - cover
-            if index < len(seen):
-                seen[index] = cover
+            seen[index] = cover
         return self._finish(number, picture, seen)
 
     def _finish(
         self, number: int, picture: NDArray[np.float32], seen: list[NDArray[np.float32]]
     ) -> SyntheticFrame:
-        staging = self._staging
-        if staging is not None and staging.grey:
-            grey = cv2.cvtColor(np.clip(picture, 0, 255), cv2.COLOR_BGR2GRAY)
-            picture = np.repeat(grey[..., None], 3, axis=2)
         if self.config.blur > 0:
             picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), self.config.blur))
         seconds = self.seconds(number)
         rng = np.random.default_rng([self.config.seed, number])
         noise = rng.standard_normal(picture.shape, dtype=np.float32)
-        if staging is not None:
-            picture = np.clip(picture, 0, 255) * np.float32(staging.exposure(number))
-            if staging.grey:
-                noise = np.repeat(noise[..., :1], 3, axis=2)
         image = np.clip(np.rint(picture + self.config.noise * noise), 0, 255).astype(np.uint8)
         cover = np.rint(255 * np.array(seen)).astype(np.uint8)
         masks = tuple(np.where(alpha > 127, 255, 0).astype(np.uint8) for alpha in cover)

@@ -12,11 +12,53 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.synthetic.clothing import Outfit, paint
-from benchmarks.synthetic.courses import Course, Straight, Whereabouts
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_tools.gait_model import render_parts
 
-__all__ = ['Walker', 'draw_walker']
+__all__ = ['STRIDE_LENGTH', 'Straight', 'Walker', 'Whereabouts', 'draw_walker']
+
+STRIDE_LENGTH = 0.83
+"""In statures."""
+
+
+@dataclass(frozen=True)
+class Whereabouts:
+    """
+    Where somebody is, in which direction and with which legs.
+
+    ``x`` (to the right) and ``z`` (away from the camera) in statures, ``azimuth`` in radians (0 to
+    the right, pi/2 away), ``phase`` in [0, 1), 0 = contact of the right heel.
+    """
+
+    x: float
+    z: float
+    azimuth: float
+    phase: float
+
+
+@dataclass(frozen=True)
+class Straight:
+    """
+    Straight on at one speed.
+
+    ``x``, ``z`` and ``phase`` hold half way; ``stride_rate`` is in strides per second.
+    """
+
+    x: float
+    z: float
+    azimuth: float
+    stride_rate: float
+    phase: float
+
+    def at(self, seconds: float) -> Whereabouts:
+        """Return where the walker is at a time after half way of the clip."""
+        way = STRIDE_LENGTH * self.stride_rate * seconds
+        return Whereabouts(
+            self.x + way * math.cos(self.azimuth),
+            self.z + way * math.sin(self.azimuth),
+            self.azimuth,
+            (self.phase + self.stride_rate * seconds) % 1.0,
+        )
 
 
 @dataclass(frozen=True)
@@ -27,7 +69,7 @@ class Walker:
     ``build`` names figure and kind of clothes.
     """
 
-    motion: Straight | Course
+    motion: Straight
     build: str
     outfit: Outfit
 

@@ -100,19 +100,19 @@ def test_errors_that_are_about_no_file_are_mistakes_of_the_program() -> None:
 
 def test_a_benchmark_says_in_one_line_what_is_wrong(tmp_path: Path) -> None:
     done = subprocess.run(
-        [sys.executable, BENCHMARKS / 'tracking.py', '--data', tmp_path],
+        [sys.executable, BENCHMARKS / 'pipeline.py', tmp_path],
         capture_output=True,
         text=True,
     )
     assert (done.returncode, done.stdout) == (2, '')
-    assert done.stderr.startswith(f'tracking.py: error: {tmp_path} is no sequence')
+    assert done.stderr.startswith(f'pipeline.py: error: {tmp_path} is no sequence')
     assert done.stderr.count('\n') == 1
 
 
 def test_every_benchmark_ends_as_the_commands_do() -> None:
     texts = {path.name: path.read_text() for path in sorted(BENCHMARKS.glob('[!_]*.py'))}
     programs = {name: text for name, text in texts.items() if text.startswith('#!')}
-    assert 'tracking.py' in programs
+    assert 'pipeline.py' in programs
     for name, text in programs.items():
         assert f"sys.exit(run_tool('{name}', main))" in text, name
     assert not any('def main' in text for name, text in texts.items() if name not in programs)

@@ -12,8 +12,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from benchmarks.localization import CAMERAS, locate, true_matches
-from benchmarks.synthetic.perspective import PATHS, Walk, film
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.localization import (
@@ -25,6 +23,7 @@ from gait_segmentation.localization import (
 )
 from gait_segmentation.localization.localizer import DEPTH, GROUND, PREDICTED
 from gait_segmentation.results import MatchResult
+from test.localization.perspective import CAMERAS, PATHS, Walk, film, locate, true_matches
 
 SECONDS = 1.5
 NOISE = 0.01

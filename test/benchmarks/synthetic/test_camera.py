@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.synthetic.camera import EYE_LEVEL, SyntheticCamera
-from benchmarks.synthetic.config import SyntheticConfig, still
+from benchmarks.synthetic.camera import EYE_LEVEL, SyntheticCamera, SyntheticConfig
 
 
-def _camera(sway=still, **values: object) -> SyntheticCamera:
+def _camera(**values: object) -> SyntheticCamera:
     config = SyntheticConfig(**{'width': 80, 'height': 60, 'frames': 11, 'jitter': 0.0} | values)
-    return SyntheticCamera(config, np.random.default_rng(1), sway)
+    return SyntheticCamera(config, np.random.default_rng(1))
 
 
 def test_the_first_walker_is_in_the_middle_and_as_tall_as_asked_for() -> None:
@@ -52,14 +51,3 @@ def test_a_view_is_cut_out_of_the_whole_place() -> None:
         assert view.shape == (60, 80)
         assert (view[:, : edge - 1] < 20).all()
         assert (view[:, edge + 1 :] > 180).all()
-
-
-def test_sway_moves_the_picture_and_widens_the_margins() -> None:
-    def sway(number: int) -> tuple[float, float]:
-        return (7.0, -3.0) if number == 4 else (0.0, 0.0)
-
-    camera, calm = _camera(sway), _camera()
-    assert camera.margin_y == calm.margin_y + 7
-    moved, unmoved = (each.body_at(0.0, each.distance, 4) for each in (camera, calm))
-    assert moved.center_x - unmoved.center_x == pytest.approx(7)
-    assert moved.center_y - unmoved.center_y == pytest.approx(-3)

@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 
 from benchmarks.synthetic.clothing import make_outfit
-from benchmarks.synthetic.courses import Straight, Whereabouts
-from benchmarks.synthetic.walkers import Walker, draw_walker
+from benchmarks.synthetic.walkers import (
+    STRIDE_LENGTH,
+    Straight,
+    Walker,
+    Whereabouts,
+    draw_walker,
+)
 from gait_segmentation.geometry import BodyFrame
 
 HERE = Whereabouts(0.0, 3.0, 0.0, 0.25)
@@ -20,6 +25,15 @@ def test_phases():
     assert walker().at(0.5).phase == 0.75
     assert walker().near_phase(0.5) == 0.75
     assert walker(azimuth=3.0).near_phase(0.5) == 0.25
+
+
+def test_straight_on():
+    motion = Straight(1.0, 3.0, 0.0, 1.0, 0.25)
+    assert motion.at(0.0).x == 1.0
+    assert motion.at(0.5).x == pytest.approx(1 + STRIDE_LENGTH / 2)
+    away = Straight(0.0, 3.0, np.pi / 2, 1.0, 0.0).at(1.0)
+    assert away.x == pytest.approx(0)
+    assert away.z == pytest.approx(3 + STRIDE_LENGTH)
 
 
 def test_the_body_stands_where_it_should():

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A walker of the gait model before a calibrated camera, in metres, with exact depth."""
+"""A walker of the gait model before a calibrated camera, in metres, and errors of the place."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 
 import numba
 import numpy as np
@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 from benchmarks.synthetic.clothing import make_outfit
 from benchmarks.synthetic.scenery import make_panorama
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.localization import CameraPose, PinholeCamera
+from gait_segmentation.localization import CameraPose, Localizer, Location, PinholeCamera
+from gait_segmentation.results import MatchResult
 from gait_tools.gait_model.body import PARTS, Body, body_at, named_build
-
-__all__ = ['PATHS', 'STATURE', 'Shot', 'Walk', 'film']
 
 STATURE, STEP = 1.75, 0.70  # metres; the gait model's steps are 0.36 to 0.44 statures
 WALL = 9.0  # metres ahead of the camera
@@ -205,3 +204,70 @@ def _place(
     foot = int(np.argmax(depth[:, shape[1] // 2] < wall.reshape(shape)[:, shape[1] // 2]))
     unit = camera.fy * STATURE / WALL
     return make_panorama(rng, shape, foot or shape[0], unit, 0.4).astype(float), depth
+
+
+CAMERAS = {
+    'level': (PinholeCamera(640, 480, 525, 525, 319.5, 239.5), CameraPose.above_ground(1.2)),
+    'high': (
+        PinholeCamera(640, 480, 460, 460, 319.5, 239.5),
+        CameraPose.above_ground(2.2, math.radians(18)),
+    ),
+}
+SETTLED = round(RATE)  # frames: one second
+
+Found = tuple[Shot, MatchResult, NDArray[np.uint8]]
+
+
+@dataclass
+class Errors:
+    """Errors of a walk, in metres, radians and shares, and how many frames had a place."""
+
+    place: list[float] = field(default_factory=list)
+    heading: list[float] = field(default_factory=list)
+    speed: list[float] = field(default_factory=list)
+    frames: int = 0
+
+    def add(self, shot: Shot, found: Location | None, settled: bool) -> None:
+        """Note a frame."""
+        self.frames += 1
+        if found is None:
+            return
+        self.place.append(float(np.linalg.norm(found.position - shot.position)))
+        if settled:
+            self.heading.append(abs(math.remainder(found.yaw - shot.yaw, 2 * math.pi)))
+            self.speed.append(
+                math.inf if found.speed is None else abs(found.speed / shot.speed - 1)
+            )
+
+    def __str__(self) -> str:
+        """Return the line of the report."""
+        if not self.heading:
+            return 'nothing was located'
+        return (
+            f'{len(self.place):3d}/{self.frames} located, place {np.median(self.place):.3f} m, '
+            f'heading {math.degrees(max(self.heading)):4.1f} deg at most, '
+            f'speed {100 * np.median(self.speed):4.1f} %'
+        )
+
+
+def true_matches(shots: Sequence[Shot]) -> Iterator[Found]:
+    """Yield the frames with the true mask and body."""
+    black = np.zeros((1, 1), np.uint8)
+    for shot in shots:
+        walk = 0, 0, 0.0, shot.phase_rate, shot.azimuth, 1.0, 1.0, black
+        yield shot, MatchResult(shot.stamp_ns, 1, shot.body, None, *walk), shot.mask
+
+
+def locate(found: Sequence[Found], camera: str, noise: float | None, seed: int = 0) -> Errors:
+    """Return the errors by depth with a share of noise, or by the ground alone without one."""
+    model, pose = CAMERAS[camera]
+    rng = np.random.default_rng(seed)
+    localizer, errors = Localizer(), Errors()
+    for number, (shot, match, mask) in enumerate(found):
+        depth = None
+        if noise is not None:
+            factor = 1 + noise * rng.standard_normal(shot.depth.shape)
+            depth = np.round(1000 * shot.depth * factor).clip(0, 65535).astype(np.uint16)
+        (place,) = localizer.update([match], [mask], model, pose, depth)
+        errors.add(shot, place, number >= SETTLED)
+    return errors

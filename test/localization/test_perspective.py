@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.synthetic.perspective import STATURE, WALL, Walk, film
 from gait_segmentation.geometry import Box
 from gait_segmentation.localization import CameraPose, PinholeCamera
+from test.localization.perspective import STATURE, WALL, Walk, film
 
 CAMERA = PinholeCamera(640, 480, 525, 525, 319.5, 239.5)
 POSE = CameraPose.above_ground(1.2)

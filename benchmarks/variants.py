@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sequences with truth made harder, as worse cameras see them or with bad heat maps beside."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.images import shift_whole
+from gait_segmentation.people import MOST_PEOPLE
+from gait_tools.evaluation.output import write_image
+from gait_tools.evaluation.sequence import Sequence
+
+__all__ = ['CAMERAS', 'KINDS', 'MAPS', 'MAPS_FOLDER', 'write_variant']
+
+MAPS_FOLDER = 'map'
+"""Folder of heat maps beside the frames."""
+
+SOFT, BLOCK, INVERTED = 4.0, 8, 0.1
+"""Blur of the heat maps and side of their blocks, pixels; share of blocks that are inverted."""
+
+Image = NDArray[np.uint8]
+
+
+def _rng(number: int) -> np.random.Generator:
+    return np.random.default_rng([number, 7])
+
+
+def _jpeg(image: Image, quality: int) -> Any:
+    data = cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
+    return cv2.imdecode(data, cv2.IMREAD_COLOR)
+
+
+def _grey(image: Image) -> Any:
+    return cv2.cvtColor(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
+
+
+def _banded(image: Image, number: int) -> Any:
+    """Let lamps flicker: bands that wander down the image."""
+    rows = np.arange(len(image))[:, None, None] / len(image)
+    return image * (1 + 0.15 * np.sin(2 * np.pi * (2 * rows - 0.37 * number)))
+
+
+CAMERAS: dict[str, Callable[[Image, int], Any]] = {
+    'plain': lambda image, number: image,
+    'dark': lambda image, number: 0.3 * image,
+    'low': lambda image, number: 0.35 * image + 90,
+    'gamma': lambda image, number: 255 * (image / 255) ** 0.7,
+    'gain': lambda image, number: image * (1 + 0.25 * math.sin(number / 6)),
+    'flicker': _banded,
+    'warm': lambda image, number: image * np.array([0.88, 1.0, 1.12]),
+    'grey': lambda image, number: _grey(image),
+    'jpeg': lambda image, number: _jpeg(image, 15),
+    'noise': lambda image, number: image + _rng(number).normal(0.0, 12.0, image.shape),
+    'blur': lambda image, number: cv2.GaussianBlur(image, (0, 0), 1.5),
+}
+"""What becomes of a frame, given its number, by the name of the kind."""
+
+MAPS: dict[str, Callable[[Image, int], Any]] = {
+    'map': lambda heat, number: heat,
+    'map-late': lambda heat, number: heat,
+    'map-rare': lambda heat, number: heat,
+    'map-mirrored': lambda heat, number: heat[:, ::-1],
+    'map-shifted': lambda heat, number: shift_whole(heat, heat.shape[1] // 8, 0),
+    'map-inverted': lambda heat, number: 255 - heat,
+    'map-constant': lambda heat, number: np.full_like(heat, 200),
+    'map-noise': lambda heat, number: _rng(number).integers(0, 256, heat.shape, np.uint8),
+}
+"""What becomes of a heat map that comes with the frame."""
+
+KINDS = (*CAMERAS, *MAPS)
+
+
+def _heat(labels: Image, number: int) -> Image:
+    """Return a map that does not tell people apart: all of them, blurred, some blocks inverted."""
+    people = np.where((labels > 0) & (labels <= MOST_PEOPLE), 255, 0).astype(np.uint8)
+    soft = np.asarray(cv2.GaussianBlur(people, (0, 0), SOFT), np.uint8)
+    wrong = _rng(number).random([math.ceil(size / BLOCK) for size in soft.shape]) < INVERTED
+    blocks = np.kron(wrong, np.ones((BLOCK, BLOCK), bool))[: soft.shape[0], : soft.shape[1]]
+    return np.where(blocks, 255 - soft, soft).astype(np.uint8)
+
+
+def write_variant(sequence: Sequence, kind: str, folder: Path, maps: str = '') -> str:
+    """
+    Write a harder sequence, with the truth of the one it is made of.
+
+    :param kind: one of :data:`KINDS`.
+    :param maps: folder of heat maps beside the frames of the sequence; made of its truth without.
+    :returns: which heat maps it has, as ``gait_evaluate --heat-map`` says it; empty if none.
+    :raises SequenceError: if something cannot be read or written.
+    """
+    folder.mkdir(parents=True)
+    for each in sequence.folder.iterdir():
+        if each.name in ('masks', 'labels', 'sequence.yaml') or (
+            each.name == 'frames' and kind in MAPS
+        ):
+            (folder / each.name).symlink_to(each.resolve())
+    for number, path in sequence.frames.items():
+        if kind in CAMERAS:
+            made = CAMERAS[kind](sequence.image(number), number)
+            image = np.clip(np.round(made), 0, 255).astype(np.uint8)
+            write_image(folder / 'frames' / f'{path.stem}.png', image)
+            continue
+        name = f'{path.stem}.png'
+        labels = sequence.labels(number)
+        if maps:
+            heat = cv2.imread(str(sequence.folder / maps / name), cv2.IMREAD_GRAYSCALE)
+        else:
+            heat = None if labels is None else _heat(labels, number)
+        if heat is not None:
+            made = np.ascontiguousarray(MAPS[kind](np.asarray(heat, np.uint8), number))
+            write_image(folder / MAPS_FOLDER / name, made)
+    if kind in CAMERAS:
+        return ''
+    if not (folder / MAPS_FOLDER).is_dir():
+        raise SequenceError(f'{sequence.folder} has no {maps or "truth"} to make heat maps of')
+    return MAPS_FOLDER + {'map-late': ':3', 'map-rare': ':0:3'}.get(kind, '')

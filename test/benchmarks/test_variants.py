@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Clips that are made harder have the truth of the clips they are made of."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.variants import CAMERAS, KINDS, write_variant
+from gait_segmentation.errors import SequenceError
+from gait_tools.evaluation.runner import heat_maps_of
+from gait_tools.evaluation.sequence import Sequence
+
+WALKER = Path(__file__).parents[2] / 'examples/walker'
+
+
+@cache
+def walker() -> Sequence:
+    return Sequence.load(WALKER)
+
+
+@pytest.mark.parametrize('kind', KINDS)
+def test_a_harder_clip_has_the_same_truth(kind: str, tmp_path: Path) -> None:
+    maps = write_variant(walker(), kind, tmp_path / 'made')
+    made = Sequence.load(tmp_path / 'made')
+    assert (made.numbers, made.starts, made.fps) == (
+        walker().numbers,
+        walker().starts,
+        walker().fps,
+    )
+    assert np.array_equal(made.truth(7), walker().truth(7))
+    assert bool(maps) == (kind not in CAMERAS)
+    assert np.array_equal(made.image(7), walker().image(7)) == (kind == 'plain' or bool(maps))
+    if maps:
+        heat = heat_maps_of(made, maps)(6)
+        assert heat.values.shape == (192, 256)
+        assert heat.stamp_ns == made.stamp_ns(3 if kind == 'map-late' else 6)
+
+
+def test_maps_show_where_somebody_is(tmp_path: Path) -> None:
+    values = {}
+    for kind in ('map', 'map-inverted', 'map-mirrored'):
+        maps = write_variant(walker(), kind, tmp_path / kind)
+        values[kind] = heat_maps_of(Sequence.load(tmp_path / kind), maps)(0).values
+    person = walker().truth(0) == 255
+    assert values['map'][person].mean() > 150 > values['map'][~person].mean() + 50
+    assert np.array_equal(values['map-inverted'], 255 - values['map'])
+    assert np.array_equal(values['map-mirrored'], values['map'][:, ::-1])
+
+
+def test_maps_that_are_not_there_are_an_error(tmp_path: Path) -> None:
+    with pytest.raises(SequenceError, match='has no network to make heat maps of'):
+        write_variant(walker(), 'map', tmp_path / 'made', 'network')
