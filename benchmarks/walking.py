@@ -9,7 +9,7 @@ to the search for walkers, fits a logistic regression to the measures of all tha
 prints its coefficients; ``--write`` changes ``walking.json`` of the package.  ``--check`` plays
 other synthetic walkers and things instead and says which are found, and when::
 
-    python benchmarks/walking.py [--data DIR] [--walkers 40] [--seeds 3] [--write | --check]
+    python benchmarks/walking.py --data DIR [--walkers 40] [--seeds 3] [--write | --check]
 
 ``DIR`` holds clips with ``frames``, ``masks`` of one person, ``sequence.yaml`` and, where there
 are more people, a network's maps of all in ``rvm``.  People are what overlaps the true box by an
@@ -51,7 +51,6 @@ from gait_tools.gait_model import FIGURES
 
 RIGHT = 0.5
 WRONG, DARK = 0.05, 40  # most overlap with the person, and mean of a map, of what is nobody
-DATA = Path(__file__).resolve().parents[2] / 'shared' / 'data'
 FRAMES = 60  # of a film, at most
 DIRECTIONS = 10
 SURE = 100.0  # evidence that nobody reaches
@@ -193,7 +192,7 @@ def check(walkers: range, seeds: range) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
-    parser.add_argument('--data', type=Path, default=DATA, help='clips with truth')
+    parser.add_argument('--data', type=Path, help='folder of clips with truth')
     parser.add_argument('--walkers', type=int, default=40)
     parser.add_argument('--seeds', type=int, default=3, help='clips of each kind of thing')
     parser.add_argument('--write', action='store_true', help='change walking.json')
@@ -203,9 +202,9 @@ def main() -> None:
     if options.check:
         check(range(options.walkers, 2 * options.walkers), range(options.seeds, 2 * options.seeds))
         return
-    clips = sorted(each.parent for each in options.data.glob('*/sequence.yaml'))
+    clips = sorted(each.parent for each in (options.data or Path()).glob('*/sequence.yaml'))
     if not clips:
-        parser.error(f'no clips in {options.data}')
+        parser.error(f'--data must be a folder of clips with truth, got {options.data}')
     matches: list[Match] = []
     for path in clips:
         matches += measured(path.name, film(path))
