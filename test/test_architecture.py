@@ -41,6 +41,17 @@ def imported(path: Path) -> set[str]:
     return names
 
 
+def module_name(path: Path) -> str:
+    return '.'.join(path.relative_to(PACKAGE.parent).with_suffix('').parts)
+
+
+def in_circles(needs: dict[str, set[str]]) -> list[str]:
+    """Return what is left when all is taken away that needs nothing that is left."""
+    while free := {name for name, others in needs.items() if not others & needs.keys()}:
+        needs = {name: others for name, others in needs.items() if name not in free}
+    return sorted(needs)
+
+
 def test_there_is_something_to_look_at() -> None:
     assert len(modules()) > 100
     assert 'numpy' in imported(PACKAGE / 'pipeline.py')
@@ -98,10 +109,14 @@ def test_no_folders_need_each_other() -> None:
         for folder in folders
     }
     assert needs['tracking'] >= {'scene', 'starting'}
-    while needs:
-        free = {folder for folder, others in needs.items() if not others & needs.keys()}
-        assert free, f'these folders import each other in a circle: {sorted(needs)}'
-        needs = {folder: others for folder, others in needs.items() if folder not in free}
+    assert not in_circles(needs)
+
+
+def test_no_files_need_each_other() -> None:
+    files = {module_name(path): path for path in PACKAGE.rglob('*.py') if path.name[0] != '_'}
+    needs = {name: (imported(path) & files.keys()) - {name} for name, path in files.items()}
+    assert needs['gait_segmentation.pipeline']
+    assert not in_circles(needs)
 
 
 def test_stages_do_not_know_each_other_but_for_the_start() -> None:

@@ -22,21 +22,18 @@ from rclpy.qos import (
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
-from sensor_msgs.msg import CompressedImage, Image
 
 from gait_segmentation.streams.fields import DEPTH
 
 if TYPE_CHECKING:
-    from rclpy.event_handler import QoSMessageLostInfo, QoSRequestedIncompatibleQoSInfo
+    from rclpy.event_handler import QoSRequestedIncompatibleQoSInfo
 
-    from gait_segmentation.ros.lifecycle import GaitNode
-    from gait_segmentation.streams.config import CameraConfig
 
 __all__ = [
     'BEST_EFFORT',
     'BETWEEN_NODES',
     'LATCHED',
-    'CameraSubscription',
+    'incompatible',
     'publisher',
     'subscription',
 ]
@@ -92,7 +89,7 @@ def subscription(
     latched = profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
     wanted = 'it must be reliable' + ' and transient local' * latched
     usual = SubscriptionEventCallbacks(
-        incompatible_qos=lambda event: warn(topic, _incompatible(topic, event, wanted)),
+        incompatible_qos=lambda event: warn(topic, incompatible(topic, event, wanted)),
         use_default_callbacks=False,
     )
 
@@ -119,100 +116,10 @@ def subscription(
     )
 
 
-def _incompatible(topic: str, event: QoSRequestedIncompatibleQoSInfo, remedy: str) -> str:
+def incompatible(topic: str, event: QoSRequestedIncompatibleQoSInfo, remedy: str) -> str:
+    """Return what to say of a publisher that offers less than is asked for, and what helps."""
     policy = qos_policy_name_from_kind(event.last_policy_kind)
     return (
         f'a publisher on {topic} offers an incompatible QoS ({policy}); no messages come from it: '
         + remedy
     )
-
-
-class CameraSubscription:
-    """
-    A subscription to images, or to what is said of them, that adapts to what the camera offers.
-
-    With ``reliability: auto`` it asks for reliable delivery; if a camera offers only best
-    effort, it says so once and is made anew as best effort.
-    """
-
-    def __init__(
-        self,
-        node: GaitNode,
-        config: CameraConfig,
-        received: Callable[[Any], None],
-        topic: str = 'image',
-        kind: Any = Image,
-    ) -> None:
-        """
-        Subscribe.
-
-        :param received: called with every message.
-        :param kind: of the messages, if they are no images: of those the configuration says it.
-        """
-        compressed = kind is Image and config.image_transport == 'compressed'
-        self._node = node
-        self._type = CompressedImage if compressed else kind
-        self.topic = f'{topic}/compressed' if compressed else topic
-        self._received = received
-        self._adapts = config.reliability == 'auto'
-        self._renewal = node.create_guard_condition(self._renew)
-        self._subscribe(best_effort=config.reliability == 'best_effort')
-
-    @property
-    def best_effort(self) -> bool:
-        """Return whether messages may be lost on the way."""
-        return bool(self._subscription.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT)
-
-    def close(self) -> None:
-        """Unsubscribe."""
-        self._node.destroy_subscription(self._subscription)
-        self._node.destroy_guard_condition(self._renewal)
-
-    def _subscribe(self, best_effort: bool) -> None:
-        events = SubscriptionEventCallbacks(
-            incompatible_qos=self._offered_less,
-            # Of frames, which are counted.
-            message_lost=self._lost if self._type in (Image, CompressedImage) else None,
-            use_default_callbacks=False,
-        )
-        self._subscription = subscription(
-            self._node,
-            self._type,
-            self.topic,
-            BEST_EFFORT if best_effort else BETWEEN_NODES,
-            self._received,
-            self._node.warnings.warn,
-            events=events,
-        )
-
-    def _lost(self, event: QoSMessageLostInfo) -> None:
-        self._node.statistics.lost += event.total_count_change
-        remedies = [
-            "start the camera's process with FASTRTPS_DEFAULT_PROFILES_FILE set to "
-            'config/fastdds_shm.xml of this package (here it does not help)'
-        ]
-        if self._type is Image:
-            remedies.append('or use image_transport compressed')
-        if self.best_effort:
-            remedies.append('or let the camera publish reliably')
-        self._node.warnings.warn_of(
-            event.total_count_change, '{} lost on the way: ' + ', '.join(remedies)
-        )
-
-    def _offered_less(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
-        name = self._subscription.topic_name
-        if self._adapts and not self.best_effort:
-            self._node.get_logger().info(
-                f'the publisher on {name} offers best effort only: subscribing as best effort, '
-                'messages may be lost'
-            )
-            # Not here: the executor is just calling this subscription's event.
-            self._renewal.trigger()
-        else:
-            remedy = 'set the parameter reliability to auto or best_effort'
-            self._node.warnings.warn(name, _incompatible(name, event, remedy))
-
-    def _renew(self) -> None:
-        if not self.best_effort:
-            self._node.destroy_subscription(self._subscription)
-            self._subscribe(best_effort=True)

@@ -12,7 +12,7 @@ from sensor_msgs.msg import Image
 
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.ros.advice import no_images, nothing_from, unpublished
-from gait_segmentation.ros.endpoints import CameraSubscription
+from gait_segmentation.ros.camera_subscription import CameraSubscription
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.streams.config import CameraConfig
 from gait_segmentation.streams.fields import DEPTH, slot_topics
