@@ -97,10 +97,7 @@ def _learn_all(
     :returns: the mask with a margin.
     """
     person, config = target.person, target.config
-    mask = person.mask
-    # The folds of clothes, which stand for colours in grey images, do not stay.
-    kept = config.colour_rate if record.image.textured else config.person_colour_rate
-    rates = (kept, config.colour_rate)
+    mask, rates = person.mask, (config.person_colour_rate, config.colour_rate)
     for cue in person.cues:
         cue.learn(record, target.track_id, mask)
     lab = record.image.lab_part(window)

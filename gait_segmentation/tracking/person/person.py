@@ -34,6 +34,9 @@ GUARD = 0.05
 LEAST_SEEN = 0.25
 """Share of a person below which nothing can be told: neither learnt nor followed."""
 
+_MOST_SEEN = 4.0
+"""Size of a mask, over that of the template, from which it is of more than the person."""
+
 _POSE_RATE, _VELOCITY_RATE = 0.1, 0.2
 """Share by which height and tilt, and the pace, move towards what a mask or a frame shows."""
 
@@ -344,10 +347,11 @@ class Person:
         self.angle = self.tilt if abs(self.tilt) > threshold else 0.0
 
     def teaches(self, mask: NDArray[np.uint8], prior: NDArray[np.uint8]) -> bool:
-        """Return whether a mask is large enough, beside the template, about the person."""
+        """Return whether a mask is of the size of a person, beside the template."""
         window = self.window(mask.shape)
-        area = cv2.countNonZero(mask[window])
-        return bool(area > max(LEAST_SEEN * count_likely(prior[window]), 9))
+        area, template = cv2.countNonZero(mask[window]), count_likely(prior[window])
+        most = _MOST_SEEN * template if template else math.inf
+        return max(LEAST_SEEN * template, 9) < area < most
 
 
 def new_colours(config: TrackingConfig) -> tuple[ColourModel, ColourModel]:

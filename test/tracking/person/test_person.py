@@ -181,9 +181,10 @@ def test_what_may_be_either_counts_for_both_at_first() -> None:
         assert model.table[index].max() > 10 * TrackingConfig().colour_floor
 
 
-def test_small_masks_teach_nothing() -> None:
+def test_masks_of_another_size_teach_nothing() -> None:
     state = person()
     prior = ellipse(100, 120, 100)
     assert state.teaches(prior, prior)
     assert not state.teaches(ellipse(100, 120, 30), prior)
+    assert not state.teaches(np.full(SHAPE, 255, np.uint8), prior)
     assert not state.teaches(np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8))
