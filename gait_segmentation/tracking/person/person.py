@@ -350,8 +350,7 @@ class Person:
         """Return whether a mask is of the size of a person, beside the template."""
         window = self.window(mask.shape)
         area, template = cv2.countNonZero(mask[window]), count_likely(prior[window])
-        most = _MOST_SEEN * template if template else math.inf
-        return max(LEAST_SEEN * template, 9) < area < most
+        return max(LEAST_SEEN * template, 9) < area < _MOST_SEEN * max(template, 9)
 
 
 def new_colours(config: TrackingConfig) -> tuple[ColourModel, ColourModel]:
