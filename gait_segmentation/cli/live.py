@@ -37,6 +37,7 @@ from gait_segmentation.inputs import ImageSource
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.pipeline import FrameResult, PersonResult
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
+from gait_segmentation.ros.logs import log_where_possible
 from gait_segmentation.streams.fields import slot_topic, slot_topics
 from gait_segmentation.streams.readings import read_body, read_box, read_gait
 
@@ -242,6 +243,7 @@ def play(
         parameters['initial_box'] = [float(each) for each in (box.x, box.y, box.width, box.height)]
     stamps = logs / 'stamps.txt'
     stamps.unlink(missing_ok=True)
+    log_where_possible()
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
         with ProcessGroup(os.environ, logs) as processes:

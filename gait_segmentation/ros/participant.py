@@ -22,6 +22,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from gait_segmentation.ending import HANGS_S
+from gait_segmentation.ros.logs import log_where_possible
 from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
 
 __all__ = ['REFUSALS', 'Participant', 'said_by', 'take_part', 'take_part_early']
@@ -45,6 +46,7 @@ class Participant:
         :param arguments: the command line, with ROS arguments.
         :raises RuntimeError: and others of rclpy, if it does not understand them.
         """
+        log_where_possible()
         self.freed = remove_dead_segments()
         """Bytes of shared memory of the dead that were freed."""
 
