@@ -8,7 +8,6 @@ import argparse
 import contextlib
 import os
 import sys
-import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
@@ -19,6 +18,7 @@ from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputEr
 from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.installed import shared_file
 from gait_segmentation.files.output_files import named, problem_of
+from gait_segmentation.files.paths import make_writable
 from gait_segmentation.geometry import Box, check_start_box
 
 if TYPE_CHECKING:
@@ -263,9 +263,7 @@ def make_folder(option: str, folder: Path) -> None:
     :raises ConfigError: if nothing can be written there.
     """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            pass
+        make_writable(folder)
     except OSError as error:
         raise ConfigError(
             f'{option} {folder}: nothing can be written: {error.strerror}'

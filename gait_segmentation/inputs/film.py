@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -21,6 +20,7 @@ from gait_segmentation.files.image_files import (
     read_image,
     warn_of_order,
 )
+from gait_segmentation.files.paths import film_name
 from gait_segmentation.inputs.encodings import SampleBits
 from gait_segmentation.inputs.source import DEFAULT_FPS, MOST_FRAMES, Entry, ImageSource
 
@@ -94,8 +94,7 @@ class FilmSource(ImageSource):
         return claimed if 0 < claimed <= MOST_FRAMES else None
 
     def _capture(self) -> cv2.VideoCapture:
-        # With a slash, since FFmpeg takes what comes before a colon for a protocol.
-        capture = cv2.VideoCapture(os.path.join('.', self.path))
+        capture = cv2.VideoCapture(film_name(self.path))
         # OpenCV 4.11 does not turn films of telephones, and 4.6 turns them the other way.
         capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
         return capture

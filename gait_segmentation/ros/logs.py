@@ -9,6 +9,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from gait_segmentation.files.paths import make_writable
+
 __all__ = ['log_where_possible']
 
 
@@ -26,8 +28,7 @@ def log_where_possible() -> None:
         if given.startswith('~') and not home:
             raise FileNotFoundError(2, 'there is no HOME', given)
         folder = Path(given.replace('~', home, 1) if given.startswith('~') else given)
-        folder.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=folder).close()
+        make_writable(folder)
     except OSError as error:
         os.environ['ROS_LOG_DIR'] = tempfile.mkdtemp(prefix='ros_log_')
         print(

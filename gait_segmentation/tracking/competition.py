@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, overlap, signed_distance, within
 
-__all__ = ['REACH', 'Claim', 'compete', 'leave_to']
+__all__ = ['REACH', 'Claim', 'beyond', 'compete', 'leave_to']
 
 _FARTHEST = -6.0
 """Log ratio that falls off up to :data:`REACH`, where somebody ceases to compete."""
@@ -136,4 +136,14 @@ def _settle(
 def _falloff(claim: Claim, near: NDArray[np.float32] | None = None) -> NDArray[np.float32]:
     """Return g: 0 where the person is expected, falling off with the distance from there."""
     near = claim.near if near is None else near
-    return np.clip(near * np.float32(-_FARTHEST / (REACH * claim.height)), _FARTHEST, 0)
+    return np.float32(_FARTHEST) * beyond(near, claim.height)
+
+
+def beyond(near: NDArray[np.float32], height: float) -> NDArray[np.float32]:
+    """
+    Return how far beside a person pixels are, from 0 on the outline to 1 out of reach.
+
+    :param near: (h, w) float32, distance from the outline in pixels, positive inside.
+    :param height: of the body in pixels.
+    """
+    return np.clip(near * np.float32(-1 / (REACH * height)), 0, 1)

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import colour_bins
 from gait_segmentation.images import Window, signed_distance
-from gait_segmentation.tracking.competition import REACH
+from gait_segmentation.tracking.competition import beyond
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues.cue import View
 from gait_segmentation.tracking.likelihood.log_ratio import log_ratio
 from gait_segmentation.tracking.person.person import Person
 from gait_segmentation.tracking.world import World
 
-__all__ = ['beyond', 'judge']
+__all__ = ['judge']
 
 
 def judge(
@@ -64,13 +64,3 @@ def judge(
         if evidence is not None:
             logit += evidence
     return window, logit, near
-
-
-def beyond(near: NDArray[np.float32], height: float) -> NDArray[np.float32]:
-    """
-    Return how far beside a person pixels are, from 0 on the outline to 1 out of reach.
-
-    :param near: (h, w) float32, distance from the outline in pixels, positive inside.
-    :param height: of the body in pixels.
-    """
-    return np.clip(near * np.float32(-1 / (REACH * height)), 0, 1)

@@ -15,6 +15,7 @@ from gait_segmentation.tracking.competition import (
     REACH,
     Claim,
     _falloff,
+    beyond,
     compete,
     leave_to,
 )
@@ -155,3 +156,8 @@ def test_several_compete_as_their_densities_say() -> None:
         )
     for found, wanted in zip(compete(claims), expected, strict=True):
         np.testing.assert_allclose(found, wanted, atol=0.02)
+
+
+def test_strangers_are_expected_beside_the_person_and_all_of_them_out_of_reach() -> None:
+    near = np.array([20.0, 0.0, -3.0, -6.0, -12.0, -40.0], np.float32)
+    assert beyond(near, 100.0) == pytest.approx([0, 0, 0.25, 0.5, 1, 1])

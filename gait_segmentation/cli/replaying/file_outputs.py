@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import csv
 import math
-import os
 import re
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from gait_segmentation.cli.replaying.output import Output, Replayed
 from gait_segmentation.cli.replaying.walks import STEPS_PER_STRIDE
 from gait_segmentation.drawing import draw_label, draw_person
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.files.paths import film_name
 from gait_segmentation.pipeline import PersonResult
 
 __all__ = ['COLUMNS', 'CsvOutput', 'MasksOutput', 'OverlayOutput']
@@ -81,10 +81,6 @@ class OverlayOutput(Output):
     help = 'a film (.mp4) with outline, box, direction and phase'
     suffix = '.mp4'
 
-    def _file(self) -> str:
-        # With a slash, since FFmpeg takes what comes before a colon for a protocol.
-        return os.path.join('.', self.work)
-
     def begin(self) -> None:
         """
         Open the film.
@@ -94,7 +90,7 @@ class OverlayOutput(Output):
         self._frames = 0
         # No other backend: for a name it does not know OpenCV's next one throws, aloud.
         self._film = cv2.VideoWriter(
-            self._file(), cv2.CAP_FFMPEG, _MP4V, self.about.fps, self.about.size
+            film_name(self.work), cv2.CAP_FFMPEG, _MP4V, self.about.fps, self.about.size
         )
         if not self._film.isOpened():
             raise SequenceError(
@@ -133,7 +129,7 @@ class OverlayOutput(Output):
         :raises SequenceError: if some are missing.
         """
         self._film.release()
-        capture = cv2.VideoCapture(self._file())
+        capture = cv2.VideoCapture(film_name(self.work))
         readable = 0
         while capture.grab():
             readable += 1

@@ -49,7 +49,6 @@ class Candidate:
 
     number: int
     box: Box
-    born: float
     seen: float
     speed: tuple[float, float] = (0.0, 0.0)
     sightings: int = 1
@@ -129,7 +128,7 @@ def follow(
             continue
         if blob.moving < _LEAST_MOVING * blob.area:
             continue
-        fresh = Candidate(first_number, box, seconds, seconds, blob=blob.number)
+        fresh = Candidate(first_number, box, seconds, blob=blob.number)
         first_number += 1
         kept.append(fresh)
     return kept
