@@ -7,7 +7,8 @@ Learn what tells people from other things that move, from films with truth and s
 Plays films and synthetic walkers (a third of them cut by the image's border) and things that move
 to the search for walkers, fits a logistic regression to the measures of all that was judged and
 prints its coefficients; ``--write`` changes ``walking.json`` of the package.  ``--check`` plays
-other synthetic walkers and things instead and says which are found, and when::
+other synthetic walkers and things to the pipeline instead and says which get a slot, and when, and
+which keep it for more than a second::
 
     python benchmarks/walking.py --data DIR [--walkers 40] [--seeds 3] [--write | --check]
 
@@ -45,6 +46,7 @@ from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import bounding_box
+from gait_segmentation.pipeline import Pipeline
 from gait_segmentation.starting import StartingConfig, WalkerFinder
 from gait_segmentation.starting.finding.walking import MODEL_FILE
 from gait_tools.gait_model import FIGURES
@@ -55,6 +57,7 @@ FRAMES = 60  # of a film, at most
 DIRECTIONS = 10
 SURE = 100.0  # evidence that nobody reaches
 AT = (1, 50, 99)  # percentiles of people between which a measure counts, and at which it bends
+KEPT_NS = 1_000_000_000
 FULL = 20  # judgements from which a clip has its full weight
 
 Frame = tuple[NDArray[np.uint8], int, Box | None, NDArray[np.uint8] | None]
@@ -171,23 +174,46 @@ def fitted(matches: list[Match]) -> dict[str, object]:
     }
 
 
-def found(frames: Iterable[Frame]) -> tuple[int, float] | None:
-    """Return when something is first found, and the IoU of its box with the walker's."""
-    finder = WalkerFinder(default_bank())
+class Slot(NamedTuple):
+    """
+    The slot that something gets: from which frame on, and for how long.
+
+    ``iou`` is that of its first box and the walker's, and ``kept`` says whether it is the same
+    for more than a second.
+    """
+
+    first: int
+    iou: float
+    kept: bool
+
+
+def slot_of(frames: Iterable[Frame]) -> Slot | None:
+    pipeline, first, iou = Pipeline(), 0, 0.0
+    since: dict[int, int] = {}
+    kept = False
     for number, (image, stamp_ns, truth, _) in enumerate(frames):
-        for box in finder.update(image, stamp_ns):
-            return number, 0.0 if truth is None else box.iou(truth)
-    return None
+        for result in pipeline.update(image, stamp_ns):
+            track = result.people[0].track
+            if not track.track_id:
+                continue
+            if not since and track.box is not None:
+                first, iou = number, 0.0 if truth is None else track.box.iou(truth)
+            kept |= stamp_ns - since.setdefault(track.track_id, stamp_ns) > KEPT_NS
+    return Slot(first, iou, kept) if since else None
 
 
 def check(walkers: range, seeds: range) -> None:
     """Print which clips give a slot."""
-    right = [found(walker(seed)) for seed in walkers]
-    frames = [each[0] for each in right if each is not None and each[1] >= RIGHT]
+    right = [slot_of(walker(seed)) for seed in walkers]
+    frames = [each.first for each in right if each is not None and each.iou >= RIGHT]
     mean = statistics.fmean(frames) if frames else None
     print(f'found {len(frames)} of {len(right)} walkers, in the mean in frame {mean}')
-    names = [f'{name} {seed}' for name in THINGS for seed in seeds if found(thing(name, seed))]
-    print(f'taken for walkers {len(names)} of {len(THINGS) * len(seeds)}: {", ".join(names)}')
+    print(f'{sum(each.kept for each in right if each is not None)} keep a slot')
+    slots = {f'{name} {seed}': slot_of(thing(name, seed)) for name in THINGS for seed in seeds}
+    wrong = {name: each for name, each in slots.items() if each is not None}
+    kept = [name for name, each in wrong.items() if each.kept]
+    print(f'{len(wrong)} of {len(slots)} things get a slot')
+    print(f'{len(kept)} keep it: {", ".join(kept)}')
 
 
 def main() -> None:

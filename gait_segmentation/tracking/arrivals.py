@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ from gait_segmentation.tracking.person.person import WIDEST
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
 
-__all__ = ['Arrival', 'Arrivals', 'slot_for_found']
+__all__ = ['Arrival', 'Arrivals', 'Found', 'slot_for_found']
 
 _ABOUT = 0.3
 """How far about somebody found the place is remembered, in body heights."""
@@ -32,6 +33,13 @@ _ABOUT = 0.3
 
 Arrival = tuple[Start, HeatMapCue]
 """The first mask of somebody, and what is known of the heat map."""
+
+
+class Found(NamedTuple):
+    """The box of somebody found, in source pixels, and whether by the walk or in a heat map."""
+
+    box: Box
+    by_walk: bool
 
 
 class Arrivals:
@@ -73,30 +81,36 @@ class Arrivals:
         occupied: Sequence[Box],
         heat_map: HeatMap | None = None,
         *,
+        tried: Sequence[Box] = (),
         wanted: bool = True,
-    ) -> Sequence[Box]:
+    ) -> list[Found]:
         """
-        Take in a frame and return the boxes of people newly found, in source pixels.
+        Take in a frame and return the people newly found.
 
         :param image: (H, W, 3) uint8 BGR.
         :param occupied: boxes of people known already, in source pixels.
         :param heat_map: where people are as others see it, if of this frame.
+        :param tried: boxes of people found by their walk who are still on trial.
         :param wanted: whether there is a slot for anybody; if not, what moves is followed only.
         """
-        # What is wider is more than one body.
-        taken = [
-            Box.from_center(
-                box.center_x, box.center_y, min(box.width, WIDEST * box.height), box.height
-            )
-            for box in occupied
-        ]
-        found = self._finder.update(image, stamp_ns, taken, wanted=wanted)
+        taken, doubtful = [_bodies(boxes) for boxes in (occupied, tried)]
+        boxes = self._finder.update(image, stamp_ns, taken, tried=doubtful, wanted=wanted)
+        found = [Found(box, by_walk=True) for box in boxes]
         if heat_map is None or not wanted or self.config.auto_init == 'none':
             return found
         longest = max(image.shape[:2])
         least = self.config.least_height * max(1.0, longest / self.config.search_size)
-        known = [*occupied, *found]
-        return [*found, *self._map_finder.update(heat_map, image.shape[:2], known, least)]
+        known = [*occupied, *tried, *boxes]
+        shown = self._map_finder.update(heat_map, image.shape[:2], known, least)
+        return [*found, *(Found(box, by_walk=False) for box in shown)]
+
+    def evidence(self, box: Box) -> float:
+        """Return how surely somebody walks in a box, in times of what people are found at."""
+        return self._finder.evidence(box)
+
+    def refute(self, box: Box) -> None:
+        """Take in that somebody found, now in a box in source pixels, was nobody."""
+        self._finder.refute(box)
 
     def strangers(self, stamp_ns: int) -> NDArray[np.uint8] | None:
         """Return where people without a slot may be, (h, w) uint8 of any size, None if nowhere."""
@@ -158,6 +172,16 @@ class Arrivals:
         if past is not None:
             world.see_as(*past.levels())
         return world
+
+
+def _bodies(boxes: Sequence[Box]) -> list[Box]:
+    """Return boxes no wider than one body."""
+    return [
+        Box.from_center(
+            box.center_x, box.center_y, min(box.width, WIDEST * box.height), box.height
+        )
+        for box in boxes
+    ]
 
 
 def slot_for_found(

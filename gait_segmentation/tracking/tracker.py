@@ -18,13 +18,14 @@ from gait_segmentation.heat_maps import HeatMap, HeatMaps
 from gait_segmentation.images import check_image, check_later, check_stamp
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.scene.working import working_scale, working_shape
-from gait_segmentation.starting import Start, StartingConfig
+from gait_segmentation.sizes import shrink
+from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import group
 from gait_segmentation.tracking.adaptive_mean_shift import MeanShiftTarget
-from gait_segmentation.tracking.arrivals import Arrival, Arrivals, slot_for_found
+from gait_segmentation.tracking.arrivals import Arrival, Arrivals, Found, slot_for_found
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.target import Target
+from gait_segmentation.tracking.trial import Trial
 from gait_segmentation.tracking.world import World
 
 __all__ = ['PeopleTracker']
@@ -70,6 +71,7 @@ class PeopleTracker:
 
     def _forget(self) -> None:
         self._slots = [None] * len(self._slots)
+        self._trials: dict[int, Trial] = {}
         self._worlds: list[World] = []
         self._source: tuple[int, int] | None = None
         self._heat_map: HeatMap | None = None
@@ -171,10 +173,11 @@ class PeopleTracker:
             slot = self._slot_for(box, started)
             started.add(slot)
             self._start(slot, image, box)
-        for box in found:
+        for box, by_walk in found:
             world = self._world_for(image, box)
             inside = box.scaled(world.scale)
-            self._welcome(world, *self._arrivals.look_at(world, inside, self._config))
+            arrival = self._arrivals.look_at(world, inside, self._config)
+            self._welcome(world, arrival, by_walk=by_walk)
         results = self._judge()
         for world in self._worlds:
             for record in world.drop_old():
@@ -218,6 +221,9 @@ class PeopleTracker:
                 )
             if each.body is not None:
                 check_body(each.body, (each.mask.shape[1], each.mask.shape[0]))
+            if each.track_id in self._trials:
+                shape = each.shape_prior.shape
+                self._trials[each.track_id].learn(shrink(each.mask, shape), each.shape_prior)
         if by_track:
             for world in self._worlds:
                 stamp_ns = feedback[0].stamp_ns
@@ -247,25 +253,55 @@ class PeopleTracker:
         target = self._slots[slot]
         return 0.0 if target is None else target.confidence
 
-    def _watch(self, image: NDArray[np.uint8]) -> Sequence[Box]:
-        """Remember what the place looks like, and return the boxes of people found walking."""
+    def _watch(self, image: NDArray[np.uint8]) -> list[Found]:
+        """
+        Remember what the place looks like, and return who is found for free slots.
+
+        Who was found by the walk is on trial at first, and looked at by the search until then.
+        """
         if self._given and any(self._slots):
             return []
-        wanted = any(target is None or target.state == LOST for target in self._slots)
-        if not wanted and len(self._slots) == 1:
+        free = any(target is None or target.state == LOST for target in self._slots)
+        if not (free or self._trials) and len(self._slots) == 1:
             return []
-        occupied = [target.body for target in self._targets() if target.state == TRACKED]
-        wanted = wanted and not self._given
+        occupied: list[Box] = []
+        tried: list[Box] = []
+        for target in self._targets():
+            if target.state == TRACKED:
+                (tried if target.track_id in self._trials else occupied).append(target.body)
+        wanted = bool(free or self._trials) and not self._given
         heat = self._heat_map
-        heat = heat if heat is not None and heat.stamp_ns == self._stamp_ns else None
-        return self._arrivals.find(image, self._stamp_ns, occupied, heat, wanted=wanted)
+        heat = heat if free and heat is not None and heat.stamp_ns == self._stamp_ns else None
+        found = self._arrivals.find(
+            image, self._stamp_ns, occupied, heat, tried=tried, wanted=wanted
+        )
+        self._end_trials()
+        return found if free else []
 
-    def _welcome(self, world: World, start: Start, heat_map: HeatMapCue) -> None:
+    def _end_trials(self) -> None:
+        """Free the slots of those who were found and proved to be nobody."""
+        trials, self._trials = self._trials, {}
+        for slot, target in enumerate(self._slots):
+            trial = None if target is None else trials.get(target.track_id)
+            if target is None or trial is None:
+                continue
+            if target.state == TRACKED:
+                trial.see(self._arrivals.evidence(target.body))
+            if not trial.is_over(self._stamp_ns):
+                self._trials[target.track_id] = trial
+            elif not trial.is_passed():
+                self._slots[slot] = None
+                self._arrivals.refute(target.body)
+        self._drop_empty_worlds()
+
+    def _welcome(self, world: World, arrival: Arrival, *, by_walk: bool) -> None:
         """Start somebody found in a slot, if there is one."""
-        place = slot_for_found(self._slots, world, start)
+        place = slot_for_found(self._slots, world, arrival[0])
         if place is not None:
             slot, track_id = place
-            self._slots[slot] = self._new_target(world, (start, heat_map), track_id)
+            target = self._slots[slot] = self._new_target(world, arrival, track_id)
+            if track_id is None and by_walk:
+                self._trials[target.track_id] = Trial(self._stamp_ns)
         self._drop_empty_worlds()
 
     def _new_target(self, world: World, arrival: Arrival, track_id: int | None = None) -> Target:

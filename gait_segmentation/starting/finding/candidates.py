@@ -44,7 +44,7 @@ class Candidate:
     ``box`` is its smoothed box in the newest frame, ``speed`` that of its centre against the
     world in pixels a second.  ``blob`` is the number of the blob last seen of it.  ``shapes``
     holds (seconds, normalised shape) of the last frames, ``evidence`` the sum of the log-odds that
-    it walks, in seconds, as of ``judged``, and until ``rest`` it is not looked at again.
+    it walks, in seconds, as of ``judged``.
     """
 
     number: int
@@ -56,7 +56,6 @@ class Candidate:
     shapes: deque[tuple[float, NDArray[np.uint8]]] = field(default_factory=deque)
     evidence: float = 0.0
     judged: float = 0.0
-    rest: float = 0.0
 
     def predicted(self, seconds: float) -> Box:
         """Return where it should be at a time."""

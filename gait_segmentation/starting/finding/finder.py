@@ -47,8 +47,8 @@ _LATE_S = 0.12
 _SAME = 0.4
 """Share of the smaller of two boxes that is common to boxes of the same person."""
 
-_REST_S = 3.0
-"""Time for which somebody found is not looked at again: who is let go proved to be nobody."""
+_STRICTER = 5.0
+"""By how much more evidence is asked for after each who was found and was nobody."""
 
 
 class WalkerFinder:
@@ -78,6 +78,8 @@ class WalkerFinder:
         self._judged: list[tuple[Box, dict[str, float]]] = []
         self._next = 1
         self._known: list[float] = []
+        self._tried: list[Box] = []
+        self._needed = 1.0
 
     def update(
         self,
@@ -85,6 +87,7 @@ class WalkerFinder:
         stamp_ns: int,
         occupied: Sequence[Box] = (),
         *,
+        tried: Sequence[Box] = (),
         wanted: bool = True,
     ) -> list[Box]:
         """
@@ -95,8 +98,9 @@ class WalkerFinder:
         :param image: (H, W, 3) uint8 BGR.
         :param stamp_ns: its stamp in nanoseconds.
         :param occupied: boxes of people known already, in source pixels.
+        :param tried: boxes of people found who are still on trial, likewise.
         :param wanted: whether anybody is to be found; if not, what moves is followed only.
-        :returns: tight boxes of the people newly found, in source pixels.
+        :returns: tight boxes of people who walk and are not known, in source pixels.
         :raises InputError: if the image is no BGR image or the stamp is not positive.
         """
         check_image(image)
@@ -112,7 +116,8 @@ class WalkerFinder:
         self._stamp_ns = stamp_ns
         seconds = stamp_ns / 1e9
         taken = [box.scaled(scale) for box in occupied]
-        self._known = [box.height for box in taken]
+        self._tried = [box.scaled(scale) for box in tried]
+        self._known = [box.height for box in (*taken, *self._tried)]
         frame = self._frame = self._scene.update(image, stamp_ns, taken)
         wanted = wanted and self.config.auto_init != 'none'
         self._follow(frame, seconds)
@@ -132,6 +137,30 @@ class WalkerFinder:
         assert self._size is not None
         scale = self._scale(self._size)
         return [(box.scaled(1 / scale), measures) for box, measures in self._judged]
+
+    def evidence(self, box: Box) -> float:
+        """
+        Return the evidence that somebody walks, in times of ``least_evidence``.
+
+        :param box: where they are, in source pixels.
+        """
+        there = (each.evidence for each in self._there(box))
+        return max(there, default=0.0) / self.config.least_evidence
+
+    def refute(self, box: Box) -> None:
+        """
+        Take in that somebody found was nobody: more is asked for of everybody from now on.
+
+        :param box: where they are, in source pixels.
+        """
+        self._needed *= _STRICTER
+        for each in self._there(box):
+            each.evidence = 0.0
+
+    def _there(self, box: Box) -> list[Candidate]:
+        assert self._size is not None
+        known = [box.scaled(self._scale(self._size))]
+        return [each for each in self._candidates if _belongs(each.box, known)]
 
     def past(self, stamp_ns: int) -> MotionScene | None:
         """
@@ -161,6 +190,7 @@ class WalkerFinder:
             if each.seen == stamp_ns / 1e9
             and each.sightings >= _LEAST_SIGHTINGS
             and each.box.height >= tall
+            and not _belongs(each.box, self._tried)
         ]
         if not blobs:
             return None
@@ -199,6 +229,7 @@ class WalkerFinder:
         :param known: boxes of people who are known already.
         """
         found: list[Box] = []
+        needed = self._needed * self.config.least_evidence
         blobs = {blob.number: blob for blob in frame.blobs}
         seen = [each for each in self._candidates if each.seen == seconds]
         shapes = {each.number: _shape(frame, blobs[each.blob]) for each in seen}
@@ -212,7 +243,7 @@ class WalkerFinder:
         total = sum(clutter.values())
         for each in seen:
             shape, blob = shapes[each.number], blobs[each.blob]
-            if shape is None or seconds < each.rest or _belongs(each.box, known):
+            if shape is None or _belongs(each.box, known):
                 continue
             earlier = each.show(shape)
             if earlier is None:
@@ -229,9 +260,8 @@ class WalkerFinder:
             passed = min(seconds - each.judged, _LATE_S) if each.judged else 0.0
             each.judged = seconds
             each.evidence = max(each.evidence + passed * log_odds(measures), 0.0)
-            if each.evidence >= self.config.least_evidence:
+            if each.evidence >= needed and not _belongs(each.box, self._tried):
                 found.append(blob.box)
-                each.evidence, each.rest = 0.0, seconds + _REST_S
         return sorted(found, key=lambda box: -box.height)
 
 
