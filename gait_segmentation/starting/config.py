@@ -38,10 +38,10 @@ class StartingConfig(StageConfig):
         maximum=400.0,
     )
     least_evidence: float = parameter(
-        0.2,
+        0.1,
         'Evidence from which somebody is taken for a walker: log-odds times the time for which '
         'they are seen. Lower values start earlier, higher ones make fewer errors.',
         unit='s',
-        minimum=0.05,
+        minimum=0.025,
         maximum=100.0,
     )

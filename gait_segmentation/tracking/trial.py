@@ -16,7 +16,7 @@ _TRIAL_NS = 1_000_000_000
 _LEAST_FIT = 0.68
 """Mean similarity of the masks with their templates that proves a person by itself."""
 
-_WORTH = 0.04
+_WORTH = 0.02
 """Similarity that may be missing for each time the evidence that somebody is found at."""
 
 

@@ -24,7 +24,7 @@ def fitting(share: float) -> tuple[np.ndarray, np.ndarray]:
     [
         ([0.8, 0.7], 0.0, True),
         ([0.6, 0.6], 1.0, False),
-        ([0.6, 0.6], 3.0, True),
+        ([0.6, 0.6], 5.0, True),
         ([0.9, 0.0], 1.0, False),
         ([], 0.0, True),
     ],

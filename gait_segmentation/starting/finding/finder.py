@@ -47,7 +47,7 @@ _LATE_S = 0.12
 _SAME = 0.4
 """Share of the smaller of two boxes that is common to boxes of the same person."""
 
-_STRICTER = 5.0
+_STRICTER = 10.0
 """By how much more evidence is asked for after each who was found and was nobody."""
 
 

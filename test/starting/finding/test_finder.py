@@ -261,7 +261,7 @@ def test_after_an_error_more_evidence_is_asked_for() -> None:
     wrong: list[int] = []
     for number, frame in enumerate(clip(pan=0.0, frames=40)):
         for box in finder.update(frame.image, frame.stamp_ns):
-            assert finder.evidence(box) >= (5 if wrong else 1)
+            assert finder.evidence(box) >= (10 if wrong else 1)
             finder.refute(box)
             assert finder.evidence(box) == 0
             wrong.append(number)
