@@ -47,8 +47,11 @@ _LATE_S = 0.12
 _SAME = 0.4
 """Share of the smaller of two boxes that is common to boxes of the same person."""
 
-_STRICTER = 10.0
-"""By how much more evidence is asked for after each who was found and was nobody."""
+_STRICTER, _STRICTEST = 10.0, 30.0
+"""
+By how much more evidence is asked for after each who was found and was nobody, and at most: people
+come close to it in some seconds.
+"""
 
 
 class WalkerFinder:
@@ -153,7 +156,7 @@ class WalkerFinder:
 
         :param box: where they are, in source pixels.
         """
-        self._needed *= _STRICTER
+        self._needed = min(self._needed * _STRICTER, _STRICTEST)
         for each in self._there(box):
             each.evidence = 0.0
 
