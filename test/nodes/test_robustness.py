@@ -20,7 +20,7 @@ from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import CompressedImage, Image, JointState, RegionOfInterest
+from sensor_msgs.msg import CompressedImage, Image, RegionOfInterest
 from std_msgs.msg import String
 
 from gait_segmentation.inputs.encodings import read_mono8
@@ -164,20 +164,6 @@ def test_compressed_images_that_claim_too_much_are_answered(bench: Bench) -> Non
     assert {(each.width, each.height) for each in likelihoods} == {(160, 120)}
 
 
-@pytest.mark.parametrize(
-    'values',
-    [(0, 0, 0, 0), (4000, 0, 5, 5), (3, 3, 1, 1), (0, 0, 640, 480), (0, 0, 2**32 - 1, 2**32 - 1)],
-)
-def test_regions_that_make_no_sense_start_nothing_bad(bench: Bench, values) -> None:
-    bench.add(PipelineNode)
-    bench.record_outputs('mask')
-    region = bench.publisher(RegionOfInterest, 'init_roi', 1)
-    x, y, width, height = values
-    region.publish(RegionOfInterest(x_offset=x, y_offset=y, width=width, height=height))
-    assert region.wait_for_all_acked()
-    bench.feed(bench.publisher(Image, 'image', 1), [frame(0), frame(1)])
-
-
 def test_of_a_flood_of_boxes_no_more_start_than_there_are_slots(bench: Bench) -> None:
     node = bench.add(TrackerNode, max_people=2)
     bench.record_outputs('person_0/box')
@@ -269,31 +255,6 @@ def test_a_node_that_is_started_again_joins_the_others(bench: Bench, kind: Any) 
     stamps = [message.header.stamp for message in bench.received['mask']]
     assert stamps[-1] == header(4).stamp
     assert all(node.state == 'active' for node in bench.nodes)
-
-
-def test_the_segmenter_knows_what_the_tracker_has_skipped(bench: Bench, capfd) -> None:
-    # Handed over in the process: to send it would only test the network.
-    node = bench.add(SegmenterNode)
-    black = np.zeros((60, 80), np.uint8)
-
-    def show(index: int, first_s: float, answered: bool = True) -> None:
-        about = header(index, first_s)
-        node._part('image', frame(index, first_s=first_s))
-        if answered:
-            node._part('person_0/likelihood', image_message(black, about))
-            node._part('person_0/matched_box', box_message((), 0, about))
-            node._part('person_0/shape_prior', image_message(black, about))
-            node._part('person_0/gait', JointState(header=about))
-
-    for index, answered in enumerate((True, False, False, True)):
-        show(index, 100.0, answered)
-    # The bag loops.
-    for index in range(3):
-        show(index, 50.0)
-    bench.settle()
-    about = node.statistics
-    assert (about.processed, about.skipped, about.incomplete, about.lost) == (5, 2, 0, 0)
-    assert 'gait_tracker said nothing of 2 frames' in capfd.readouterr().err
 
 
 def connected(bench: Bench) -> None:
