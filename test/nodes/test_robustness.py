@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from itertools import count
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 import rclpy
@@ -20,7 +19,7 @@ from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import CompressedImage, Image, RegionOfInterest
+from sensor_msgs.msg import Image, RegionOfInterest
 from std_msgs.msg import String
 
 from gait_segmentation.inputs.encodings import read_mono8
@@ -31,7 +30,6 @@ from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros import lifecycle
 from gait_segmentation.ros.endpoints import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
-from test.files.test_encoded_images import HUGE
 from test.nodes.bench import DEEP, Bench, frame, header
 from test.walkers import box_of, clip
 
@@ -144,24 +142,6 @@ def test_an_image_of_fifty_megapixels_is_worked_on(bench: Bench) -> None:
     node._part('image', huge)
     bench.until(lambda: bool(shapes), 'the mask')
     assert shapes == [(5774, 8660)]
-
-
-def test_compressed_images_that_claim_too_much_are_answered(bench: Bench) -> None:
-    node = bench.add(TrackerNode, image_transport='compressed')
-    bench.record_outputs('person_0/box', 'person_0/likelihood')
-    camera = bench.publisher(CompressedImage, 'image/compressed', 1)
-    good = cv2.imencode('.png', np.zeros((120, 160, 3), np.uint8))[1].tobytes()
-    shown = [good, *HUGE.values(), b'PF\n40000 40000\n-1.0\n' + bytes(50), good]
-    for index, data in enumerate(shown):
-        message = CompressedImage(header=header(index), format='png')
-        message.data.frombytes(data)
-        bench.feed(camera, [message])
-    assert (node.statistics.processed, node.statistics.failed) == (len(shown), len(shown) - 2)
-    likelihoods = bench.received['person_0/likelihood']
-    assert [each.header.stamp for each in likelihoods] == [
-        header(index).stamp for index in range(len(shown))
-    ]
-    assert {(each.width, each.height) for each in likelihoods} == {(160, 120)}
 
 
 def test_of_a_flood_of_boxes_no_more_start_than_there_are_slots(bench: Bench) -> None:
