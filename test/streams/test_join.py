@@ -221,9 +221,9 @@ def test_a_stamp_is_late_once() -> None:
 def test_who_comes_after_the_others_jumped_passes_by_what_they_have_seen_since() -> None:
     join = empty('ab')
     for stamp in (5, 1, 2, 3, 4):
-        join.add('a', stamp, 'x')
-    assert join.add('b', 1, 'x') is not None
-    assert join.add('b', 3, 'x') is not None
+        join.add('a', stamp * S, 'x')
+    assert join.add('b', 1 * S, 'x') is not None
+    assert join.add('b', 3 * S, 'x') is not None
     assert counts(join) == ({}, {'tracker': 1}, {})
 
 
