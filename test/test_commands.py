@@ -9,7 +9,9 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -128,24 +130,24 @@ def test_another_module_that_is_missing_is_no_matter_of_ros(monkeypatch) -> None
         commands.tracker()
 
 
+def modules(monkeypatch, main: Callable[[], int]) -> list[str]:
+    """Put a module with a main function in the place of all; return which are imported."""
+    module = SimpleNamespace(main=main, take_part_early=lambda: None)
+    found: list[str] = []
+    monkeypatch.setattr(commands, 'import_module', lambda each: found.append(each) or module)
+    return found
+
+
 @pytest.mark.parametrize('name', commands.__all__)
 def test_every_command_runs_its_module(name: str, monkeypatch) -> None:
-    found = []
-
-    class Module:
-        @staticmethod
-        def main() -> int:
-            # Tools are interrupted; nodes replace the handlers themselves, without a gap.
-            now = {signal.getsignal(number) for number in SIGNALS}
-            assert (now == {commands._interrupt}) == (name in TOOLS)
-            return 3
-
-        @staticmethod
-        def take_part_early() -> None:
-            pass
+    def main() -> int:
+        # Tools are interrupted; nodes replace the handlers themselves, without a gap.
+        now = {signal.getsignal(number) for number in SIGNALS}
+        assert (now == {commands._interrupt}) == (name in TOOLS)
+        return 3
 
     monkeypatch.setattr(sys, 'argv', [f'gait_{name}'])
-    monkeypatch.setattr(commands, 'import_module', lambda each: found.append(each) or Module)
+    found = modules(monkeypatch, main)
     assert getattr(commands, name)() == 3
     # Nobody wants to see where the interpreter was when a command had ended.
     assert {signal.getsignal(number) for number in SIGNALS} == {signal.SIG_IGN}
@@ -163,15 +165,8 @@ def test_every_command_runs_its_module(name: str, monkeypatch) -> None:
 def test_a_node_that_may_say_something_of_its_command_line_does_not_appear(
     given: list[str], monkeypatch
 ) -> None:
-    found = []
-
-    class Module:
-        @staticmethod
-        def main() -> int:
-            return 0
-
     monkeypatch.setattr(sys, 'argv', ['gait_tracker', *given])
-    monkeypatch.setattr(commands, 'import_module', lambda each: found.append(each) or Module)
+    found = modules(monkeypatch, lambda: 0)
     assert commands.tracker() == 0
     assert found == ['gait_segmentation.nodes.tracker_node']
 
@@ -191,17 +186,11 @@ def test_commands_run_where_they_are_not_installed() -> None:
 def test_ignored_signals_stay_ignored(name: str, monkeypatch) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
-    class Module:
-        @staticmethod
-        def main() -> int:
-            assert signal.getsignal(signal.SIGINT) == signal.SIG_IGN
-            return 0
+    def main() -> int:
+        assert signal.getsignal(signal.SIGINT) == signal.SIG_IGN
+        return 0
 
-        @staticmethod
-        def take_part_early() -> None:
-            pass
-
-    monkeypatch.setattr(commands, 'import_module', lambda each: Module)
+    modules(monkeypatch, main)
     assert getattr(commands, name)() == 0
 
 
@@ -209,12 +198,10 @@ def test_ignored_signals_stay_ignored(name: str, monkeypatch) -> None:
 def test_an_interrupt_of_a_call_into_a_kernel_ends_a_command_quietly(
     cause: type[BaseException], monkeypatch, capfd
 ) -> None:
-    class Module:
-        @staticmethod
-        def main() -> int:
-            raise SystemError('returned a result with an exception set') from cause()
+    def main() -> int:
+        raise SystemError('returned a result with an exception set') from cause()
 
-    monkeypatch.setattr(commands, 'import_module', lambda each: Module)
+    modules(monkeypatch, main)
     if cause is KeyboardInterrupt:
         assert commands.replay() == 130
         assert capfd.readouterr().err == 'gait_replay: interrupted\n'

@@ -49,16 +49,14 @@ def test_the_newest_map_up_to_a_frame_counts_if_it_is_not_too_old():
     maps = HeatMaps()
     for value, stamp_ns in ((1, 10), (3, 30), (2, 20)):
         maps.add(one(value), stamp_ns)
-    found = {stamp: maps.newest(stamp, 25e-9) for stamp in (9, 10, 29, 30, 55, 56)}
-    values = {stamp: None if each is None else each.values[0, 0] for stamp, each in found.items()}
+    asked = {stamp: maps.newest(stamp, 25e-9) for stamp in (9, 10, 29, 30, 55, 56)}
+    values = {stamp: None if each is None else each.values[0, 0] for stamp, each in asked.items()}
     assert values == {9: None, 10: 1, 29: 2, 30: 3, 55: 3, 56: None}
     assert maps.newest(31, 0) is None
     maps.clear()
     assert maps.newest(30, 1) is None
-
-
-def test_a_map_may_be_changed_after_it_was_given():
-    maps, heat = HeatMaps(), one(7)
+    # A map may be changed after it was given.
+    heat = one(7)
     maps.add(heat, 1)
     heat[:] = 9
     found = maps.newest(1, 0)
@@ -85,17 +83,14 @@ def test_grades_are_believed_until_masks_tell_what_they_mean():
     np.testing.assert_allclose(grades.evidence(values, 0.5), timid / 2, rtol=1e-5)
 
 
-def test_masks_of_nobody_or_all_teach_no_grades():
+def test_masks_of_nobody_or_all_teach_no_grades_and_one_pixel_counts():
     grades = Grades(0.01)
     grades.learn(HALF, np.zeros_like(HALF))
     grades.learn(HALF, np.ones_like(HALF))
     assert grades.shares is None
-
-
-@pytest.mark.parametrize(('person', 'shares'), [(0, (0, 1)), (255, (1, 0))])
-def test_a_map_of_one_pixel_is_counted(person, shares):
-    one_pixel = np.full((1, 1), person, np.uint8)
-    assert Grades.count(np.full((1, 1), 99, np.uint8), one_pixel).sum(axis=1).tolist() == [*shares]
+    for person, shares in ((0, [0, 1]), (255, [1, 0])):
+        counts = Grades.count(np.full((1, 1), 99, np.uint8), np.full((1, 1), person, np.uint8))
+        assert counts.sum(axis=1).tolist() == shares
 
 
 @pytest.mark.parametrize('value', [0, 15, 255])

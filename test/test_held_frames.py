@@ -15,10 +15,6 @@ def test_results_take_their_frames_and_pass_over_those_without() -> None:
     with pytest.raises(IndexError):
         held.take(1)
     assert len(held) == 0
-
-
-def test_nothing_is_held_after_clearing() -> None:
-    held: HeldFrames[str] = HeldFrames()
     held.hold(5, 'a')
     held.clear()
     held.hold(3, 'b')

@@ -154,19 +154,20 @@ def played(recording: Recording, tmp_path: Path, monkeypatch) -> SimpleNamespace
     return SimpleNamespace(run=run, clock=clock)
 
 
-def test_it_ends_when_frames_are_lost(recording: Recording, played, monkeypatch) -> None:
+@pytest.mark.parametrize('held', [True, False])
+def test_it_ends_when_held_frames_are_handed_out_or_the_rest_is_lost(
+    recording: Recording, played, monkeypatch, held: bool
+) -> None:
     released = []
-    monkeypatch.setattr(recording, 'release_held', lambda: released.append(played.clock.now_s))
-    assert played.run() == pytest.approx(10.0, abs=0.2)
+
+    def release() -> None:
+        released.append(played.clock.now_s)
+        recording.complete = 4 if held else 2
+
+    monkeypatch.setattr(recording, 'release_held', release)
+    assert played.run() == pytest.approx(5.0 if held else 10.0, abs=0.2)
     assert released == [pytest.approx(5.0, abs=0.1)]
     assert len(recording.published) == 4
-
-
-def test_a_node_that_holds_frames_back_is_made_to_hand_them_out(
-    recording: Recording, played, monkeypatch
-) -> None:
-    monkeypatch.setattr(recording, 'release_held', lambda: setattr(recording, 'complete', 4))
-    assert played.run() == pytest.approx(5.0, abs=0.1)
 
 
 def test_it_ends_when_a_node_dies_after_the_film(played) -> None:

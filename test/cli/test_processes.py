@@ -59,34 +59,32 @@ def alive(pid: int) -> bool:
         return False
 
 
-def test_the_end_of_the_context_stops_all(group: ProcessGroup, monkeypatch) -> None:
+def test_one_of_them_can_be_stopped_and_the_end_of_the_context_stops_all(
+    group: ProcessGroup, monkeypatch
+) -> None:
     monkeypatch.setattr(processes, '_GRACE_S', TIMEOUT_S)
     with group:
-        for name in ('one', 'two'):
+        for name in ('one', 'two', 'three'):
             group.start(name, 'sleeper')
-        for name in ('one', 'two'):
             wait_for_output(group, name)
-        group.check_running('one', 'two')
+        group.check_running('one', 'two', 'three')
+        group.stop('one')
+        assert [group.ended(name) for name in ('one', 'two', 'three')] == [True, False, False]
     codes = [child.returncode for child in group._children.values()]
     # By the interrupt, so that nobody had to be killed.
     assert not {None, -signal.SIGKILL} & set(codes)
 
 
-def test_one_of_them_can_be_stopped(group: ProcessGroup) -> None:
-    with group:
-        for name in ('one', 'two'):
-            group.start(name, 'sleeper')
-            wait_for_output(group, name)
-        group.stop('one')
-        assert (group.ended('one'), group.ended('two')) == (True, False)
-
-
-def test_a_process_that_ignores_interrupts_is_killed(group: ProcessGroup, monkeypatch) -> None:
+def test_a_process_that_ignores_interrupts_is_killed_and_named(
+    group: ProcessGroup, monkeypatch
+) -> None:
     monkeypatch.setattr(processes, '_GRACE_S', 0.2)
     with group:
         group.start('stubborn', 'stubborn')
         wait_for_output(group, 'stubborn')
     assert group._children['stubborn'].returncode == -signal.SIGKILL
+    with pytest.raises(ProcessError, match='stubborn was killed by signal 9'):
+        group.check_running()
 
 
 def test_a_process_that_fails_is_named_with_its_last_lines(group: ProcessGroup) -> None:
@@ -94,16 +92,6 @@ def test_a_process_that_fails_is_named_with_its_last_lines(group: ProcessGroup) 
         group.start('failing', 'failing')
         wait_for(lambda: group.ended('failing'), 'the end')
         with pytest.raises(ProcessError, match=r'failing ended with code 1[^$]*OSError: 7'):
-            group.check_running()
-
-
-def test_a_process_that_is_killed_is_named_with_the_signal(group: ProcessGroup) -> None:
-    with group:
-        group.start('sleeper', 'sleeper')
-        wait_for_output(group, 'sleeper')
-        group._children['sleeper'].kill()
-        wait_for(lambda: group.ended('sleeper'), 'the end')
-        with pytest.raises(ProcessError, match='sleeper was killed by signal 9'):
             group.check_running()
 
 

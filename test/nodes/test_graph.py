@@ -68,9 +68,8 @@ def masks(new: dict[str, list[object]]) -> list[np.ndarray]:
 def test_one_output_for_each_input_with_its_header(graph: Graph) -> None:
     nobody = graph.feed(frame(0), frame(1))
     assert not any(mask.any() for mask in masks(nobody))
-    assert all(not m.polygon.polygon.points for m in nobody['person_0/box'])
-    assert all(not m.polygon.polygon.points for m in nobody['person_0/matched_box'])
-    assert all(not m.polygon.polygon.points for m in nobody['person_0/refined_box'])
+    for topic in ('person_0/box', 'person_0/matched_box', 'person_0/refined_box'):
+        assert all(not m.polygon.polygon.points for m in nobody[topic])
     assert all(not m.name for m in nobody['person_0/gait'])
 
     tracked = graph.track(2, 6)
@@ -91,20 +90,12 @@ def test_one_output_for_each_input_with_its_header(graph: Graph) -> None:
     assert all(tuple(m.name) == GAIT_NAMES + TEMPLATE_NAMES for m in tracked['person_0/gait'])
 
 
-def unusable() -> dict[str, Image]:
-    odd = frame(4)
-    odd.encoding = '32FC4'
-    narrow = frame(5)
-    narrow.step = 10
-    short = frame(6)
-    short.data = short.data[:100]
-    empty = Image(header=header(7), encoding='bgr8')
-    return {'encoding': odd, 'step': narrow, 'truncated': short, 'empty': empty}
-
-
 def test_frames_that_cannot_be_read_give_empty_outputs_and_no_more(graph: Graph) -> None:
     graph.track(0, 4)
-    for message in unusable().values():
+    odd, short = frame(4), frame(5)
+    odd.encoding = '32FC4'
+    short.data = short.data[:100]
+    for message in (odd, short, Image(header=header(7), encoding='bgr8')):
         new = graph.feed(message)
         assert not masks(new)[0].any()
         assert not new['person_0/box'][0].polygon.polygon.points
@@ -142,13 +133,9 @@ def test_a_stamp_that_goes_back_resets_and_the_stream_goes_on(graph: Graph) -> N
     assert new['person_0/box'][0].polygon.id == 2
 
 
-@pytest.mark.parametrize(
-    'order',
-    [(4, 6, 5, 7), (4, 7, 5, 6, 8), (4, 5, 7, 6, 9, 8, 10)],
-    ids=['one', 'two in a row', 'two'],
-)
-def test_late_frames_are_answered_and_the_track_goes_on(graph: Graph, order) -> None:
+def test_late_frames_are_answered_and_the_track_goes_on(graph: Graph) -> None:
     graph.track(0, 4)
+    order = (4, 7, 5, 6, 8, 10, 9)
     new = graph.feed(*(frame(index) for index in order))
     late = [n < max(order[: k + 1]) for k, n in enumerate(order)]
     assert [not mask.any() for mask in masks(new)] == late
@@ -161,15 +148,6 @@ def test_late_frames_are_answered_and_the_track_goes_on(graph: Graph, order) -> 
     assert masks(graph.feed(frame(11)))[0].any()
 
 
-def test_a_clock_that_is_set_back_by_five_milliseconds_loses_nobody(graph: Graph) -> None:
-    graph.track(0, 4)
-    back = frame(3)
-    back.header.stamp.nanosec -= 5_000_000
-    new = graph.feed(back, frame(4), frame(5))
-    assert [bool(mask.any()) for mask in masks(new)] == [False, True, True]
-    assert [m.polygon.id for m in new['person_0/box']] == [0, 1, 1]
-
-
 def test_a_late_frame_of_another_size_is_answered_in_it(graph: Graph) -> None:
     graph.track(0, 4)
     new = graph.feed(frame(5), frame(4, (200, 140)), frame(6))
@@ -177,17 +155,9 @@ def test_a_late_frame_of_another_size_is_answered_in_it(graph: Graph) -> None:
     assert [bool(mask.any()) for mask in masks(new)] == [True, False, True]
 
 
-def test_a_bag_that_loops_after_three_seconds_begins_anew(graph: Graph) -> None:
-    steps = (0, 45, 90)
-    for track_id in (1, 2):
-        graph.start()
-        (first, *_) = graph.feed(*(frame(index) for index in steps))['person_0/box']
-        assert first.polygon.id == track_id
-
-
-@pytest.mark.parametrize('again', [(0, 0), (0, 1, 0, 1), (0, 2, 1, 1)])
-def test_a_stamp_that_comes_again_is_ignored(graph: Graph, again: tuple[int, ...]) -> None:
+def test_a_stamp_that_comes_again_is_ignored(graph: Graph) -> None:
     graph.track(10, 2)
+    again = (0, 2, 1, 1)
     other = {n: frame(12 + n) for n in again}
     for n in other.values():
         graph.feed(n)

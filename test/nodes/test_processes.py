@@ -53,31 +53,30 @@ def start() -> Iterator[Start]:
         process.communicate()
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_a_node_ends_cleanly(bench: Bench, start: Start, bank_file: Path, number) -> None:
-    process = start('tracker_node', '--ros-args', '-p', f'bank:={bank_file}')
-    camera = bench.probe.create_publisher(Image, 'image', 10)
-    bench.until(lambda: camera.get_subscription_count() == 1, 'the node')
-    process.send_signal(number)
+def finish(process: subprocess.Popen[str], code: int = 0) -> str:
+    """Return what a process has said, having checked that it ended as it should."""
     output, _ = process.communicate(timeout=TIMEOUT_S)
-    assert process.returncode == 0, output
+    assert process.returncode == code, output
     assert 'Traceback' not in output
+    return output
 
 
-def test_the_example_of_two_nodes_in_a_process_runs_and_ends_cleanly(
-    bench: Bench, start: Start, bank_file: Path, tmp_path: Path
+@pytest.mark.parametrize('example', [False, True], ids=['node', 'example of two in a process'])
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_a_node_ends_cleanly(
+    bench: Bench, start: Start, bank_file: Path, tmp_path: Path, number, example: bool
 ) -> None:
     (code,) = re.findall(r'```python\n(.*?)```', (ROOT / 'docs/ros.md').read_text(), re.DOTALL)
     script = tmp_path / 'own.py'
     script.write_text(code)
-    process = start(script, '--ros-args', '-p', f'bank:={bank_file}')
-    cameras = [bench.probe.create_publisher(Image, f'{n}/image', 10) for n in ('left', 'right')]
-    for camera in cameras:
+    topics = ('left/image', 'right/image') if example else ('image',)
+    process = start(
+        script if example else 'tracker_node', '--ros-args', '-p', f'bank:={bank_file}'
+    )
+    for camera in [bench.probe.create_publisher(Image, topic, 10) for topic in topics]:
         bench.until(lambda c=camera: c.get_subscription_count() == 1, 'a node')
-    process.send_signal(signal.SIGINT)
-    output, _ = process.communicate(timeout=TIMEOUT_S)
-    assert process.returncode == 0, output
-    assert 'Traceback' not in output
+    process.send_signal(number)
+    finish(process)
 
 
 @pytest.mark.skipif(not Path('/dev/shm').is_dir(), reason='needs shared memory with names')
@@ -104,26 +103,37 @@ def port_of(process: subprocess.Popen[str]) -> str:
     return port
 
 
-def test_a_parameter_that_is_not_allowed_ends_a_node_with_the_reason(start: Start) -> None:
-    process = start('segmenter_node', '--ros-args', '-p', 'segmentation.prior:=magic')
-    output, _ = process.communicate(timeout=TIMEOUT_S)
-    assert process.returncode == 1
-    assert 'prior must be one of none, default, paper' in output
-    assert 'Traceback' not in output
+LONG = ['--ros-args', '-r', f'__ns:=/{"a" * 240}']
 
 
 @pytest.mark.parametrize(
-    ('command', 'code'), [(['matcher_node'], 1), (['source_node', 'film.mp4'], 2)]
+    ('command', 'code', 'reason'),
+    [
+        (
+            ['segmenter_node', '--ros-args', '-p', 'segmentation.prior:=magic'],
+            1,
+            'prior must be one of none, default, paper',
+        ),
+        (['matcher_node', *LONG], 1, 'error: Invalid service name: topic length should not'),
+        (['source_node', 'x.mp4', *LONG], 2, 'error: Invalid service name: topic length should'),
+        (['source_node', 'no_such_film.mp4'], 2, 'does not exist'),
+        (['source_node', 'x', '--ros-args', '-r', 'image'], 2, 'Failed to parse ROS arguments'),
+        (
+            ['source_node', str(ROOT / 'docs/images'), '--stamps', str(ROOT / 'test')],
+            2,
+            'test: Is a directory',
+        ),
+        (
+            ['source_node', str(ROOT / 'docs/images'), '--stamps', '/dev/full'],
+            2,
+            'gait_source: error: /dev/full: No space left on device\n',
+        ),
+    ],
 )
-def test_a_name_that_is_too_long_is_an_error_without_a_traceback(
-    start: Start, command: list[str], code: int
+def test_what_cannot_be_used_ends_a_node_with_the_reason(
+    start: Start, command: list[str], code: int, reason: str
 ) -> None:
-    output, _ = (
-        process := start(*command, '--ros-args', '-r', f'__ns:=/{"a" * 240}')
-    ).communicate(timeout=TIMEOUT_S)
-    assert process.returncode == code
-    assert 'error: Invalid service name: topic length should not exceed' in output
-    assert 'Traceback' not in output
+    assert reason in finish(start(*command), code)
 
 
 def test_gait_source_plays_a_folder_with_real_stamps(
@@ -141,8 +151,7 @@ def test_gait_source_plays_a_folder_with_real_stamps(
     images: list[Image] = []
     bench.probe.create_subscription(Image, 'image', images.append, 20)
     bench.until(lambda: len(images) == 4, 'the images')
-    output, _ = process.communicate(timeout=TIMEOUT_S)
-    assert process.returncode == 0, output
+    finish(process)
     assert [(m.width, m.height, m.encoding) for m in images] == [(30, 20, 'bgr8')] * 4
     assert [m.data[0] for m in images] == [40, 80, 120, 160]
     written = [tuple(map(int, line.split())) for line in stamps.read_text().splitlines()]
@@ -166,8 +175,7 @@ def test_gait_source_plays_a_bag_with_its_own_stamps_and_a_clock(
 
     process = start('source_node', str(bag), '--keep-stamps', '--clock', '--wait-for', '1')
     bench.until(lambda: len(images) == 5 and ticks()[-1:] == [stamp(4)], 'images and clock')
-    output, _ = process.communicate(timeout=TIMEOUT_S)
-    assert process.returncode == 0, output
+    finish(process)
     assert [stamp_of(message.header) for message in images] == [stamp(n) for n in range(5)]
     assert {message.header.frame_id for message in images} == {'head_camera'}
     assert ticks() == [stamp(n) for n in range(5)]
@@ -190,12 +198,9 @@ def test_the_pace_follows_the_stamps_or_the_rate() -> None:
     ('options', 'reason'),
     [
         (['--delay', 'nan'], '--delay must be from 0 to 86400, got nan'),
-        (['--delay', '-1'], '--delay must be from 0 to 86400, got -1.0'),
-        (['--delay', 'inf'], '--delay must be from 0 to 86400, got inf'),
         (['--wait-timeout', 'nan'], '--wait-timeout must be from 0 to 86400, got nan'),
         (['--wait-for', '-1'], '--wait-for must be from 0 to 1000, got -1'),
         (['--rate', '1e-300'], 'rate must be 0, or from 0.01 to 1000 Hz, got 1e-300'),
-        (['--rate', 'nan'], 'rate must be 0, or from 0.01 to 1000 Hz, got nan'),
         (['--start', str(10**21)], 'start must be from 0 to 2147483647'),
     ],
 )
@@ -205,7 +210,7 @@ def test_gait_source_refuses_odd_numbers(options: list[str], reason: str) -> Non
         publish_input(given, SimpleNamespace())
 
 
-@pytest.mark.parametrize('content', [b'a film', b'1,2\n', b'\x00' * 99, b'0 1000 2\n'])
+@pytest.mark.parametrize('content', [b'a film', b'0 1000 2\n'])
 def test_gait_source_replaces_stamps_and_nothing_else(tmp_path: Path, content: bytes) -> None:
     file = tmp_path / 'film.mp4'
     file.write_bytes(content)
@@ -236,29 +241,3 @@ def test_only_subscribers_that_can_take_the_images_are_waited_for(known: int, mo
     _wait_for(node, publisher, 1, 0.0)
     with pytest.raises(SequenceError, match=f'--wait-for 2: only 1 on /image within 0 s{more}'):
         _wait_for(node, publisher, 2, 0.0)
-
-
-@pytest.mark.parametrize(
-    ('arguments', 'reason'),
-    [
-        (('no_such_film.mp4',), 'does not exist'),
-        ((str(ROOT / 'setup.py'),), 'cannot be read as a film'),
-        ((str(ROOT / 'test'),), 'holds no images'),
-        (('film', '--ros-args', '-r', 'image'), 'Failed to parse ROS arguments'),
-        ((str(ROOT / 'docs/images'), '--stamps', str(ROOT / 'test')), 'test: Is a directory'),
-        (
-            (str(ROOT / 'docs/images'), '--stamps', str(ROOT / 'setup.py')),
-            'setup.py was not made by gait_source and is not replaced',
-        ),
-        (
-            (str(ROOT / 'docs/images'), '--stamps', '/dev/full'),
-            'gait_source: error: /dev/full: No space left on device\n',
-        ),
-    ],
-)
-def test_gait_source_says_what_is_wrong_with_its_input(start: Start, arguments, reason) -> None:
-    process = start('source_node', *arguments)
-    output, _ = process.communicate(timeout=TIMEOUT_S)
-    assert process.returncode == 2
-    assert reason in output
-    assert 'Traceback' not in output

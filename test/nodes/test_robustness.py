@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from itertools import count
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
 import rclpy
@@ -20,7 +19,7 @@ from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import CompressedImage, Image, JointState, RegionOfInterest
+from sensor_msgs.msg import Image, RegionOfInterest
 from std_msgs.msg import String
 
 from gait_segmentation.inputs.encodings import read_mono8
@@ -31,7 +30,6 @@ from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros import lifecycle
 from gait_segmentation.ros.endpoints import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
-from test.files.test_encoded_images import HUGE
 from test.nodes.bench import DEEP, Bench, frame, header
 from test.walkers import box_of, clip
 
@@ -146,38 +144,6 @@ def test_an_image_of_fifty_megapixels_is_worked_on(bench: Bench) -> None:
     assert shapes == [(5774, 8660)]
 
 
-def test_compressed_images_that_claim_too_much_are_answered(bench: Bench) -> None:
-    node = bench.add(TrackerNode, image_transport='compressed')
-    bench.record_outputs('person_0/box', 'person_0/likelihood')
-    camera = bench.publisher(CompressedImage, 'image/compressed', 1)
-    good = cv2.imencode('.png', np.zeros((120, 160, 3), np.uint8))[1].tobytes()
-    shown = [good, *HUGE.values(), b'PF\n40000 40000\n-1.0\n' + bytes(50), good]
-    for index, data in enumerate(shown):
-        message = CompressedImage(header=header(index), format='png')
-        message.data.frombytes(data)
-        bench.feed(camera, [message])
-    assert (node.statistics.processed, node.statistics.failed) == (len(shown), len(shown) - 2)
-    likelihoods = bench.received['person_0/likelihood']
-    assert [each.header.stamp for each in likelihoods] == [
-        header(index).stamp for index in range(len(shown))
-    ]
-    assert {(each.width, each.height) for each in likelihoods} == {(160, 120)}
-
-
-@pytest.mark.parametrize(
-    'values',
-    [(0, 0, 0, 0), (4000, 0, 5, 5), (3, 3, 1, 1), (0, 0, 640, 480), (0, 0, 2**32 - 1, 2**32 - 1)],
-)
-def test_regions_that_make_no_sense_start_nothing_bad(bench: Bench, values) -> None:
-    bench.add(PipelineNode)
-    bench.record_outputs('mask')
-    region = bench.publisher(RegionOfInterest, 'init_roi', 1)
-    x, y, width, height = values
-    region.publish(RegionOfInterest(x_offset=x, y_offset=y, width=width, height=height))
-    assert region.wait_for_all_acked()
-    bench.feed(bench.publisher(Image, 'image', 1), [frame(0), frame(1)])
-
-
 def test_of_a_flood_of_boxes_no_more_start_than_there_are_slots(bench: Bench) -> None:
     node = bench.add(TrackerNode, max_people=2)
     bench.record_outputs('person_0/box')
@@ -269,31 +235,6 @@ def test_a_node_that_is_started_again_joins_the_others(bench: Bench, kind: Any) 
     stamps = [message.header.stamp for message in bench.received['mask']]
     assert stamps[-1] == header(4).stamp
     assert all(node.state == 'active' for node in bench.nodes)
-
-
-def test_the_segmenter_knows_what_the_tracker_has_skipped(bench: Bench, capfd) -> None:
-    # Handed over in the process: to send it would only test the network.
-    node = bench.add(SegmenterNode)
-    black = np.zeros((60, 80), np.uint8)
-
-    def show(index: int, first_s: float, answered: bool = True) -> None:
-        about = header(index, first_s)
-        node._part('image', frame(index, first_s=first_s))
-        if answered:
-            node._part('person_0/likelihood', image_message(black, about))
-            node._part('person_0/matched_box', box_message((), 0, about))
-            node._part('person_0/shape_prior', image_message(black, about))
-            node._part('person_0/gait', JointState(header=about))
-
-    for index, answered in enumerate((True, False, False, True)):
-        show(index, 100.0, answered)
-    # The bag loops.
-    for index in range(3):
-        show(index, 50.0)
-    bench.settle()
-    about = node.statistics
-    assert (about.processed, about.skipped, about.incomplete, about.lost) == (5, 2, 0, 0)
-    assert 'gait_tracker said nothing of 2 frames' in capfd.readouterr().err
 
 
 def connected(bench: Bench) -> None:

@@ -109,9 +109,10 @@ def _line(process: subprocess.Popen[str]) -> str:
     return process.stdout.readline().strip()
 
 
-@pytest.mark.parametrize('number', SIGNALS)
-@pytest.mark.parametrize('work', ['wait', 'swallow', 'call_back'])
-def test_one_signal_breaks_off_a_start_wherever_it_is(number: signal.Signals, work: str) -> None:
+@pytest.mark.parametrize(
+    ('work', 'number'), list(zip(('wait', 'swallow', 'call_back'), SIGNALS, strict=True))
+)
+def test_one_signal_breaks_off_a_start_wherever_it_is(work: str, number: signal.Signals) -> None:
     """Also where an exception would be printed and forgotten, as in a compiler's callbacks."""
     with _begin(f'self.compile({work})') as process:
         assert _line(process) == 'starting'

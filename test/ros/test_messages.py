@@ -55,21 +55,15 @@ def test_boxes_return_with_their_tilt(x, y, width, height, angle) -> None:
     assert tilt == pytest.approx(angle, abs=2e-3)
 
 
-def test_upright_boxes_are_exactly_upright() -> None:
-    sent = box_message(tilted_corners(Box(1.3, 2.7, 33.1, 77.7), 0.0), 7, header())
-    assert read_box(sent)[1] == 0
-
-
-def test_corners_in_another_order_make_an_upright_box() -> None:
+def test_boxes_upright_in_another_order_and_of_nobody() -> None:
+    box = Box(1.3, 2.7, 33.1, 77.7)
+    assert read_box(box_message(tilted_corners(box, 0.0), 7, header()))[1] == 0
     corners = Box(10, 20, 30, 60).corners()
     sent = box_message(corners[2:] + corners[:2], 7, header())
     assert read_box(sent) == (Box(10, 20, 30, 60), 0.0)
-
-
-def test_nobody_is_a_polygon_without_points() -> None:
-    sent = box_message((), 0, header())
-    assert read_box(sent) == (None, 0.0)
-    assert read_body(sent) is None
+    nobody = box_message((), 0, header())
+    assert read_box(nobody) == (None, 0.0)
+    assert read_body(nobody) is None
 
 
 def test_bodies_return() -> None:
@@ -102,20 +96,15 @@ def test_the_gait_returns(phase, azimuth) -> None:
     assert named['template_phase'] == (7, 0.5)
 
 
-def test_nobody_has_no_gait() -> None:
+def test_a_gait_may_be_nobodys_or_lack_what_it_need_not_have() -> None:
     sent = gait_message(match(None), header())
     assert list(sent.name) == []
     assert read_gait(sent) == (0.0, 0.0, 0.0, 0.0)
-
-
-def test_a_gait_without_its_joints_is_refused() -> None:
     with pytest.raises(InputError, match='gait_phase and view_azimuth'):
         read_gait(JointState(name=['knee'], position=[1.0]))
-
-
-def test_a_gait_that_does_not_say_how_similar_the_template_is_is_believed() -> None:
     sent = gait_message(match(BodyFrame(1, 2, 3)), header())
     sent.effort = []
+    # That of the template is believed.
     assert read_gait(sent).similarity == 1.0
 
 

@@ -146,14 +146,12 @@ def test_tracks_go_out_field_by_field(store: Any, types: SimpleNamespace) -> Non
     assert read_detections(message, StartConfig()) == [Box(10, 20, 30, 80)]
 
 
-def test_without_the_package_there_are_no_detections(monkeypatch) -> None:
+def test_the_package_is_used_where_it_is_and_else_there_are_no_detections(
+    monkeypatch, types
+) -> None:
     monkeypatch.setitem(sys.modules, 'vision_msgs', None)
     monkeypatch.setitem(sys.modules, 'vision_msgs.msg', None)
     assert detection_types() is None
-
-
-def test_the_package_is_used_where_it_is(monkeypatch, types) -> None:
-    pytest.importorskip('geometry_msgs')
     module = ModuleType('vision_msgs.msg')
     for name in DEFINITIONS:
         setattr(module, name, getattr(types, name))

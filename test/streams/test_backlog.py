@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import threading
 
+import pytest
+
 from gait_segmentation.streams.backlog import CAUGHT_UP, Backlog, Worker
 
 TIMEOUT_S = 10.0
@@ -20,18 +22,16 @@ def taken(backlog: Backlog) -> list[object]:
     return items
 
 
-def test_up_to_the_limit_nothing_is_lost_and_the_order_is_kept() -> None:
+@pytest.mark.parametrize(
+    ('count', 'dropped', 'left'), [(3, [0] * 3, [0, 1, 2]), (4, [0, 0, 0, 3], [3])]
+)
+def test_up_to_the_limit_nothing_is_lost_and_then_all_but_the_newest(
+    count: int, dropped: list[int], left: list[int]
+) -> None:
     backlog = Backlog(3)
-    assert [backlog.put(n) for n in range(3)] == [0, 0, 0]
-    assert taken(backlog) == [0, 1, 2]
-    assert backlog.dropped == 0
-
-
-def test_overflow_leaves_the_newest_and_counts_the_rest() -> None:
-    backlog = Backlog(3)
-    assert [backlog.put(n) for n in range(4)] == [0, 0, 0, 3]
-    assert backlog.dropped == 3
-    assert taken(backlog) == [3]
+    assert [backlog.put(n) for n in range(count)] == dropped
+    assert backlog.dropped == sum(dropped)
+    assert taken(backlog) == left
 
 
 def test_who_cannot_keep_up_gets_evenly_spaced_new_frames() -> None:
@@ -56,18 +56,6 @@ def keep_up(backlog: Backlog, frames: int) -> None:
         backlog.take()
 
 
-def test_after_the_work_has_caught_up_frames_wait_again() -> None:
-    backlog = Backlog(3)
-    for number in range(4):
-        backlog.put(number)
-    backlog.take()
-    keep_up(backlog, CAUGHT_UP - 2)
-    assert [backlog.put(n) for n in range(3)] == [0, 1, 1]
-    backlog.take()
-    keep_up(backlog, CAUGHT_UP)
-    assert [backlog.put(n) for n in range(3)] == [0, 0, 0]
-
-
 def behind(limit: int) -> Backlog:
     backlog = Backlog(limit)
     for number in range(limit + 1):
@@ -76,12 +64,24 @@ def behind(limit: int) -> Backlog:
     return backlog
 
 
-def test_the_work_has_not_caught_up_while_frames_wait() -> None:
+def test_after_the_work_has_caught_up_frames_wait_again() -> None:
     backlog = behind(3)
+    keep_up(backlog, CAUGHT_UP - 2)
+    assert [backlog.put(n) for n in range(3)] == [0, 1, 1]
+    backlog.take()
+    keep_up(backlog, CAUGHT_UP)
+    assert [backlog.put(n) for n in range(3)] == [0, 0, 0]
+
+
+def test_the_work_has_not_caught_up_by_calls_nor_while_frames_wait() -> None:
+    backlog, called = behind(3), behind(3)
     for number in range(2 * CAUGHT_UP):
         backlog.put(number)
         backlog.take()
-    assert [backlog.put(n) for n in range(2)] == [0, 1]
+        called.call(lambda: None)
+        called.take()
+    for each in (backlog, called):
+        assert [each.put(n) for n in range(2)] == [0, 1]
 
 
 def test_after_another_overflow_catching_up_begins_anew() -> None:
@@ -92,17 +92,6 @@ def test_after_another_overflow_catching_up_begins_anew() -> None:
         backlog.take()
         backlog.call(lambda: None)
         backlog.take()
-
-
-def test_calls_do_not_count_as_keeping_up() -> None:
-    backlog = Backlog(2)
-    for number in range(3):
-        backlog.put(number)
-    backlog.take()
-    for _ in range(2 * CAUGHT_UP):
-        backlog.call(lambda: None)
-        backlog.take()
-    assert [backlog.put(n) for n in range(2)] == [0, 1]
 
 
 def test_calls_go_first_and_are_never_dropped() -> None:
@@ -136,12 +125,6 @@ def test_of_the_calls_of_a_kind_the_newest_wait() -> None:
     while backlog._calls:
         backlog.take()()
     assert done == ['box 4', 'box 5', 'reset 1', 'finish', 'finish']
-
-
-def test_a_flood_of_calls_does_not_pile_up() -> None:
-    backlog = Backlog(1)
-    dropped = [backlog.call(lambda: None, 'box', 3) for _ in range(20_000)]
-    assert (sum(dropped), len(backlog._calls)) == (19_997, 3)
 
 
 def test_closed_backlogs_give_nothing() -> None:

@@ -13,8 +13,6 @@ KNOWN = ['max_people', 'backlog', 'initial_box', 'tracking.use_background', 'tra
         ('max_peeple', 'max_people'),
         ('tracking.use_backgrund', 'tracking.use_background'),
         ('tracking.nothing_of_the_kind', ''),
-        ('intial_box', 'initial_box'),
-        ('tracking.gain', ''),
         ('traking.memory', 'tracking.memory'),
         ('traking.memori', 'tracking.memory'),
     ],

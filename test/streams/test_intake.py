@@ -6,6 +6,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import TrackResult
@@ -32,23 +33,24 @@ class Log:
         return list(self.events)
 
 
-def test_without_a_box_nothing_happens() -> None:
-    log = Log()
-    assert log.take(1) == log.take(2) == []
+OTHER = Box(5, 5, 20, 40)
 
 
-def test_the_initial_box_waits_for_its_stamp_and_is_used_once() -> None:
-    log = Log(initial_box=BOX, initial_stamp_ns=5)
-    assert log.take(4) == []
-    assert log.take(6) == [BOX]
-    assert log.take(7) == []
-
-
-def test_a_box_asked_for_is_used_at_the_next_frame() -> None:
-    log = Log()
-    log.intake.request(BOX)
-    assert log.take(1) == [BOX]
-    assert log.take(2) == []
+@pytest.mark.parametrize(
+    ('options', 'asked', 'boxes'),
+    [
+        ({}, [], [[], [], []]),
+        ({'initial_box': BOX, 'initial_stamp_ns': 5}, [], [[], [BOX], []]),
+        ({}, [BOX], [[BOX], [], []]),
+        ({'initial_box': BOX}, [OTHER], [[OTHER], [], []]),
+    ],
+    ids=['none', 'initial with a stamp', 'asked for', 'both'],
+)
+def test_a_box_is_used_once(options: dict[str, Any], asked: list[Box], boxes: list) -> None:
+    log = Log(**options)
+    for box in asked:
+        log.intake.request(box)
+    assert [log.take(stamp) for stamp in (4, 6, 7)] == boxes
 
 
 def test_a_box_asked_for_can_be_forgotten() -> None:
@@ -78,26 +80,18 @@ def test_another_size_resets() -> None:
     assert log.intake.shape == (30, 40)
 
 
-def test_a_box_outside_of_the_image_is_ignored() -> None:
+@pytest.mark.parametrize(
+    ('box', 'said'),
+    [
+        (Box(80, 0, 5, 5), ['outside of the image of 80 x 60']),
+        (Box(0, 0, 321, 10), ['at most 4 times', 'got x 0, y 0, 321 x 10']),
+    ],
+)
+def test_a_box_that_makes_no_sense_is_ignored(box: Box, said: list[str]) -> None:
     log = Log()
-    log.intake.request(Box(80, 0, 5, 5))
+    log.intake.request(box)
     (warning,) = log.take(1)
-    assert 'outside of the image of 80 x 60' in warning
-
-
-def test_a_box_far_larger_than_the_image_is_ignored() -> None:
-    log = Log(initial_box=Box(0, 0, 321, 10))
-    (warning,) = log.take(1)
-    assert 'at most 4 times' in warning
-    assert 'got x 0, y 0, 321 x 10' in warning
-
-
-def test_a_box_asked_for_takes_the_place_of_the_initial_one() -> None:
-    log = Log(initial_box=BOX)
-    other = Box(5, 5, 20, 40)
-    log.intake.request(other)
-    assert log.take(1) == [other]
-    assert log.take(2) == []
+    assert all(text in warning for text in said)
 
 
 def test_of_a_flood_of_boxes_the_newest_count() -> None:

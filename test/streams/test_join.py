@@ -26,15 +26,6 @@ def counts(join: ExactJoin) -> tuple[dict[str, int], dict[str, int], dict[str, i
 NOTHING: tuple[dict[str, int], dict[str, int], dict[str, int]] = ({}, {}, {})
 
 
-def test_parts_of_one_stamp_are_joined_in_any_order() -> None:
-    join = empty('ab')
-    assert join.add('a', 1, 'a1') is None
-    assert join.add('b', 1, 'b1') == {'a': 'a1', 'b': 'b1'}
-    assert join.add('b', 2, 'b2') is None
-    assert join.add('a', 2, 'a2') == {'a': 'a2', 'b': 'b2'}
-    assert len(join) == 0
-
-
 @given(st.permutations([(part, stamp) for part in 'abc' for stamp in range(1, 6)]))
 def test_every_stamp_is_joined_once_if_no_topic_goes_back(order) -> None:
     join = empty('abc')
@@ -87,16 +78,6 @@ def test_a_topic_that_jumps_back_drops_what_it_was_not_in() -> None:
     join.add('a', 1, 'new')
     assert join.add('b', 1, 'new') == {'a': 'new', 'b': 'new'}
     assert (len(join), counts(join)) == (0, ({}, {'tracker': 1}, {}))
-
-
-def test_a_topic_that_jumps_later_meets_the_one_that_jumped_first() -> None:
-    join = empty('ab')
-    join.add('a', 100, 'old')
-    join.add('b', 100, 'old')
-    join.add('a', 1, 'new')
-    join.add('a', 2, 'new')
-    assert join.add('b', 1, 'new') is not None
-    assert join.add('b', 2, 'new') is not None
 
 
 def test_who_was_away_when_the_others_jumped_meets_them() -> None:
@@ -240,9 +221,9 @@ def test_a_stamp_is_late_once() -> None:
 def test_who_comes_after_the_others_jumped_passes_by_what_they_have_seen_since() -> None:
     join = empty('ab')
     for stamp in (5, 1, 2, 3, 4):
-        join.add('a', stamp, 'x')
-    assert join.add('b', 1, 'x') is not None
-    assert join.add('b', 3, 'x') is not None
+        join.add('a', stamp * S, 'x')
+    assert join.add('b', 1 * S, 'x') is not None
+    assert join.add('b', 3 * S, 'x') is not None
     assert counts(join) == ({}, {'tracker': 1}, {})
 
 
@@ -267,7 +248,7 @@ def test_a_part_that_comes_twice_counts_once_and_the_first_time() -> None:
     assert join.again == {'a': 3, 'b': 1}
 
 
-@pytest.mark.parametrize('seed', range(10))
+@pytest.mark.parametrize('seed', range(5))
 @pytest.mark.parametrize(
     'stamps',
     [

@@ -11,7 +11,6 @@ from rosbags.rosbag2 import Reader
 
 from gait_segmentation.cli.replaying.bag_output import BagOutput, Messages
 from gait_segmentation.cli.replaying.output import Replayed
-from gait_segmentation.errors import SequenceError
 from test.cli.replaying.results import STEP_NS, replayed
 
 SHAPE = (240, 320)
@@ -138,11 +137,3 @@ def test_what_was_written_stays_readable_when_it_is_broken_off(tmp_path: Path) -
 def add_all(output: BagOutput, frames: list[Replayed]) -> None:
     for each in frames:
         output.add(each)
-
-
-def test_a_folder_of_something_else_is_not_replaced(tmp_path: Path) -> None:
-    (tmp_path / 'walk').mkdir()
-    (tmp_path / 'walk/thesis.tex').write_text('years of work')
-    with pytest.raises(SequenceError, match=r'holds thesis\.tex and is not replaced'):
-        BagOutput(tmp_path / 'walk')
-    assert (tmp_path / 'walk/thesis.tex').exists()

@@ -52,14 +52,11 @@ def small_input(kind: str, folder: Path, tmp_path: Path) -> Path:
     ('kind', 'option', 'place', 'how'),
     [
         ('bag', '--out', 'io', 'is'),
-        ('bag', '--out', 'link', 'is'),
         ('bag', '--masks', 'io/walk/masks', 'lies in'),
         ('bag', '--opengait', 'io', 'is'),
         ('film', '--overlay', 'io/walk.mp4', 'is'),
         ('film', '--overlay', 'hard.mp4', 'is'),
-        ('film', '--csv', 'link/walk.mp4', 'is'),
         ('film', '--masks', 'io', 'holds'),
-        ('images', '--masks', 'io/walk', 'is'),
         ('images', '--csv', 'link/walk/0000.png', 'lies in'),
     ],
 )

@@ -57,6 +57,7 @@ def run(
     pipeline: Any,
     damaged: bool = False,
     warn: Callable[[str], None] = lambda text: None,
+    box: Box | None = None,
 ) -> Iterator[Replayed]:
     def read() -> Iterator[Frame]:
         yield from frames
@@ -64,7 +65,7 @@ def run(
             raise DamagedError('it breaks off')
 
     source: Any = SimpleNamespace(frames=read)
-    return results_of(source, pipeline, None, warn)
+    return results_of(source, pipeline, box, warn)
 
 
 def numbers(answers: Iterable[Replayed]) -> tuple[list[int], list[int]]:
@@ -87,9 +88,16 @@ def test_frames_that_cannot_be_read_or_used_are_answered_in_their_place() -> Non
     assert answers[4].result.mask.shape == (8, 6)
 
 
-def test_what_waits_is_answered_before_time_jumps_back() -> None:
+def test_what_waits_is_answered_before_time_jumps_back_and_the_box_is_used_again(
+    monkeypatch,
+) -> None:
     frames = [READ[k].frame for k in (38, 39, 1, 2)]
-    assert numbers(run(frames, LaggedPipeline())) == ([38, 39, 1, 2], [38, 39, 1, 2])
+    started: list[Box] = []
+    pipeline: Any = LaggedPipeline()
+    monkeypatch.setattr(pipeline, 'initialize', started.append)
+    box = Box(1, 1, 3, 4)
+    assert numbers(run(frames, pipeline, box=box)) == ([38, 39, 1, 2], [38, 39, 1, 2])
+    assert started == [box, box]
 
 
 @pytest.mark.parametrize(

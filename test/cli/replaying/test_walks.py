@@ -38,14 +38,11 @@ def test_a_silhouette_fills_the_height_and_stands_in_the_middle() -> None:
     assert (silhouette > 127).sum(axis=1).tolist() == [20] * 64
 
 
-@pytest.mark.parametrize('left', [0, 260])
-def test_at_the_border_the_rest_is_empty(left: int) -> None:
-    silhouette = normalised(figure(left, 40))
-    assert silhouette.shape == (64, 64)
-    assert abs(int((silhouette > 127).sum()) - 20 * 64) <= 64
-
-
-def test_wide_ones_are_cut_off() -> None:
+def test_at_the_border_the_rest_is_empty_and_wide_ones_are_cut_off() -> None:
+    for left in (0, 260):
+        silhouette = normalised(figure(left, 40))
+        assert silhouette.shape == (64, 64)
+        assert abs(int((silhouette > 127).sum()) - 20 * 64) <= 64
     assert (normalised(figure(0, 300)) > 127).all()
 
 
@@ -94,6 +91,9 @@ def test_a_walk_has_its_direction_cadence_speed_and_confidence() -> None:
     assert walk.cadence_steps_per_min == pytest.approx(120 * RATE)
     assert walk.speed_heights_per_s == pytest.approx(4e9 / STEP_NS / 128, rel=0.01)
     assert walk.confidence == pytest.approx(0.7)
+    # Of what ends within a second it is not known.
+    (walk,) = walks_of(20, 4).all()
+    assert walk.speed_heights_per_s is None
 
 
 def test_directions_are_averaged_on_the_circle() -> None:
@@ -103,11 +103,6 @@ def test_directions_are_averaged_on_the_circle() -> None:
         walks.add(replayed(index, [(1, figure(10, 40), azimuth)]))
     (walk,) = walks.all()
     assert abs(walk.direction_rad) == pytest.approx(math.pi, abs=1e-3)
-
-
-def test_the_speed_of_what_ends_within_a_second_is_not_known() -> None:
-    (walk,) = walks_of(20, 4).all()
-    assert walk.speed_heights_per_s is None
 
 
 def test_short_walks_and_what_is_hardly_seen_are_left_out() -> None:
