@@ -23,7 +23,7 @@ _GRADE = 16
 """Values of a map that are taken for one grade."""
 
 _RATE = 0.1
-"""Share by which what is known of the grades moves towards the newest mask."""
+"""Least share by which what is known of the grades moves towards the newest mask."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +88,8 @@ class Grades:
         self.shares: NDArray[np.float64] | None = None
         """Of the person's pixels and of the others with each grade, (2, grades)."""
 
+        self._lessons = 1
+
     @staticmethod
     def count(values: NDArray[np.uint8], person: NDArray[np.uint8]) -> NDArray[np.float64]:
         """
@@ -117,7 +119,10 @@ class Grades:
         if self.shares is None:
             self.shares = shares
         else:
-            self.shares = self.shares + _RATE * (shares - self.shares)
+            # What was known before any mask is worth one.
+            self._lessons += 1
+            rate = max(_RATE, 1 / self._lessons)
+            self.shares = self.shares + rate * (shares - self.shares)
 
     def evidence(self, values: NDArray[np.uint8], weight: float = 1.0) -> NDArray[np.float32]:
         """

@@ -50,6 +50,12 @@ Correlation up to which a map has nothing to do with the person, and from which 
 another person's silhouette rarely comes to the first, a map three frames late to the second.
 """
 
+_DOUBT = 0.02
+"""
+By how much less a map counts with each frame in which it does not agree: what has long agreed is
+believed for a while, since all else may have gone astray.
+"""
+
 
 class HeatMapCue(Cue):
     """What the values of a heat map say of one person."""
@@ -59,6 +65,7 @@ class HeatMapCue(Cue):
         self._grades = Grades(_FLOOR)
         self._fit: NDArray[np.float64] | None = None
         self._off: Shift = (0.0, 0.0)
+        self._agrees = True
         self.weight = 0.0
         """How much the map counts, 0 to 1."""
 
@@ -110,7 +117,9 @@ class HeatMapCue(Cue):
         size = np.abs(self._fit)
         row, column = divmod(int(np.argmax(size)), size.shape[1])
         best = size[row, column]
-        self.weight = float(np.clip((best - _STRANGE) / (_TRUSTED - _STRANGE), 0, 1))
+        self._agrees = abs(fit[row, column]) >= _TRUSTED
+        weight = float(np.clip((best - _STRANGE) / (_TRUSTED - _STRANGE), 0, 1))
+        self.weight = max(weight, self.weight - _DOUBT)
         self._off = (0.0, 0.0)
         if best > size[reach, reach]:
             x, y = _peak(size[row], column), _peak(size[:, column], row)
@@ -150,8 +159,14 @@ class HeatMapCue(Cue):
         return self._grades.evidence(values, self.weight)
 
     def learn_values(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
-        """Learn what the values of the map mean, see :meth:`Cue.learn_values`."""
-        self._grades.learn(values, person)
+        """
+        Learn what the values of the map mean, see :meth:`Cue.learn_values`.
+
+        From a mask that the map does not agree with nothing is learnt: either may be wrong, and
+        what the map meant before is what can tell.
+        """
+        if self._agrees:
+            self._grades.learn(values, person)
 
 
 def _reduced(

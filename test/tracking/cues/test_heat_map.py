@@ -82,15 +82,28 @@ def test_nothing_is_said_before_anything_is_learnt():
     assert not cue.evidence_of(body()[WINDOW]).any()
 
 
-def test_trust_goes_when_the_map_turns_wrong():
+def test_masks_that_the_map_does_not_agree_with_teach_nothing():
     cue = seated(body())
     cue.learn_values(body()[WINDOW], body()[WINDOW])
-    before = logits(cue, body())
-    for _ in range(30):
-        cue.learn_values(body(40)[WINDOW], body()[WINDOW])
-    after = logits(cue, body())
-    assert before[0] - before[1] > 6
-    assert after[0] - after[1] < 2
+    known, wrong = cue.evidence_of(body()[WINDOW]), 255 - body()[WINDOW][::-1]
+    for _ in range(10):
+        cue.place(body(), WINDOW, (wrong > 0).astype(np.float32), HEIGHT)
+        cue.learn_values(body()[WINDOW], wrong)
+    assert np.ptp(known) > 6
+    assert 0.7 < cue.weight < 1
+    np.testing.assert_allclose(
+        cue.evidence_of(body()[WINDOW]), np.float32(cue.weight) * known, rtol=1e-5
+    )
+
+
+def test_the_first_masks_tell_at_once_what_a_box_told_wrong():
+    cue = seated(body())
+    cue.begin(body(), Box(40, 10, 84, 90), WINDOW)
+    told = logits(cue, body())
+    for _ in range(3):
+        cue.learn_values(body()[WINDOW], body()[WINDOW])
+    assert told[1] > -2
+    assert logits(cue, body())[1] < told[1] - 0.5
 
 
 @pytest.mark.parametrize('off', [(0, 0), (9, 0), (-36, 0), (4, -12), (-7, 20)])
@@ -118,7 +131,7 @@ def test_a_map_that_correlates_little_counts_nothing_whatever_was_learnt():
     heat[:, :90] = 255
     cue.learn_values(body()[WINDOW], body()[WINDOW])
     assert cue.weight == 1
-    for _ in range(10):
+    for _ in range(60):
         cue.place(heat, WINDOW, body()[WINDOW].astype(np.float32) / 255, HEIGHT)
     assert cue.weight == 0
     assert not cue.evidence_of(cue.part(heat, WINDOW)).any()
