@@ -13,7 +13,11 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.images import Window, bounding_box
 from gait_segmentation.results import LOST, Feedback
-from gait_segmentation.tracking.person.learning import grown, working_masks
+from gait_segmentation.tracking.person.learning import (
+    grown,
+    without_parts_apart,
+    working_masks,
+)
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.target import Target
 
@@ -100,9 +104,12 @@ def _learn_all(
     person.learn_colours(lab, window, mask, person.template, rates, familiar)
     bounds = bounding_box(mask)
     margin = grown(mask, person.height, bounds)
-    person.learn_place(mask, body, bounds)
+    # A piece of the place that the first mask took along would pull the body to it.
+    own = without_parts_apart(mask, person.template, person.height)
+    own_bounds = bounds if own is mask else bounding_box(own)
+    person.learn_place(own, body, own_bounds)
     if config.use_tilt:
-        person.learn_angle(mask, bounds)
+        person.learn_angle(own, own_bounds)
     target.learn_look(record)
     return margin
 
