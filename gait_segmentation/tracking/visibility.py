@@ -94,7 +94,7 @@ class Sight:
 def visible_box(
     values: NDArray[np.uint8],
     mask: NDArray[np.uint8],
-    near: NDArray[np.float32],
+    away: NDArray[np.float32],
     window: Window,
     height: float,
 ) -> Box | None:
@@ -103,12 +103,11 @@ def visible_box(
 
     :param values: (h, w) uint8 likelihood of the window.
     :param mask: (h, w) uint8 0/255 of the same pixels, what of the person is not hidden.
-    :param near: (h, w) float32, how far they are from the outline of the person expected,
-        positive inside.
+    :param away: (h, w) float32, how far they are beside the person expected.
     :param window: the window's rows and columns in the image.
     :param height: of the body in pixels.
     """
-    likely = (values > 127) & (near >= -max(1.0, GUARD * height))
+    likely = (values > 127) & (away <= max(1.0, GUARD * height))
     if np.count_nonzero(likely) < max(1.0, LEAST_SEEN * cv2.countNonZero(mask)):
         return None
     (top, bottom), (left, right) = (_ends(np.count_nonzero(likely, axis=axis)) for axis in (1, 0))
