@@ -129,10 +129,10 @@ class BackgroundModel:
         total = other = 0
         for window in windows:
             every = _every(window, SAMPLE_STEP)
-            sure = self.is_sure(every) & (person[every] == 0)
+            free = person[every] == 0
             strange = self.contradicted(np.ascontiguousarray(lab[every]), every, 1.0)
-            total += np.count_nonzero(sure)
-            other += np.count_nonzero(strange[sure])
+            total += np.count_nonzero(self.is_sure(every) & free)
+            other += np.count_nonzero(strange & free)
         return 1 - other / total if total >= _LEAST_SAMPLES else None
 
     def is_sure(self, window: Window) -> NDArray[np.bool_]:

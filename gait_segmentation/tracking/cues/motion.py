@@ -94,13 +94,13 @@ class MotionCue(Cue):
 
     def learn_values(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
         """Count pairs of differences on and beside the person, see :meth:`Cue.learn_values`."""
-        beside = cv2.dilate(person, np.ones((3, 3), np.uint8)) == 0
-        counts = [np.bincount(values[at], minlength=2 * _KINDS) for at in (person > 0, beside)]
-        if not all(count.any() for count in counts):
+        beside = (cv2.dilate(person, np.ones((3, 3), np.uint8)) == 0).view(np.uint8)
+        counts = np.stack([_counted(values, at) for at in (person, beside)])
+        if not counts.any(axis=1).all():
             return
         self._masks += 1
         rate = max(_RATE, 1 / self._masks)
-        self._shares += rate * (np.stack([count / count.sum() for count in counts]) - self._shares)
+        self._shares += rate * (counts / counts.sum(axis=1, keepdims=True) - self._shares)
 
     def _ratios(self) -> NDArray[np.float32]:
         """Return the log-likelihood ratio of each pair of differences, float32."""
@@ -114,6 +114,12 @@ class MotionCue(Cue):
         shares = shares / shares.sum(axis=2, keepdims=True) + _FLOOR
         ratios = np.log(shares[0] / shares[1])
         return np.clip(ratios, -_LIMIT, _LIMIT).astype(np.float32).ravel()
+
+
+def _counted(kinds: NDArray[np.uint8], where: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return how often each pair of differences is where a mask is not 0."""
+    counts = cv2.calcHist([kinds], [0], where, [2 * _KINDS], [0, 2 * _KINDS])
+    return np.asarray(counts, np.float64).ravel()
 
 
 @njit(nogil=True, inline='always')
