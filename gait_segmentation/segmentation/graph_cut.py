@@ -106,9 +106,9 @@ def decided(logit: NDArray[np.float32]) -> NDArray[np.int8]:
     :returns: +1 or -1 where decided, 0 elsewhere.
     """
     kernel = np.ones((2 * _NEAR_PX + 1, 2 * _NEAR_PX + 1), np.uint8)
-    sure = cv2.erode((logit > _SURE).astype(np.uint8), kernel)
-    never = cv2.erode((logit < -_SURE).astype(np.uint8), kernel)
-    return sure.astype(np.int8) - never.astype(np.int8)
+    sure = cv2.erode((logit > _SURE).view(np.uint8), kernel)
+    never = cv2.erode((logit < -_SURE).view(np.uint8), kernel)
+    return sure.view(np.int8) - never.view(np.int8)
 
 
 def minimum_cut(graph: OpenGraph, logit: NDArray[np.float32]) -> NDArray[np.bool_]:
