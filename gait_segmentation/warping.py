@@ -16,6 +16,8 @@ from gait_segmentation.images import Window
 __all__ = ['warp_window']
 
 
+_STILL = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+
 _Pixel = TypeVar('_Pixel', np.uint8, np.float32)
 
 
@@ -37,7 +39,7 @@ def warp_window(
     """
     rows, columns = window
     inside = rows.stop <= image.shape[0] and columns.stop <= image.shape[1]
-    if inside and np.array_equal(motion, np.eye(2, 3)):
+    if inside and motion.tolist() == _STILL:
         return image[window].copy()
     size = (columns.stop - columns.start, rows.stop - rows.start)
     if min(size) <= 0:

@@ -81,9 +81,8 @@ def pixel_affine(transform: NDArray[np.float64]) -> NDArray[np.float64]:
 
     Pixel (i, j) has its centre at position (i + 0.5, j + 0.5).
     """
-    result = np.array(transform, np.float64)
-    result[:, 2] += 0.5 * (result[:, 0] + result[:, 1]) - 0.5
-    return result
+    (a, b, x), (c, d, y) = transform.tolist()
+    return np.array([[a, b, x + (0.5 * (a + b) - 0.5)], [c, d, y + (0.5 * (c + d) - 0.5)]])
 
 
 def template_to_image(

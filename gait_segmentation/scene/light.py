@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import compose, scaling
+from gait_segmentation.medians import median
 from gait_segmentation.scene.background.model import BackgroundModel
 from gait_segmentation.scene.ego_motion.pyramid import LEAST_RANGE
 from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
@@ -42,7 +43,7 @@ _CORRELATION = 0.3
 _UNNOTICED = 0.02
 """Change (as a log) that is left to the models: two levels of 100, as the noise they allow."""
 
-_PERIODS = np.arange(1, 3.01, 0.125).tolist()
+_PERIODS = np.arange(1, 3.01, 0.125)
 """
 Periods of flicker in the image: a shutter reads it in 10 to 30 ms, lamps flicker at 100 Hz.  Less
 than a period is not told from a shade.
@@ -149,10 +150,10 @@ class Light:
         self.wave = _wave_in(shade, use)
         if self.wave is not None:
             shade -= _along(self.wave, shape[0])[:, None]
-        near = use & (np.abs(shade - np.median(shade[use])) < _ALIKE)
+        near = use & (np.abs(shade - median(shade[use])) < _ALIKE)
         if np.count_nonzero(near) > _AGREE * np.count_nonzero(use):
             # Those that agree once more: what covers a part of the world is on one side of it.
-            total = np.median(shade[near]) + np.median(tints[near], axis=0)
+            total = median(shade[near]) + median(tints[near])
             if np.abs(total - self._logs).max() > _UNNOTICED:
                 # All of it, so that what is left out does not add up in what is remembered.
                 self._logs = total.astype(np.float32)
@@ -197,20 +198,18 @@ def _wave_in(logs: _Floats, use: NDArray[np.bool_]) -> _Wave | None:
     told = ~np.isnan(values)
     if 2 * np.count_nonzero(told) < told.size:
         return None
-    values = values[told]
+    values = values[told].astype(np.float64)
     if np.std(values) < 2 * _UNNOTICED:
         return None
     places = np.tile((np.arange(logs.shape[0]) + 0.5) / logs.shape[0], 2)[told]
-    best, rest = (0.0, 0.0, 0.0), math.inf
-    for periods in _PERIODS:
-        angles = 2 * math.pi * periods * places
-        basis = np.column_stack([np.ones_like(angles), np.cos(angles), np.sin(angles)])
-        found = np.linalg.lstsq(basis, values, rcond=None)[0]
-        left = float(np.mean((values - basis @ found) ** 2))
-        if left < rest:
-            best, rest = (periods, float(found[1]), float(found[2])), left
-    power = (best[1] ** 2 + best[2] ** 2) / 2
-    return best if power > rest else None
+    angles = 2 * math.pi * _PERIODS[:, None] * places
+    bases = np.stack([np.ones_like(angles), np.cos(angles), np.sin(angles)], axis=2)
+    # Of each period what is left of the values beside the plane of its basis.
+    within = np.square(values @ np.linalg.qr(bases).Q).sum(axis=1)
+    best = int(np.argmax(within))
+    rest = (float(values @ values) - float(within[best])) / len(values)
+    _, cosine, sine = np.linalg.lstsq(bases[best], values, rcond=None)[0].tolist()
+    return (float(_PERIODS[best]), cosine, sine) if (cosine**2 + sine**2) / 2 > rest else None
 
 
 def _medians(logs: _Floats, use: NDArray[np.bool_]) -> _Floats:

@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.images import distance_from
+
 __all__ = ['keep_supported']
 
 _LEAST_OVERLAP = 0.04
@@ -39,7 +41,7 @@ def keep_supported(
     overlap = np.bincount(parts.ravel(), support.ravel(), count)
     overlap[0] = 0
     if body is not None and body.any():
-        away = cv2.distanceTransform((~body).view(np.uint8), cv2.DIST_L2, 3)
+        away = distance_from(body)
         apart = np.bincount(parts.ravel(), (away > _APART * height).ravel(), count)
         overlap[2 * apart > np.bincount(parts.ravel(), minlength=count)] = 0
     return np.asarray((overlap > _LEAST_OVERLAP * overlap.max())[parts])

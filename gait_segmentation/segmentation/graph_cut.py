@@ -4,8 +4,9 @@
 The minimum cut of a grid graph in which only some pixels are open.
 
 Capacities are integers; pixels whose label is given are not nodes but are folded into the t-links
-of their neighbours.  All work is on the open pixels, which are few; the cut itself is PyMaxflow's,
-of Boykov and Kolmogorov (PAMI 2004).
+of their neighbours.  All work is on the open pixels, which are few, and most of these are settled
+by their own t-links, against whatever their links say; the cut of the rest is PyMaxflow's, of
+Boykov and Kolmogorov (PAMI 2004).
 """
 
 from __future__ import annotations
@@ -15,7 +16,10 @@ from dataclasses import dataclass
 import cv2
 import maxflow
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
+
+from gait_segmentation.kernels import kernel
 
 __all__ = ['CAPACITY', 'STEPS', 'OpenGraph', 'decided', 'minimum_cut', 'open_graph']
 
@@ -58,18 +62,37 @@ def open_graph(given: NDArray[np.int8]) -> OpenGraph:
 
     :param given: (h, w) int8, +1 or -1 where label 1 or 0 is given, 0 where open.
     """
-    pixels = np.flatnonzero(given == 0).astype(np.int32)
-    count = len(pixels)
+    pixels = np.empty(given.size - cv2.countNonZero(given), np.int32)
+    beside = np.full((len(pixels) + 1, ARCS), len(pixels), np.int32)
+    _find_open(given, STEPS, pixels, beside)
+    return OpenGraph(given, pixels, beside, np.zeros(beside.shape, np.int32))
+
+
+@kernel('i1[:,::1], i8[:,::1], i4[::1], i4[:,::1]')
+def _find_open(
+    given: NDArray[np.int8],
+    steps: NDArray[np.int64],
+    pixels: NDArray[np.int32],
+    beside: NDArray[np.int32],
+) -> None:
+    """Fill in places and neighbours of the open pixels, see :class:`OpenGraph`."""
+    count = np.int32(len(pixels))
     # By the rows of a window with a border, of what lies where.
     place = np.full((given.shape[0] + 2, given.shape[1] + 2), count, np.int32)
-    inner = place[1:-1, 1:-1]
-    inner[...] = np.where(given < 0, count + 1, count + 2)
-    inner.reshape(given.shape)[given == 0] = np.arange(count, dtype=np.int32)
-    row, column = np.divmod(pixels, given.shape[1])
-    here = (row + 1) * place.shape[1] + column + 1
-    beside = np.full((count + 1, ARCS), count, np.int32)
-    beside[:-1] = place.reshape(-1)[here[:, None] + STEPS @ (place.shape[1], 1)]
-    return OpenGraph(given, pixels, beside, np.zeros(beside.shape, np.int32))
+    found = np.int32(0)
+    for row in range(given.shape[0]):
+        for col in range(given.shape[1]):
+            label = given[row, col]
+            if label == 0:
+                pixels[found] = row * given.shape[1] + col
+                place[row + 1, col + 1] = found
+                found += 1
+            else:
+                place[row + 1, col + 1] = count + 1 if label < 0 else count + 2
+    for node in range(count):
+        row, col = divmod(pixels[node], given.shape[1])
+        for arc in range(ARCS):
+            beside[node, arc] = place[row + 1 + steps[arc, 0], col + 1 + steps[arc, 1]]
 
 
 def decided(logit: NDArray[np.float32]) -> NDArray[np.int8]:
@@ -83,9 +106,9 @@ def decided(logit: NDArray[np.float32]) -> NDArray[np.int8]:
     :returns: +1 or -1 where decided, 0 elsewhere.
     """
     kernel = np.ones((2 * _NEAR_PX + 1, 2 * _NEAR_PX + 1), np.uint8)
-    sure = cv2.erode((logit > _SURE).astype(np.uint8), kernel)
-    never = cv2.erode((logit < -_SURE).astype(np.uint8), kernel)
-    return sure.astype(np.int8) - never.astype(np.int8)
+    sure = cv2.erode((logit > _SURE).view(np.uint8), kernel)
+    never = cv2.erode((logit < -_SURE).view(np.uint8), kernel)
+    return sure.view(np.int8) - never.view(np.int8)
 
 
 def minimum_cut(graph: OpenGraph, logit: NDArray[np.float32]) -> NDArray[np.bool_]:
@@ -104,18 +127,91 @@ def minimum_cut(graph: OpenGraph, logit: NDArray[np.float32]) -> NDArray[np.bool
     count = len(graph.pixels)
     if count == 0:
         return labels
-    links, beside = graph.links[:-1], graph.beside[:-1]
-    # Links to given labels are t-links.
-    toward = (beside == count + 2).astype(np.int32) - (beside == count + 1)
-    terminal = (logit * CAPACITY).astype(np.int64) + np.einsum('ij,ij->i', links, toward)
-    forward, after = links[:, : ARCS // 2], beside[:, : ARCS // 2]
-    one, arc = np.nonzero((after < count) & (forward > 0))
-    other, capacity = after[one, arc], forward[one, arc]
-    solver = maxflow.GraphInt(count, len(one))
-    nodes = solver.add_grid_nodes(count)
-    solver.add_edges(one, other, capacity, capacity)
-    solver.add_grid_tedges(nodes, np.maximum(terminal, 0), np.maximum(-terminal, 0))
-    solver.maxflow()
-    # Label 1 is the source's side, to which PyMaxflow counts what cannot reach the sink.
-    labels.reshape(-1)[graph.pixels] = ~solver.get_grid_segments(nodes)
+    settled, terminal = np.empty(count + 3, np.int8), np.empty(count, np.int32)
+    pairs = np.empty((3, ARCS // 2 * count), np.int32)
+    nodes, edges = _settle(graph.beside, graph.links, logit, settled, terminal, pairs)
+    found = settled[:count]
+    if nodes:
+        solver = maxflow.GraphInt(nodes, edges)
+        grid = solver.add_grid_nodes(nodes)
+        one, other, capacity = pairs[:, :edges]
+        solver.add_edges(one, other, capacity, capacity)
+        rest = terminal[:nodes]
+        solver.add_grid_tedges(grid, np.maximum(rest, 0), np.maximum(-rest, 0))
+        solver.maxflow()
+        # Label 1 is the source's side, to which PyMaxflow counts what cannot reach the sink.
+        found[found == 0] = np.where(solver.get_grid_segments(grid), -1, 1)
+    labels.reshape(-1)[graph.pixels] = found > 0
     return labels
+
+
+@njit(nogil=True, inline='always')
+def _own_label(terminal: np.int32, weight: np.int32) -> int:
+    """Return the label a t-link gives whatever those of the neighbours are, 0 without one."""
+    if terminal >= weight:
+        return 1
+    return -1 if -terminal > weight else 0
+
+
+@kernel('i4[:,::1], i4[:,::1], f4[::1], i1[::1], i4[::1], i4[:,::1]')
+def _settle(
+    beside: NDArray[np.int32],
+    links: NDArray[np.int32],
+    logit: NDArray[np.float32],
+    settled: NDArray[np.int8],
+    terminal: NDArray[np.int32],
+    pairs: NDArray[np.int32],
+) -> tuple[int, int]:
+    """
+    Settle nodes whose t-link is worth all their links to others, and list what is left.
+
+    Their labels are those of the cut; they are folded into the t-links of their neighbours, of
+    which more are settled then.
+
+    :param settled: (N + 3,) int8, for the labels +1 and -1 that are found, 0 where none is.
+    :param terminal: (N,) int32, for the t-links of the nodes left, above 0 for label 1.
+    :param pairs: (3, 4 N) int32, for the pairs of these that are linked, and their capacities.
+    :returns: how many nodes and pairs are left.
+    """
+    count = len(logit)
+    # What is given, and what is beyond the window, to which links are 0.
+    settled[:count], settled[count], settled[count + 1], settled[count + 2] = 0, 1, -1, 1
+    weight, waiting = np.empty(count, np.int32), np.empty(count, np.int32)
+    waits = nodes = edges = 0
+    for node in range(count):
+        terminal[node], weight[node] = np.int32(logit[node] * np.float32(CAPACITY)), 0
+        for arc in range(ARCS):
+            label, link = settled[beside[node, arc]], links[node, arc]
+            terminal[node] += label * link
+            weight[node] += link if label == 0 else 0
+    for node in range(count):
+        settled[node] = _own_label(terminal[node], weight[node])
+        if settled[node] != 0:
+            waiting[waits] = node
+            waits += 1
+    while waits > 0:
+        waits -= 1
+        node = waiting[waits]
+        for arc in range(ARCS):
+            other, link = beside[node, arc], links[node, arc]
+            if settled[other] == 0:
+                terminal[other] += settled[node] * link
+                weight[other] -= link
+                settled[other] = _own_label(terminal[other], weight[other])
+                if settled[other] != 0:
+                    waiting[waits] = other
+                    waits += 1
+    place = weight
+    for node in range(count):
+        if settled[node] == 0:
+            terminal[nodes], place[node] = terminal[node], nodes
+            nodes += 1
+    for node in range(count):
+        if settled[node] == 0:
+            for arc in range(ARCS // 2):
+                other, link = beside[node, arc], links[node, arc]
+                if settled[other] == 0 and link > 0:
+                    pairs[0, edges], pairs[1, edges] = place[node], place[other]
+                    pairs[2, edges] = link
+                    edges += 1
+    return nodes, edges

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.images import Window, signed_distance, size_of
+from gait_segmentation.images import Window, distance_from, size_of
 from gait_segmentation.results import TRACKED
 from gait_segmentation.starting import Start
 from gait_segmentation.starting.estimate import in_view
@@ -78,9 +78,9 @@ class MeanShiftTarget(Target):
             return None
         logit = self._selector.log_ratio(_view(self.world.now, window))
         mask = self.carried_mask()
-        near = signed_distance(mask > 127)
+        away = distance_from(mask > 127)
         lost = self.state != TRACKED
-        return Claim(window, logit, mask, near, self.feet, person.height, lost)
+        return Claim(window, logit, mask, away, self.feet, person.height, lost)
 
     def _measured(self, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
         """Return that only mean shift tells how far the body went."""

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, overlap, signed_distance, within
+from gait_segmentation.images import Window, distance_from, overlap, within
 
 __all__ = ['REACH', 'Claim', 'beyond', 'compete', 'leave_to']
 
@@ -53,7 +53,7 @@ class Claim:
     What one person makes of the pixels in a window.
 
     ``logit`` is (h, w) float32 and ``mask`` (h, w) uint8, where the person is expected;
-    ``near`` is (h, w) float32, how far from its outline pixels are, positive inside.
+    ``away`` is (h, w) float32, how far beside it pixels are, in pixels.
     ``feet`` is the row of the soles and ``height`` that of the body, in pixels.  Somebody
     ``hidden`` competes, too, so that nobody takes what is about to be seen of them.
     """
@@ -61,7 +61,7 @@ class Claim:
     window: Window
     logit: NDArray[np.float32]
     mask: NDArray[np.uint8]
-    near: NDArray[np.float32]
+    away: NDArray[np.float32]
     feet: float
     height: float
     hidden: bool = False
@@ -78,7 +78,8 @@ def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
         for one, two in itertools.combinations(range(len(claims)), 2)
         if (shared := overlap(claims[one].window, claims[two].window)) is not None
     ]
-    near = {k: _falloff(claims[k]) for k in {k for pair in pairs for k in pair[:2]}}
+    meeting = {k for pair in pairs for k in pair[:2]}
+    near = {k: _falloff(claims[k].away, claims[k].height) for k in meeting}
     strong = {k: np.exp(claims[k].logit + near[k]) for k in near}
     rivals = {k: np.zeros_like(strong[k]) for k in near}
     for one, two, shared in pairs:
@@ -114,10 +115,8 @@ def leave_to(
     others = strangers[claim.window] > 0
     if not others.any():
         return logit
-    near = claim.near
-    if template is not None:
-        near = signed_distance(template > 127)
-    theirs = others & (_falloff(claim, near) < _BESIDE)
+    away = claim.away if template is None else distance_from(template > 127)
+    theirs = others & (_falloff(away, claim.height) < _BESIDE)
     return np.where(theirs, np.minimum(logit, _LEFT), logit)
 
 
@@ -133,17 +132,16 @@ def _settle(
     one[both & ~first] = _REFUSED
 
 
-def _falloff(claim: Claim, near: NDArray[np.float32] | None = None) -> NDArray[np.float32]:
+def _falloff(away: NDArray[np.float32], height: float) -> NDArray[np.float32]:
     """Return g: 0 where the person is expected, falling off with the distance from there."""
-    near = claim.near if near is None else near
-    return np.float32(_FARTHEST) * beyond(near, claim.height)
+    return np.float32(_FARTHEST) * beyond(away, height)
 
 
-def beyond(near: NDArray[np.float32], height: float) -> NDArray[np.float32]:
+def beyond(away: NDArray[np.float32], height: float) -> NDArray[np.float32]:
     """
     Return how far beside a person pixels are, from 0 on the outline to 1 out of reach.
 
-    :param near: (h, w) float32, distance from the outline in pixels, positive inside.
+    :param away: (h, w) float32, distance from the person in pixels.
     :param height: of the body in pixels.
     """
-    return np.clip(near * np.float32(-1 / (REACH * height)), 0, 1)
+    return np.minimum(away * np.float32(1 / (REACH * height)), np.float32(1))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import colour_bins
-from gait_segmentation.images import Window, signed_distance
+from gait_segmentation.images import Window, distance_from
 from gait_segmentation.tracking.competition import beyond
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues.cue import View
@@ -33,8 +33,7 @@ def judge(
     :param expected: (h, w) uint8 0/255 of that window, where the person is expected.
     :param seen: whether the person was seen until now: else nothing is known of the motion.
     :returns: the window, its log-likelihood ratios, (h, w) float32, and how far its pixels are
-        from the outline of the person expected, likewise, positive inside; None if all of the
-        window is outside of the image.
+        beside the person expected, likewise; None if all of the window is outside of the image.
     """
     record = world.now
     window = person.window(world.shape)
@@ -42,10 +41,10 @@ def judge(
         return None
     lab = record.image.lab_part(window)
     bins, rows = colour_bins(lab), person.rows(window)
-    near = signed_distance(expected > 127)
+    away = distance_from(expected > 127)
     strangers = None
     if seen and person.template is not None:
-        strangers = np.float32(config.stranger_density) * beyond(near, person.height)
+        strangers = np.float32(config.stranger_density) * beyond(away, person.height)
     logit = log_ratio(
         lab,
         bins,
@@ -63,4 +62,4 @@ def judge(
         evidence = cue.evidence(view)
         if evidence is not None:
             logit += evidence
-    return window, logit, near
+    return window, logit, away

@@ -228,8 +228,8 @@ class Target:
         judged = judge(person, self.world, expected, self.config, seen=seen)
         if judged is None:
             return None
-        window, logit, near = judged
-        return Claim(window, logit, expected, near, self.feet, person.height, not seen)
+        window, logit, away = judged
+        return Claim(window, logit, expected, away, self.feet, person.height, not seen)
 
     def assess(
         self, likelihood: NDArray[np.uint8], claim: Claim, cover: NDArray[np.uint8] | None
@@ -289,7 +289,7 @@ class Target:
     def _show(self, values: NDArray[np.uint8], sight: Sight, claim: Claim) -> None:
         """Take the likely pixels near the mask for what can be seen of the person."""
         height = self.person.height
-        box = visible_box(values, sight.uncovered, claim.near, claim.window, height)
+        box = visible_box(values, sight.uncovered, claim.away, claim.window, height)
         self._box = None if box is None else box.scaled(1 / self.world.scale)
 
     def shift_now(self, dx: float, dy: float) -> None:

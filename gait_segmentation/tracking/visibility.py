@@ -94,7 +94,7 @@ class Sight:
 def visible_box(
     values: NDArray[np.uint8],
     mask: NDArray[np.uint8],
-    near: NDArray[np.float32],
+    away: NDArray[np.float32],
     window: Window,
     height: float,
 ) -> Box | None:
@@ -103,19 +103,20 @@ def visible_box(
 
     :param values: (h, w) uint8 likelihood of the window.
     :param mask: (h, w) uint8 0/255 of the same pixels, what of the person is not hidden.
-    :param near: (h, w) float32, how far they are from the outline of the person expected,
-        positive inside.
+    :param away: (h, w) float32, how far they are beside the person expected.
     :param window: the window's rows and columns in the image.
     :param height: of the body in pixels.
     """
-    likely = (values > 127) & (near >= -max(1.0, GUARD * height))
-    if np.count_nonzero(likely) < max(1.0, LEAST_SEEN * cv2.countNonZero(mask)):
+    likely = ((values > 127) & (away <= max(1.0, GUARD * height))).view(np.uint8)
+    if cv2.countNonZero(likely) < max(1.0, LEAST_SEEN * cv2.countNonZero(mask)):
         return None
-    (top, bottom), (left, right) = (_ends(np.count_nonzero(likely, axis=axis)) for axis in (1, 0))
+    (top, bottom), (left, right) = (
+        _ends(cv2.reduce(likely, axis, cv2.REDUCE_SUM, dtype=cv2.CV_32S)) for axis in (1, 0)
+    )
     return Box(window[1].start + left, window[0].start + top, right - left, bottom - top)
 
 
-def _ends(counts: NDArray[np.intp]) -> tuple[int, int]:
+def _ends(counts: NDArray[np.int32]) -> tuple[int, int]:
     """Return the first and after the last of some rows or columns that count."""
     total = np.cumsum(counts)
     ends = np.searchsorted(total, (_OUTERMOST * total[-1], (1 - _OUTERMOST) * total[-1]))

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.images import signed_distance
+from gait_segmentation.images import distance_from
 from gait_segmentation.tracking.competition import (
     _FARTHEST,
     _NEARER,
@@ -30,7 +30,7 @@ def claim(left: int, value: float, feet: float = 50.0, hidden: bool = False) -> 
     mask[5:55, left + 12 : left + 28] = 255
     logit = np.full((60, 40), value, np.float32)
     part = mask[window]
-    return Claim(window, logit, part, signed_distance(part > 127), feet, 50.0, hidden)
+    return Claim(window, logit, part, distance_from(part > 127), feet, 50.0, hidden)
 
 
 def test_those_who_are_apart_do_not_compete() -> None:
@@ -119,12 +119,12 @@ def test_what_is_expected_falls_off_with_the_distance_from_the_mask(
     mask[part] = 255
     everywhere = (slice(0, 60), slice(0, 40))
     logit = np.zeros((60, 40), np.float32)
-    one = Claim(everywhere, logit, mask, signed_distance(mask > 127), 50.0, height, False)
+    one = Claim(everywhere, logit, mask, distance_from(mask > 127), 50.0, height, False)
     distance = cv2.distanceTransform(255 - mask, cv2.DIST_L2, 3)
     expected = np.maximum(_FARTHEST * distance / (REACH * height), _FARTHEST)
-    np.testing.assert_allclose(_falloff(one), expected, atol=1e-2)
-    nowhere = Claim(everywhere, logit, mask * 0, signed_distance(mask > 255), 50.0, height, False)
-    assert (_falloff(nowhere) == _FARTHEST).all()
+    np.testing.assert_allclose(_falloff(one.away, height), expected, atol=1e-2)
+    nowhere = Claim(everywhere, logit, mask * 0, distance_from(mask > 255), 50.0, height, False)
+    assert (_falloff(nowhere.away, height) == _FARTHEST).all()
 
 
 def test_several_compete_as_their_densities_say() -> None:
@@ -140,14 +140,16 @@ def test_several_compete_as_their_densities_say() -> None:
         for other in claims:
             if other is not one:
                 depth = _NEARER if other.feet > one.feet else -_NEARER
-                rivals[other.window] += np.exp(other.logit + _falloff(other) + depth)
+                rivals[other.window] += np.exp(
+                    other.logit + _falloff(other.away, other.height) + depth
+                )
         expected.append(one.logit - np.log1p(rivals[one.window]))
     for first, second in itertools.combinations(range(3), 2):
         here, there = (np.full(SHAPE, -np.inf) for _ in range(2))
         favour = [np.full(SHAPE, -np.inf) for _ in range(2)]
         for k, image, own in ((first, here, favour[0]), (second, there, favour[1])):
             image[claims[k].window] = expected[k]
-            own[claims[k].window] = expected[k] + _falloff(claims[k])
+            own[claims[k].window] = expected[k] + _falloff(claims[k].away, claims[k].height)
         both = (here > 0) & (there > 0)
         there[both & (favour[0] >= favour[1])] = here[both & (favour[0] < favour[1])] = -0.5
         expected[first], expected[second] = (
@@ -159,5 +161,5 @@ def test_several_compete_as_their_densities_say() -> None:
 
 
 def test_strangers_are_expected_beside_the_person_and_all_of_them_out_of_reach() -> None:
-    near = np.array([20.0, 0.0, -3.0, -6.0, -12.0, -40.0], np.float32)
-    assert beyond(near, 100.0) == pytest.approx([0, 0, 0.25, 0.5, 1, 1])
+    away = np.array([0.0, 3.0, 6.0, 12.0, 40.0], np.float32)
+    assert beyond(away, 100.0) == pytest.approx([0, 0.25, 0.5, 1, 1])

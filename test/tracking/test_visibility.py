@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import signed_distance
+from gait_segmentation.images import distance_from
 from gait_segmentation.tracking.visibility import Sight, visible_box
 
 SHAPE = (40, 30)
@@ -54,10 +54,10 @@ def test_the_box_is_about_the_likely_pixels_near_the_mask() -> None:
     mask = block(10, 5, 20, 35)
     likely = block(10, 5, 20, 30) | block(26, 5, 28, 35)
     window = (slice(100, 140), slice(50, 80))
-    near = signed_distance(mask > 127)
-    assert visible_box(likely, mask, near, window, 30) == Box(60, 105, 10, 25)
-    assert visible_box(block(10, 5, 20, 9), mask, near, window, 30) is None
-    nowhere = signed_distance(mask > 255)
+    away = distance_from(mask > 127)
+    assert visible_box(likely, mask, away, window, 30) == Box(60, 105, 10, 25)
+    assert visible_box(block(10, 5, 20, 9), mask, away, window, 30) is None
+    nowhere = distance_from(mask > 255)
     assert visible_box(likely, mask, nowhere, window, 30) is None
 
 

@@ -75,31 +75,32 @@ def sample_residuals(
     """
     Put residuals of known pixels one after the other, and those of lightness over its slope.
 
+    Without branches: what does not count is written over by what comes next.
+
     :param steep: least slope per pixel that counts.
     :returns: how many there are of each.
     """
     found = steeps = 0
     one, least = np.float32(1), np.float32(steep * steep)
     for row in range(top, bottom, SAMPLE_STEP):
+        above, below = max(row - 1, top), min(row + 1, bottom - 1)
         for col in range(left, right, SAMPLE_STEP):
+            before, after = max(col - 1, left), min(col + 1, right - 1)
             count = sums[row, col, 3]
-            if person[row, col] != 0 or count < one:
-                continue
             for channel in range(3):
                 mean = sums[row, col, channel] / count
                 residuals[found + channel] = abs(np.float32(lab[row, col, channel]) - mean)
-            found += 3
-            if min(row - top, bottom - 1 - row, col - left, right - 1 - col) < 1:
-                continue
-            above, below = sums[row - 1, col], sums[row + 1, col]
-            before, after = sums[row, col - 1], sums[row, col + 1]
-            if min(above[3], below[3], before[3], after[3]) >= one:
-                down = (below[0] / below[3] - above[0] / above[3]) / 2
-                across = (after[0] / after[3] - before[0] / before[3]) / 2
-                square = np.float32(down * down + across * across)
-                if square >= least:
-                    places[steeps] = residuals[found - 3] / np.sqrt(square)
-                    steeps += 1
+            up, low = sums[above, col, 3], sums[below, col, 3]
+            near, far = sums[row, before, 3], sums[row, after, 3]
+            down = (sums[below, col, 0] / low - sums[above, col, 0] / up) / 2
+            across = (sums[row, after, 0] / far - sums[row, before, 0] / near) / 2
+            square = np.float32(down * down + across * across)
+            places[steeps] = residuals[found] / np.sqrt(square)
+            known = (person[row, col] == 0) & (count >= one)
+            inner = (above < row) & (row < below) & (before < col) & (col < after)
+            found += 3 * known
+            around = min(min(up, low), min(near, far)) >= one
+            steeps += known & inner & around & (square >= least)
     return found, steeps
 
 

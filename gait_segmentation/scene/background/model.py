@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
 from gait_segmentation.lab import NO_CHROMA, gray_lab
+from gait_segmentation.medians import median
 from gait_segmentation.scene.background.kernels import (
     LIMIT,
     SAMPLE_STEP,
@@ -128,10 +129,10 @@ class BackgroundModel:
         total = other = 0
         for window in windows:
             every = _every(window, SAMPLE_STEP)
-            sure = self.is_sure(every) & (person[every] == 0)
+            free = person[every] == 0
             strange = self.contradicted(np.ascontiguousarray(lab[every]), every, 1.0)
-            total += np.count_nonzero(sure)
-            other += np.count_nonzero(strange[sure])
+            total += np.count_nonzero(self.is_sure(every) & free)
+            other += np.count_nonzero(strange & free)
         return 1 - other / total if total >= _LEAST_SAMPLES else None
 
     def is_sure(self, window: Window) -> NDArray[np.bool_]:
@@ -232,9 +233,10 @@ class BackgroundModel:
         :param person: (h, w) uint8, non-zero where a person may be.
         :param windows: the rows and columns to look at.
         """
-        spread, misplaced = self._off(lab, person, windows)
-        if spread is not None:
-            spread = 1.2 * spread + 1.5
+        residuals, places = self._residuals(lab, person, windows)
+        misplaced = _misplaced(places)
+        if len(residuals):
+            spread = 1.2 * _OF_MEDIAN * float(median(residuals)) + 1.5
             self.sigma = min(max(0.9 * self.sigma + 0.1 * spread, _SIGMA_LOW), _SIGMA_HIGH)
         if misplaced is not None:
             self.misplacement += _PLACE_RATE * (misplaced - self.misplacement)
@@ -250,15 +252,15 @@ class BackgroundModel:
 
         :param lab, person, windows: see :meth:`measure_noise`.
         """
-        _, misplaced = self._off(lab, person, windows)
+        misplaced = _misplaced(self._residuals(lab, person, windows)[1])
         if misplaced is not None and misplaced > self.misplacement + _JOLT:
             self.misplacement = misplaced
 
-    def _off(
+    def _residuals(
         self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
-    ) -> tuple[float | None, float | None]:
-        """Return by how many grey levels and pixels a frame is off, None where little tells."""
-        size = sum(self.sums[window].size for window in windows)
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return by how many grey levels and pixels parts of a frame are off, none if few tell."""
+        size = sum(self.sums[_every(window, SAMPLE_STEP)].size for window in windows)
         residuals, places = np.empty(size, np.float32), np.empty(size, np.float32)
         found = steeps = 0
         for window in windows:
@@ -272,13 +274,16 @@ class BackgroundModel:
                 places[steeps:],
             )
             found, steeps = found + more, steeps + steeper
-        if found < 3 * _LEAST_SAMPLES:
-            return None, None
-        spread = _OF_MEDIAN * float(np.median(residuals[:found]))
-        if steeps < _LEAST_SAMPLES:
-            return spread, None
-        misplaced = _OF_MEDIAN * float(np.median(places[:steeps]))
-        return spread, max(misplaced**2 - _NOISE_PLACE**2, 0.0) ** 0.5
+        enough = found >= 3 * _LEAST_SAMPLES
+        return residuals[: enough * found], places[: enough * steeps]
+
+
+def _misplaced(places: NDArray[np.float32]) -> float | None:
+    """Return by how many pixels a frame is off, of which parts are, None if few tell."""
+    if len(places) < _LEAST_SAMPLES:
+        return None
+    misplaced = _OF_MEDIAN * float(median(places))
+    return max(misplaced**2 - _NOISE_PLACE**2, 0.0) ** 0.5
 
 
 def _every(window: Window, step: int) -> Window:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.images import bounding_box
+from gait_segmentation.medians import median
 from gait_segmentation.scene.ego_motion.flow import camera_motion, corners_of, followed
 from gait_segmentation.scene.ego_motion.pyramid import Pyramid
 from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
@@ -182,5 +183,5 @@ def _body_shift(
     before, after = followed(last, now, points, _LEVELS_BODY, expected, astray=_ASTRAY_PX)
     if len(before) < _LEAST_OF_BODY:
         return None
-    x, y = np.median(after - before, axis=0).tolist()
+    x, y = median(after - before).tolist()
     return x, y

@@ -128,10 +128,18 @@ def _about(
 ) -> tuple[Window, NDArray[np.float32]]:
     """Return the part of an image of a shape that points need, and its first column and row."""
     both = np.concatenate([before, after])
-    size = np.array(shape[::-1])
-    low = np.clip(np.nan_to_num(both.min(axis=0)) - margin, 0, size - 1).astype(int)
-    high = np.clip(np.nan_to_num(both.max(axis=0)) + margin, low + 1, size).astype(int)
-    return (slice(low[1], high[1]), slice(low[0], high[0])), low.astype(np.float32)
+    low, high = np.fmin.reduce(both).tolist(), np.fmax.reduce(both).tolist()
+    columns, rows = (
+        _stretch(first - margin, last + margin, size)
+        for first, last, size in zip(low, high, shape[::-1], strict=True)
+    )
+    return (rows, columns), np.array([columns.start, rows.start], np.float32)
+
+
+def _stretch(first: float, last: float, size: int) -> slice:
+    """Return what of a size lies between two places, at least one pixel, also if they are NaN."""
+    start = int(min(max(0.0, first), size - 1))
+    return slice(start, int(min(max(start + 1, last), size)))
 
 
 def camera_motion(

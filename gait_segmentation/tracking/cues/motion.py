@@ -17,8 +17,10 @@ import math
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.kernels import kernel
 from gait_segmentation.tracking.cues.cue import Cue, View
 from gait_segmentation.warping import warp_window
 
@@ -71,26 +73,34 @@ class MotionCue(Cue):
         body = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
         moves = warp_window(earlier.image.gray, body, view.window)
         stay, move = (cv2.blur(cv2.absdiff(gray, each), (3, 3)) for each in (stays, moves))
-        kinds = np.asarray(_GRADES * _GRADE_OF[stay] + _GRADE_OF[move])
+        covered = np.zeros_like(stay)
         if earlier.people is not None:
-            covered = motion.warped(earlier.people, view.window, cv2.BORDER_CONSTANT) > 127
-            kinds += np.uint8(_KINDS) * covered
-        self.note(view, kinds)
-        evidence = self._ratios()[kinds]
+            covered = motion.warped(earlier.people, view.window, cv2.BORDER_CONSTANT)
         x, y = motion.carry(view.center[0] - dx, view.center[1] - dy)
-        if math.hypot(view.center[0] - x, view.center[1] - y) >= _LEAST_MOTION * view.height:
-            evidence += explained(stay, move)
-        return np.float32(view.config.motion_weight) * evidence
+        apart = math.hypot(view.center[0] - x, view.center[1] - y)
+        kinds, evidence = np.empty_like(stay), np.empty(stay.shape, np.float32)
+        _weigh(
+            stay,
+            move,
+            covered,
+            self._ratios(),
+            apart >= _LEAST_MOTION * view.height,
+            view.config.motion_weight,
+            kinds,
+            evidence,
+        )
+        self.note(view, kinds)
+        return evidence
 
     def learn_values(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
         """Count pairs of differences on and beside the person, see :meth:`Cue.learn_values`."""
-        beside = cv2.dilate(person, np.ones((3, 3), np.uint8)) == 0
-        counts = [np.bincount(values[at], minlength=2 * _KINDS) for at in (person > 0, beside)]
-        if not all(count.any() for count in counts):
+        beside = (cv2.dilate(person, np.ones((3, 3), np.uint8)) == 0).view(np.uint8)
+        counts = np.stack([_counted(values, at) for at in (person, beside)])
+        if not counts.any(axis=1).all():
             return
         self._masks += 1
         rate = max(_RATE, 1 / self._masks)
-        self._shares += rate * (np.stack([count / count.sum() for count in counts]) - self._shares)
+        self._shares += rate * (counts / counts.sum(axis=1, keepdims=True) - self._shares)
 
     def _ratios(self) -> NDArray[np.float32]:
         """Return the log-likelihood ratio of each pair of differences, float32."""
@@ -106,13 +116,50 @@ class MotionCue(Cue):
         return np.clip(ratios, -_LIMIT, _LIMIT).astype(np.float32).ravel()
 
 
-def explained(stay: NDArray[np.uint8], move: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """
-    Return the evidence of pixels that are explained better by one of two motions.
+def _counted(kinds: NDArray[np.uint8], where: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return how often each pair of differences is where a mask is not 0."""
+    counts = cv2.calcHist([kinds], [0], where, [2 * _KINDS], [0, 2 * _KINDS])
+    return np.asarray(counts, np.float64).ravel()
 
-    :param stay: (h, w) uint8, differences from an earlier frame carried with the world.
-    :param move: (h, w) uint8, those from it carried with the body.
-    :returns: (h, w) float32 within +-2, positive where the body explains more.
+
+@njit(nogil=True, inline='always')
+def explained(stay: np.uint8, move: np.uint8) -> np.float32:
     """
-    square = np.square(stay, dtype=np.float32) - np.square(move, dtype=np.float32)
-    return np.clip(square / np.float32(2 * _SIGMA**2), -_LIMIT, _LIMIT)
+    Return the evidence of a pixel that is explained better by one of two motions.
+
+    :param stay: difference from an earlier frame carried with the world.
+    :param move: that from it carried with the body.
+    :returns: within +-2, positive where the body explains more.
+    """
+    square = np.float32(np.int32(stay) ** 2 - np.int32(move) ** 2)
+    limit = np.float32(_LIMIT)
+    return min(max(square / np.float32(2 * _SIGMA**2), -limit), limit)
+
+
+@kernel('u1[:,::1], u1[:,::1], u1[:,::1], f4[::1], b1, f8, u1[:,::1], f4[:,::1]')
+def _weigh(
+    stay: NDArray[np.uint8],
+    move: NDArray[np.uint8],
+    covered: NDArray[np.uint8],
+    ratios: NDArray[np.float32],
+    better: bool,
+    weight: float,
+    kinds: NDArray[np.uint8],
+    evidence: NDArray[np.float32],
+) -> None:
+    """
+    Fill in which pair of differences the pixels of a window show, and what it says of them.
+
+    :param stay, move: differences from the earlier frame carried with the world and the body.
+    :param covered: above 127 where the person was in that.
+    :param ratios: of the pairs, see :meth:`MotionCue._ratios`.
+    :param better: whether the better explanation counts.
+    """
+    for row in range(stay.shape[0]):
+        for col in range(stay.shape[1]):
+            kind = _GRADES * _GRADE_OF[stay[row, col]] + _GRADE_OF[move[row, col]]
+            kind += _KINDS if covered[row, col] > 127 else 0
+            value = ratios[kind]
+            if better:
+                value += explained(stay[row, col], move[row, col])
+            kinds[row, col], evidence[row, col] = kind, np.float32(weight) * value

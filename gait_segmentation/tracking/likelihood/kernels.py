@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import BANDS, BIN_VOLUME
 from gait_segmentation.kernels import kernel
 
-__all__ = ['LEAST_COUNT', 'ratios']
+__all__ = ['ratios', 'widen']
 
 _SHADOW_FROM, _SHADOW_TO = 0.60, 0.85
 """Where down the body cast shadows begin and are full."""
@@ -22,7 +22,7 @@ Times a pixel must have been seen for half of the trust: what was just uncovered
 How far the background is misplaced, in pixels, is added, since it may be another pixel then.
 """
 
-LEAST_COUNT = 0.25
+_LEAST_COUNT = 0.25
 """Background pixels seen less often than this, at the rim of what is known, are unknown."""
 
 _FARTHEST = 18.0
@@ -64,6 +64,47 @@ def _log(value: np.float32) -> np.float32:
     square = rest * rest
     first = rest - np.float32(0.5) * square + square * rest * part
     return first + np.float32(exponent) * np.float32(0.69314718)
+
+
+@kernel('f4[:,:,::1], i8, i8, f8, f4[:,:,::1]', error_model='numpy')
+def widen(
+    sums: NDArray[np.float32], top: int, left: int, share: float, wider: NDArray[np.float32]
+) -> None:
+    """
+    Add to variances what a misplaced background differs by.
+
+    The slopes of what is at the edge of the window or next to what is unknown count as zero.
+
+    :param sums: of the whole image, in which the window begins at ``top`` and ``left``.
+    :param share: of the squared slopes that is added.
+    :param wider: (2, h, w) float32, of lightness and of chroma.
+    """
+    height, width = wider.shape[1:]
+    mean, counts = np.empty((3, height, width), np.float32), np.empty((height, width), np.float32)
+    least = np.float32(_LEAST_COUNT)
+    for row in range(height):
+        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + width)]
+        for col in range(width):
+            count = line[4 * col + 3]
+            counts[row, col] = count
+            for channel in range(3):
+                mean[channel, row, col] = line[4 * col + channel] / max(count, least)
+    for row in range(1, height - 1):
+        above, below, here = counts[row - 1], counts[row + 1], counts[row]
+        for col in range(1, width - 1):
+            fewest = min(min(above[col], below[col]), min(here[col - 1], here[col + 1]))
+            gain = np.float32(0.25 * share) if fewest >= least else np.float32(0)
+            light, chroma = np.float32(0), np.float32(0)
+            for channel in range(3):
+                down = mean[channel, row + 1, col] - mean[channel, row - 1, col]
+                across = mean[channel, row, col + 1] - mean[channel, row, col - 1]
+                square = down * down + across * across
+                if channel == 0:
+                    light = square
+                else:
+                    chroma += square
+            wider[0, row, col] += gain * light
+            wider[1, row, col] += gain * chroma
 
 
 @njit(nogil=True, fastmath=True, inline='always')
@@ -125,7 +166,7 @@ def ratios(
     peak = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma) ** 1.5)
     flat = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma) / (1 - shadow_floor))
     cast_share, cast_floor = np.float32(shadow_share), np.float32(shadow_floor)
-    most, least = np.float32(trust), np.float32(LEAST_COUNT)
+    most, least = np.float32(trust), np.float32(_LEAST_COUNT)
     ramp_from, ramp_slope = np.float32(_SHADOW_FROM), np.float32(1 / (_SHADOW_TO - _SHADOW_FROM))
     bound = np.float32(limit)
     far = np.float32(_FARTHEST)

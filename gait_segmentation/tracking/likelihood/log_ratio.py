@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import ColourModel
 from gait_segmentation.scene.background.model import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.likelihood.kernels import LEAST_COUNT, ratios
+from gait_segmentation.tracking.likelihood.kernels import ratios, widen
 
 __all__ = ['likelihood_image', 'log_ratio']
 
@@ -58,11 +58,10 @@ def log_ratio(
     """
     out = np.empty(bins.shape, np.float32)
     misplacement = background.misplacement if background.misplacement > _LEAST_MISPLACED else 0.0
+    sums, top, left = background.part(window)
     wider = np.ones((2, *bins.shape), np.float32)
     if misplacement:
-        share = (misplacement / background.sigma) ** 2
-        wider += np.float32(share) * _squared_slopes(background.sums[window])
-    sums, top, left = background.part(window)
+        widen(sums, top, left, (misplacement / background.sigma) ** 2, wider)
     ratios(
         lab,
         bins,
@@ -82,25 +81,6 @@ def log_ratio(
         config.logit_limit,
         out,
     )
-    return out
-
-
-def _squared_slopes(sums: NDArray[np.float32]) -> NDArray[np.float32]:
-    """
-    Return the squared slopes of a background, zero at its edge and next to what is unknown.
-
-    :param sums: (h, w, 4) float32 of it, see :class:`BackgroundModel`.
-    :returns: (2, h, w) float32, of lightness and of chroma.
-    """
-    out = np.zeros((2, *sums.shape[:2]), np.float32)
-    count = sums[..., 3]
-    known = count >= LEAST_COUNT
-    mean = sums[..., :3] / np.maximum(count, np.float32(LEAST_COUNT))[..., None]
-    down, across = mean[2:, 1:-1] - mean[:-2, 1:-1], mean[1:-1, 2:] - mean[1:-1, :-2]
-    use = known[2:, 1:-1] & known[:-2, 1:-1] & known[1:-1, 2:] & known[1:-1, :-2]
-    square = (down * down + across * across) * (np.float32(0.25) * use)[..., None]
-    out[0, 1:-1, 1:-1] = square[..., 0]
-    out[1, 1:-1, 1:-1] = square[..., 1] + square[..., 2]
     return out
 
 

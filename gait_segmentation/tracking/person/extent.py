@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Bounds, bounding_box
+from gait_segmentation.medians import quantiles
 
 __all__ = ['Extent', 'axis_tilt', 'extent_of']
 
@@ -59,8 +60,8 @@ def extent_of(
     right, down = columns + (first + 0.5 - center[0]), rows + (upper + 0.5 - center[1])
     cos, sin = math.cos(angle), math.sin(angle)
     along, across = cos * down - sin * right, cos * right + sin * down
-    top, bottom = np.quantile(along, (_OUTERMOST, 1 - _OUTERMOST)).tolist()
-    left, axis, far = np.quantile(across, (_OUTERMOST, 0.5, 1 - _OUTERMOST)).tolist()
+    top, bottom = quantiles(along, (_OUTERMOST, 1 - _OUTERMOST))
+    left, axis, far = quantiles(across, (_OUTERMOST, 0.5, 1 - _OUTERMOST))
     return Extent(top - 0.5, bottom + 0.5, left - 0.5, far + 0.5, axis, at_bottom)
 
 

@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.images import distance_from
+
 __all__ = ['samples']
 
 
@@ -35,8 +37,7 @@ def samples(
     if template is not None:
         body = template > 127
         if body.any():
-            away = cv2.distanceTransform((~body).view(np.uint8), cv2.DIST_L2, 3)
-            inside &= away < guard
+            inside &= distance_from(body) < guard
         if familiar is not None:
             inside &= body | ~familiar
     return inside, outside

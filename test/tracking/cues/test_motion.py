@@ -133,6 +133,5 @@ def test_it_can_be_switched_off_and_weighed() -> None:
 
 
 def test_the_better_explanation_is_the_difference_of_the_squares_and_limited() -> None:
-    stay = np.array([[0, 12, 12, 255]], np.uint8)
-    move = np.array([[255, 12, 0, 0]], np.uint8)
-    np.testing.assert_allclose(explained(stay, move), [[-2, 0, 0.5, 2]])
+    pairs = ((0, 255), (12, 12), (12, 0), (255, 0))
+    np.testing.assert_allclose([explained(*pair) for pair in pairs], [-2, 0, 0.5, 2])
