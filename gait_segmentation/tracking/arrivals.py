@@ -112,10 +112,6 @@ class Arrivals:
         """Take in that somebody found, now in a box in source pixels, was nobody."""
         self._finder.refute(box)
 
-    def strangers(self, stamp_ns: int) -> NDArray[np.uint8] | None:
-        """Return where people without a slot may be, (h, w) uint8 of any size, None if nowhere."""
-        return self._finder.strangers(stamp_ns)
-
     def look_at(self, world: World, box: Box, config: TrackingConfig) -> Arrival:
         """
         Estimate a first mask before what the camera has seen of the place; the box may be off.

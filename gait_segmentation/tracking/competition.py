@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, distance_from, overlap, within
 
-__all__ = ['REACH', 'Claim', 'beyond', 'compete', 'leave_to']
+__all__ = ['REACH', 'Claim', 'beyond', 'compete']
 
 _FARTHEST = -6.0
 """Log ratio that falls off up to :data:`REACH`, where somebody ceases to compete."""
@@ -36,12 +36,6 @@ REACH = 0.12
 
 _REFUSED = np.float32(-0.5)
 """Log ratio of a pixel for those who do not get it though they find it likely."""
-
-_BESIDE = np.float32(-3)
-"""What falls off with the distance from the body where pixels are left to who is not known."""
-
-_LEFT = np.float32(-3)
-"""Log ratio of a pixel left to those who are not known."""
 
 _NEARER = 1.5
 """Advantage, as a log ratio, of somebody who stands nearer."""
@@ -53,7 +47,8 @@ class Claim:
     What one person makes of the pixels in a window.
 
     ``logit`` is (h, w) float32 and ``mask`` (h, w) uint8, where the person is expected;
-    ``away`` is (h, w) float32, how far beside it pixels are, in pixels.
+    ``away`` is (h, w) float32, how far beside it pixels are, in pixels, and ``body`` (h, w) uint8
+    the matched template, None without one.
     ``feet`` is the row of the soles and ``height`` that of the body, in pixels.  Somebody
     ``hidden`` competes, too, so that nobody takes what is about to be seen of them.
     """
@@ -65,6 +60,14 @@ class Claim:
     feet: float
     height: float
     hidden: bool = False
+    body: NDArray[np.uint8] | None = None
+
+    @property
+    def falloff(self) -> NDArray[np.float32]:
+        """Return g: 0 where the person is expected, falling off with the distance from there."""
+        # By the body, if it is known: a mask that has taken in somebody else would keep them.
+        away = self.away if self.body is None else distance_from(self.body > 127)
+        return np.float32(_FARTHEST) * beyond(away, self.height)
 
 
 def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
@@ -79,7 +82,7 @@ def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
         if (shared := overlap(claims[one].window, claims[two].window)) is not None
     ]
     meeting = {k for pair in pairs for k in pair[:2]}
-    near = {k: _falloff(claims[k].away, claims[k].height) for k in meeting}
+    near = {k: claims[k].falloff for k in meeting}
     strong = {k: np.exp(claims[k].logit + near[k]) for k in near}
     rivals = {k: np.zeros_like(strong[k]) for k in near}
     for one, two, shared in pairs:
@@ -98,28 +101,6 @@ def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
     return logits
 
 
-def leave_to(
-    strangers: NDArray[np.uint8],
-    claim: Claim,
-    logit: NDArray[np.float32],
-    template: NDArray[np.uint8] | None,
-) -> NDArray[np.float32]:
-    """
-    Return a log ratio without what is of people who are not known, away from the body.
-
-    :param strangers: (H, W) uint8, non-zero where others move.
-    :param logit: (h, w) float32 of the window of the claim.
-    :param template: (h, w) uint8 of the window, the body as it is expected; the expected mask if
-        None.
-    """
-    others = strangers[claim.window] > 0
-    if not others.any():
-        return logit
-    away = claim.away if template is None else distance_from(template > 127)
-    theirs = others & (_falloff(away, claim.height) < _BESIDE)
-    return np.where(theirs, np.minimum(logit, _LEFT), logit)
-
-
 def _settle(
     one: NDArray[np.float32],
     near_one: NDArray[np.float32],
@@ -130,11 +111,6 @@ def _settle(
     both, first = (one > 0) & (two > 0), one + near_one >= two + near_two
     two[both & first] = _REFUSED
     one[both & ~first] = _REFUSED
-
-
-def _falloff(away: NDArray[np.float32], height: float) -> NDArray[np.float32]:
-    """Return g: 0 where the person is expected, falling off with the distance from there."""
-    return np.float32(_FARTHEST) * beyond(away, height)
 
 
 def beyond(away: NDArray[np.float32], height: float) -> NDArray[np.float32]:

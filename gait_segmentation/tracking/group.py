@@ -14,7 +14,7 @@ from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window, overlap, size_of, within
 from gait_segmentation.lab import NO_CHROMA, NO_GRADIENT
 from gait_segmentation.results import LOST, TRACKED, Feedback
-from gait_segmentation.tracking.competition import Claim, compete, leave_to
+from gait_segmentation.tracking.competition import Claim, compete
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.learner import learn as teach
 from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
@@ -74,14 +74,11 @@ def follow(
         target.follow(motion, visible.get(target.track_id))
 
 
-def judge(
-    world: World, targets: Sequence[Target], strangers: NDArray[np.uint8] | None = None
-) -> Likelihoods:
+def judge(world: World, targets: Sequence[Target]) -> Likelihoods:
     """
     Let people compete for pixels, assess each by what it got, and look for the lost.
 
     :param targets: all people of the world.
-    :param strangers: (h, w) uint8 of any size, non-zero where others move.
     :returns: the likelihoods, (h, w) uint8, by track id.
     """
     likelihoods: Likelihoods = {}
@@ -93,12 +90,6 @@ def judge(
     judged = [(target, target.judge()) for target in targets]
     present = [(target, claim) for target, claim in judged if claim is not None]
     logits = compete([claim for _, claim in present])
-    if strangers is not None and present:
-        strange = cv2.resize(strangers, world.shape[::-1], interpolation=cv2.INTER_NEAREST)
-        logits = [
-            leave_to(strange, claim, logit, target.carried_template(claim.window))
-            for (target, claim), logit in zip(present, logits, strict=True)
-        ]
     for target, nothing in judged:
         if nothing is None and target.state == TRACKED:
             target.lose()

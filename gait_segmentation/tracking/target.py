@@ -229,7 +229,8 @@ class Target:
         if judged is None:
             return None
         window, logit, away = judged
-        return Claim(window, logit, expected, away, self.feet, person.height, not seen)
+        body = self.carried_template(window)
+        return Claim(window, logit, expected, away, self.feet, person.height, not seen, body)
 
     def assess(
         self, likelihood: NDArray[np.uint8], claim: Claim, cover: NDArray[np.uint8] | None

@@ -337,10 +337,9 @@ class PeopleTracker:
     def _judge(self) -> list[TrackResult]:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""
         likelihoods: dict[int, NDArray[np.uint8]] = {}
-        strangers = self._arrivals.strangers(self._stamp_ns)
         for world in self._worlds:
             people = self._targets(world)
-            likelihoods |= group.judge(world, people, strangers)
+            likelihoods |= group.judge(world, people)
         results = []
         for slot, target in enumerate(self._slots):
             if target is None:

@@ -33,7 +33,6 @@ class Finder:
         self.tried: list[Box] = []
         self.refuted: list[Box] = []
         self.wanted = True
-        self.others: np.ndarray | None = None
 
     def update(
         self,
@@ -55,9 +54,6 @@ class Finder:
 
     def refute(self, box: Box) -> None:
         self.refuted.append(box)
-
-    def strangers(self, stamp_ns: int) -> np.ndarray | None:
-        return self.others
 
     def past(self, stamp_ns: int) -> None:
         """Know nothing of the place."""
@@ -147,23 +143,6 @@ def test_the_place_of_somebody_known_is_no_wider_than_a_body(finder: Finder) -> 
     told = finding(finder)
     told.tracker._arrivals.find(np.zeros((240, 320, 3), np.uint8), 1, [Box(10, 20, 150, 100)])
     assert finder.asked[-1] == [Box(55, 20, 60, 100)]
-
-
-def test_nobody_takes_what_is_of_strangers(finder: Finder) -> None:
-    def likely(others: bool) -> float:
-        finder.others = None
-        told = finding(finder, 2)
-        finder.find(Figure(60))
-        for _ in range(3):
-            told.show(Figure(60))
-        twin = Figure(95)
-        if others:
-            finder.others = twin.mask()
-        result, _ = told.show(Figure(60), twin)
-        mask = cv2.resize(twin.mask(), result.likelihood.shape[::-1])
-        return float((result.likelihood[mask > 127] > 127).mean())
-
-    assert likely(others=True) < 0.2 * likely(others=False)
 
 
 def test_nobody_is_looked_for_once_boxes_are_given_until_a_reset(finder: Finder) -> None:

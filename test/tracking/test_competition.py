@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import dataclasses
 import itertools
 
 import cv2
@@ -14,10 +15,8 @@ from gait_segmentation.tracking.competition import (
     _NEARER,
     REACH,
     Claim,
-    _falloff,
     beyond,
     compete,
-    leave_to,
 )
 
 SHAPE = (60, 100)
@@ -87,27 +86,16 @@ def test_somebody_hidden_keeps_pixels_from_those_they_do_not_suit() -> None:
     assert taken[30, 20] < 0
 
 
-def test_what_is_of_strangers_is_left_to_them_away_from_the_body() -> None:
-    one = claim(0, 3.0)
-    strangers = np.zeros(SHAPE, np.uint8)
-    strangers[:, :20] = 255
-    left = leave_to(strangers, one, one.logit, None)
-    # Columns 12 to 28 are expected to be the person.
-    assert left[30, 14] == left[30, 30] == 3
-    assert left[30, 2] < -1
-    nobody = np.zeros(SHAPE, np.uint8)
-    assert leave_to(nobody, one, one.logit, None) is one.logit
-
-
 def test_a_mask_that_has_taken_in_somebody_does_not_keep_them() -> None:
-    one = claim(0, 3.0)
-    strangers, template = np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8)
-    strangers[:, :20] = 255
-    template[5:55, 24:28] = 255
-    left = leave_to(strangers, one, one.logit, template[one.window])
-    assert left[30, 14] < -1
-    assert left[30, 26] == 3
-    assert (one.logit == 3).all()
+    one, two = claim(0, 3.0), claim(8, 3.0)
+    body = np.zeros(SHAPE, np.uint8)
+    body[5:55, 12:16] = 255
+    kept = compete([one, two])[0]
+    left = compete([dataclasses.replace(one, body=body[one.window]), two])[0]
+    # Columns 12 to 28 are in its mask, and 20 to 36 in that of the other.
+    assert kept[30, 14] > 0 < left[30, 14]
+    assert left[30, 24] < 0
+    assert left[30, 24] < kept[30, 24]
 
 
 @pytest.mark.parametrize('part', [np.s_[5:55, 12:28], np.s_[40:44, 30:40], np.s_[0:3, 0:4]])
@@ -122,9 +110,9 @@ def test_what_is_expected_falls_off_with_the_distance_from_the_mask(
     one = Claim(everywhere, logit, mask, distance_from(mask > 127), 50.0, height, False)
     distance = cv2.distanceTransform(255 - mask, cv2.DIST_L2, 3)
     expected = np.maximum(_FARTHEST * distance / (REACH * height), _FARTHEST)
-    np.testing.assert_allclose(_falloff(one.away, height), expected, atol=1e-2)
+    np.testing.assert_allclose(one.falloff, expected, atol=1e-2)
     nowhere = Claim(everywhere, logit, mask * 0, distance_from(mask > 255), 50.0, height, False)
-    assert (_falloff(nowhere.away, height) == _FARTHEST).all()
+    assert (nowhere.falloff == _FARTHEST).all()
 
 
 def test_several_compete_as_their_densities_say() -> None:
@@ -140,16 +128,14 @@ def test_several_compete_as_their_densities_say() -> None:
         for other in claims:
             if other is not one:
                 depth = _NEARER if other.feet > one.feet else -_NEARER
-                rivals[other.window] += np.exp(
-                    other.logit + _falloff(other.away, other.height) + depth
-                )
+                rivals[other.window] += np.exp(other.logit + other.falloff + depth)
         expected.append(one.logit - np.log1p(rivals[one.window]))
     for first, second in itertools.combinations(range(3), 2):
         here, there = (np.full(SHAPE, -np.inf) for _ in range(2))
         favour = [np.full(SHAPE, -np.inf) for _ in range(2)]
         for k, image, own in ((first, here, favour[0]), (second, there, favour[1])):
             image[claims[k].window] = expected[k]
-            own[claims[k].window] = expected[k] + _falloff(claims[k].away, claims[k].height)
+            own[claims[k].window] = expected[k] + claims[k].falloff
         both = (here > 0) & (there > 0)
         there[both & (favour[0] >= favour[1])] = here[both & (favour[0] < favour[1])] = -0.5
         expected[first], expected[second] = (

@@ -35,12 +35,6 @@ _PAUSE_S = 0.5
 _LEAST_PERIOD_S = 0.025
 """Frames that come faster are left out."""
 
-_LEAST_SIGHTINGS = 3
-"""Sightings from which a candidate is more than noise."""
-
-_TALL = 0.5
-"""Height of another candidate, as a share, from which it is somebody else and no piece."""
-
 _LATE_S = 0.12
 """Time for which one frame speaks at most."""
 
@@ -80,7 +74,6 @@ class WalkerFinder:
         self._candidates: list[Candidate] = []
         self._judged: list[tuple[Box, dict[str, float]]] = []
         self._next = 1
-        self._known: list[float] = []
         self._tried: list[Box] = []
         self._needed = 1.0
 
@@ -120,7 +113,6 @@ class WalkerFinder:
         seconds = stamp_ns / 1e9
         taken = [box.scaled(scale) for box in occupied]
         self._tried = [box.scaled(scale) for box in tried]
-        self._known = [box.height for box in (*taken, *self._tried)]
         frame = self._frame = self._scene.update(image, stamp_ns, taken)
         wanted = wanted and self.config.auto_init != 'none'
         self._follow(frame, seconds)
@@ -174,32 +166,6 @@ class WalkerFinder:
         scene = self._scene
         known = scene is not None and scene.is_known and stamp_ns == self._stamp_ns
         return scene if known else None
-
-    def strangers(self, stamp_ns: int) -> NDArray[np.uint8] | None:
-        """
-        Return where people may be who are not known yet.
-
-        :param stamp_ns: the stamp of the newest frame.
-        :returns: (h, w) uint8 of the small image, 255 on what moves for some time, is tall, and
-            lies outside of the boxes of people known; None if there is nothing.
-        """
-        frame = self._frame
-        if frame is None or stamp_ns != self._stamp_ns:
-            return None
-        tall = _TALL * max(self._known, default=0.0)
-        blobs = [
-            each.blob
-            for each in self._candidates
-            if each.seen == stamp_ns / 1e9
-            and each.sightings >= _LEAST_SIGHTINGS
-            and each.box.height >= tall
-            and not _belongs(each.box, self._tried)
-        ]
-        if not blobs:
-            return None
-        found = frame.of(blobs)
-        found[frame.likelihood < 128] = 0
-        return found
 
     def _follow(self, frame: SceneFrame, seconds: float) -> None:
         dx, dy = frame.shift

@@ -87,12 +87,6 @@ class SceneFrame:
     shift: tuple[float, float]
     fresh: bool
 
-    def of(self, blobs: Sequence[int]) -> NDArray[np.uint8]:
-        """Return where some blobs are, (h, w) uint8 0/255, by their numbers."""
-        table = np.zeros(256, np.uint8)
-        table[list(blobs)] = 255
-        return np.asarray(cv2.LUT(self.owners, table))
-
 
 @dataclass
 class _Recent:
