@@ -7,8 +7,9 @@ The outline of the matched template is split into oriented templates, one for ea
 vocabulary over position and orientation, and each has its distance transform.  Where the image
 has an edge, the distance is that to the words the edge itself may belong to; elsewhere it is the
 distance to the outline, that of Freedman and Zhang (CVPR 2005).  Outside of the template, pixels
-where it is above a threshold are background.  It is then lessened by a local search and where the
-image does not confirm the outline, and enters the n-links.
+where the least of the words' distances is above a threshold are background.  The oriented distance
+is lessened by a local search and where the image does not confirm the outline, and enters the
+n-links.
 """
 
 from __future__ import annotations
@@ -84,7 +85,7 @@ def paper_terms(
         search + max(reach, depth),
     )
     far = ~inside
-    far[part] &= near > reach
+    far[part] &= _outline_distance(points, near.shape) > reach
     side = 2 * round(search) + 1
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     near = np.asarray(cv2.erode(near, disk), np.float32)
@@ -215,11 +216,23 @@ def _of_nearest(
     points: EdgePoints, flags: NDArray[np.bool_], shape: tuple[int, int]
 ) -> NDArray[np.bool_]:
     """Give every pixel the flag of the outline point nearest to it, (h, w) bool."""
-    mask = np.ones(shape, np.uint8)
-    mask[points.rows, points.columns] = 0
     _, labels = cv2.distanceTransformWithLabels(
-        mask, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+        _elsewhere(points, shape), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
     by_label = np.zeros(int(labels.max()) + 1, np.bool_)
     by_label[labels[points.rows, points.columns]] = flags
     return np.asarray(by_label[labels])
+
+
+def _outline_distance(points: EdgePoints, shape: tuple[int, int]) -> NDArray[np.float32]:
+    """Return the exact distance to the outline, which is the least of the words' distances."""
+    elsewhere = _elsewhere(points, shape)
+    distance = cv2.distanceTransform(elsewhere, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+    return np.asarray(distance, np.float32)
+
+
+def _elsewhere(points: EdgePoints, shape: tuple[int, int]) -> NDArray[np.uint8]:
+    """Return 0 at the outline and 1 elsewhere, (h, w) uint8."""
+    mask = np.ones(shape, np.uint8)
+    mask[points.rows, points.columns] = 0
+    return mask
