@@ -189,17 +189,21 @@ def test_a_transition_that_there_is_not_is_refused(bench: Bench, capfd) -> None:
 def test_a_configuration_that_fails_leaves_the_node_unconfigured(
     bench: Bench, monkeypatch, capfd
 ) -> None:
-    def fail() -> None:
-        raise MemoryError('no room')
-
     node = bench.add(TrackerNode, start=False, bank='/no/such/bank.npz')
     assert not node.start()
     assert (node.state, node._worker) == ('unconfigured', None)
     node = bench.add(TrackerNode, start=False)
+    before, build = len(list(node.publishers)), node.build
+
+    def build_and_fail() -> None:
+        build()
+        assert len(list(node.publishers)) > before
+        raise MemoryError('no room')
+
     with monkeypatch.context() as patch:
-        patch.setattr(node, 'compile', fail)
+        patch.setattr(node, 'build', build_and_fail)
         assert not node.start()
-    assert node.state == 'unconfigured'
+    assert (node.state, len(list(node.publishers))) == ('unconfigured', before)
     assert 'configuring failed: MemoryError: no room' in capfd.readouterr().err
     assert node.start()
     assert node.state == 'active'
