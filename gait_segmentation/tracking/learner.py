@@ -24,10 +24,6 @@ from gait_segmentation.tracking.target import Target
 __all__ = ['Learnt', 'learn']
 
 
-_EDGE = 15
-"""Side in pixels of the squares about what hides a person that are not followed."""
-
-
 @dataclass(frozen=True)
 class Learnt:
     """
@@ -65,16 +61,16 @@ def learn(
     dx, dy = world.since_mask(target.track_id)
     person.shift(-dx, -dy)
     window = target.window
-    strange = record.strange(window, target.config.shadow_floor)
-    familiar = record.background.is_sure(window) & (strange == 0)
     whole = target.area.update(mask, person)
     if whole:
-        person.take(mask, prior, _free(mask, prior, window, familiar))
+        strange = record.strange(window, target.config.shadow_floor)
+        familiar = record.background.is_sure(window) & (strange == 0)
+        person.take(mask, prior)
         body = None if feedback.body is None else feedback.body.scaled(world.scale)
         margin = _learn_all(target, record, window, familiar, body)
     else:
         target.skip(record)
-        person.part = _free(mask, prior, window, familiar)
+        person.part = mask
         margin = _about_part(target, window, mask, prior)
     person.shift(dx, dy)
     if not (whole or alone):
@@ -112,22 +108,6 @@ def _learn_all(
         person.learn_angle(own, own_bounds)
     target.learn_look(record)
     return margin
-
-
-def _free(
-    mask: NDArray[np.uint8],
-    template: NDArray[np.uint8],
-    window: Window,
-    familiar: NDArray[np.bool_],
-) -> NDArray[np.uint8]:
-    """Return a mask without what is near to what hides the person, whose edge may be followed."""
-    hiding = (template[window] > 127) & (mask[window] == 0) & familiar
-    hiding = cv2.morphologyEx(hiding.view(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    if not hiding.any():
-        return mask
-    free = mask.copy()
-    free[window][cv2.dilate(hiding, np.ones((_EDGE, _EDGE), np.uint8)) > 0] = 0
-    return free
 
 
 def _about_part(

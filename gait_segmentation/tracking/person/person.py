@@ -169,16 +169,14 @@ class Person:
         self,
         mask: NDArray[np.uint8],
         template: NDArray[np.uint8] | None,
-        part: NDArray[np.uint8] | None = None,
     ) -> None:
         """
         Take over a mask of all of the person.
 
         :param mask, template: (h, w) uint8, the mask 0/255.
-        :param part: what of it can be followed, if not all.
         """
         self.mask, self.template = mask, template
-        self.part = mask if part is None else part
+        self.part = mask
         self.rest = (0.0, 0.0)
 
     def way(self, seconds: float) -> tuple[float, float]:

@@ -46,17 +46,14 @@ def test_masks_are_carried_by_whole_pixels_but_do_not_lag_behind() -> None:
         np.testing.assert_array_equal(image[:-3, 14:], before[3:, :-14])
 
 
-def test_a_mask_of_all_of_the_person_is_followed_but_for_what_is_near_an_edge() -> None:
+def test_a_mask_of_all_of_the_person_takes_the_place_of_all_before() -> None:
     state = person()
     whole, part = ellipse(110, 120, 100), ellipse(110, 110, 60)
+    state.part = part
     state.carry(0.4, 0.0)
-    state.take(whole, None, part)
-    assert state.mask is whole
-    assert state.part is part
-    assert state.rest == (0.0, 0.0)
     state.take(whole, whole)
-    assert state.part is whole
-    assert state.template is whole
+    assert state.mask is state.part is state.template is whole
+    assert state.rest == (0.0, 0.0)
 
 
 def test_without_masks_the_size_follows_mean_shift_up_to_a_limit() -> None:
