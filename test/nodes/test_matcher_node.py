@@ -68,11 +68,18 @@ def test_likelihoods_wait_for_a_size_that_somebody_publishes(bench: Bench) -> No
     door = Door(bench)
     bench.until(lambda: sizes.get_subscription_count() == 1, 'image_size')
     door.publish(0, 0.5)
+    bench.until(lambda: len(door.node._unsized) == 1, 'a likelihood')
+    door.node.pause()
+    assert not door.node._unsized
+    # Without an image there is a size of nothing.
+    sizes.publish(RegionOfInterest())
     door.publish(1, 0.5)
+    door.publish(2, 0.5)
     bench.until(lambda: len(door.node._unsized) == 2, 'the likelihoods')
     sizes.publish(RegionOfInterest(width=320, height=240))
     door.wait(2)
     assert door.heights()[1] == pytest.approx(160, rel=0.2)
+    assert [m.header for m in bench.received['person_0/gait']] == [header(1), header(2)]
 
 
 def test_with_a_lag_all_come_in_the_end(bench: Bench) -> None:
