@@ -63,11 +63,9 @@ def learn(
     window = target.window
     whole = target.area.update(mask, person)
     if whole:
-        strange = record.strange(window, target.config.shadow_floor)
-        familiar = record.background.is_sure(window) & (strange == 0)
         person.take(mask, prior)
         body = None if feedback.body is None else feedback.body.scaled(world.scale)
-        margin = _learn_all(target, record, window, familiar, body)
+        margin = _learn_all(target, record, window, body)
     else:
         target.skip(record)
         person.part = mask
@@ -82,13 +80,11 @@ def _learn_all(
     target: Target,
     record: Record,
     window: Window,
-    familiar: NDArray[np.bool_],
     body: BodyFrame | None,
 ) -> tuple[Window, NDArray[np.uint8]]:
     """
     Learn from a mask of all of the person, just taken.
 
-    :param familiar: (h, w) bool of the window, on what surely is the known background.
     :param body: the matched body in working pixels.
     :returns: the mask with a margin.
     """
@@ -97,6 +93,8 @@ def _learn_all(
     for cue in person.cues:
         cue.learn(record, target.track_id, mask)
     lab = record.image.lab_part(window)
+    strange = record.strange(window, config.shadow_floor)
+    familiar = record.background.is_sure(window) & (strange == 0)
     person.learn_colours(lab, window, mask, person.template, rates, familiar)
     bounds = bounding_box(mask)
     margin = grown(mask, person.height, bounds)

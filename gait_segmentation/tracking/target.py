@@ -141,7 +141,7 @@ class Target:
         template = self.person.template
         if template is None:
             return None
-        return np.ascontiguousarray(self.world.carried(template, self.track_id, window))
+        return self.world.carried(template, self.track_id, window)
 
     def follow(self, motion: WorldMotion, body: NDArray[np.uint8] | None) -> None:
         """

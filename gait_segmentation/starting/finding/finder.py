@@ -68,13 +68,11 @@ class WalkerFinder:
     def reset(self) -> None:
         """Forget the scene and everybody in it."""
         self._scene: MotionScene | None = None
-        self._frame: SceneFrame | None = None
         self._size: tuple[int, int] | None = None
         self._stamp_ns = 0
         self._candidates: list[Candidate] = []
         self._judged: list[tuple[Box, dict[str, float]]] = []
         self._next = 1
-        self._tried: list[Box] = []
         self._needed = 1.0
 
     def update(
@@ -112,12 +110,12 @@ class WalkerFinder:
         self._stamp_ns = stamp_ns
         seconds = stamp_ns / 1e9
         taken = [box.scaled(scale) for box in occupied]
-        self._tried = [box.scaled(scale) for box in tried]
-        frame = self._frame = self._scene.update(image, stamp_ns, taken)
+        doubtful = [box.scaled(scale) for box in tried]
+        frame = self._scene.update(image, stamp_ns, taken)
         wanted = wanted and self.config.auto_init != 'none'
         self._follow(frame, seconds)
         self._judged = []
-        found = self._look(frame, taken, seconds) if wanted else []
+        found = self._look(frame, taken, doubtful, seconds) if wanted else []
         return [box.scaled(1 / scale) for box in found]
 
     def _scale(self, size: tuple[int, int]) -> float:
@@ -183,7 +181,9 @@ class WalkerFinder:
         numbers = {each.number for each in self._candidates}
         self._next = max(numbers | {self._next - 1}) + 1
 
-    def _look(self, frame: SceneFrame, known: Sequence[Box], seconds: float) -> list[Box]:
+    def _look(
+        self, frame: SceneFrame, known: Sequence[Box], tried: Sequence[Box], seconds: float
+    ) -> list[Box]:
         """
         Add up the evidence of each candidate, and return tight boxes of walkers, tallest first.
 
@@ -196,6 +196,7 @@ class WalkerFinder:
         without being like a body.
 
         :param known: boxes of people who are known already.
+        :param tried: boxes of people who are on trial: judged, and not found again.
         """
         found: list[Box] = []
         needed = self._needed * self.config.least_evidence
@@ -229,7 +230,7 @@ class WalkerFinder:
             passed = min(seconds - each.judged, _LATE_S) if each.judged else 0.0
             each.judged = seconds
             each.evidence = max(each.evidence + passed * log_odds(measures), 0.0)
-            if each.evidence >= needed and not _belongs(each.box, self._tried):
+            if each.evidence >= needed and not _belongs(each.box, tried):
                 found.append(blob.box)
         return sorted(found, key=lambda box: -box.height)
 

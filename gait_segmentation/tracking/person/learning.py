@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Bounds, Window, bounding_box, count_likely
+from gait_segmentation.images import Bounds, Window, bounding_box, count_likely, distance_from
 from gait_segmentation.results import Feedback
 from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.competition import REACH
@@ -82,7 +82,7 @@ def without_parts_apart(
     count, parts = cv2.connectedComponents(np.ascontiguousarray(mask[part]), connectivity=4)
     if count <= 2:
         return mask
-    away = cv2.distanceTransform(cv2.bitwise_not(body[part]), cv2.DIST_L2, 3)
+    away = distance_from(body[part] > 0)
     area = np.bincount(parts.ravel(), minlength=count)
     near = 2 * np.bincount(parts.ravel(), (away > REACH * height).ravel(), count) <= area
     near[0] = False
