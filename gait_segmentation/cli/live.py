@@ -38,8 +38,13 @@ from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.pipeline import FrameResult, PersonResult
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.ros.logs import log_where_possible
-from gait_segmentation.streams.fields import slot_topic, slot_topics
-from gait_segmentation.streams.readings import read_body, read_box, read_gait
+from gait_segmentation.streams.fields import (
+    read_body,
+    read_box,
+    read_gait,
+    slot_topic,
+    slot_topics,
+)
 
 __all__ = ['NODES', 'Recording', 'play', 'prepare_environment', 'read_stamps']
 

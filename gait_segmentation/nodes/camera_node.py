@@ -22,12 +22,9 @@ from gait_segmentation.ros.joined_node import JoinedNode
 from gait_segmentation.ros.messages import detection_types
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.config import BankConfig, CameraConfig, StartConfig
+from gait_segmentation.streams.fields import Parts, stamp_of
 from gait_segmentation.streams.intake import Intake, MapIntake, new_people, read_detections
-from gait_segmentation.streams.readings import Parts, stamp_of
 from gait_segmentation.tracking import TrackingConfig
-
-__all__ = ['CameraNode']
-
 
 _MAPS = 4
 """Heat maps that wait for the next image."""

@@ -32,14 +32,11 @@ from gait_segmentation.ros.joined_node import JoinedNode
 from gait_segmentation.ros.outputs import Outputs, Seen, people_topics, seen
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.streams.config import CameraConfig, LocalizerNodeConfig
-from gait_segmentation.streams.fields import DEPTH, slot_topic
-from gait_segmentation.streams.readings import Parts, read_match, stamp_of
-from gait_segmentation.streams.warnings import shortened
+from gait_segmentation.streams.fields import DEPTH, Parts, read_match, slot_topic, stamp_of
+from gait_segmentation.streams.health import shortened
 
 if TYPE_CHECKING:
     from std_msgs.msg import Header
-
-__all__ = ['LocalizerNode', 'Localizing', 'main']
 
 
 class Localizing:

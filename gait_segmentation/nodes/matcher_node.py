@@ -27,10 +27,7 @@ from gait_segmentation.ros.joined_node import JoinedNode
 from gait_segmentation.ros.outputs import Outputs, match_topics, picture_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.streams.config import BankConfig, NodeConfig
-from gait_segmentation.streams.fields import slot_topic
-from gait_segmentation.streams.readings import Parts, read_track
-
-__all__ = ['MatcherNode', 'main']
+from gait_segmentation.streams.fields import Parts, read_track, slot_topic
 
 
 class MatcherNode(JoinedNode):

@@ -30,10 +30,8 @@ from gait_segmentation.ros.running import run_node
 from gait_segmentation.segmentation import PeopleMasks, SegmentationConfig
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.config import LocalizerNodeConfig, PipelineNodeConfig
-from gait_segmentation.streams.readings import Parts
+from gait_segmentation.streams.fields import Parts
 from gait_segmentation.tracking import TrackingConfig
-
-__all__ = ['PipelineNode', 'main']
 
 
 class PipelineNode(CameraNode):

@@ -20,10 +20,7 @@ from gait_segmentation.ros.outputs import Outputs, mask_topics, picture_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 from gait_segmentation.streams.config import CameraConfig, SegmenterNodeConfig
-from gait_segmentation.streams.fields import slot_topic
-from gait_segmentation.streams.readings import Parts, read_match, stamp_of
-
-__all__ = ['SegmenterNode', 'main']
+from gait_segmentation.streams.fields import Parts, read_match, slot_topic, stamp_of
 
 
 class SegmenterNode(JoinedNode):

@@ -38,9 +38,7 @@ from gait_segmentation.inputs import DamagedError, Frame, ImageSource, check_rat
 from gait_segmentation.ros.endpoints import BETWEEN_NODES
 from gait_segmentation.ros.messages import image_message
 from gait_segmentation.ros.participant import REFUSALS, said_by, take_part
-from gait_segmentation.streams.readings import stamp_of
-
-__all__ = ['main', 'parser', 'publish_input']
+from gait_segmentation.streams.fields import stamp_of
 
 _FLOW_OUT_S = 10
 _LONGEST_GAP_S = 5.0

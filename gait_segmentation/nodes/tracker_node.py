@@ -18,12 +18,16 @@ from gait_segmentation.pictures import tracking_picture
 from gait_segmentation.ros.outputs import Outputs, picture_topics, track_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.starting import StartingConfig
-from gait_segmentation.streams.fields import DEPTH, slot_topics
+from gait_segmentation.streams.fields import (
+    DEPTH,
+    FEEDBACK,
+    Parts,
+    read_feedback,
+    slot_topics,
+    stamp_of,
+)
 from gait_segmentation.streams.join import ExactJoin
-from gait_segmentation.streams.readings import FEEDBACK, Parts, read_feedback, stamp_of
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
-
-__all__ = ['TrackerNode', 'main']
 
 _FEEDBACK = dict(zip(FEEDBACK, (Image, Image, PolygonInstanceStamped), strict=True))
 

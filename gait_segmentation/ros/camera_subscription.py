@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from gait_segmentation.ros.lifecycle import GaitNode
     from gait_segmentation.streams.config import CameraConfig
 
-__all__ = ['CameraSubscription']
-
 
 class CameraSubscription:
     """

@@ -10,9 +10,7 @@ from collections.abc import Mapping
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from gait_segmentation.streams.statistics import Statistics
-
-__all__ = ['QUIET_S', 'diagnostic_message']
+from gait_segmentation.streams.health import Statistics
 
 _LATE_MS = 250.0
 """Latency (95th percentile) above which a node warns."""

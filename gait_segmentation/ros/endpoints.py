@@ -29,15 +29,6 @@ if TYPE_CHECKING:
     from rclpy.event_handler import QoSRequestedIncompatibleQoSInfo
 
 
-__all__ = [
-    'BEST_EFFORT',
-    'BETWEEN_NODES',
-    'LATCHED',
-    'incompatible',
-    'publisher',
-    'subscription',
-]
-
 BETWEEN_NODES = QoSProfile(depth=DEPTH)
 """Reliable: of all that the nodes publish, and of what they receive from each other."""
 

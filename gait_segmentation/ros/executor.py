@@ -13,8 +13,6 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.utilities import timeout_sec_to_nsec
 from rclpy.waitable import NumberOfEntities
 
-__all__ = ['MessageExecutor']
-
 _LOOK_S = 0.2
 """How soon is noticed what another thread has changed while nothing comes."""
 

@@ -14,8 +14,6 @@ from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
-__all__ = ['ignore_negative_times', 'refuse_what_cannot_be_done', 'time_of']
-
 
 def refuse_what_cannot_be_done(node: Node, warn: Callable[[str, str], object]) -> None:
     """

@@ -15,11 +15,8 @@ from gait_segmentation.ros.advice import no_images, nothing_from, unpublished
 from gait_segmentation.ros.camera_subscription import CameraSubscription
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.streams.config import CameraConfig
-from gait_segmentation.streams.fields import DEPTH, slot_topics
+from gait_segmentation.streams.fields import DEPTH, Parts, slot_topics, stamp_of
 from gait_segmentation.streams.join import ExactJoin
-from gait_segmentation.streams.readings import Parts, stamp_of
-
-__all__ = ['JoinedNode']
 
 
 class JoinedNode(GaitNode):

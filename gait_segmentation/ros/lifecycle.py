@@ -36,10 +36,7 @@ from gait_segmentation.ros.parameters import NodeParameters, state_of
 from gait_segmentation.stamps import Order, Stamps
 from gait_segmentation.streams.backlog import Backlog, Worker
 from gait_segmentation.streams.config import BankConfig, NodeConfig
-from gait_segmentation.streams.statistics import Statistics
-from gait_segmentation.streams.warnings import Warnings
-
-__all__ = ['GaitNode']
+from gait_segmentation.streams.health import Statistics, Warnings
 
 _DRAIN_S = 5.0
 _PATIENCE_S = 10.0

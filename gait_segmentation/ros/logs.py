@@ -11,8 +11,6 @@ from pathlib import Path
 
 from gait_segmentation.files.paths import make_writable
 
-__all__ = ['log_where_possible']
-
 
 def log_where_possible() -> None:
     """

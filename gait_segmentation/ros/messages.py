@@ -39,20 +39,6 @@ if TYPE_CHECKING:
     from gait_segmentation.localization import Location
     from gait_segmentation.results import MatchResult, TrackResult
 
-__all__ = [
-    'Person',
-    'box_message',
-    'boxes_message',
-    'compressed_message',
-    'detection_types',
-    'gait_message',
-    'image_message',
-    'markers_message',
-    'people_message',
-    'pose_message',
-    'tracks_message',
-    'walk_message',
-]
 
 _WIDTH_M = 0.5
 """Width and depth of the body that is drawn."""

@@ -47,18 +47,6 @@ if TYPE_CHECKING:
     from gait_segmentation.results import MatchResult
     from gait_segmentation.ros.lifecycle import GaitNode
 
-__all__ = [
-    'Output',
-    'Outputs',
-    'Seen',
-    'mask_topics',
-    'match_topics',
-    'people_topics',
-    'picture_topics',
-    'seen',
-    'track_topics',
-]
-
 
 class Output(NamedTuple):
     """The type of a topic's messages, and what makes one of a result and a header."""

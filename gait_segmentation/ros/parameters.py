@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from rclpy.lifecycle import LifecycleNode
     from rclpy.node import Node
 
-__all__ = ['NodeParameters', 'descriptor', 'given_parameters', 'state_of']
 
 Config = TypeVar('Config', bound=StageConfig)
 

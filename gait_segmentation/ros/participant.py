@@ -25,8 +25,6 @@ from gait_segmentation.ending import HANGS_S
 from gait_segmentation.ros.logs import log_where_possible
 from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
 
-__all__ = ['REFUSALS', 'Participant', 'said_by', 'take_part', 'take_part_early']
-
 REFUSALS = (rclpy_implementation.RCLError, NameValidationException)
 """What rclpy raises where ROS does not let somebody in, for a name or for security."""
 

@@ -31,8 +31,6 @@ from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.participant import REFUSALS, said_by, take_part
 from gait_segmentation.streams.config import CameraConfig
 
-__all__ = ['run_node', 'silence_opencv']
-
 _TURN_S = 0.2
 """How soon a node notices a signal while nothing else happens."""
 

@@ -13,8 +13,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-__all__ = ['DeadPorts', 'remove_dead_segments']
-
 _FOLDER = Path('/dev/shm')
 _LOCK = re.compile(r'((fastrtps|fastdds)_[0-9a-z]{16})_el')
 _YOUNG_S = 10.0

@@ -9,8 +9,6 @@ from collections import deque
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ['CAUGHT_UP', 'Backlog', 'Worker']
-
 CAUGHT_UP = 10
 """Frames in a row after which nothing waited, for the work to have caught up."""
 

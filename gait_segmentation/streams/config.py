@@ -13,19 +13,6 @@ from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.geometry import Box
 
-__all__ = [
-    'OF_NODES',
-    'BankConfig',
-    'CameraConfig',
-    'LocalizerNodeConfig',
-    'NodeConfig',
-    'PipelineNodeConfig',
-    'SegmenterNodeConfig',
-    'StartConfig',
-    'misnamed',
-    'qualified',
-]
-
 _ALIKE = 0.75
 """How alike names must be, from 0 to 1, for one to be taken for the other."""
 

@@ -1,33 +1,23 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Topics, and what their messages say of a result in numbers: shared by nodes and commands."""
+"""
+Topics, and what their messages say of a result in numbers, in both directions.
+
+Shared by nodes and commands, so messages may be of any class with the fields of ROS's.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
+from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.people import slot_name
-
-if TYPE_CHECKING:
-    from gait_segmentation.results import MatchResult, TrackResult
-
-__all__ = [
-    'DEPTH',
-    'GAIT_NAMES',
-    'TEMPLATE_NAMES',
-    'Corners',
-    'Joints',
-    'gait_joints',
-    'matched_corners',
-    'refined_corners',
-    'slot_topic',
-    'slot_topics',
-    'tilted_corners',
-    'track_corners',
-]
+from gait_segmentation.results import Feedback, MatchResult, TrackResult
 
 Kind = TypeVar('Kind')
 
@@ -115,3 +105,158 @@ def gait_joints(match: MatchResult) -> Joints:
         (turn * match.phase_rate, 0.0, 0.0, 0.0),
         (match.confidence, match.similarity, match.similarity, match.similarity),
     )
+
+
+Parts = Mapping[str, Any]
+"""The messages about a frame by topic."""
+
+FEEDBACK = ('mask', 'shape_prior', 'matched_box')
+"""What the tracker learns from, of each slot."""
+
+_MOST_TILT = math.pi / 4
+
+
+def stamp_of(header: Any) -> int:
+    """Return the stamp of a header in nanoseconds."""
+    return int(header.stamp.sec) * 1_000_000_000 + int(header.stamp.nanosec)
+
+
+def points_of(message: Any) -> Corners:
+    """
+    Return the corners of a box message, none if nobody is tracked.
+
+    :raises InputError: if there are neither 0 nor 4 points, or one is not finite.
+    """
+    points = tuple((point.x, point.y) for point in message.polygon.polygon.points)
+    if len(points) not in (0, 4):
+        raise InputError(f'a box must have 4 points, or none for nobody, got {len(points)}')
+    if not all(math.isfinite(value) for point in points for value in point):
+        raise InputError(f'box points must be finite, got {points}')
+    return points
+
+
+def read_box(message: Any) -> tuple[Box | None, float]:
+    """
+    Return the box in the frame of the body and the body's tilt in radians.
+
+    Corners in another order than clockwise from the body's top left make an upright box.
+
+    :returns: None and 0 if nobody is tracked.
+    :raises InputError: see :func:`points_of`; also if the box has no size.
+    """
+    points = points_of(message)
+    if not points:
+        return None, 0.0
+    body, width = BodyFrame.from_corners(points)
+    if abs(body.angle) < _MOST_TILT:
+        return Box.from_center(body.center_x, body.center_y, width, body.height), body.angle
+    columns = [x for x, _ in points]
+    rows = [y for _, y in points]
+    left, top = min(columns), min(rows)
+    return Box(left, top, max(columns) - left, max(rows) - top), 0.0
+
+
+def read_body(message: Any) -> BodyFrame | None:
+    """
+    Return the body a matched box stands for, None if nobody is tracked.
+
+    :raises InputError: see :func:`points_of`; also if the rectangle has no size.
+    """
+    points = points_of(message)
+    return BodyFrame.from_corners(points)[0] if points else None
+
+
+class Gait(NamedTuple):
+    """
+    What a gait message says.
+
+    ``phase`` is in strides [0, 1), ``rate`` in strides per second, ``azimuth`` in radians and
+    ``similarity``, of the matched template with the likelihood, in 0..1.
+    """
+
+    phase: float
+    rate: float
+    azimuth: float
+    similarity: float
+
+
+def read_gait(message: Any) -> Gait:
+    """
+    Return what a gait message says; all is 0 if it has no joints.
+
+    A message without efforts does not say how similar the template is: it is believed.
+
+    :raises InputError: if joints are missing or have no position, or a number is not finite.
+    """
+    if not message.name:
+        return Gait(0.0, 0.0, 0.0, 0.0)
+    named = dict(zip(message.name, range(len(message.position)), strict=False))
+    missing = [name for name in GAIT_NAMES if name not in named]
+    if missing:
+        raise InputError(
+            f'gait must have positions of {" and ".join(GAIT_NAMES)}, got {list(message.name)} '
+            f'with {len(message.position)} positions'
+        )
+    phase, azimuth = (named[name] for name in GAIT_NAMES)
+    rate = message.velocity[phase] if len(message.velocity) > phase else 0.0
+    similarity = message.effort[azimuth] if len(message.effort) > azimuth else 1.0
+    numbers = message.position[phase], rate, message.position[azimuth], similarity
+    if not all(map(math.isfinite, numbers)):
+        raise InputError(f'the numbers of a gait must be finite, got {numbers}')
+    turn = 2 * math.pi
+    return Gait((numbers[0] / turn) % 1.0, numbers[1] / turn, *numbers[2:])
+
+
+def read_track(parts: Parts, slot: int) -> TrackResult:
+    """
+    Put the tracker's messages about a slot together again.
+
+    :raises InputError: if a message cannot be read.
+    """
+    message = parts[slot_topic(slot, 'box')]
+    box, angle = read_box(message)
+    return TrackResult(
+        stamp_ns=stamp_of(message.header),
+        track_id=int(message.polygon.id),
+        box=box,
+        likelihood=read_mono8(parts[slot_topic(slot, 'likelihood')]),
+        confidence=0.0,
+        angle=angle,
+    )
+
+
+def read_match(parts: Parts, slot: int) -> MatchResult:
+    """
+    Put the matcher's messages about a slot together again.
+
+    What no later stage needs (template, placement) is not sent; the shape prior is black if it is
+    not among the parts.
+
+    :raises InputError: if a message cannot be read.
+    """
+    box = parts[slot_topic(slot, 'matched_box')]
+    walk = read_gait(parts[slot_topic(slot, 'gait')])
+    nobody = MatchResult.nobody(stamp_of(box.header), int(box.polygon.id), (0, 0))
+    prior = parts.get(slot_topic(slot, 'shape_prior'))
+    return dataclasses.replace(
+        nobody,
+        body=read_body(box),
+        phase=walk.phase,
+        phase_rate=walk.rate,
+        azimuth=walk.azimuth,
+        similarity=walk.similarity,
+        shape_prior=nobody.shape_prior if prior is None else read_mono8(prior),
+    )
+
+
+def read_feedback(parts: Parts, slot: int) -> Feedback | None:
+    """
+    Put the feedback for a slot together, None if it was empty.
+
+    :raises InputError: if a message cannot be read.
+    """
+    mask, prior, box = (parts[slot_topic(slot, name)] for name in FEEDBACK)
+    track_id, body = int(box.polygon.id), read_body(box)
+    if not track_id:
+        return None
+    return Feedback(stamp_of(box.header), track_id, read_mono8(mask), body, read_mono8(prior))

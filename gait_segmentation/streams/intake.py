@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import GaitSegmentationError, InputError
 from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.inputs.encodings import read_heat_map
-from gait_segmentation.streams.readings import stamp_of
+from gait_segmentation.streams.fields import stamp_of
 
 if TYPE_CHECKING:
     from gait_segmentation.results import TrackResult
     from gait_segmentation.streams.config import StartConfig
 
-__all__ = ['Intake', 'MapIntake', 'new_people', 'read_detections']
 
 _AHEAD_S = 1.0
 """How far the stamp of a heat map may be ahead of the last image; another clock, if farther."""

@@ -11,8 +11,6 @@ from typing import Any
 
 from gait_segmentation.stamps import Order, Stamps
 
-__all__ = ['ExactJoin']
-
 _REMEMBERED = 1000
 """Entries that were dropped and whose late parts are known as such."""
 

@@ -13,8 +13,7 @@ from sensor_msgs.msg import Image, RegionOfInterest
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.ros.messages import image_message
-from gait_segmentation.streams.fields import GAIT_NAMES, TEMPLATE_NAMES
-from gait_segmentation.streams.readings import read_box
+from gait_segmentation.streams.fields import GAIT_NAMES, TEMPLATE_NAMES, read_box
 from test.nodes.bench import CAMERAS, OUTPUTS, STYLES, Bench, frame, header
 from test.walkers import couple
 

@@ -12,7 +12,7 @@ from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.pipeline import Pipeline
 from gait_segmentation.ros.messages import image_message
-from gait_segmentation.streams.readings import stamp_of
+from gait_segmentation.streams.fields import stamp_of
 from test.nodes.bench import CAMERAS, STYLES, Bench, header
 from test.walkers import clip, overlap, small_bank
 

@@ -16,8 +16,8 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.ros.endpoints import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
-from gait_segmentation.streams.readings import read_body, read_box
-from gait_segmentation.streams.warnings import Warnings
+from gait_segmentation.streams.fields import read_body, read_box
+from gait_segmentation.streams.health import Warnings
 from test.nodes.bench import DEEP, Bench, header
 
 OUTPUTS = ('person_0/matched_box', 'person_0/refined_box', 'person_0/shape_prior', 'person_0/gait')

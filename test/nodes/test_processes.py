@@ -21,7 +21,7 @@ from sensor_msgs.msg import Image
 
 from gait_segmentation.errors import ConfigError, SequenceError
 from gait_segmentation.nodes.source_node import Pace, _wait_for, parser, publish_input
-from gait_segmentation.streams.readings import stamp_of
+from gait_segmentation.streams.fields import stamp_of
 from test.inputs.bags import greys, stamp, write_bag2
 from test.nodes.bench import TIMEOUT_S, Bench
 

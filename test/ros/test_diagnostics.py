@@ -12,7 +12,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from gait_segmentation.ros.diagnostics import diagnostic_message
-from gait_segmentation.streams.statistics import Statistics
+from gait_segmentation.streams.health import Statistics
 
 TIME = Time(sec=10)
 

@@ -18,8 +18,13 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.messages import box_message, gait_message
-from gait_segmentation.streams.fields import tilted_corners
-from gait_segmentation.streams.readings import read_body, read_box, read_gait, stamp_of
+from gait_segmentation.streams.fields import (
+    read_body,
+    read_box,
+    read_gait,
+    stamp_of,
+    tilted_corners,
+)
 
 
 def header(stamp_ns: int = 1) -> Header:
