@@ -65,6 +65,8 @@ from sensor_msgs.msg import Image
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from rclpy.executors import SingleThreadedExecutor
+
 from benchmarks.bars import holds
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.live import NODES, play as play_film, prepare_environment, read_stamps
@@ -75,7 +77,6 @@ from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
-from gait_segmentation.ros.executor import MessageExecutor
 from gait_tools.evaluation.metrics import jaccard
 from gait_tools.evaluation.runner import run
 from gait_tools.evaluation.sequence import Sequence
@@ -168,7 +169,7 @@ class Answers:
             # Raw, to cost little.
             self.node.create_subscription(kind, topic, receive, QoSProfile(depth=200), raw=True)
         self.node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, 50)
-        self._executor = MessageExecutor()
+        self._executor = SingleThreadedExecutor()
         self._executor.add_node(self.node)
         self._thread = threading.Thread(target=self._spin, name='listener', daemon=True)
         self._thread.start()

@@ -18,7 +18,7 @@ from gait_segmentation.inputs.encodings import SampleBits, claimed_shape, read_i
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
 from gait_segmentation.ros.endpoints import BEST_EFFORT, LATCHED
-from gait_segmentation.ros.joined_node import JoinedNode
+from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import detection_types
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.config import BankConfig, CameraConfig, StartConfig
@@ -30,7 +30,7 @@ _MAPS = 4
 """Heat maps that wait for the next image."""
 
 
-class CameraNode(JoinedNode):
+class CameraNode(GaitNode):
     """
     A node that tracks people in the images of a camera.
 

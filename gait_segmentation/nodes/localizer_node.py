@@ -28,7 +28,7 @@ from gait_segmentation.localization import (
 )
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.joined_node import JoinedNode
+from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.outputs import Outputs, Seen, people_topics, seen
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.streams.config import CameraConfig, LocalizerNodeConfig
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 class Localizing:
     """The stage that locates people, and its inputs: camera_info, depth images and tf."""
 
-    def __init__(self, node: JoinedNode) -> None:
+    def __init__(self, node: GaitNode) -> None:
         """Make the stage."""
         self._node = node
         self.stage = Localizer(node.parameters.get(LocalizationConfig))
@@ -174,7 +174,7 @@ class Localizing:
         buffer = tf2.Buffer()
         self._tf = buffer, tf2.TransformException
         listener = tf2.TransformListener(buffer, self._node, spin_thread=False)
-        self._node.keep_input(listener.unregister)
+        self._node.inputs.append(listener.unregister)
 
     def _pose(self, header: Header) -> CameraPose | None:
         """
@@ -202,7 +202,7 @@ class Localizing:
         return CameraPose.from_quaternion((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
 
 
-class LocalizerNode(JoinedNode):
+class LocalizerNode(GaitNode):
     """
     Say where people are in metres, which way they walk and how fast.
 

@@ -23,14 +23,14 @@ from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pictures import matching_picture
 from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.endpoints import LATCHED
-from gait_segmentation.ros.joined_node import JoinedNode
+from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.outputs import Outputs, match_topics, picture_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.streams.config import BankConfig, NodeConfig
 from gait_segmentation.streams.fields import Parts, read_track, slot_topic
 
 
-class MatcherNode(JoinedNode):
+class MatcherNode(GaitNode):
     """
     Find how people walk: the path of template silhouettes that fits their likelihoods best.
 
@@ -60,12 +60,13 @@ class MatcherNode(JoinedNode):
         )
         self._results = Outputs(self, match_topics(self.slots))
         self._debug = Outputs(self, picture_topics('~/'))
+        most = self.parameters.get(NodeConfig).backlog
+        self._unsized: deque[tuple[int, Parts]] = deque(maxlen=most)
 
     def connect(self) -> None:
         """Subscribe to the tracker's outputs."""
         self._size: tuple[int, int] | None = None
-        most = self.parameters.get(NodeConfig).backlog
-        self._unsized: deque[tuple[int, Parts]] = deque(maxlen=most)
+        self._unsized.clear()
         # First, so that it is known before the likelihoods are.
         self.input(RegionOfInterest, 'image_size', self._sized, LATCHED)
         super().connect()
@@ -73,7 +74,7 @@ class MatcherNode(JoinedNode):
     def pause(self) -> None:
         """Drop what waits for its other parts."""
         super().pause()
-        if self.state == 'active':
+        if self.stage is not None:
             self._unsized.clear()
 
     def finish(self) -> None:
@@ -109,20 +110,18 @@ class MatcherNode(JoinedNode):
         width = parts['size'][0] if parts['size'] else 0
         return matching_picture([track.likelihood for track in tracks], matches, tracks, width)
 
-    def joined(self, stamp_ns: int, parts: Parts) -> None:
-        """Take in a frame, or keep it until the size of the images is told."""
+    def hand_over(self, stamp_ns: int, frame: Parts) -> None:
+        """Give a frame to the worker, or keep it until the size of the images is told."""
         if self._size is None and self.count_publishers(self.resolve_topic_name('image_size')):
-            self._unsized.append((stamp_ns, parts))
-            return
-        self.hand_over(stamp_ns, {**parts, 'size': self._size})
+            self._unsized.append((stamp_ns, frame))
+        else:
+            super().hand_over(stamp_ns, {**frame, 'size': self._size})
 
     def _sized(self, message: RegionOfInterest) -> None:
-        if not message.width or not message.height:
-            return
-        self._size = (message.width, message.height)
-        while self._unsized:
-            stamp_ns, parts = self._unsized.popleft()
-            self.hand_over(stamp_ns, {**parts, 'size': self._size})
+        if message.width and message.height:
+            self._size = (message.width, message.height)
+            while self._unsized:
+                self.hand_over(*self._unsized.popleft())
 
 
 def _header(parts: Parts) -> Header:

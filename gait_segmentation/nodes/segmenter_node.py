@@ -15,7 +15,7 @@ from sensor_msgs.msg import Image, JointState
 from gait_segmentation.inputs.encodings import SampleBits, claimed_shape, read_image, read_mono8
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pictures import segmentation_picture
-from gait_segmentation.ros.joined_node import JoinedNode
+from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.outputs import Outputs, mask_topics, picture_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
@@ -23,7 +23,7 @@ from gait_segmentation.streams.config import CameraConfig, SegmenterNodeConfig
 from gait_segmentation.streams.fields import Parts, read_match, slot_topic, stamp_of
 
 
-class SegmenterNode(JoinedNode):
+class SegmenterNode(GaitNode):
     """
     Cut people out of the images of a camera, with what gait_tracker and gait_matcher found.
 
@@ -40,7 +40,6 @@ class SegmenterNode(JoinedNode):
             'gait': JointState,
         },
     }
-    room_remedy = 'raise keep_images'
     packages = ('gait_segmentation.segmentation',)
     groups = (
         ('', CameraConfig),

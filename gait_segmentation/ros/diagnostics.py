@@ -1,22 +1,95 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the diagnostics say of a node."""
+"""What a node says of how it is doing, and of what it waits for in vain."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+import time
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.clock import Clock, ClockType
+from rclpy.node import Node
 
+from gait_segmentation.streams.config import CameraConfig
 from gait_segmentation.streams.health import Statistics
 
 _LATE_MS = 250.0
 """Latency (95th percentile) above which a node warns."""
 
-QUIET_S = 3.0
+_QUIET_S = 3.0
 """Time without input after which a node is stale."""
+
+_PATIENCE_S = 10.0
+"""Time without input after which it is logged what is missing."""
+
+_RAW, _COMPRESSED = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage'
+_SUFFIX = '/compressed'
+_OWN = ('gait_matcher', 'gait_pipeline', 'gait_segmenter', 'gait_tracker')
+"""Nodes whose images are no camera's."""
+
+_MOST = 4
+"""Topics that are named."""
+
+
+class Diagnostics:
+    """Reports on a node once a second, and logs what it lacks."""
+
+    def __init__(self, node: Any) -> None:
+        """Begin to report on a :class:`GaitNode`."""
+        self._node = node
+        self._said = ''
+        self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
+        # Steady, so that a simulation that stands still is still reported on.
+        node.create_timer(1.0, self.report, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def report(self) -> None:
+        """Publish a report."""
+        node, now_s = self._node, time.monotonic()
+        details = {**node.status(), 'kernels ready': str(node.stage is not None).lower()}
+        for output in node.outputs:
+            details[f'subscribers of {output.topic_name}'] = str(output.get_subscription_count())
+        message = diagnostic_message(
+            node.get_fully_qualified_name(),
+            node.state if node.enabled else f'{node.state}, disabled',
+            node.statistics,
+            now_s,
+            self._now(),
+            details,
+            node.trouble(),
+            self._missing(now_s),
+        )
+        self._publisher.publish(message)
+
+    def _now(self) -> Time:
+        """Return the time of the node's clock, 0 while it is not known or below zero, and warn."""
+        try:
+            now = self._node.get_clock().now().to_msg()
+        except ValueError:
+            now = Time()
+        if not (now.sec or now.nanosec) and self._node.statistics.received:
+            self._node.warnings.warn(
+                'no time',
+                "the node's clock says nothing above zero, so ages of stamps are not known: with "
+                'use_sim_time somebody must publish on /clock',
+            )
+        return now
+
+    def _missing(self, now_s: float) -> str:
+        """Return what an active node has waited for in vain, and log it when it changes."""
+        node = self._node
+        waits = node.state == 'active' and node.enabled
+        quiet_s = node.statistics.quiet_s(now_s) if waits else 0.0
+        missing = missing_input(node) if quiet_s > _QUIET_S else ''
+        if not missing:
+            self._said = ''
+        elif quiet_s > _PATIENCE_S and missing != self._said:
+            self._said = missing
+            node.get_logger().warning(missing)
+        return missing
 
 
 def diagnostic_message(
@@ -41,7 +114,8 @@ def diagnostic_message(
     """
     median, high = statistics.latency_ms()
     frames, outputs = statistics.rates_hz(now_s)
-    age = _age_s(statistics.last_stamp_ns, now)
+    age_s = (now.sec * 10**9 + now.nanosec - statistics.last_stamp_ns) / 1e9
+    dated = statistics.last_stamp_ns > 0 and (now.sec, now.nanosec) > (0, 0) and age_s >= 0
     values = {
         'state': state,
         'input rate (Hz)': f'{frames:.1f}',
@@ -56,7 +130,7 @@ def diagnostic_message(
         'again': str(statistics.again),
         'latency p50 (ms)': f'{median:.1f}',
         'latency p95 (ms)': f'{high:.1f}',
-        'age of the last stamp (s)': f'{age:.3f}',
+        'age of the last stamp (s)': f'{age_s if dated else math.nan:.3f}',
         **details,
     }
     level, text = _judged(state, statistics, now_s, high, trouble, missing)
@@ -72,32 +146,99 @@ def diagnostic_message(
     return message
 
 
-def _age_s(stamp_ns: int, now: Time) -> float:
-    """Return how old a stamp is, NaN without it or a time, or if it is ahead of that."""
-    now_ns = now.sec * 1_000_000_000 + now.nanosec
-    age_s = (now_ns - stamp_ns) / 1e9
-    return age_s if stamp_ns > 0 and now_ns > 0 and age_s >= 0 else math.nan
-
-
 def _judged(
     state: str, statistics: Statistics, now_s: float, late_ms: float, trouble: str, missing: str
 ) -> tuple[bytes, str]:
     """Return the level and what it is for; nothing is expected of a node that is not active."""
     losses, failures = statistics.losses()
-    if state == 'active' and statistics.quiet_s(now_s) > QUIET_S:
+    if state == 'active' and statistics.quiet_s(now_s) > _QUIET_S:
         text = f'no input for {statistics.quiet_s(now_s):.0f} s'
         return DiagnosticStatus.STALE, text + f': {missing}' * bool(missing)
     if state == 'active' and not statistics.received:
         return DiagnosticStatus.OK, 'active, no input yet'
     if failures:
-        return DiagnosticStatus.WARN, f'{failures} frames could not be used since the last report'
-    if losses:
+        trouble = f'{failures} frames could not be used since the last report'
+    elif losses:
+        trouble = f'{losses} frames lost, skipped or late since the last report'
+    elif late_ms > _LATE_MS:
+        trouble = f'slow: 95 % of the outputs within {late_ms:.0f} ms'
+    return (DiagnosticStatus.WARN, trouble) if trouble else (DiagnosticStatus.OK, state)
+
+
+def missing_input(node: Any) -> str:
+    """Say what an active GaitNode lacks: stamps, or what its camera or other nodes publish."""
+    sees = node.has(CameraConfig)
+    if node.unstamped:
+        return 'what comes has no stamp'
+    if sees and not node.count_publishers(node.resolve_topic_name(node.camera_topic)):
+        return no_images(node, node.camera_topic)
+    for by, topics in node.topics.items():
+        if absent := unpublished(node, topics, by):
+            return absent
+    waits_for = '' if node.join is None else node.join.waits_for
+    silent = waits_for or ('camera' if sees else next(iter(node.topics)))
+    if silent == 'camera':
+        return no_images(node, node.camera_topic)
+    return (
+        f'nothing to do: nothing comes from {silent}; is it active and enabled, and has it images?'
+    )
+
+
+def unpublished(node: Node, topics: Iterable[str], by: str) -> str:
+    """
+    Say which topics nobody publishes, empty if all are.
+
+    :param by: the node that usually does.
+    """
+    # To count publishers does not remap.
+    resolved = [node.resolve_topic_name(topic) for topic in topics]
+    names = [name for name in resolved if not node.count_publishers(name)]
+    if not names:
+        return ''
+    return f'nothing to do: nobody publishes {_listed(names)}; is {by} running and active?'
+
+
+def no_images(node: Node, topic: str) -> str:
+    """
+    Say why there are no images on a topic, and where there are some.
+
+    :param topic: with ``/compressed`` at the end if they are to be compressed.
+    """
+    name = node.resolve_topic_name(topic)
+    compressed = topic.endswith(_SUFFIX)
+    wanted, other = (_COMPRESSED, _RAW) if compressed else (_RAW, _COMPRESSED)
+    kinds = {each.topic_type for each in node.get_publishers_info_by_topic(name)}
+    if wanted in kinds:
+        return f'no images: {name} has a publisher, but nothing comes from it'
+    if kinds:
+        return f'no images: what is published on {name} is {_listed(kinds)}, not {wanted}'
+    sibling = name.removesuffix(_SUFFIX) if compressed else name + _SUFFIX
+    if _from_cameras(node, sibling, other):
+        transport = 'raw' if compressed else 'compressed'
         return (
-            DiagnosticStatus.WARN,
-            f'{losses} frames lost, skipped or late since the last report',
+            f'no images: nobody publishes {name}, but {sibling} is: set image_transport to '
+            f'{transport}'
         )
-    if late_ms > _LATE_MS:
-        return DiagnosticStatus.WARN, f'slow: 95 % of the outputs within {late_ms:.0f} ms'
-    if trouble:
-        return DiagnosticStatus.WARN, trouble
-    return DiagnosticStatus.OK, state
+    found = [
+        each
+        for each, types in node.get_topic_names_and_types()
+        if wanted in types and _from_cameras(node, each, wanted)
+    ]
+    text = f'no images: nobody publishes {name}'
+    if not found:
+        return f'{text}; start the camera, or remap image to its topic'
+    return f'{text}, but there are images on {_listed(found)}: remap image (image:=TOPIC)'
+
+
+def _from_cameras(node: Node, name: str, kind: str) -> bool:
+    """Return whether somebody else than this package publishes messages of a kind."""
+    return any(
+        each.topic_type == kind and each.node_name not in _OWN
+        for each in node.get_publishers_info_by_topic(name)
+    )
+
+
+def _listed(names: Iterable[str]) -> str:
+    listed = sorted(names)
+    more = len(listed) - _MOST
+    return ', '.join(listed[:_MOST]) + (f' and {more} more' if more > 0 else '')

@@ -1,14 +1,22 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Publishers and subscriptions whose QoS can be overridden, and that cost the executor little."""
+"""Publishers, subscriptions and services: their QoS, and what keeps the odd from ending a node."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from copy import copy
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import Any
 
-from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
+from rclpy.event_handler import (
+    PublisherEventCallbacks,
+    QoSMessageLostInfo,
+    QoSRequestedIncompatibleQoSInfo,
+    SubscriptionEventCallbacks,
+)
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
@@ -22,12 +30,11 @@ from rclpy.qos import (
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CompressedImage, Image
 
+from gait_segmentation.streams.config import CameraConfig
 from gait_segmentation.streams.fields import DEPTH
-
-if TYPE_CHECKING:
-    from rclpy.event_handler import QoSRequestedIncompatibleQoSInfo
-
 
 BETWEEN_NODES = QoSProfile(depth=DEPTH)
 """Reliable: of all that the nodes publish, and of what they receive from each other."""
@@ -80,7 +87,7 @@ def subscription(
     latched = profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
     wanted = 'it must be reliable' + ' and transient local' * latched
     usual = SubscriptionEventCallbacks(
-        incompatible_qos=lambda event: warn(topic, incompatible(topic, event, wanted)),
+        incompatible_qos=lambda event: warn(topic, _incompatible(topic, event, wanted)),
         use_default_callbacks=False,
     )
 
@@ -107,10 +114,150 @@ def subscription(
     )
 
 
-def incompatible(topic: str, event: QoSRequestedIncompatibleQoSInfo, remedy: str) -> str:
-    """Return what to say of a publisher that offers less than is asked for, and what helps."""
+def _incompatible(topic: str, event: QoSRequestedIncompatibleQoSInfo, remedy: str) -> str:
     policy = qos_policy_name_from_kind(event.last_policy_kind)
     return (
         f'a publisher on {topic} offers an incompatible QoS ({policy}); no messages come from it: '
         + remedy
     )
+
+
+class CameraSubscription:
+    """
+    A subscription to images, or to what is said of them, that adapts to what the camera offers.
+
+    With ``reliability: auto`` it asks for reliable delivery; if a camera offers only best
+    effort, it says so once and is made anew as best effort.
+    """
+
+    def __init__(
+        self,
+        node: Any,
+        config: CameraConfig,
+        received: Callable[[Any], None],
+        topic: str = 'image',
+        kind: Any = Image,
+    ) -> None:
+        """
+        Subscribe.
+
+        :param node: a :class:`GaitNode`, whose statistics and warnings tell of what is lost.
+        :param received: called with every message.
+        :param kind: of the messages, if they are no images: of those the configuration says it.
+        """
+        compressed = kind is Image and config.image_transport == 'compressed'
+        self._node = node
+        self._type = CompressedImage if compressed else kind
+        self.topic = f'{topic}/compressed' if compressed else topic
+        self._received = received
+        self._adapts = config.reliability == 'auto'
+        self._renewal = node.create_guard_condition(self._renew)
+        self._subscribe(best_effort=config.reliability == 'best_effort')
+
+    @property
+    def best_effort(self) -> bool:
+        """Return whether messages may be lost on the way."""
+        return bool(self._subscription.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT)
+
+    def close(self) -> None:
+        """Unsubscribe."""
+        self._node.destroy_subscription(self._subscription)
+        self._node.destroy_guard_condition(self._renewal)
+
+    def _subscribe(self, best_effort: bool) -> None:
+        events = SubscriptionEventCallbacks(
+            incompatible_qos=self._offered_less,
+            # Of frames, which are counted.
+            message_lost=self._lost if self._type in (Image, CompressedImage) else None,
+            use_default_callbacks=False,
+        )
+        profile = BEST_EFFORT if best_effort else BETWEEN_NODES
+        about = self._node, self._type, self.topic, profile, self._received
+        self._subscription = subscription(*about, self._node.warnings.warn, events=events)
+
+    def _lost(self, event: QoSMessageLostInfo) -> None:
+        self._node.statistics.lost += event.total_count_change
+        remedies = [
+            "start the camera's process with FASTRTPS_DEFAULT_PROFILES_FILE set to "
+            'config/fastdds_shm.xml of this package (here it does not help)'
+        ]
+        if self._type is Image:
+            remedies.append('or use image_transport compressed')
+        if self.best_effort:
+            remedies.append('or let the camera publish reliably')
+        self._node.warnings.warn_of(
+            event.total_count_change, '{} lost on the way: ' + ', '.join(remedies)
+        )
+
+    def _offered_less(self, event: QoSRequestedIncompatibleQoSInfo) -> None:
+        name = self._subscription.topic_name
+        if self._adapts and not self.best_effort:
+            self._node.get_logger().info(
+                f'the publisher on {name} offers best effort only: subscribing as best effort, '
+                'messages may be lost'
+            )
+            # Not here: the executor is just calling this subscription's event.
+            self._renewal.trigger()
+        else:
+            remedy = 'set the parameter reliability to auto or best_effort'
+            self._node.warnings.warn(name, _incompatible(name, event, remedy))
+
+    def _renew(self) -> None:
+        if not self.best_effort:
+            self._node.destroy_subscription(self._subscription)
+            self._subscribe(best_effort=True)
+
+
+def refuse_what_cannot_be_done(node: Node, warn: Callable[[str, str], object]) -> None:
+    """
+    Have a node refuse requests that rclpy raises an error for, which would end the node.
+
+    Such are values of a type that there is not, and transitions that the state does not allow.
+
+    :param warn: called with a key and a text.
+    """
+    for service in node.services:
+        service.callback = partial(_answer, service.callback, service.srv_name, warn)
+
+
+def _answer(
+    answer: Callable[[Any, Any], Any],
+    name: str,
+    warn: Callable[[str, str], object],
+    request: Any,
+    response: Any,
+) -> Any:
+    try:
+        return answer(request, response)
+    except Exception as error:  # Of rclpy, which has many.
+        warn(name, f'a request to {name} is refused: {error}')
+        refused = SetParametersResult(successful=False, reason=str(error))
+        if isinstance(request, SetParameters.Request):
+            # Of those before it is known what became of them.
+            missing = len(request.parameters) - len(response.results)
+            response.results.extend([refused] * missing)
+        elif isinstance(request, SetParametersAtomically.Request):
+            response.result = refused
+        return response
+
+
+def ignore_negative_times(node: Node, warn: Callable[[str, str], object]) -> None:
+    """
+    Have a node live on when a time below zero comes on /clock, which rclpy raises an error for.
+
+    :param warn: called with a key and a text.
+    """
+    source = node._time_source
+    take = source.clock_callback
+
+    def received(message: Clock) -> None:
+        if message.clock.sec < 0:
+            seconds = message.clock.sec + message.clock.nanosec / 1e9
+            warn('clock', f'the time {seconds:.9g} s on /clock is ignored: it is below zero')
+            return
+        take(message)
+
+    source.clock_callback = received
+    # With use_sim_time it has subscribed already.
+    if source._clock_sub is not None:
+        source._clock_sub.callback = received

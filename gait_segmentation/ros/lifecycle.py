@@ -1,23 +1,22 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The base of all nodes: life cycle, worker thread, services, diagnostics."""
+"""The base of all nodes: life cycle, inputs joined by stamp, worker thread, services."""
 
 from __future__ import annotations
 
 import time
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext, suppress
 from functools import partial
 from typing import Any, ClassVar
 
 import cv2
-from builtin_interfaces.msg import Time
-from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import InvalidHandle
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, qos_profile_parameters
+from sensor_msgs.msg import Image
 from std_srvs.srv import SetBool, Trigger
 
 from gait_segmentation.config import StageConfig
@@ -25,38 +24,63 @@ from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.kernels import compile_kernels, compiling
-from gait_segmentation.ros.diagnostics import QUIET_S, diagnostic_message
-from gait_segmentation.ros.endpoints import BETWEEN_NODES, publisher, subscription
-from gait_segmentation.ros.guards import (
+from gait_segmentation.people import PeopleConfig
+from gait_segmentation.ros.diagnostics import Diagnostics
+from gait_segmentation.ros.endpoints import (
+    BETWEEN_NODES,
+    CameraSubscription,
     ignore_negative_times,
+    publisher,
     refuse_what_cannot_be_done,
-    time_of,
+    subscription,
 )
 from gait_segmentation.ros.parameters import NodeParameters, state_of
 from gait_segmentation.stamps import Order, Stamps
 from gait_segmentation.streams.backlog import Backlog, Worker
-from gait_segmentation.streams.config import BankConfig, NodeConfig
+from gait_segmentation.streams.config import BankConfig, CameraConfig, NodeConfig
+from gait_segmentation.streams.fields import DEPTH, Parts, slot_topics, stamp_of
 from gait_segmentation.streams.health import Statistics, Warnings
+from gait_segmentation.streams.join import ExactJoin
 
 _DRAIN_S = 5.0
-_PATIENCE_S = 10.0
-"""Time without input after which it is said what is missing."""
-
 _SUCCESS = TransitionCallbackReturn.SUCCESS
+
+
+def _transition(
+    what: str, action: Callable[[Any], None], undo: Callable[[Any], None] | None = None
+) -> Callable[[Any, LifecycleState], TransitionCallbackReturn]:
+    """Return a callback of the life cycle that logs what fails, which rclpy would swallow."""
+
+    def callback(node: GaitNode, state: LifecycleState) -> TransitionCallbackReturn:
+        try:
+            action(node)
+        except Exception as error:  # Whatever it is, the node goes on without.
+            if node.context.ok():
+                node.get_logger().error(f'{what} failed: {type(error).__name__}: {error}')
+            if undo is not None:
+                undo(node)
+            return TransitionCallbackReturn.FAILURE
+        return _SUCCESS
+
+    return callback
 
 
 class GaitNode(LifecycleNode):
     """
-    A node that works on frames in one thread of its own.
+    A node that works on frames, of which all messages have come, in one thread of its own.
 
-    The executor's thread only receives messages and hands frames over; stages are touched by
-    the worker alone, so they need no locks.  Derived classes say what to do in the methods
-    from :meth:`build` to :meth:`trouble`.
+    The executor's thread only receives messages, joins them on their stamp and hands frames over;
+    stages are touched by the worker alone, so they need no locks.  Derived classes say what comes
+    in :attr:`kinds`, and the images of the camera as well if they have a :class:`CameraConfig`,
+    and what to do in the methods from :meth:`build` to :meth:`trouble`.
     """
 
     name: ClassVar[str]
     groups: ClassVar[Sequence[tuple[str, type[StageConfig]]]] = ()
     """Prefix and class of the configurations beside :class:`NodeConfig`."""
+
+    kinds: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+    """Types of messages by topic of a slot, by the node they come from, in the order of work."""
 
     packages: ClassVar[Sequence[str]] = ()
     """Whose kernels the stage needs; of all if there is none."""
@@ -70,8 +94,15 @@ class GaitNode(LifecycleNode):
     stage: Any = None
     """What works on frames, from :meth:`build` to the clean-up."""
 
+    localizing: Any = None
+    """What locates people, from :meth:`build` on, if the node does."""
+
     bank: TemplateBank
     """What is asked for by :class:`BankConfig`, from :meth:`build` on."""
+
+    camera: CameraSubscription | None = None
+    camera_topic = 'image'
+    """Not yet remapped."""
 
     def __init__(self, **options: Any) -> None:
         """
@@ -86,43 +117,64 @@ class GaitNode(LifecycleNode):
         ignore_negative_times(self, self.warnings.warn)
         self.enabled = True
         self.held: HeldFrames[Any] = HeldFrames()
+        self.outputs: list[Publisher] = []
+        self.inputs: list[Callable[[], object]] = []
+        """What lets go of each input, called at the deactivation."""
+
+        self.topics: dict[str, dict[str, Any]] = {}
+        """Types of what comes from other nodes by topic, by the node."""
+
+        self.join: ExactJoin | None = None
+        self.unstamped = False
+        """Whether the last that came could not be taken in for want of a stamp."""
+
         self._stamps = Stamps()
-        self._said = self._refused = ''
-        self._inputs: list[Callable[[], object]] = []
-        self._outputs: list[Any] = []
         self._worker: Worker | None = None
         self._failure: BaseException | None = None
-        self.parameters = NodeParameters(
-            self, [('', NodeConfig), *self.groups], changed=self._parameters_changed
-        )
+        groups = [('', NodeConfig), *self.groups]
+        self.parameters = NodeParameters(self, groups, changed=self._parameters_changed)
         self._alarm = self.create_guard_condition(self._raise_failure)
         refuse_what_cannot_be_done(self, self.warnings.warn)
         # As many requests may come at a time as to the services of parameters.
         many = {'qos_profile': qos_profile_parameters}
         self.create_service(SetBool, '~/enable', self._enable, **many)
         self.create_service(Trigger, '~/reset', self._reset, **many)
-        self._diagnostics = self.create_publisher(DiagnosticArray, '/diagnostics', 10)
-        # Steady, so that a simulation that stands still is still reported on.
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(1.0, self._report, clock=steady)
+        self._diagnostics = Diagnostics(self)
 
     # What derived classes do.
 
     @abstractmethod
     def build(self) -> None:
-        """Make stages and publishers, after :meth:`compile`."""
+        """Make stages and publishers, after the kernels are compiled."""
 
     @abstractmethod
-    def connect(self) -> None:
-        """Make the subscriptions."""
-
-    @abstractmethod
-    def process(self, frame: Any) -> None:
+    def process(self, frame: Parts) -> None:
         """Work on a frame, after :meth:`enter`, and publish its outputs (worker)."""
 
     @abstractmethod
-    def process_unusable(self, frame: Any) -> None:
+    def process_unusable(self, frame: Parts) -> None:
         """Publish the empty outputs of a frame that cannot be worked on (worker)."""
+
+    def connect(self) -> None:
+        """Subscribe to the outputs of the other nodes, and to the camera."""
+        self.topics = {node: slot_topics(each, self.slots) for node, each in self.kinds.items()}
+        sees = self.has(CameraConfig)
+        # Images alone are complete as they are.
+        stages = {**({'camera': ['image']} if sees else {}), **self.topics}
+        self.join = ExactJoin(stages, self.room()) if self.topics else None
+        for topics in self.topics.values():
+            for topic, kind in topics.items():
+                self.input(kind, topic, partial(self._part, topic))
+        if self.localizing is not None:
+            self.localizing.connect()
+        if sees:
+            config = self.parameters.get(CameraConfig)
+            self.camera = self.camera_input(config, partial(self._part, 'image'))
+            self.camera_topic = self.camera.topic
+
+    def room(self) -> int:
+        """Return how many frames may wait for their other parts."""
+        return DEPTH
 
     def forget(self) -> None:
         """Forget everybody, and what is held back (worker)."""
@@ -144,24 +196,18 @@ class GaitNode(LifecycleNode):
 
     def pause(self) -> None:
         """Drop what waits for its other parts: those that come now will be ignored."""
-
-    @abstractmethod
-    def missing(self) -> str:
-        """Say what is missing for frames to come."""
+        if self.join is not None:
+            self.join.forget()
 
     def status(self) -> dict[str, str]:
         """Return what the diagnostics are to report besides the usual."""
-        return {}
+        sees = self.has(CameraConfig)
+        camera = {'camera': self.resolve_topic_name(self.camera_topic)} if sees else {}
+        return {**camera, **(self.localizing.status() if self.localizing is not None else {})}
 
     def trouble(self) -> str:
         """Return what the diagnostics are to warn of since this was last asked, empty if well."""
-        return ''
-
-    def compile(self) -> None:
-        """Open the bank, if the stage has one, and have all kernels compiled."""
-        if self.has(BankConfig):
-            self.bank = open_bank(self.parameters.get(BankConfig).bank)
-        compile_kernels(*self.packages)
+        return '' if self.localizing is None else self.localizing.trouble()
 
     # What derived classes use.
 
@@ -170,11 +216,15 @@ class GaitNode(LifecycleNode):
         """Return whether the node has the parameters of a configuration."""
         return any(each is kind for _, each in cls.groups)
 
+    @property
+    def slots(self) -> int:
+        """Return how many people there may be."""
+        return self.parameters.get(PeopleConfig).max_people
+
     def output(self, kind: Any, topic: str, profile: QoSProfile = BETWEEN_NODES) -> Any:
         """Make a publisher that lives until the clean-up."""
-        made = publisher(self, kind, topic, profile)
-        self._outputs.append(made)
-        return made
+        self.outputs.append(publisher(self, kind, topic, profile))
+        return self.outputs[-1]
 
     def input(
         self,
@@ -185,27 +235,23 @@ class GaitNode(LifecycleNode):
     ) -> None:
         """Make a subscription that lives until the deactivation."""
         made = subscription(self, kind, topic, profile, received, self.warnings.warn)
-        self.keep_input(partial(self.destroy_subscription, made))
+        self.inputs.append(partial(self.destroy_subscription, made))
 
-    def keep_input(self, close: Callable[[], object]) -> None:
-        """Have something called at the deactivation, which lets go of an input."""
-        self._inputs.append(close)
+    def camera_input(
+        self,
+        config: CameraConfig,
+        received: Callable[[Any], None],
+        topic: str = 'image',
+        kind: Any = Image,
+    ) -> CameraSubscription:
+        """Subscribe to images of a camera, or what else it says, until the deactivation."""
+        made = CameraSubscription(self, config, received, topic, kind)
+        self.inputs.append(made.close)
+        return made
 
-    def accept(self, stamp_ns: int) -> bool:
-        """Return whether a frame is to be taken in; without a stamp it is refused."""
-        if stamp_ns <= 0:
-            self._refused = 'what comes has no stamp'
-            self.warnings.warn(
-                'no stamp',
-                f'a message with the stamp {stamp_ns / 1e9:.9g} s is ignored: stamps tell frames '
-                'apart and must be above zero, so the camera driver must set header.stamp',
-            )
-            return False
-        return self.enabled
-
-    def hand_over(self, stamp_ns: int, frame: Any) -> None:
+    def hand_over(self, stamp_ns: int, frame: Parts) -> None:
         """Give a frame to the worker, which tells late ones and those that come again."""
-        self._refused = ''
+        self.unstamped = False
         if self._worker is None:
             return
         now = time.monotonic()
@@ -225,15 +271,11 @@ class GaitNode(LifecycleNode):
             )
             self.start_over()
 
-    def note_again(self, frames: int) -> None:
-        """Count and report frames with stamps that have come before."""
-        if frames:
-            self.statistics.again += frames
-            self.warnings.warn_of(frames, '{} ignored: the stamp had come before')
-
     def later(self, call: Callable[[], None], kind: str = '', most: int = 1) -> int:
         """Have something done by the worker before the next frame; see :meth:`Backlog.call`."""
         return self._worker.backlog.call(call, kind, most) if self._worker is not None else 0
+
+    # Life cycle.
 
     @property
     def state(self) -> str:
@@ -249,46 +291,8 @@ class GaitNode(LifecycleNode):
 
     def close(self) -> None:
         """Stop the worker and let go of everything."""
-        self._disconnect(drain=False)
+        self._disconnect()
         self._tear_down()
-
-    # Life cycle.
-
-    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Build stages, publishers and the worker."""
-        return self._transition('configuring', self._configure, self._tear_down)
-
-    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Subscribe."""
-        undo = partial(self._disconnect, drain=False)
-        return self._transition('activating', self._activate, undo)
-
-    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Unsubscribe and finish what was taken in."""
-        return self._transition('deactivating', partial(self._disconnect, drain=True))
-
-    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Let go of stages, publishers and worker."""
-        return self._transition('cleaning up', self._tear_down)
-
-    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Let go of everything."""
-        return self._transition('shutting down', self.close)
-
-    def _transition(
-        self,
-        what: str,
-        action: Callable[[], None],
-        undo: Callable[[], None] = lambda: None,
-    ) -> TransitionCallbackReturn:
-        try:
-            action()
-        except Exception as error:  # rclpy would swallow it without a word.
-            if self.context.ok():
-                self.get_logger().error(f'{what} failed: {type(error).__name__}: {error}')
-            undo()
-            return TransitionCallbackReturn.FAILURE
-        return _SUCCESS
 
     def _configure(self) -> None:
         config = self.parameters.get(NodeConfig)
@@ -296,7 +300,9 @@ class GaitNode(LifecycleNode):
         # OpenCV takes 0 as "no threads at all" and a negative number as its default.
         cv2.setNumThreads(config.num_threads or -1)
         with self.unhurried(), compiling(self.get_logger().info):
-            self.compile()
+            if self.has(BankConfig):
+                self.bank = open_bank(self.parameters.get(BankConfig).bank)
+            compile_kernels(*self.packages)
         self.build()
         self._worker = Worker(Backlog(config.backlog), self._work, self._worker_failed)
 
@@ -305,32 +311,71 @@ class GaitNode(LifecycleNode):
         self.statistics.expect(time.monotonic())
         self.get_logger().info('active')
 
-    def _disconnect(self, drain: bool) -> None:
-        for close in self._inputs:
-            close()
-        self._inputs.clear()
-        if drain and self._worker is not None:
+    def _deactivate(self) -> None:
+        self._disconnect()
+        if self._worker is not None:
             self._worker.backlog.drain(_DRAIN_S)
             self.later(self.finish)
             self.later(self.forget)
             self._worker.backlog.drain(_DRAIN_S)
 
+    def _disconnect(self) -> None:
+        while self.inputs:
+            self.inputs.pop()()
+
     def _tear_down(self) -> None:
         if self._worker is not None:
             self._worker.stop()
             self._worker = None
-        for output in self._outputs:
-            self.destroy_publisher(output)
-        self._outputs.clear()
-        self.stage = None
+        while self.outputs:
+            self.destroy_publisher(self.outputs.pop())
+        self.stage = self.localizing = None
 
-    # The worker's thread.
+    on_configure = _transition('configuring', _configure, _tear_down)
+    on_activate = _transition('activating', _activate, _disconnect)
+    on_deactivate = _transition('deactivating', _deactivate)
+    on_cleanup = _transition('cleaning up', _tear_down)
+    on_shutdown = _transition('shutting down', close)
 
-    def _work(self, item: tuple[float, int, Any]) -> None:
+    # Frames.
+
+    def _part(self, part: str, message: Any) -> None:
+        """Take in a message of a topic, and hand its frame over if it is complete with it."""
+        stamp_ns = stamp_of(message.header)
+        if stamp_ns <= 0:
+            self.unstamped = True
+            self.warnings.warn(
+                'no stamp',
+                f'a message with the stamp {stamp_ns / 1e9:.9g} s is ignored: stamps tell frames '
+                'apart and must be above zero, so the camera driver must set header.stamp',
+            )
+        elif not self.enabled:
+            return
+        elif self.join is None:
+            self.hand_over(stamp_ns, {part: message})
+        else:
+            join = self.join
+            parts = join.add(part, stamp_ns, message)
+            self.statistics.skipped += join.skipped.total()
+            self.statistics.incomplete += join.missed.total()
+            self._note_again(join.again.total())
+            self.warnings.warn_of_missed(join)
+            for counter in (join.skipped, join.missed, join.again):
+                counter.clear()
+            if parts is not None:
+                self.hand_over(stamp_ns, parts)
+
+    def _note_again(self, frames: int) -> None:
+        if frames:
+            self.statistics.again += frames
+            self.warnings.warn_of(frames, '{} ignored: the stamp had come before')
+
+    def _work(self, item: tuple[float, int, Parts]) -> None:
+        """Work on a frame or answer it empty (worker)."""
         arrived_s, stamp_ns, frame = item
         order = self._stamps.order(stamp_ns)
         if order is Order.AGAIN:
-            self.note_again(1)
+            self._note_again(1)
             return
         if order is Order.LATE:
             self._stamps.take(stamp_ns)
@@ -349,14 +394,6 @@ class GaitNode(LifecycleNode):
         now_s = time.monotonic()
         self.statistics.finished(now_s - arrived_s, now_s)
 
-    def _apply(self, config: StageConfig) -> None:
-        """Put a changed configuration into force; see :attr:`restarting`."""
-        if isinstance(config, self.restarting):
-            self.finish()
-        for owner, name in self.configured():
-            if isinstance(config, type(getattr(owner, name))):
-                setattr(owner, name, config)
-
     def _worker_failed(self, error: BaseException) -> None:
         self._failure = error
         # Which is over if the node was closed meanwhile.
@@ -368,7 +405,7 @@ class GaitNode(LifecycleNode):
         if self._failure is not None and self.context.ok():
             raise self._failure
 
-    # Services, parameters and diagnostics.
+    # Services and parameters.
 
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         if bool(request.data) != self.enabled:
@@ -393,44 +430,10 @@ class GaitNode(LifecycleNode):
             self._worker.backlog.limit = config.backlog
         self.later(lambda: self._apply(config), type(config).__name__)
 
-    def _now(self) -> Time:
-        """Return the time of the node's clock; warn if there is none to compare stamps with."""
-        now = time_of(self)
-        if not (now.sec or now.nanosec) and self.statistics.received:
-            self.warnings.warn(
-                'no time',
-                "the node's clock says nothing above zero, so ages of stamps are not known: with "
-                'use_sim_time somebody must publish on /clock',
-            )
-        return now
-
-    def _missing(self, now_s: float) -> str:
-        """Return what an active node has waited for in vain, and log it when it changes."""
-        waits = self.state == 'active' and self.enabled
-        quiet_s = self.statistics.quiet_s(now_s) if waits else 0.0
-        missing = (self._refused or self.missing()) if quiet_s > QUIET_S else ''
-        if not missing:
-            self._said = ''
-        elif quiet_s > _PATIENCE_S and missing != self._said:
-            self._said = missing
-            self.get_logger().warning(missing)
-        return missing
-
-    def _report(self) -> None:
-        now_s = time.monotonic()
-        details = self.status()
-        details['kernels ready'] = str(self._worker is not None).lower()
-        for output in self._outputs:
-            details[f'subscribers of {output.topic_name}'] = str(output.get_subscription_count())
-        self._diagnostics.publish(
-            diagnostic_message(
-                self.get_fully_qualified_name(),
-                self.state if self.enabled else f'{self.state}, disabled',
-                self.statistics,
-                now_s,
-                self._now(),
-                details,
-                self.trouble(),
-                self._missing(now_s),
-            )
-        )
+    def _apply(self, config: StageConfig) -> None:
+        """Put a changed configuration into force (worker)."""
+        if isinstance(config, self.restarting):
+            self.finish()
+        for owner, name in self.configured():
+            if isinstance(config, type(getattr(owner, name))):
+                setattr(owner, name, config)

@@ -142,23 +142,16 @@ class Warnings:
         if self.warn(text, text.format(f'{count} frame{"s" * (count != 1)}')):
             del self._untold[text]
 
-    def warn_of_missed(self, join: ExactJoin, remedy: str = '') -> None:
-        """
-        Log warnings about frames of which not all parts have come.
-
-        :param remedy: what gives more room to those that wait, if anything does.
-        """
+    def warn_of_missed(self, join: ExactJoin) -> None:
+        """Log warnings about frames of which not all parts have come."""
         skipped = (
-            '{} said nothing of {{}}, so there is no result: it skipped them (its log says why), '
-            'is disabled, or was not there'
+            '{} said nothing of {{}} in time, so there is no result: it skipped them (its log '
+            'says why), is disabled, was not there, or was later than '
+            f'{join.capacity} frames that wait (keep_images of gait_segmenter)'
         )
         missed = (
             '{} did not come for {{}}: its publisher left them out, or they were lost on the way'
         )
-        late = (
-            '{} had not come for {{}} when there was no room for more than '
-            f'{join.capacity} that wait' + (f': {remedy}' if remedy else '')
-        )
-        for text, counts in ((skipped, join.skipped), (missed, join.missed), (late, join.late)):
+        for text, counts in ((skipped, join.skipped), (missed, join.missed)):
             for who, count in counts.items():
                 self.warn_of(count, text.format(who))

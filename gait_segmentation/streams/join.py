@@ -21,9 +21,6 @@ class _Entry:
 
     stamp_ns: int
     run: int
-    since: int
-    """Parts that had come before it, of all stamps."""
-
     parts: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -40,7 +37,7 @@ class ExactJoin:
     needs to be approximated.  Each part comes in the order of the images, whose stamps may be late
     or begin anew (a bag that loops, a simulation that is reset): then its next *run* begins, while
     other parts of the run before may still be on their way.  An entry that a part has passed by
-    will never be complete, and is dropped; what stays incomplete otherwise is pushed out by what
+    will never be complete, and is given up; what stays incomplete otherwise is pushed out by what
     comes later.  A part that comes again is ignored.
     """
 
@@ -56,16 +53,10 @@ class ExactJoin:
         self._order = list(stages)
         self.capacity = capacity
         self.missed: Counter[str] = Counter()
-        """Entries dropped, by the part that has passed them by."""
+        """Entries given up, by the part that they lacked."""
 
         self.skipped: Counter[str] = Counter()
-        """
-        The same by stage, of entries of which neither it nor one after it has said a thing, and
-        entries pushed out while it said nothing at all.
-        """
-
-        self.late: Counter[str] = Counter()
-        """Entries pushed out, by the part that had not come until then though others had."""
+        """The same by stage, where neither it nor one after it had said a thing."""
 
         self.again: Counter[str] = Counter()
         """Parts ignored since their stamp had come before."""
@@ -79,10 +70,7 @@ class ExactJoin:
         self._first: dict[str, tuple[int, int]] = {}
         self._runs: dict[str, int] = {}
         self._given_up: deque[tuple[int, int]] = deque(maxlen=_REMEMBERED)
-        self._pushed_out: deque[tuple[int, int]] = deque(maxlen=_REMEMBERED)
         self._joined = False
-        self._taken = 0
-        self._heard = dict.fromkeys(self._order, 0)
 
     def __len__(self) -> int:
         """Return the number of incomplete entries."""
@@ -104,13 +92,11 @@ class ExactJoin:
             self.again[part] += 1
             return None
         run = self._run(part, stamp_ns, order)
-        self._taken += 1
-        self._heard[self._stages[part]] = self._taken
         entry = self._entry(part, stamp_ns)
         if entry is None:
-            if self._is_late(part, (run, stamp_ns)):
+            if (run, stamp_ns) in self._given_up:
                 return None
-            entry = _Entry(stamp_ns, run, self._taken)
+            entry = _Entry(stamp_ns, run)
             self._entries.append(entry)
         entry.parts[part] = value
         # Not before all are known to go together.
@@ -121,7 +107,7 @@ class ExactJoin:
             self._entries.remove(entry)
             self._joined = True
         if len(self._entries) > self.capacity:
-            self._push_out(self._entries[0])
+            self._give_up(self._entries[0], self._lacking(self._entries[0]))
         return entry.parts if complete else None
 
     def _run(self, part: str, stamp_ns: int, order: Order) -> int:
@@ -141,14 +127,6 @@ class ExactJoin:
             ):
                 return entry
         return None
-
-    def _is_late(self, part: str, key: tuple[int, int]) -> bool:
-        """Return whether the entry that a part belongs to has been dropped."""
-        if key in self._pushed_out:
-            self._pushed_out.remove(key)
-            self._given_up.append(key)
-            self.late[part] += 1
-        return key in self._given_up
 
     def _drop_passed(self, entry: _Entry, part: str, order: Order) -> None:
         """Drop entries that will not be complete, now that a part has come for one."""
@@ -173,10 +151,10 @@ class ExactJoin:
                 return
 
     def _give_up(self, entry: _Entry, part: str) -> None:
-        """Drop an entry that a part has passed by, and count it unless it was there before."""
+        """Drop an entry for the lack of a part; count it if that had ever come before."""
         self._entries.remove(entry)
         self._given_up.append(entry.key)
-        if entry.key < self._first[part]:
+        if part not in self._first or entry.key < self._first[part]:
             return
         stage = self._stages[part]
         after = self._order[self._order.index(stage) :]
@@ -184,22 +162,6 @@ class ExactJoin:
             self.missed[part] += 1
         else:
             self.skipped[stage] += 1
-
-    def _push_out(self, entry: _Entry) -> None:
-        """Drop an entry for which there is no room."""
-        self._entries.remove(entry)
-        if self._joined:
-            self._given_up.append(entry.key)
-            part = self._lacking(entry)
-            stage = self._stages[part]
-            # More room would not help where nothing comes any more.
-            if self._heard[stage] < entry.since:
-                self.skipped[stage] += 1
-            else:
-                self.late[part] += 1
-        else:
-            # Perhaps nobody works on it yet.
-            self._pushed_out.append(entry.key)
 
     def _lacking(self, entry: _Entry) -> str:
         """Return the first part that an entry lacks, in the order of the work."""

@@ -115,7 +115,7 @@ class Bench:
         for topic in topics or OUTPUTS:
             self.record(OUTPUTS[topic], topic)
         for node in self.nodes:
-            for publisher in node._outputs:
+            for publisher in node.outputs:
                 name = publisher.topic_name.lstrip('/')
                 if name in self.received:
                     self.until(

@@ -11,7 +11,6 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 
 from gait_segmentation.nodes.pipeline_node import PipelineNode
-from gait_segmentation.ros.guards import time_of
 from test.nodes.bench import Bench, frame
 
 AGE = 'age of the last stamp (s)'
@@ -52,11 +51,3 @@ def test_a_node_lives_and_warns(
     assert {*node.warnings.keys} & {'clock', 'no time'} >= ({warning} if warning else set())
     assert ages(reports)[-1][:5] == age
     assert all(m.header.stamp.sec >= 0 for m in reports)
-
-
-def test_a_clock_below_zero_is_taken_for_none(bench: Bench, monkeypatch) -> None:
-    def now() -> None:
-        raise ValueError('Nanoseconds value must not be negative')
-
-    monkeypatch.setattr(bench.probe.get_clock(), 'now', now)
-    assert time_of(bench.probe) == Time()

@@ -62,7 +62,7 @@ class Places:
             self.node.localizing._calibrated(about)
         for topic, kind in OUTPUTS.items():
             bench.record(kind, topic)
-        for each in self.node._outputs:
+        for each in self.node.outputs:
             if each.topic_name.lstrip('/') in OUTPUTS:
                 bench.until(lambda p=each: p.get_subscription_count() > 0, each.topic_name)
 
@@ -71,7 +71,7 @@ class Places:
         told = self.bench.received.setdefault('/diagnostics', [])
         if not told:
             self.bench.record(DiagnosticArray, '/diagnostics')
-        self.node._report()
+        self.node._diagnostics.report()
         count = len(told)
         self.bench.until(lambda: len(told) > count, 'diagnostics')
         (status,) = told[-1].status

@@ -102,7 +102,7 @@ def test_what_is_fixed_can_be_changed_while_the_node_is_unconfigured(bench: Benc
     assert put(node, 'initial_box', [1, 2, 3]).startswith('initial_box must be 4 finite numbers')
     assert put(node, 'initial_box', [30, 20, 24, 80]) == ''
     assert node.start()
-    topics = {each.topic_name for each in node._outputs}
+    topics = {each.topic_name for each in node.outputs}
     assert '/person_2/box' in topics
     assert '/person_3/box' not in topics
     assert node.camera.topic == 'image/compressed'

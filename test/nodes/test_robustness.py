@@ -28,6 +28,7 @@ from gait_segmentation.nodes.pipeline_node import PipelineNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros import lifecycle
+from gait_segmentation.ros.diagnostics import missing_input
 from gait_segmentation.ros.endpoints import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
 from test.nodes.bench import DEEP, Bench, frame, header
@@ -60,7 +61,7 @@ def test_a_node_can_be_cycled_fifty_times(bench: Bench, monkeypatch) -> None:
     for cycle in range(CYCLES):
         for trigger in ('configure', 'activate', 'deactivate', 'cleanup'):
             getattr(node, f'trigger_{trigger}')()
-        assert (node.state, node._outputs, node._inputs) == ('unconfigured', [], [])
+        assert (node.state, node.outputs, node.inputs) == ('unconfigured', [], [])
         bench.executor.spin_once(timeout_sec=0)
         if cycle == 4:
             before = (threading.active_count(), open_files())
@@ -244,7 +245,7 @@ def connected(bench: Bench) -> None:
         'person_0/shape_prior': 2, 'person_0/gait': 1, 'person_0/mask': 1,
     }  # fmt: skip
     for node in bench.nodes:
-        for publisher in node._outputs:
+        for publisher in node.outputs:
             least = readers.get(publisher.topic_name.lstrip('/'))
             if least is not None:
                 # And the probe.
@@ -257,14 +258,14 @@ def connected(bench: Bench) -> None:
 @pytest.mark.parametrize('kind', [TrackerNode, SegmenterNode])
 def test_it_is_said_where_there_are_images(bench: Bench, stranger: Node, kind: Any) -> None:
     node = bench.add(kind)
-    assert node.missing().startswith('no images: nobody publishes /image; start the camera')
+    assert missing_input(node).startswith('no images: nobody publishes /image; start the camera')
     stranger.create_publisher(Image, 'camera/image_raw', DEEP)
     bench.until(lambda: bench.probe.count_publishers('camera/image_raw') == 1, 'the camera')
-    assert 'there are images on /camera/image_raw' in node.missing()
+    assert 'there are images on /camera/image_raw' in missing_input(node)
     stranger.create_publisher(Image, 'image', DEEP)
     bench.until(lambda: bench.probe.count_publishers('image') == 1, 'images')
     reason = 'nothing comes from it' if kind is TrackerNode else 'nobody publishes /person_0/like'
-    assert reason in node.missing()
+    assert reason in missing_input(node)
 
 
 @pytest.mark.parametrize('second', ['reliable', 'best_effort'])

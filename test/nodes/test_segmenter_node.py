@@ -146,11 +146,11 @@ def test_silence_upstream_is_said_as_such_and_is_no_reason_for_more_room(
 
 def test_the_diagnostics_say_whom_a_node_waits_for(bench: Bench, monkeypatch) -> None:
     node = bench.add(SegmenterNode)
-    for topics in node._topics.values():
+    for topics in node.topics.values():
         for topic, kind in topics.items():
             bench.probe.create_publisher(kind, topic, 10)
     bench.publisher(Image, 'image', 1)
-    names = [name for topics in node._topics.values() for name in topics]
+    names = [name for topics in node.topics.values() for name in topics]
     bench.until(lambda: all(node.count_publishers(f'/{name}') for name in names), 'publishers')
     node._part('image', frame(0))
     reports = bench.record(DiagnosticArray, '/diagnostics')

@@ -22,6 +22,7 @@ from gait_segmentation.inputs.encodings import read_bgr, read_mono8
 from gait_segmentation.nodes import camera_node
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros import outputs
+from gait_segmentation.ros.diagnostics import missing_input
 from gait_segmentation.ros.endpoints import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
 from gait_segmentation.tracking import TrackingConfig
@@ -118,9 +119,12 @@ def test_feedback_that_does_not_fit_is_ignored(bench: Bench) -> None:
 
 
 def test_stamps_that_are_not_positive_are_refused_as_they_are(bench: Bench, capfd) -> None:
-    node = bench.add(TrackerNode, start=False)
-    assert not node.accept(-1_500_000_000)
+    node = bench.add(TrackerNode)
+    odd = frame(0)
+    odd.header.stamp.sec, odd.header.stamp.nanosec = -2, 500_000_000
+    node._part('image', odd)
     assert 'a message with the stamp -1.5 s is ignored' in capfd.readouterr().err
+    assert missing_input(node) == 'what comes has no stamp'
 
 
 def test_parameters_change_live_or_are_refused_with_the_reason(bench: Bench) -> None:
@@ -151,18 +155,18 @@ def test_the_life_cycle_can_be_repeated_and_leaves_nothing(bench: Bench) -> None
         assert node.state == 'unconfigured'
         assert bench.probe.count_subscribers('image') == 0
         node.trigger_configure()
-        assert (node.state, len(node._outputs)) == ('inactive', 5)
+        assert (node.state, len(node.outputs)) == ('inactive', 5)
         node.trigger_activate()
         if not cycle:
             bench.record_outputs('person_0/box')
-        heard = next(each for each in node._outputs if each.topic_name == '/person_0/box')
+        heard = next(each for each in node.outputs if each.topic_name == '/person_0/box')
         bench.until(lambda heard=heard: heard.get_subscription_count() == 1, 'the reader')
         camera = bench.publisher(Image, 'image', 1)
         bench.feed(camera, [frame(0)])
         node.trigger_deactivate()
         assert node.state == 'inactive'
         node.trigger_cleanup()
-        assert (node._outputs, node._inputs, node._worker, node.stage) == ([], [], None, None)
+        assert (node.outputs, node.inputs, node._worker, node.stage) == ([], [], None, None)
         bench.until(lambda: bench.probe.count_subscribers('image') == 0, 'the subscription')
     assert boxes(bench) == [4, 4, 4]
 
@@ -335,7 +339,7 @@ def test_the_qos_of_endpoints_can_be_overridden(bench: Bench) -> None:
         },
     )
     (node,) = bench.nodes
-    by_name = {each.topic_name: each.qos_profile for each in node._outputs}
+    by_name = {each.topic_name: each.qos_profile for each in node.outputs}
     assert by_name['/person_0/box'].depth == 3
     assert by_name['/person_0/box'].reliability.name == 'BEST_EFFORT'
     assert by_name['/person_0/likelihood'].reliability.name == 'RELIABLE'

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from gait_segmentation.ros.advice import no_images, unpublished
+from gait_segmentation.ros.diagnostics import no_images, unpublished
 
 RAW, COMPRESSED = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage'
 

@@ -19,11 +19,11 @@ def empty(parts: str, capacity: int = 8) -> ExactJoin:
     return ExactJoin({stage: own for stage, own in stages.items() if own}, capacity)
 
 
-def counts(join: ExactJoin) -> tuple[dict[str, int], dict[str, int], dict[str, int]]:
-    return dict(join.missed), dict(join.skipped), dict(join.late)
+def counts(join: ExactJoin) -> tuple[dict[str, int], dict[str, int]]:
+    return dict(join.missed), dict(join.skipped)
 
 
-NOTHING: tuple[dict[str, int], dict[str, int], dict[str, int]] = ({}, {}, {})
+NOTHING: tuple[dict[str, int], dict[str, int]] = ({}, {})
 
 
 @given(st.permutations([(part, stamp) for part in 'abc' for stamp in range(1, 6)]))
@@ -77,7 +77,7 @@ def test_a_topic_that_jumps_back_drops_what_it_was_not_in() -> None:
     join.add('a', 6 * S, 'old')
     join.add('a', 1, 'new')
     assert join.add('b', 1, 'new') == {'a': 'new', 'b': 'new'}
-    assert (len(join), counts(join)) == (0, ({}, {'tracker': 1}, {}))
+    assert (len(join), counts(join)) == (0, ({}, {'tracker': 1}))
 
 
 def test_who_was_away_when_the_others_jumped_meets_them() -> None:
@@ -103,11 +103,11 @@ def test_what_a_part_has_passed_by_is_dropped_and_counted() -> None:
     join.add('c', 11, 'x')
     join.add('d', 12, 'x')
     assert len(join) == 2
-    assert counts(join) == ({'d': 1}, {}, {})
+    assert counts(join) == ({'d': 1}, {})
     assert join.add('c', 12, 'x') is not None
     join.add('d', 13, 'x')
     assert join.add('c', 13, 'x') is not None
-    assert (len(join), counts(join)) == (0, ({'d': 1}, {}, {}))
+    assert (len(join), counts(join)) == (0, ({'d': 1}, {}))
 
 
 def test_what_a_stage_says_nothing_of_it_has_skipped() -> None:
@@ -119,14 +119,14 @@ def test_what_a_stage_says_nothing_of_it_has_skipped() -> None:
     join.add('b', 13, 'x')
     join.add('c', 13, 'x')
     assert join.add('d', 13, 'x') is not None
-    assert (len(join), counts(join)) == (0, ({}, {'tracker': 1, 'matcher': 1}, {}))
+    assert (len(join), counts(join)) == (0, ({}, {'tracker': 1, 'matcher': 1}))
 
 
 def test_what_a_later_stage_speaks_of_was_not_skipped_by_an_earlier_one() -> None:
     join = joined('ac')
     join.add('c', 11, 'x')
     join.add('a', 12, 'x')
-    assert counts(join) == ({'a': 1}, {}, {})
+    assert counts(join) == ({'a': 1}, {})
 
 
 def test_what_came_before_a_stage_was_there_is_no_loss() -> None:
@@ -144,7 +144,7 @@ def test_an_entry_is_counted_once_however_late_its_parts_come() -> None:
     join.add('a', 12 * S, 'x')
     join.add('c', 11 * S, 'x')
     join.add('d', 11 * S, 'x')
-    assert (len(join), counts(join)) == (1, ({'a': 1}, {}, {}))
+    assert (len(join), counts(join)) == (1, ({'a': 1}, {}))
     # Of the bag's next run it may be complete.
     for part in 'acd':
         join.add(part, 9 * S, 'new')
@@ -160,42 +160,39 @@ def test_nothing_is_given_up_before_all_parts_have_come() -> None:
     assert (len(join), counts(join)) == (3, NOTHING)
 
 
-def test_parts_that_come_when_there_was_no_more_room_are_late() -> None:
+def test_what_there_is_no_room_for_is_ignored_and_counted_once_its_publisher_is_there() -> None:
     join = empty('ab', 2)
     for stamp in range(1, 6):
         join.add('a', stamp, 'x')
     assert (len(join), counts(join)) == (2, NOTHING)
-    assert [join.add('b', stamp, 'x') is not None for stamp in range(1, 6)] == [False] * 3 + [
+    # Perhaps nobody worked on the first ones.
+    assert [join.add('b', stamp, 'x') is not None for stamp in range(1, 5)] == [False] * 3 + [True]
+    assert counts(join) == NOTHING
+    for stamp in range(6, 10):
+        join.add('a', stamp, 'x')
+    assert join.waits_for == 'tracker'
+    assert [join.add('b', stamp, 'x') is not None for stamp in range(5, 10)] == [False] * 3 + [
         True
     ] * 2
-    assert counts(join) == ({}, {}, {'b': 3})
+    assert counts(join) == ({}, {'tracker': 3})
 
 
-def test_what_is_pushed_out_when_all_have_come_is_counted_at_once() -> None:
-    join = joined('ab', 2)
-    for stamp in range(11, 20):
+def test_one_who_lags_by_more_than_may_wait_is_told_of_though_nothing_is_ever_joined() -> None:
+    join = empty('ab', 2)
+    for stamp in range(1, 20):
         join.add('a', stamp, 'x')
-        if stamp > 12:
-            assert join.add('b', stamp - 2, 'x') is None
-    # Of the first one nothing was known yet but that nobody had spoken of it.
-    assert counts(join) == ({}, {'tracker': 1}, {'b': 6})
-    assert [join.add('b', stamp, 'x') is not None for stamp in (18, 19)] == [True, True]
-    assert join.late == {'b': 6}
+        if stamp > 5:
+            assert join.add('b', stamp - 5, 'x') is None
+    assert counts(join)[1]['tracker'] > 5
 
 
-def test_what_is_pushed_out_while_nothing_comes_is_not_late() -> None:
-    """More room would not help: whoever should have said something is disabled, or gone."""
+def test_the_first_in_the_order_of_the_work_is_waited_for() -> None:
     join = joined('abcd', 2)
+    assert join.waits_for == ''
     for stamp in range(11, 15):
         join.add('a', stamp, 'x')
-    assert counts(join) == ({}, {'tracker': 2}, {})
-    assert join.waits_for == 'tracker'
-    for stamp in range(15, 19):
-        join.add('a', stamp, 'x')
         join.add('b', stamp, 'x')
-    assert join.skipped['matcher'] == 2
-    assert (join.waits_for, dict(join.late)) == ('matcher', {})
-    assert empty('ab').waits_for == ''
+    assert (join.waits_for, counts(join)) == ('matcher', ({}, {'matcher': 2}))
 
 
 def test_what_was_forgotten_is_not_missed() -> None:
@@ -209,22 +206,13 @@ def test_what_was_forgotten_is_not_missed() -> None:
     assert counts(join) == NOTHING
 
 
-def test_a_stamp_is_late_once() -> None:
-    join = empty('abc', 1)
-    join.add('a', 1, 'x')
-    join.add('a', 2, 'x')
-    assert join.add('b', 1, 'x') is None
-    assert join.add('c', 1, 'x') is None
-    assert counts(join) == ({}, {}, {'b': 1})
-
-
 def test_who_comes_after_the_others_jumped_passes_by_what_they_have_seen_since() -> None:
     join = empty('ab')
     for stamp in (5, 1, 2, 3, 4):
         join.add('a', stamp * S, 'x')
     assert join.add('b', 1 * S, 'x') is not None
     assert join.add('b', 3 * S, 'x') is not None
-    assert counts(join) == ({}, {'tracker': 1}, {})
+    assert counts(join) == ({}, {'tracker': 1})
 
 
 def test_of_two_with_one_stamp_the_newer_is_meant() -> None:
@@ -282,7 +270,7 @@ def test_a_late_frame_that_a_stage_says_nothing_of_is_dropped_with_the_next() ->
     assert join.add('b', 12, 'x') is not None
     assert counts(join) == NOTHING
     assert join.add('b', 13, 'x') is not None
-    assert (len(join), counts(join)) == (0, ({}, {'tracker': 1}, {}))
+    assert (len(join), counts(join)) == (0, ({}, {'tracker': 1}))
 
 
 def test_of_several_parts_that_have_passed_the_first_is_named() -> None:
@@ -293,4 +281,4 @@ def test_of_several_parts_that_have_passed_the_first_is_named() -> None:
     for part in 'abcde':
         join.add(part, 3, part)
     join.add('z', 2, 'z')
-    assert (join.missed, join.skipped, join.late) == ({'a': 1}, {}, {})
+    assert (join.missed, join.skipped) == ({'a': 1}, {})
