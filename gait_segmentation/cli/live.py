@@ -37,7 +37,7 @@ from gait_segmentation.inputs import ImageSource
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.pipeline import FrameResult, PersonResult
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
-from gait_segmentation.ros.logs import log_where_possible
+from gait_segmentation.ros.participant import log_where_possible
 from gait_segmentation.streams.fields import (
     read_body,
     read_box,

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import importlib
-import sys
 from collections import deque
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -245,7 +244,3 @@ class LocalizerNode(GaitNode):
 
 main = partial(run_node, LocalizerNode)
 """Run the node; see :func:`run_node`."""
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections import deque
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -130,7 +129,3 @@ def _header(parts: Parts) -> Header:
 
 main = partial(run_node, MatcherNode)
 """Run the node; see :func:`run_node`."""
-
-
-if __name__ == '__main__':
-    sys.exit(main())

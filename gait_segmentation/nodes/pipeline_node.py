@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from functools import partial
 from typing import Any
@@ -119,7 +118,3 @@ class PipelineNode(CameraNode):
 
 main = partial(run_node, PipelineNode)
 """Run the node; see :func:`run_node`."""
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from functools import partial
 from typing import Any, ClassVar
@@ -58,10 +57,6 @@ class SegmenterNode(GaitNode):
         self._results = Outputs(self, mask_topics(self.slots))
         self._debug = Outputs(self, picture_topics())
 
-    def room(self) -> int:
-        """Return how many images may wait for their match."""
-        return self.parameters.get(SegmenterNodeConfig).keep_images
-
     def process(self, frame: Parts) -> None:
         """Segment a frame."""
         header = frame['image'].header
@@ -90,7 +85,3 @@ class SegmenterNode(GaitNode):
 
 main = partial(run_node, SegmenterNode)
 """Run the node; see :func:`run_node`."""
-
-
-if __name__ == '__main__':
-    sys.exit(main())

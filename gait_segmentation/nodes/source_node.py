@@ -255,7 +255,3 @@ def main(arguments: list[str] | None = None) -> int:
     finally:
         ending.close()
     return 0
-
-
-if __name__ == '__main__':
-    sys.exit(main())

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from functools import partial
 from typing import Any
@@ -102,7 +101,3 @@ class TrackerNode(CameraNode):
 
 main = partial(run_node, TrackerNode)
 """Run the node; see :func:`run_node`."""
-
-
-if __name__ == '__main__':
-    sys.exit(main())

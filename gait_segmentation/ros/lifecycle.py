@@ -37,7 +37,12 @@ from gait_segmentation.ros.endpoints import (
 from gait_segmentation.ros.parameters import NodeParameters, state_of
 from gait_segmentation.stamps import Order, Stamps
 from gait_segmentation.streams.backlog import Backlog, Worker
-from gait_segmentation.streams.config import BankConfig, CameraConfig, NodeConfig
+from gait_segmentation.streams.config import (
+    BankConfig,
+    CameraConfig,
+    NodeConfig,
+    SegmenterNodeConfig,
+)
 from gait_segmentation.streams.fields import DEPTH, Parts, slot_topics, stamp_of
 from gait_segmentation.streams.health import Statistics, Warnings
 from gait_segmentation.streams.join import ExactJoin
@@ -161,7 +166,9 @@ class GaitNode(LifecycleNode):
         sees = self.has(CameraConfig)
         # Images alone are complete as they are.
         stages = {**({'camera': ['image']} if sees else {}), **self.topics}
-        self.join = ExactJoin(stages, self.room()) if self.topics else None
+        keeps = self.has(SegmenterNodeConfig)
+        room = self.parameters.get(SegmenterNodeConfig).keep_images if keeps else DEPTH
+        self.join = ExactJoin(stages, room) if self.topics else None
         for topics in self.topics.values():
             for topic, kind in topics.items():
                 self.input(kind, topic, partial(self._part, topic))
@@ -171,10 +178,6 @@ class GaitNode(LifecycleNode):
             config = self.parameters.get(CameraConfig)
             self.camera = self.camera_input(config, partial(self._part, 'image'))
             self.camera_topic = self.camera.topic
-
-    def room(self) -> int:
-        """Return how many frames may wait for their other parts."""
-        return DEPTH
 
     def forget(self) -> None:
         """Forget everybody, and what is held back (worker)."""

@@ -234,17 +234,13 @@ def _detection(
         size_x=float(box.width),
         size_y=float(box.height),
     )
-    return types.Detection2D(
-        header=header, results=_results(numbers, types), bbox=bounds, id=str(track_id)
-    )
-
-
-def _results(numbers: Mapping[str, float], types: Any) -> list[Any]:
-    hypotheses = (
-        types.ObjectHypothesis(class_id=name, score=float(value))
+    results = [
+        types.ObjectHypothesisWithPose(
+            hypothesis=types.ObjectHypothesis(class_id=name, score=float(value))
+        )
         for name, value in numbers.items()
-    )
-    return [types.ObjectHypothesisWithPose(hypothesis=each) for each in hypotheses]
+    ]
+    return types.Detection2D(header=header, results=results, bbox=bounds, id=str(track_id))
 
 
 def _pose(location: Location, up: float = 0.0) -> Pose:

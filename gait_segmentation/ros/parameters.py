@@ -23,7 +23,6 @@ from gait_segmentation.streams.config import misnamed, qualified
 
 if TYPE_CHECKING:
     from rclpy.lifecycle import LifecycleNode
-    from rclpy.node import Node
 
 
 Config = TypeVar('Config', bound=StageConfig)
@@ -46,7 +45,7 @@ def descriptor(about: Parameter) -> ParameterDescriptor:
         name=about.name,
         type=_TYPES[about.type],
         description=text,
-        additional_constraints=_constraints(about),
+        additional_constraints=f'Must be {about.allowed()}.' + f' {_FIXED}' * about.fixed,
         read_only=about.read_only,
     )
     if about.minimum is not None and about.maximum is not None:
@@ -61,16 +60,6 @@ def descriptor(about: Parameter) -> ParameterDescriptor:
                 )
             ]
     return made
-
-
-def _constraints(about: Parameter) -> str:
-    return f'Must be {about.allowed()}.' + (f' {_FIXED}' if about.fixed else '')
-
-
-def given_parameters(node: Node) -> list[str]:
-    """Return the names of the parameters given to a node, in files or on the command line."""
-    with node.handle:
-        return list(node.handle.get_parameters(RclpyParameter))
 
 
 class NodeParameters:
@@ -110,8 +99,10 @@ class NodeParameters:
         )
         for name, about in self._abouts.items():
             node.set_descriptor(name, descriptor(about))
-        # rclpy leaves out without a word what is not declared.
-        for name, meant in misnamed(given_parameters(node), values).items():
+        # In files or on the command line; rclpy leaves out without a word what is not declared.
+        with node.handle:
+            given = list(node.handle.get_parameters(RclpyParameter))
+        for name, meant in misnamed(given, values).items():
             hint = f': did you mean {meant}?' if meant else ''
             node.get_logger().warning(f'there is no parameter {name}{hint}')
         node.add_pre_set_parameters_callback(self._read)

@@ -12,8 +12,11 @@ from __future__ import annotations
 
 import faulthandler
 import os
+import sys
+import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
+from pathlib import Path
 
 import rclpy
 from rclpy.exceptions import NameValidationException
@@ -22,7 +25,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from gait_segmentation.ending import HANGS_S
-from gait_segmentation.ros.logs import log_where_possible
+from gait_segmentation.files.paths import make_writable
 from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
 
 REFUSALS = (rclpy_implementation.RCLError, NameValidationException)
@@ -32,6 +35,30 @@ REFUSALS = (rclpy_implementation.RCLError, NameValidationException)
 def said_by(error: Exception) -> str:
     """Return what an error of rclpy says, without the name it points to a place in."""
     return str(error).partition('\n')[0].rstrip(':')
+
+
+def log_where_possible() -> None:
+    """
+    Have ROS log to a temporary folder if it cannot write where it would, and say so.
+
+    As in containers and services: there is no HOME, or nobody may write there.  The order of the
+    variables is that of rcl_logging.
+    """
+    home = os.environ.get('HOME', '')
+    other = os.environ.get('ROS_HOME', '')
+    given = os.environ.get('ROS_LOG_DIR') or (f'{other}/log' if other else '~/.ros/log')
+    try:
+        if given.startswith('~') and not home:
+            raise FileNotFoundError(2, 'there is no HOME', given)
+        folder = Path(given.replace('~', home, 1) if given.startswith('~') else given)
+        make_writable(folder)
+    except OSError as error:
+        os.environ['ROS_LOG_DIR'] = tempfile.mkdtemp(prefix='ros_log_')
+        print(
+            f'logs cannot be written to {given} ({error.strerror}): they are in '
+            f'{os.environ["ROS_LOG_DIR"]}',
+            file=sys.stderr,
+        )
 
 
 class Participant:

@@ -42,15 +42,6 @@ Corners = tuple[tuple[float, float], ...]
 """Four (x, y) clockwise from the body's top left, none if nobody is tracked."""
 
 
-class Joints(NamedTuple):
-    """The fields of a gait message, all empty if nobody is tracked."""
-
-    names: tuple[str, ...]
-    positions: tuple[float, ...]
-    velocities: tuple[float, ...]
-    efforts: tuple[float, ...]
-
-
 def slot_topic(slot: int, name: str) -> str:
     """Return the relative topic for one kind of output of a slot, such as ``person_0/box``."""
     return f'{slot_name(slot)}/{name}'
@@ -94,12 +85,16 @@ def refined_corners(match: MatchResult) -> Corners:
     return () if match.box is None else match.box.corners()
 
 
-def gait_joints(match: MatchResult) -> Joints:
-    """Return what ``gait`` says of a match."""
+def gait_joints(match: MatchResult) -> tuple[tuple[Any, ...], ...]:
+    """
+    Return what ``gait`` says of a match: names, positions, velocities and efforts of its joints.
+
+    All are empty if nobody is tracked.
+    """
     if match.body is None:
-        return Joints((), (), (), ())
+        return (), (), (), ()
     turn = 2 * math.pi
-    return Joints(
+    return (
         GAIT_NAMES + TEMPLATE_NAMES,
         (turn * match.phase, match.azimuth, float(match.sequence), float(match.phase_index)),
         (turn * match.phase_rate, 0.0, 0.0, 0.0),

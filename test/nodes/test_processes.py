@@ -36,7 +36,7 @@ def start() -> Iterator[Start]:
     started: list[subprocess.Popen[str]] = []
 
     def begin(module: str | Path, *arguments: str) -> subprocess.Popen[str]:
-        node = ['-m', f'gait_segmentation.nodes.{module}']
+        node = ['-m', 'gait_segmentation', module]
         process = subprocess.Popen(
             [sys.executable, *([str(module)] if isinstance(module, Path) else node), *arguments],
             env={**os.environ, 'PYTHONPATH': str(ROOT)},
@@ -70,9 +70,7 @@ def test_a_node_ends_cleanly(
     script = tmp_path / 'own.py'
     script.write_text(code)
     topics = ('left/image', 'right/image') if example else ('image',)
-    process = start(
-        script if example else 'tracker_node', '--ros-args', '-p', f'bank:={bank_file}'
-    )
+    process = start(script if example else 'tracker', '--ros-args', '-p', f'bank:={bank_file}')
     for camera in [bench.probe.create_publisher(Image, topic, 10) for topic in topics]:
         bench.until(lambda c=camera: c.get_subscription_count() == 1, 'a node')
     process.send_signal(number)
@@ -81,11 +79,11 @@ def test_a_node_ends_cleanly(
 
 @pytest.mark.skipif(not Path('/dev/shm').is_dir(), reason='needs shared memory with names')
 def test_a_node_that_is_started_again_does_not_read_where_a_killed_one_did(start: Start) -> None:
-    killed = start('segmenter_node')
+    killed = start('segmenter')
     port = port_of(killed)
     killed.kill()
     killed.wait()
-    assert port_of(start('segmenter_node')) != port
+    assert port_of(start('segmenter')) != port
 
 
 def port_of(process: subprocess.Popen[str]) -> str:
@@ -110,21 +108,21 @@ LONG = ['--ros-args', '-r', f'__ns:=/{"a" * 240}']
     ('command', 'code', 'reason'),
     [
         (
-            ['segmenter_node', '--ros-args', '-p', 'segmentation.prior:=magic'],
+            ['segmenter', '--ros-args', '-p', 'segmentation.prior:=magic'],
             1,
             'prior must be one of none, default, paper',
         ),
-        (['matcher_node', *LONG], 1, 'error: Invalid service name: topic length should not'),
-        (['source_node', 'x.mp4', *LONG], 2, 'error: Invalid service name: topic length should'),
-        (['source_node', 'no_such_film.mp4'], 2, 'does not exist'),
-        (['source_node', 'x', '--ros-args', '-r', 'image'], 2, 'Failed to parse ROS arguments'),
+        (['matcher', *LONG], 1, 'error: Invalid service name: topic length should not'),
+        (['source', 'x.mp4', *LONG], 2, 'error: Invalid service name: topic length should'),
+        (['source', 'no_such_film.mp4'], 2, 'does not exist'),
+        (['source', 'x', '--ros-args', '-r', 'image'], 2, 'Failed to parse ROS arguments'),
         (
-            ['source_node', str(ROOT / 'docs/images'), '--stamps', str(ROOT / 'test')],
+            ['source', str(ROOT / 'docs/images'), '--stamps', str(ROOT / 'test')],
             2,
             'test: Is a directory',
         ),
         (
-            ['source_node', str(ROOT / 'docs/images'), '--stamps', '/dev/full'],
+            ['source', str(ROOT / 'docs/images'), '--stamps', '/dev/full'],
             2,
             'gait_source: error: /dev/full: No space left on device\n',
         ),
@@ -145,7 +143,7 @@ def test_gait_source_plays_a_folder_with_real_stamps(
         cv2.imwrite(str(film / f'{index:03d}.png'), np.full((40, 60, 3), 40 * index, np.uint8))
     stamps = tmp_path / 'stamps.txt'
     process = start(
-        'source_node', str(film), '--rate', '50', '--width', '30', '--start', '1',
+        'source', str(film), '--rate', '50', '--width', '30', '--start', '1',
         '--count', '4', '--wait-for', '1', '--stamps', str(stamps),
     )  # fmt: skip
     images: list[Image] = []
@@ -173,7 +171,7 @@ def test_gait_source_plays_a_bag_with_its_own_stamps_and_a_clock(
     def ticks() -> list[int]:
         return [clock.clock.sec * 10**9 + clock.clock.nanosec for clock in clocks]
 
-    process = start('source_node', str(bag), '--keep-stamps', '--clock', '--wait-for', '1')
+    process = start('source', str(bag), '--keep-stamps', '--clock', '--wait-for', '1')
     bench.until(lambda: len(images) == 5 and ticks()[-1:] == [stamp(4)], 'images and clock')
     finish(process)
     assert [stamp_of(message.header) for message in images] == [stamp(n) for n in range(5)]

@@ -117,14 +117,13 @@ def test_masks_come_across_the_network(
         cv2.imwrite(str(tmp_path / f'{index:02d}.png'), frame.image)
     box = box_of(clip()[0])
     start = f'initial_box:=[{box.x}.0, {box.y}.0, {box.width}.0, {box.height}.0]'
-    nodes = 'gait_segmentation.nodes'
     bank = ('--ros-args', '-p', f'bank:={bank_file}')
     probe = desk.start('-c', PROBE)
     others = [
-        robot.start('-m', f'{nodes}.tracker_node', *bank, '-p', start),
-        desk.start('-m', f'{nodes}.matcher_node', *bank),
-        desk.start('-m', f'{nodes}.segmenter_node'),
-        robot.start('-m', f'{nodes}.source_node', str(tmp_path), '--rate', '8', '--loop',
+        robot.start('-m', 'gait_segmentation', 'tracker', *bank, '-p', start),
+        desk.start('-m', 'gait_segmentation', 'matcher', *bank),
+        desk.start('-m', 'gait_segmentation', 'segmenter'),
+        robot.start('-m', 'gait_segmentation', 'source', str(tmp_path), '--rate', '8', '--loop',
                     '--wait-for', '2', '--wait-timeout', str(TIMEOUT_S), '--delay', '2'),
     ]  # fmt: skip
     try:

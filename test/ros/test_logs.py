@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from gait_segmentation.ros.logs import log_where_possible
+from gait_segmentation.ros.participant import log_where_possible
 
 NAMES = ('HOME', 'ROS_HOME', 'ROS_LOG_DIR')
 

@@ -102,10 +102,9 @@ class Messages:
 
     def gait(self, match: Any, header: Any) -> bytes:
         """Serialise what a match says of the gait."""
-        joints = gait_joints(match)
-        numbers = (joints.positions, joints.velocities, joints.efforts)
+        names, *numbers = gait_joints(match)
         arrays = (np.array(each, np.float64) for each in numbers)
-        return self._serialised(_GAIT, header, list(joints.names), *arrays)
+        return self._serialised(_GAIT, header, list(names), *arrays)
 
     def size(self, shape: tuple[int, int]) -> bytes:
         """Serialise the size of the source."""
