@@ -81,6 +81,7 @@ _OF_MATCH = {
     'gait': Output(JointState, gait_message),
     'shape_prior': Output(Image, lambda match, header: image_message(match.shape_prior, header)),
 }
+_OF_MASK = {'mask': Output(Image, lambda found, header: image_message(found.mask, header))}
 _OF_PLACE = {
     'pose': Output(PoseWithCovarianceStamped, pose_message),
     'walk': Output(JointState, walk_message),
@@ -128,11 +129,11 @@ class Outputs:
 
 def track_topics(slots: int) -> Table:
     """Return the outputs of the tracks of all slots."""
-    types = detection_types()
-    known = types and {
-        'tracks': Output(types.Detection2DArray, partial(tracks_message, types=types))
-    }
-    return {**_of_slots(_OF_TRACK, slots), **(known or {})}
+    table, types = _of_slots(_OF_TRACK, slots), detection_types()
+    if types is not None:
+        make = partial(tracks_message, types=types)
+        table['tracks'] = Output(types.Detection2DArray, make)
+    return table
 
 
 def match_topics(slots: int) -> Table:
@@ -142,16 +143,9 @@ def match_topics(slots: int) -> Table:
 
 def mask_topics(slots: int) -> Table:
     """Return the outputs of :class:`PeopleMasks`, first what most listen to."""
-
-    def of_slot(slot: int, masks: Any, header: Header) -> Image:
-        return image_message(masks.people[slot].mask, header)
-
-    of_slots = {
-        slot_topic(slot, 'mask'): Output(Image, partial(of_slot, slot)) for slot in range(slots)
-    }
     return {
         'mask': Output(Image, lambda masks, header: image_message(masks.mask, header)),
-        **of_slots,
+        **_of_slots(_OF_MASK, slots, lambda masks, slot: masks.people[slot]),
         'labels': Output(Image, lambda masks, header: image_message(masks.labels, header)),
         'mask/compressed': Output(
             CompressedImage, lambda masks, header: compressed_message(masks.mask, header)
@@ -184,12 +178,9 @@ def people_topics(slots: int, located: bool) -> Table:
         makers['people'] = (types.Detection2DArray, partial(people_message, types=types))
     if located:
         makers['markers'] = (MarkerArray, markers_message)
-
-    def of_people(make: Callable[..., Any], found: Seen, header: Header) -> Any:
-        return make(found.people, header)
-
     everybody = {
-        topic: Output(kind, partial(of_people, make)) for topic, (kind, make) in makers.items()
+        topic: Output(kind, lambda found, header, make=make: make(found.people, header))
+        for topic, (kind, make) in makers.items()
     }
     return {**places, **everybody}
 
@@ -212,14 +203,10 @@ def seen(
 ) -> Seen:
     """Return who is seen, given what is known of each slot."""
     found = Seen(locations=locations)
-    boxes = [
-        Box.around(mask) if match.body is not None else None
-        for match, mask in zip(matches, masks, strict=True)
-    ]
     people = [
         Person(match, box, found.location(slot))
-        for slot, (match, box) in enumerate(zip(matches, boxes, strict=True))
-        if box is not None
+        for slot, (match, mask) in enumerate(zip(matches, masks, strict=True))
+        if match.body is not None and (box := Box.around(mask)) is not None
     ]
     return found._replace(people=people)
 

@@ -92,7 +92,11 @@ def _run(make: Callable[[], GaitNode], arguments: list[str], name: str, ending: 
     ending.beat()
     executor = SingleThreadedExecutor()
     ending.closes(partial(executor.shutdown, 0))
-    node = _made(make)
+    try:
+        node = make()
+    except REFUSALS as error:
+        # What ROS refuses, such as for a wrong name or for security.
+        raise GaitSegmentationError(said_by(error)) from error
     participant.has_node()
     ending.closes(node.close)
     ending.closes(node.destroy_node)
@@ -115,18 +119,6 @@ def silence_opencv() -> None:
     # OpenCV 4 has the one, 5 the other, and some both.
     set_level = getattr(cv2, 'setLogLevel', None) or cv2.utils.logging.setLogLevel
     set_level(0)
-
-
-def _made(make: Callable[[], GaitNode]) -> GaitNode:
-    """
-    Make the node.
-
-    :raises GaitSegmentationError: if ROS refuses it, such as for a wrong name or for security.
-    """
-    try:
-        return make()
-    except REFUSALS as error:
-        raise GaitSegmentationError(said_by(error)) from error
 
 
 def _check(make: Callable[[], GaitNode], arguments: list[str]) -> None:
