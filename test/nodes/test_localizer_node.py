@@ -364,26 +364,6 @@ def test_a_way_that_is_not_known_is_said(
     assert said in capfd.readouterr().err
 
 
-def test_the_masks_of_the_pipeline_go_on_whatever_comes(bench: Bench, monkeypatch) -> None:
-    node = bench.add(PipelineNode, localize=True, **{'localization.camera_height': 1.0})
-    masks = bench.record(Image, 'mask')
-    boxes = bench.record(ImageMarker, 'boxes')
-    camera = bench.publisher(Image, 'image', 1)
-    node.localizing._calibrated(info())
-
-    def fail(*_: Any) -> Any:
-        raise RuntimeError('gone')
-
-    monkeypatch.setattr(node.localizing.stage, 'update', fail)
-    for index in range(3):
-        camera.publish(frame(index))
-        bench.until(lambda count=index + 1: len(boxes) == count, 'boxes')
-    bench.settle()
-    assert [each.header for each in masks] == [header(index) for index in range(3)]
-    assert node.status()['location errors'] == '3'
-    assert 'RuntimeError: gone' in node.trouble()
-
-
 def test_the_pipeline_locates_if_asked_to(bench: Bench) -> None:
     node = bench.add(PipelineNode, localize=True, **{'localization.camera_height': 1.0})
     poses = bench.record(PoseWithCovarianceStamped, 'person_0/pose')

@@ -62,11 +62,13 @@ def test_a_node_can_be_cycled_fifty_times(bench: Bench, monkeypatch) -> None:
         for trigger in ('configure', 'activate', 'deactivate', 'cleanup'):
             getattr(node, f'trigger_{trigger}')()
         assert (node.state, node.outputs, node.inputs) == ('unconfigured', [], [])
+        assert (node._worker, node.stage) == (None, None)
         bench.executor.spin_once(timeout_sec=0)
         if cycle == 4:
             before = (threading.active_count(), open_files())
     assert threading.active_count() <= before[0]
     assert open_files() <= before[1] + 2
+    bench.until(lambda: bench.probe.count_subscribers('image') == 0, 'the subscription to end')
     assert node.start()
     bench.record_outputs('mask')
     bench.feed(bench.publisher(Image, 'image', 1), [frame(0)])

@@ -149,28 +149,6 @@ def test_parameters_change_live_or_are_refused_with_the_reason(bench: Bench) -> 
     assert node._worker.backlog.limit == 3
 
 
-def test_the_life_cycle_can_be_repeated_and_leaves_nothing(bench: Bench) -> None:
-    node = bench.add(TrackerNode, start=False, initial_box=BOX)
-    for cycle in range(3):
-        assert node.state == 'unconfigured'
-        assert bench.probe.count_subscribers('image') == 0
-        node.trigger_configure()
-        assert (node.state, len(node.outputs)) == ('inactive', 5)
-        node.trigger_activate()
-        if not cycle:
-            bench.record_outputs('person_0/box')
-        heard = next(each for each in node.outputs if each.topic_name == '/person_0/box')
-        bench.until(lambda heard=heard: heard.get_subscription_count() == 1, 'the reader')
-        camera = bench.publisher(Image, 'image', 1)
-        bench.feed(camera, [frame(0)])
-        node.trigger_deactivate()
-        assert node.state == 'inactive'
-        node.trigger_cleanup()
-        assert (node.outputs, node.inputs, node._worker, node.stage) == ([], [], None, None)
-        bench.until(lambda: bench.probe.count_subscribers('image') == 0, 'the subscription')
-    assert boxes(bench) == [4, 4, 4]
-
-
 def test_a_transition_that_there_is_not_is_refused(bench: Bench, capfd) -> None:
     node = bench.add(TrackerNode)
     change = bench.probe.create_client(ChangeState, 'gait_tracker/change_state')
@@ -211,11 +189,6 @@ def test_a_configuration_that_fails_leaves_the_node_unconfigured(
     assert 'configuring failed: MemoryError: no room' in capfd.readouterr().err
     assert node.start()
     assert node.state == 'active'
-
-
-def test_autostart_can_be_switched_off(bench: Bench) -> None:
-    node = bench.add(TrackerNode, autostart=False)
-    assert node.state == 'unconfigured'
 
 
 def test_services_reset_and_disable(bench: Bench) -> None:

@@ -16,7 +16,6 @@ from std_msgs.msg import Header
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.inputs.encodings import (
-    ENCODINGS,
     SampleBits,
     pixels,
     read_bgr,
@@ -197,15 +196,6 @@ def test_written_images_are_read_again(shape, seed, step) -> None:
     np.testing.assert_array_equal(pixels(made), image)
     empty = image_message(np.zeros((0, 0), np.uint8), Header())
     assert (empty.height, empty.width, len(empty.data)) == (0, 0, 0)
-
-
-def test_every_encoding_reads_a_plain_image() -> None:
-    for name, encoding in ENCODINGS.items():
-        rows = 12 if encoding.chroma_rows else 8
-        data = np.zeros((rows, 8, encoding.channels * encoding.sample_bytes), np.uint8)
-        made = message(data, name)
-        made.height = 8
-        assert read_bgr(made).shape == (8, 8, 3)
 
 
 def scene(bits: int, brightest: float = 1.0) -> np.ndarray:

@@ -82,15 +82,6 @@ def test_only_what_is_heard_is_published() -> None:
     assert node.topics == ['mask', 'person_1/mask', 'labels']
 
 
-def test_messages_carry_the_header_and_what_was_found() -> None:
-    node: Any = _Node('person_0/box', 'person_0/likelihood', 'person_1/box')
-    Outputs(node, track_topics(SLOTS)).publish(_tracks(), HEADER)
-    messages = dict(node.published)
-    assert [messages[f'person_{k}/box'].polygon.id for k in (0, 1)] == [1, 2]
-    assert messages['person_0/likelihood'].data.tolist() == GREY.ravel().tolist()
-    assert all(messages[f'person_0/{name}'].header == HEADER for name in ('box', 'likelihood'))
-
-
 def test_empty_answers_are_one_image_for_all_who_listen() -> None:
     node: Any = _Node('mask', 'labels', 'person_1/mask')
     Outputs(node, mask_topics(SLOTS)).blank((6, 8), HEADER)

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Callable
 from typing import Any
 
@@ -63,13 +62,6 @@ def test_a_start_that_fails_is_an_error() -> None:
     assert _run(lambda: False) == 1
     with pytest.raises(RuntimeError, match='not valid'):
         _run(_failing)
-
-
-def test_no_garbage_is_looked_for_before_a_node_has_started() -> None:
-    seen: list[bool] = []
-    assert _run(lambda: bool(seen.append(gc.isenabled()))) == 1
-    assert seen == [False]
-    assert gc.isenabled()
 
 
 def test_a_node_that_hangs_while_it_is_made_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -127,29 +127,6 @@ def test_of_the_calls_of_a_kind_the_newest_wait() -> None:
     assert done == ['box 4', 'box 5', 'reset 1', 'finish', 'finish']
 
 
-def test_closed_backlogs_give_nothing() -> None:
-    backlog = Backlog(2)
-    backlog.put('a')
-    backlog.close()
-    assert backlog.take() is None
-    assert backlog.drain(0.0)
-
-
-def test_a_worker_works_in_order_in_its_own_thread() -> None:
-    seen: list[tuple[int, bool]] = []
-    main = threading.current_thread()
-    worker = Worker(
-        Backlog(100),
-        lambda frame: seen.append((frame, threading.current_thread() is main)),
-        lambda error: None,
-    )
-    for number in range(20):
-        worker.backlog.put(number)
-    assert worker.backlog.drain(TIMEOUT_S)
-    worker.stop()
-    assert seen == [(number, False) for number in range(20)]
-
-
 def test_drain_waits_for_the_frame_in_work() -> None:
     go = threading.Event()
     worker = Worker(Backlog(3), lambda frame: go.wait(TIMEOUT_S), lambda error: None)

@@ -61,15 +61,6 @@ def test_what_is_on_the_way_when_stamps_jump_back_is_not_lost(seed: int) -> None
     assert (len(join), counts(join)) == (0, NOTHING)
 
 
-def test_a_topic_that_jumps_back_keeps_what_it_was_in() -> None:
-    join = joined('ab')
-    join.add('a', 100, 'old')
-    join.add('a', 1, 'new')
-    assert join.add('b', 100, 'old') == {'a': 'old', 'b': 'old'}
-    assert join.add('b', 1, 'new') == {'a': 'new', 'b': 'new'}
-    assert counts(join) == NOTHING
-
-
 def test_a_topic_that_jumps_back_drops_what_it_was_not_in() -> None:
     join = joined('ab')
     for part in 'ab':
@@ -193,17 +184,6 @@ def test_the_first_in_the_order_of_the_work_is_waited_for() -> None:
         join.add('a', stamp, 'x')
         join.add('b', stamp, 'x')
     assert (join.waits_for, counts(join)) == ('matcher', ({}, {'matcher': 2}))
-
-
-def test_what_was_forgotten_is_not_missed() -> None:
-    join = joined('ab')
-    join.add('a', 11, 'x')
-    join.forget()
-    assert len(join) == 0
-    join.add('a', 13, 'x')
-    assert join.add('b', 13, 'x') is not None
-    join.add('b', 14, 'x')
-    assert counts(join) == NOTHING
 
 
 def test_who_comes_after_the_others_jumped_passes_by_what_they_have_seen_since() -> None:
