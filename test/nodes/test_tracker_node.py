@@ -205,17 +205,22 @@ def test_services_reset_and_disable(bench: Bench) -> None:
         assert future.result().success
 
     bench.feed(camera, [frame(0), frame(1)])
-    call(reset, Trigger.Request())
-    bench.feed(camera, [frame(2)])
-    assert boxes(bench) == [4, 4, 0]
     call(enable, SetBool.Request(data=False))
-    camera.publish(frame(3))
+    camera.publish(frame(2))
     assert camera.wait_for_all_acked()
     call(enable, SetBool.Request(data=True))
-    bench.feed(camera, [frame(4)])
+    bench.feed(camera, [frame(3)])
     bench.settle()
-    stamps = [m.header.stamp for m in bench.received['person_0/box']]
-    assert header(4).stamp in stamps
+    assert bench.received['person_0/box'][-1].header.stamp == header(3).stamp
+    # Who was tracked is forgotten.
+    assert boxes(bench)[:2] == [4, 4]
+    assert boxes(bench)[-1] == 0
+    node.intake.request(Box(*BOX))
+    bench.feed(camera, [frame(4)])
+    assert boxes(bench)[-1] == 4
+    call(reset, Trigger.Request())
+    bench.feed(camera, [frame(5)])
+    assert boxes(bench)[-1] == 0
     assert node.statistics.skipped == 0
 
 
