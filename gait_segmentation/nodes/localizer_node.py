@@ -27,6 +27,7 @@ from gait_segmentation.localization import (
 )
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
+from gait_segmentation.ros.endpoints import CameraSubscription
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.outputs import Outputs, Seen, people_topics, seen
 from gait_segmentation.ros.running import run_node
@@ -58,8 +59,8 @@ class Localizing:
         """Subscribe, until the node's deactivation."""
         node = self._node
         self._depths.clear()
-        node.camera_input(CameraConfig(), self._calibrated, 'camera_info', CameraInfo)
-        node.camera_input(CameraConfig(), self._depths.append, 'depth')
+        CameraSubscription(node, CameraConfig(), self._calibrated, 'camera_info', CameraInfo)
+        CameraSubscription(node, CameraConfig(), self._depths.append, 'depth')
         if node.parameters.get(LocalizerNodeConfig).ground_frame:
             self._listen()
 

@@ -139,7 +139,7 @@ class CameraSubscription:
         kind: Any = Image,
     ) -> None:
         """
-        Subscribe.
+        Subscribe, until the node's deactivation.
 
         :param node: a :class:`GaitNode`, whose statistics and warnings tell of what is lost.
         :param received: called with every message.
@@ -152,6 +152,7 @@ class CameraSubscription:
         self._received = received
         self._adapts = config.reliability == 'auto'
         self._renewal = node.create_guard_condition(self._renew)
+        node.inputs.append(self.close)
         self._subscribe(best_effort=config.reliability == 'best_effort')
 
     @property

@@ -16,7 +16,6 @@ from rclpy.exceptions import InvalidHandle
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, qos_profile_parameters
-from sensor_msgs.msg import Image
 from std_srvs.srv import SetBool, Trigger
 
 from gait_segmentation.config import StageConfig
@@ -176,7 +175,7 @@ class GaitNode(LifecycleNode):
             self.localizing.connect()
         if sees:
             config = self.parameters.get(CameraConfig)
-            self.camera = self.camera_input(config, partial(self._part, 'image'))
+            self.camera = CameraSubscription(self, config, partial(self._part, 'image'))
             self.camera_topic = self.camera.topic
 
     def forget(self) -> None:
@@ -239,18 +238,6 @@ class GaitNode(LifecycleNode):
         """Make a subscription that lives until the deactivation."""
         made = subscription(self, kind, topic, profile, received, self.warnings.warn)
         self.inputs.append(partial(self.destroy_subscription, made))
-
-    def camera_input(
-        self,
-        config: CameraConfig,
-        received: Callable[[Any], None],
-        topic: str = 'image',
-        kind: Any = Image,
-    ) -> CameraSubscription:
-        """Subscribe to images of a camera, or what else it says, until the deactivation."""
-        made = CameraSubscription(self, config, received, topic, kind)
-        self.inputs.append(made.close)
-        return made
 
     def hand_over(self, stamp_ns: int, frame: Parts) -> None:
         """Give a frame to the worker, which tells late ones and those that come again."""
