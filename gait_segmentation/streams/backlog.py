@@ -27,7 +27,6 @@ class Backlog:
     def __init__(self, limit: int) -> None:
         """Make an empty backlog for ``limit`` waiting frames."""
         self.limit = limit
-        self.dropped = 0
         self._behind = False
         self._in_time = 0
         self._frames: deque[Any] = deque()
@@ -43,7 +42,6 @@ class Backlog:
             if len(self._frames) >= (1 if self._behind else self.limit):
                 dropped = len(self._frames)
                 self._frames.clear()
-                self.dropped += dropped
                 self._behind = True
                 self._in_time = 0
             self._frames.append(frame)
