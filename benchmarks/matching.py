@@ -54,13 +54,13 @@ from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.gait_model.bank import quantize
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
-from gait_segmentation.matching.tanimoto import (
-    KERNELS,
+from gait_segmentation.matching.common_areas import (
+    CommonAreas,
     DirectAccessTableKernel,
-    EventKernel,
-    ReferenceKernel,
     WindowGrid,
 )
+from gait_segmentation.matching.events import EventKernel
+from gait_segmentation.matching.similarities import KERNELS
 from gait_tools.gait_model.render import render_cycle, render_silhouette
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -74,6 +74,51 @@ SLOW = 2_000_000  # templates x windows above which the slow kernels see only a 
 Images = NDArray[np.uint8]
 
 
+def windows_of(images: Images, grid: WindowGrid) -> Images:
+    """Return all windows of (S, *grid.image_shape) images, (S, rows, columns, height, width)."""
+    view = np.lib.stride_tricks.sliding_window_view(images, (grid.height, grid.width), (1, 2))
+    return view[:, :: grid.step, :: grid.step]
+
+
+class Ready:
+    """A kernel of the package with the memory it works in; all its windows are compared."""
+
+    def __init__(self, kind: type[CommonAreas], templates: Images, grid: WindowGrid) -> None:
+        self.kernel = kind(templates, grid)
+        self.windows = grid.rows, grid.columns
+        self.matrix = self.kernel.new_matrix()
+
+    def rows(self, images: Images) -> NDArray[np.int32]:
+        """Compute C as the matcher does, without putting the rows in the order of templates."""
+        windows = len(images), *self.windows
+        out = self.kernel.new_rows(int(np.prod(windows)))
+        return self.kernel.common_rows(images, (0, 0), windows, self.matrix, out)
+
+    def common_area(self, images: Images) -> NDArray[np.int32]:
+        """Return C of all templates, (K, S, rows, columns)."""
+        windows = len(images), *self.windows
+        rows = self.rows(images)[self.kernel.row]
+        return rows[:, : int(np.prod(windows))].reshape(-1, *windows)
+
+
+class Reference:
+    """Common areas by the definition, in NumPy."""
+
+    def __init__(self, templates: Images, grid: WindowGrid) -> None:
+        # The kernels make equal templates once, too.
+        self._templates, self._row = np.unique(templates, axis=0, return_inverse=True)
+        self._grid = grid
+
+    def common_area(self, images: Images) -> NDArray[np.int32]:
+        """Take the smaller of template and window, window by window."""
+        windows = windows_of(images, self._grid)
+        result = np.zeros((len(self._templates), *windows.shape[:3]), np.int32)
+        for place in np.ndindex(result.shape[1:]):
+            common = np.minimum(self._templates, windows[place])
+            result[(slice(None), *place)] = common.sum(axis=(1, 2), dtype=np.int32)
+        return result[self._row.reshape(-1)]
+
+
 class MatrixProduct:
     """Common areas of binary templates as one float32 matrix product; exact below 2**24."""
 
@@ -83,7 +128,7 @@ class MatrixProduct:
 
     def common_area(self, images: Images) -> NDArray[np.int32]:
         """Gather all windows and multiply."""
-        windows = self._grid.windows(images)
+        windows = windows_of(images, self._grid)
         pixels = windows.reshape(-1, self._templates.shape[1]).astype(np.float32)
         common = self._templates @ pixels.T
         return common.astype(np.int32).reshape(len(common), *windows.shape[:3])
@@ -147,23 +192,16 @@ def equal_results(banks: dict[str, Images], images: Images) -> bool:
     same = True
     for name, bank in banks.items():
         some = bank[:: max(1, len(bank) // 8)]
-        kernels: list[Any] = [kind(some, GRID) for kind in (*KERNELS.values(), Naive)]
+        kernels: list[Any] = [Ready(kind, some, GRID) for kind in KERNELS.values()]
+        kernels.append(Naive(some, GRID))
         if name == 'binary':
             kernels.append(MatrixProduct(some, GRID))
-        expected = ReferenceKernel(some, GRID).common_area(small)
+        expected = Reference(some, GRID).common_area(small)
         same &= all(np.array_equal(expected, kernel.common_area(small)) for kernel in kernels)
-    full = EventKernel(banks['binary'], GRID).common_area(images).copy()
+    full = Ready(EventKernel, banks['binary'], GRID).common_area(images)
     return bool(
         same and np.array_equal(full, MatrixProduct(banks['binary'], GRID).common_area(images))
     )
-
-
-def all_windows(
-    kernel: EventKernel, images: Images, matrix: NDArray[np.uint8]
-) -> NDArray[np.int32]:
-    """Compute C as the matcher does, without putting the rows in the order of the templates."""
-    windows = len(images), GRID.rows, GRID.columns
-    return kernel.common_rows(images, (0, 0), windows, matrix)
 
 
 def measure_kernels(repeats: int, clock: Callable[[], float]) -> dict[str, Any]:
@@ -179,15 +217,14 @@ def measure_kernels(repeats: int, clock: Callable[[], float]) -> dict[str, Any]:
         banks = templates(count)
         equal &= equal_results(banks, images)
         for name, bank in banks.items():
-            kernel = EventKernel(bank, GRID)
-            events[name][str(count)] = kernel.events
-            different[name][str(count)] = kernel.rows
+            ready = Ready(EventKernel, bank, GRID)
+            program = ready.kernel.program  # type: ignore[attr-defined]
+            events[name][str(count)] = len(program.source)
+            different[name][str(count)] = ready.kernel.rows
             label = KINDS[name]
-            megabytes[f'{label} {count}'] = round(kernel.nbytes / 2**20, 2)
-            matrix = kernel.new_matrix()
-            runs[label, count] = lambda kernel=kernel, matrix=matrix: all_windows(
-                kernel, images, matrix
-            )
+            coded = sum(array.nbytes for array in vars(program).values())
+            megabytes[f'{label} {count}'] = round((coded + ready.matrix.nbytes) / 2**20, 2)
+            runs[label, count] = lambda ready=ready: ready.rows(images)
         product = MatrixProduct(np.unique(banks['binary'], axis=0), GRID)
         runs['gemm', count] = lambda product=product: product.common_area(images)
         # The slow kernels treat the windows one by one: a part of them tells the time of all.
@@ -195,13 +232,13 @@ def measure_kernels(repeats: int, clock: Callable[[], float]) -> dict[str, Any]:
         rows, columns = windows.image_shape
         part = np.ascontiguousarray(images[:1, :rows, :columns])
         full = np.maximum(banks['soft'], 1)
-        for label, kind, bank in (
-            ('reference', ReferenceKernel, banks['soft']),
-            ('direct_access_table', DirectAccessTableKernel, banks['soft']),
-            ('table_no_black', DirectAccessTableKernel, full),
-            ('naive', Naive, banks['soft']),
+        table: Any = DirectAccessTableKernel
+        for label, slow in (
+            ('reference', Reference(banks['soft'], windows)),
+            ('direct_access_table', Ready(table, banks['soft'], windows)),
+            ('table_no_black', Ready(table, full, windows)),
+            ('naive', Naive(banks['soft'], windows)),
         ):
-            slow = kind(bank, windows)
             runs[label, count] = lambda slow=slow, part=part: slow.common_area(part)
             parts[label, count] = SCALES * GRID.rows * GRID.columns / windows.columns
     times: dict[tuple[str, int], list[float]] = {key: [] for key in runs}

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.matching.tanimoto import KERNELS
 
 __all__ = ['MatchingConfig']
 
@@ -23,9 +22,9 @@ class MatchingConfig(StageConfig):
 
     kernel: str = parameter(
         'events',
-        'How templates are compared, to the same bits: by what changes between them, by the '
-        "paper's sorted direct access table, or by the definition.",
-        choices=tuple(KERNELS),
+        'How templates are compared, to the same bits: by what changes between them, or by the '
+        "paper's sorted direct access table.",
+        choices=('events', 'direct_access_table'),
         fixed=True,
     )
     lag: int = parameter(

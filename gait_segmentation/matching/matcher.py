@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass
 
@@ -11,21 +12,64 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, Placement, check_matched_box
-from gait_segmentation.images import check_later
+from gait_segmentation.images import check_later, check_stamp
 from gait_segmentation.matching.config import MatchingConfig
-from gait_segmentation.matching.inputs import check_frame
 from gait_segmentation.matching.path import UNIT, PathSearch, State
 from gait_segmentation.matching.phase import NearLeg, PhaseFinder, phase_near
 from gait_segmentation.matching.placements import PlacementGrid, Sampled, SearchRange
-from gait_segmentation.matching.refinement import refined_box
-from gait_segmentation.matching.sampling import warp_template
+from gait_segmentation.matching.sampling import refined_box, warp_template
 from gait_segmentation.matching.similarities import SimilarityMaps, coded_bank
 from gait_segmentation.matching.views import Views
 from gait_segmentation.results import MatchResult
+from gait_segmentation.sizes import same_proportions
 
-__all__ = ['SequenceMatcher']
+__all__ = ['SequenceMatcher', 'check_frame']
+
+
+def check_frame(
+    likelihood: NDArray[np.uint8],
+    stamp_ns: int,
+    source_size: tuple[int, int],
+    box: Box | None,
+    angle: float,
+    known: NDArray[np.uint8] | None = None,
+) -> float:
+    """
+    Refuse what cannot be used; the parameters are those of :meth:`SequenceMatcher.update`.
+
+    :returns: the width of the likelihood over that of the source.
+    :raises InputError: if a value cannot be used.
+    """
+    for name, array in (('likelihood', likelihood), ('known', known)):
+        if array is None:
+            continue
+        if not isinstance(array, np.ndarray) or array.ndim != 2 or array.dtype != np.uint8:
+            raise InputError(
+                f'{name} must be a (height, width) uint8 array, got shape '
+                f'{np.shape(array)} {getattr(array, "dtype", type(array).__name__)}'
+            )
+        if array.size == 0 or array.shape != likelihood.shape:
+            raise InputError(
+                f'{name} must have the size of the likelihood and at least one pixel, got '
+                f'{array.shape} and {likelihood.shape}'
+            )
+    check_stamp(stamp_ns)
+    if not math.isfinite(angle):
+        raise InputError(f'angle must be a finite number of radians, got {angle}')
+    width, height = source_size
+    if width < 1 or height < 1:
+        raise InputError(f'source size must be positive, got {width} x {height}')
+    if not same_proportions(likelihood.shape, (height, width)):
+        raise InputError(
+            f'likelihood of {likelihood.shape[1]} x {likelihood.shape[0]} pixels does not '
+            f'have the proportions of the source of {width} x {height}'
+        )
+    if box is not None:
+        check_matched_box(box, source_size)
+    return likelihood.shape[1] / width
 
 
 @dataclass(frozen=True)
@@ -39,11 +83,10 @@ class _Waiting:
 
     stamp_ns: int
     seconds: float
-    track_id: int
     box: Box
     angle: float
     scale: float
-    shape: tuple[int, int]
+    shape: tuple[int, ...]
     sampled: Sampled
 
 
@@ -83,7 +126,6 @@ class SequenceMatcher:
         self._begin()
 
     def _begin(self) -> None:
-        self._origin_ns = 0
         self._path.reset()
         self._waiting: deque[_Waiting] = deque()
         self._phase.reset()
@@ -119,9 +161,7 @@ class SequenceMatcher:
             first n calls of a path return nothing.  Without a box, the last one is empty.
         :raises InputError: if a value cannot be used; the state is then as before.
         """
-        scale = check_frame(likelihood, stamp_ns, source_size, known, angle)
-        if box is not None:
-            check_matched_box(box, source_size)
+        scale = check_frame(likelihood, stamp_ns, source_size, box, angle, known)
         check_later(stamp_ns, self._stamp_ns)
         results: list[MatchResult] = []
         pause = (stamp_ns - self._stamp_ns) / 1e9
@@ -130,21 +170,17 @@ class SequenceMatcher:
         self._stamp_ns, self._track_id = stamp_ns, track_id
         if box is None:
             return [*results, MatchResult.nobody(stamp_ns, track_id, likelihood.shape)]
-        if self._path.frames == 0:
-            self._origin_ns = stamp_ns
         self._take_in(likelihood, known, box, scale, angle)
         if len(self._waiting) > self.config.lag:
-            belief = self._phase.belief(len(self._waiting))
-            results.append(self._emit(self._path.follow(), 0, belief))
-            self._waiting.popleft()
+            results.append(self._emit(self._path.follow()))
         return results
 
     def flush(self) -> list[MatchResult]:
         """Return the results that the lag still holds back, and let the path begin anew."""
         results = []
         if self._waiting:
-            states, beliefs = self._path.follow(), self._phase.beliefs(len(self._waiting))
-            results = [self._emit(states, index, belief) for index, belief in enumerate(beliefs)]
+            states = self._path.follow()
+            results = [self._emit(states) for _ in range(len(self._waiting))]
         self._begin()
         return results
 
@@ -156,13 +192,14 @@ class SequenceMatcher:
         scale: float,
         angle: float,
     ) -> None:
-        """Match a frame and take it into the path."""
-        grid = self._placements
+        """Match a frame and take it into the path and the phase."""
+        grid, begins = self._placements, self._path.frames == 0
+        if begins:
+            self._origin_ns = self._stamp_ns
         seconds = (self._stamp_ns - self._origin_ns) / 1e9
-        begins = self._path.frames == 0
+        small = box.scaled(scale)
         searched = grid.everywhere if begins else self._about_path()
-        blur = self.config.blur
-        sampled = grid.sample(likelihood, known, box.scaled(scale), blur, angle, searched.heights)
+        sampled = grid.sample(likelihood, known, small, self.config.blur, angle, searched.heights)
         similarity = self._similarities.update(sampled, searched)
         if begins:
             # Not the best template's, so that the order of the rows does not matter.
@@ -171,22 +208,14 @@ class SequenceMatcher:
             similarity = self._similarities.update(sampled, searched)
         self._searched = searched
         self._path.step(similarity, seconds, searched)
+        frame = _Waiting(self._stamp_ns, seconds, box, angle, scale, likelihood.shape, sampled)
+        self._waiting.append(frame)
         leader = self._path.leader()
         self._place = leader[2:]
-        self._offsets = self._offsets_of(0, leader)
-        self._find_phase(likelihood, known, box.scaled(scale), angle, seconds)
-        self._waiting.append(
-            _Waiting(
-                self._stamp_ns,
-                seconds,
-                self._track_id,
-                box,
-                angle,
-                scale,
-                (likelihood.shape[0], likelihood.shape[1]),
-                sampled,
-            )
-        )
+        placement, azimuth, _ = self._between(leader, 0, angle)
+        view = self._bank.builds[leader[0]], azimuth
+        body = placement.body(small, angle)
+        self._phase.update(likelihood, known, body, view, leader[1], seconds)
 
     def _about_path(self) -> SearchRange:
         """
@@ -201,59 +230,43 @@ class SequenceMatcher:
             middle.append(center if kept else self._place[axis])
         return self._placements.everywhere.about((middle[0], middle[1], middle[2]), self._reach)
 
-    def _find_phase(
-        self,
-        likelihood: NDArray[np.uint8],
-        known: NDArray[np.uint8] | None,
-        box: Box,
-        angle: float,
-        seconds: float,
-    ) -> None:
-        """Compare the phases about where the path leads; ``box`` is in the likelihood's pixels."""
-        state = self._path.leader()
-        body = self._placement(state, self._offsets, angle).body(box, angle)
-        view = self._bank.builds[state[0]], self._views.azimuth(state[0], self._offsets[0])
-        self._phase.update(likelihood, known, body, view, state[1], seconds)
-
-    def _placement(self, state: State, offsets: list[float], angle: float) -> Placement:
-        """Return the placement ``offsets`` beside a state, see :meth:`_offsets_of`."""
-        scale, row, column = (
-            at + beside for at, beside in zip(state[2:], offsets[2:], strict=True)
-        )
-        return self._placements.placement(scale, row, column, angle)
-
-    def _offsets_of(self, back: int, state: State) -> list[float]:
-        """Return how far beside a state of a frame the best place lies, see :class:`Scores`."""
-        beside = self._views.beside(state[0])
-        return self._path.scores(back).offsets(state, beside, self._bank.phases)
-
-    def _emit(
-        self, states: NDArray[np.int64], index: int, belief: NDArray[np.float64]
-    ) -> MatchResult:
+    def _between(self, state: State, back: int, angle: float) -> tuple[Placement, float, float]:
         """
-        Make the result of a waiting frame.
+        Return placement, azimuth and phase of a state of a frame, between those searched.
+
+        :param back: frames since.
+        """
+        beside = self._views.beside(state[0])
+        view, phase, *place = self._path.scores(back).offsets(state, beside, self._bank.phases)
+        scale, row, column = (at + off for at, off in zip(state[2:], place, strict=True))
+        placement = self._placements.placement(scale, row, column, angle)
+        azimuth = self._views.azimuth(state[0], view)
+        return placement, azimuth, (state[1] + phase) / self._bank.phases
+
+    def _emit(self, states: NDArray[np.int64]) -> MatchResult:
+        """
+        Make the result of the frame that waits longest.
 
         :param states: (N, 5), the path, which ends in the newest frame.
-        :param belief: (P,), probabilities of phases.
         """
-        frame, back = self._waiting[index], len(self._waiting) - 1 - index
+        back = len(self._waiting) - 1
+        frame = self._waiting.popleft()
         sequence, phase, scale, row, column = states[-1 - back].tolist()
         state = sequence, phase, scale, row, column
-        offsets = self._offsets if back == 0 else self._offsets_of(back, state)
-        images, bank, rate = frame.sampled.images, self._bank, self._phase.rate
+        image, bank, rate = frame.sampled.images[scale], self._bank, self._phase.rate
+        placement, azimuth, expected = self._between(state, back, frame.angle)
+        images = frame.sampled.images
         found = cv2.countNonZero(images.reshape(-1, images.shape[2])) > 0
-        placement = Placement(0.0, 0.0, 1.0)
-        if found:
-            placement = self._placement(state, offsets, frame.angle)
-        azimuth = self._views.azimuth(sequence, offsets[0])
-        expected = self._near_leg.expected(frame.seconds, rate)
-        if expected is None:
-            expected = (phase + offsets[1]) / bank.phases
-        share, sure = phase_near(belief, expected)
-        body = placement.body(frame.box, frame.angle)
+        if not found:
+            placement = Placement(0.0, 0.0, 1.0)
+        belief = self._phase.belief(back)
+        share, sure = phase_near(belief, self._near_leg.expected(frame.seconds, rate, expected))
+        body, template = placement.body(frame.box, frame.angle), bank.templates[sequence, phase]
+        height, width = frame.shape
+        grid = self._placements
         return MatchResult(
             stamp_ns=frame.stamp_ns,
-            track_id=frame.track_id,
+            track_id=self._track_id,
             body=body,
             placement=placement,
             sequence=sequence,
@@ -264,19 +277,14 @@ class SequenceMatcher:
             similarity=self._similarity(frame.sampled, state),
             confidence=sure if found else 0.0,
             shape_prior=warp_template(
-                bank.templates[sequence, phase],
-                body.scaled(frame.scale),
-                bank.fill,
-                frame.shape,
+                template, body.scaled(frame.scale), bank.fill, (height, width)
             ),
             box=refined_box(
-                images[scale],
-                bank.templates[sequence, phase],
-                self._placements.windows.part(row, column),
-                self._placements.body,
-                self._placements.transform(
-                    frame.box, float(self._placements.scales[scale]), frame.angle
-                ),
+                image,
+                template,
+                grid.windows.part(row, column),
+                grid.body,
+                grid.transform(frame.box, scale, frame.angle),
             ),
         )
 

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
+from gait_segmentation.matching.common_areas import pitch_of
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.placements import Place, SearchRange
-from gait_segmentation.matching.tanimoto import pitch_of
 from gait_segmentation.matching.views import Views, turned
 from gait_segmentation.matching.viterbi import FLOOR, advance, shifted, step_back
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import deque
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +14,11 @@ from numpy.typing import NDArray
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.matching.config import MatchingConfig
-from gait_segmentation.matching.fine_views import fine_views
 from gait_segmentation.matching.phase_evidence import FineEvidence
 from gait_segmentation.matching.phase_filter import PhaseFilter
+from gait_segmentation.matching.views import fine_views
 
-__all__ = ['NearLeg', 'PhaseFinder', 'phase_near']
+__all__ = ['NearLeg', 'PhaseFinder', 'SteadyBody', 'phase_near']
 
 
 class PhaseFinder:
@@ -80,7 +79,7 @@ class PhaseFinder:
             mirrored = views.steps(build, middle, views.place(build, -azimuth))
             moved = min(moved, mirrored, key=abs)
         middle += moved
-        self._middle = views.azimuth(build, middle)
+        self._middle = float(views.azimuths[views.around(build, middle)[views.reach]])
         wanted = self._clock.likely(seconds, moved)
         evidence = self._evidence.at(
             likelihood, known, body, views.around(build, middle), phase, wanted
@@ -92,13 +91,9 @@ class PhaseFinder:
         """Return the expected rate in strides per second, 0 before the first frame."""
         return self._clock.rate
 
-    def beliefs(self, frames: int) -> NDArray[np.float64]:
-        """Return (frames, P) float64, probabilities of the phases in the last frames."""
-        return self._clock.beliefs(frames)
-
-    def belief(self, frames: int) -> NDArray[np.float64]:
-        """Return (P,) float64, the same of the first of them."""
-        return self._clock.belief(frames)
+    def belief(self, back: int = 0) -> NDArray[np.float64]:
+        """Return the probabilities of the phases in a frame, (P,); 0 = the newest frame."""
+        return self._clock.belief(back)
 
 
 _FRAMES = 20
@@ -123,11 +118,11 @@ class SteadyBody:
 
     def __init__(self) -> None:
         """Start without a body."""
-        self.reset()
+        self._last: deque[tuple[float, float, float, float]] = deque(maxlen=_FRAMES)
 
     def reset(self) -> None:
         """Forget the body."""
-        self._last: deque[tuple[float, float, float, float]] = deque(maxlen=_FRAMES)
+        self._last.clear()
 
     def update(self, body: BodyFrame, seconds: float) -> BodyFrame:
         """
@@ -139,25 +134,17 @@ class SteadyBody:
         size = math.log(body.height)
         if self._last:
             _, x, y, tall = self._last[-1]
-            if math.hypot(body.center_x - x, body.center_y - y) > _JUMP * body.height or (
-                abs(size - tall) > _JUMP
-            ):
+            away = math.hypot(body.center_x - x, body.center_y - y)
+            if away > _JUMP * body.height or abs(size - tall) > _JUMP:
                 self._last.clear()
         self._last.append((seconds, body.center_x, body.center_y, size))
         while seconds - self._last[0][0] > _LONGEST_S:
             self._last.popleft()
-        # A few numbers: lists are faster than arrays.
-        count = len(self._last)
-        seconds_of, *places = zip(*self._last, strict=True)
-        middle = sum(seconds_of) / count
-        time = [each - middle for each in seconds_of]
-        square = sum(each * each for each in time)
-        smooth = []
-        for place, still in zip(places, _STILL, strict=True):
-            mean = sum(place) / count
-            slope = sum(t * (p - mean) for t, p in zip(time, place, strict=True))
-            smooth.append(mean + slope * time[-1] / (square + count * still**2))
-        x, y, tall = smooth
+        rows = np.array(self._last)
+        mean = rows.mean(axis=0)
+        time, *places = (rows - mean).T
+        slopes = np.array(places) @ time / (time @ time + len(time) * np.square(_STILL))
+        x, y, tall = (mean[1:] + slopes * time[-1]).tolist()
         return dataclasses.replace(body, center_x=x, center_y=y, height=math.exp(tall))
 
 
@@ -186,15 +173,16 @@ class NearLeg:
         self._last: float | None = None
         self._before: tuple[float, float] | None = None
 
-    def expected(self, seconds: float, rate: float) -> float | None:
+    def expected(self, seconds: float, rate: float, first: float) -> float:
         """
-        Return the phase of the right leg that a steady walk leads to, None at first.
+        Return the phase of the right leg that a steady walk leads to.
 
         :param seconds: time of the frame.
         :param rate: strides per second.
+        :param first: what is expected of the first frame.
         """
         if self._before is None:
-            return None
+            return first
         phase, then = self._before
         return phase + rate * (seconds - then)
 
@@ -234,20 +222,13 @@ def phase_near(belief: NDArray[np.float64], phase: float) -> tuple[float, float]
     :returns: the phase in [0, 1), and the probability that it is right to 5 % of a stride, apart
         from half strides, in 0..1.
     """
-    at, circle = _circle(len(belief))
-    across, along = (belief @ circle).tolist()
-    mean = math.atan2(along, across) / (4 * math.pi)
+    at = np.arange(len(belief)) / len(belief)
+    # On a circle of half a stride.
+    mean = float(np.angle(belief @ np.exp(4j * np.pi * at))) / (4 * math.pi)
     mean += round(2 * (phase - mean)) / 2
     away = np.abs((at - mean + 0.25) % 0.5 - 0.25)
     # A bin that reaches over the tolerance counts by the share of it within.
-    share = np.minimum(np.maximum((_TOLERANCE - away) * len(belief) + 0.5, 0.0), 1.0)
+    share = np.clip((_TOLERANCE - away) * len(belief) + 0.5, 0.0, 1.0)
     mean %= 1.0
     # What is next to nothing below 0 comes out as 1.
     return (mean if mean < 1.0 else 0.0), float(belief @ share)
-
-
-@lru_cache(maxsize=4)
-def _circle(phases: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return phases in strides, (P,), and where on a circle of half a stride, (P, 2), float64."""
-    at = np.arange(phases) / phases
-    return at, np.column_stack([np.cos(4 * np.pi * at), np.sin(4 * np.pi * at)])

@@ -10,19 +10,20 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import BodyFrame, compose, template_to_image as to_image
+from gait_segmentation.geometry import BodyFrame, compose, template_to_image
 from gait_segmentation.kernels import kernel
-from gait_segmentation.matching.fine_views import FineViews
 from gait_segmentation.matching.sampling import antialiasing_side, resampled
+from gait_segmentation.matching.views import FineViews
 
-__all__ = ['FineEvidence']
+__all__ = ['HEIGHTS', 'ROWS', 'FineEvidence']
 
 HEIGHTS = (0.975, 1.0, 1.025)
 """Factors on the height of the body that are compared."""
 ROWS = (-1, 0, 1)
-"""Shifts down, in halves of the views' pixels, that are compared."""
-_COLUMNS = (-1, 0, 1)
-"""Shifts to the right; the best one counts."""
+"""
+Shifts down, in halves of the views' pixels, that are compared.  Of as many shifts to the right
+the best one counts.
+"""
 _MARGIN = 2
 """Samples about the grid on each side, by which it can be shifted."""
 _LEAST_CONTRAST = 0.05
@@ -30,9 +31,7 @@ _LEAST_CONTRAST = 0.05
 _AROUND = np.ones((3, 3), np.uint8)
 _ALL = 255
 
-_Views = tuple[NDArray[np.float32], NDArray[np.float32], tuple[slice, slice]]
-"""The used part of the templates of some views in 0..1, (V, P, n), the sums of its squares
-(V, P), and where the part is."""
+Floats = NDArray[np.float32]
 
 
 class FineEvidence:
@@ -54,17 +53,14 @@ class FineEvidence:
 
         :param fill: share of the rows the body takes.
         """
-        self._views = views
-        height, width = views.templates.shape[2:]
-        self._grid = 2 * height, 2 * width
-        self._fill = fill
-        self._kept: tuple[tuple[int, ...], _Views] | None = None
+        self._views, self._fill = views, fill
+        self._chosen: tuple[int, ...] = ()
 
     @property
     def cells(self) -> NDArray[np.float64]:
         """Return how likely the views, heights and rows that are compared are at first."""
         views = self._views.likely()
-        return np.repeat(views, len(HEIGHTS) * len(ROWS)).reshape(-1, len(HEIGHTS), len(ROWS))
+        return np.tile(views[:, None, None], (1, len(HEIGHTS), len(ROWS)))
 
     def at(
         self,
@@ -89,99 +85,86 @@ class FineEvidence:
             quarters of the views' pixels at the height of ``body``, negative; of the columns
             about the best one; -inf where not wanted.  Zeros if nothing can be told.
         """
-        templates, squares, part = self._part(views)
-        count, phases, _ = templates.shape
-        values, seen, everywhere = self._sampled(likelihood, known, body)
+        self._choose(views)
+        shape = (*wanted.shape, self._squares.shape[1])
+        values, seen = self._sampled(likelihood, known, body)
         middle = HEIGHTS.index(1.0)
-        # The likelihood where the pixels of the views are.
-        inner = slice(1, 1 + self._grid[0] // 2), slice(1, 1 + self._grid[1] // 2)
-        levels = self._levels(
-            values[middle, 0, 0][inner],
-            seen[middle, 0, 0][inner],
-            self._views.templates[views[count // 2], phase],
+        whole = slice(0, self._views.templates.shape[2]), slice(0, self._views.templates.shape[3])
+        levels = _levels(
+            _shifted(values[middle], 0, 0, whole),
+            None if seen is None else _shifted(seen[middle], 0, 0, whole),
+            self._views.templates[views[len(views) // 2], phase],
         )
         if levels is None:
-            return np.zeros((*wanted.shape, phases))
-        result = np.full((*wanted.shape, phases), -np.inf)
-        compare(
-            templates,
-            squares,
-            values,
-            seen,
-            everywhere,
-            levels,
-            (part[0].start, part[1].start, part[1].stop - part[1].start),
-            wanted,
-            np.array([4 * factor**2 for factor in HEIGHTS]),
-            result,
-        )
+            return np.zeros(shape)
+        person, ground = levels
+        shown: Floats | float = 1.0 if seen is None else seen
+        values = (values - ground * shown) * np.float32(1 / (person - ground))
+        result = np.full(shape, -np.inf)
+        for tall, row in np.argwhere(wanted.any(axis=0)).tolist():
+            which = wanted[:, tall, row].copy()
+            lines = _lines(values[tall], ROWS[row], self._part)
+            visible = lines[:, :0] if seen is None else _lines(seen[tall], ROWS[row], self._part)
+            found = np.empty((len(views), shape[3]))
+            _compare(self._templates, self._squares, lines, visible, which, found)
+            result[which, tall, row] = 4 * HEIGHTS[tall] ** 2 * found[which]
         return result
 
-    def _levels(
-        self, values: NDArray[np.float32], seen: NDArray[np.float32], template: NDArray[np.uint8]
-    ) -> tuple[float, float] | None:
-        """
-        Return the mean likelihood well inside the person and well outside, None if too alike.
-
-        At the outline the template need not fit yet.
-        """
-        within = cv2.erode(template, _AROUND).astype(np.float32) * seen
-        beyond = (_ALL - cv2.dilate(template, _AROUND)).astype(np.float32) * seen
-        area, around = float(within.sum()), float(beyond.sum())
-        if area < _ALL or around < _ALL:
-            return None
-        # The values are 0 where nothing is known; where half is, they are half as large.
-        shown = np.maximum(seen, np.float32(0.25))
-        person = float((within * (values / shown)).sum()) / area
-        ground = float((beyond * (values / shown)).sum()) / around
-        return (person, ground) if person - ground >= _LEAST_CONTRAST else None
-
     def _sampled(
-        self,
-        likelihood: NDArray[np.uint8],
-        known: NDArray[np.uint8] | None,
-        body: BodyFrame,
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32], bool]:
+        self, likelihood: NDArray[np.uint8], known: NDArray[np.uint8] | None, body: BodyFrame
+    ) -> tuple[Floats, Floats | None]:
         """
         Resample the likelihood at each height.
 
-        :returns: the likelihood and what is known of it, both (S, 2, 2, H / 2 + 2, W / 2 + 2)
-            float32 in 0..1: means over a pixel of the views at every half pixel, from one above
-            and left of the grid on; even rows, even columns first.
-            And whether all is known.
+        :returns: (S, 2 h + 4, 2 w + 4) float32 in 0..1: from each half pixel of the views on, the
+            mean over a pixel of them; and what is known of that, None if all is.
         """
-        height, width = self._grid
+        height, width = (2 * side for side in self._views.templates.shape[2:])
         size = (width + 2 * _MARGIN, height + 2 * _MARGIN)
         shift = np.array([[1.0, 0.0, -_MARGIN], [0.0, 1.0, -_MARGIN]])
-        grids = [
-            compose(
-                to_image(
-                    dataclasses.replace(body, height=body.height * factor),
-                    height,
-                    width,
-                    self._fill,
-                ),
-                shift,
-            )
-            for factor in HEIGHTS
-        ]
+        grids = []
+        for factor in HEIGHTS:
+            other = dataclasses.replace(body, height=body.height * factor)
+            grids.append(compose(template_to_image(other, height, width, self._fill), shift))
         side = antialiasing_side(body.height / (self._fill * height))
         images, masks = resampled(likelihood, known, grids, size, side)
-        result = np.zeros((2, len(grids), 2, 2, size[1] // 2, size[0] // 2), np.float32)
-        shown = np.full(images.shape, _ALL, np.uint8) if masks is None else masks
-        pair(images, shown, result[0], result[1])
-        return result[0], result[1], masks is None
+        return _paired(images), None if masks is None else _paired(masks)
 
-    def _part(self, views: tuple[int, ...]) -> _Views:
-        """Return the used part of the templates of some views."""
-        if self._kept is None or self._kept[0] != views:
-            chosen = self._views.templates[list(views)]
-            used = chosen.max(axis=(0, 1)) > 0
-            part = _span(used.max(axis=1)), _span(used.max(axis=0))
-            flat = chosen[:, :, part[0], part[1]].astype(np.float32) / _ALL
-            flat = flat.reshape(*flat.shape[:2], -1)
-            self._kept = views, (np.ascontiguousarray(flat), (flat**2).sum(axis=2), part)
-        return self._kept[1]
+    def _choose(self, views: tuple[int, ...]) -> None:
+        """Take the used part of the templates of some views, in 0..1."""
+        if views == self._chosen:
+            return
+        chosen = self._views.templates[list(views)]
+        used = chosen.max(axis=(0, 1)) > 0
+        self._part = _span(used.any(axis=1)), _span(used.any(axis=0))
+        flat = chosen[:, :, self._part[0], self._part[1]].astype(np.float32) / _ALL
+        self._templates = np.ascontiguousarray(flat.reshape(*flat.shape[:2], -1))
+        self._squares = (self._templates**2).sum(axis=2)
+        self._chosen = views
+
+
+def _levels(
+    values: Floats, seen: Floats | None, template: NDArray[np.uint8]
+) -> tuple[float, float] | None:
+    """
+    Return the mean likelihood well inside the person and well outside, None if too alike.
+
+    At the outline the template need not fit yet.
+
+    :param values: (h, w) float32 in 0..1, and ``seen`` likewise: what is known of each pixel.
+    """
+    seen = np.ones_like(values) if seen is None else seen
+    # The values are 0 where nothing is known; where half is, they are half as large.
+    values = values / np.maximum(seen, np.float32(0.25))
+    means = []
+    for part in (cv2.erode(template, _AROUND), _ALL - cv2.dilate(template, _AROUND)):
+        weight = part.astype(np.float32) * seen
+        area = float(weight.sum())
+        if area < _ALL:
+            return None
+        means.append(float((weight * values).sum()) / area)
+    person, ground = means
+    return (person, ground) if person - ground >= _LEAST_CONTRAST else None
 
 
 def _span(used: NDArray[np.bool_]) -> slice:
@@ -190,75 +173,59 @@ def _span(used: NDArray[np.bool_]) -> slice:
     return slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(0, 1)
 
 
-@kernel(
-    'f4[:,:,::1], f4[:,::1], f4[:,:,:,:,::1], f4[:,:,:,:,::1], b1, UniTuple(f8, 2), '
-    'UniTuple(i8, 3), b1[:,:,::1], f8[::1], f8[:,:,:,::1]',
-    fastmath=True,
-)
-def compare(  # type: ignore[no-untyped-def]
-    templates, squares, values, seen, all_seen, levels, part, wanted, weights, result
-):
+def _paired(images: NDArray[np.uint8]) -> Floats:
+    """Return the means, in 0..1, of the 2 x 2 pixels from each pixel on."""
+    means = [
+        cv2.boxFilter(image, cv2.CV_32F, (2, 2), anchor=(0, 0), normalize=False)
+        for image in images
+    ]
+    return np.stack(means) * np.float32(0.25 / _ALL)
+
+
+def _shifted(image: Floats, down: int, across: int, part: tuple[slice, slice]) -> Floats:
+    """Return a part of the views' grid, shifted by halves of its pixels."""
+    rows, columns = (
+        slice(_MARGIN + shift + 2 * each.start, _MARGIN + shift + 2 * each.stop, 2)
+        for shift, each in zip((down, across), part, strict=True)
+    )
+    return image[rows, columns]
+
+
+def _lines(image: Floats, down: int, part: tuple[slice, slice]) -> Floats:
+    """Return a part, shifted down and to either side, as lines (3, n)."""
+    return np.stack([_shifted(image, down, across, part) for across in ROWS]).reshape(3, -1)
+
+
+@kernel('f4[:,:,::1], f4[:,::1], f4[:,::1], f4[:,::1], b1[::1], f8[:,::1]', fastmath=True)
+def _compare(templates, squares, lines, shown, wanted, result):  # type: ignore[no-untyped-def]
     """
     Put minus half the least sum of squared differences of each template into ``result``.
 
     Not by matrix products: those of BLAS wait for each other's threads where cores are busy.
 
     :param templates: (V, P, n) float32, and ``squares`` (V, P) the sums of their squares.
-    :param values: (S, 2, 2, h + 2, w + 2) float32, see :func:`pair`; ``seen`` likewise.
-    :param levels: values that mean 1 and 0.
-    :param part: first row, first column and width of the part that the templates have.
+    :param lines: (3, n) float32, one for each column, of which the best one counts; ``shown``
+        (3, n), what is known of them, (3, 0) = all.
+    :param wanted: (V,) bool.
+    :param result: (V, P) float64; what is not wanted is left as it is.
     """
-    views, phases, count = templates.shape
-    top, left, width = part
-    ground, scale = np.float32(levels[1]), np.float32(1.0 / (levels[0] - levels[1]))
-    scaled = np.empty(values.size, np.float32)
-    flat, known = values.reshape(-1), seen.reshape(-1)
-    for j in range(len(scaled)):
-        scaled[j] = (flat[j] - ground * known[j]) * scale
-    scaled = scaled.reshape(values.shape)
-    # One for each column; the best one counts.
-    lines = np.empty((3, count), np.float32)
-    shown = np.empty((3, count), np.float32)
-    for tall in range(values.shape[0]):
-        for down in range(3):
-            if not wanted[:, tall, down].any():
-                continue
-            for across in range(3):
-                odd = (down + 1) % 2, (across + 1) % 2
-                above, before = top + (down + 1) // 2, left + (across + 1) // 2
-                _cut(scaled[tall, odd[0], odd[1]], above, before, width, lines[across])
-                if not all_seen:
-                    visible = seen[tall, odd[0], odd[1]]
-                    _cut(visible, above, before, width, shown[across])
-            for view in range(views):
-                if not wanted[view, tall, down]:
-                    continue
-                for phase in range(phases):
-                    own = templates[view, phase]
-                    first, second, third = _alike(own, lines)
-                    half = np.float32(0.5) * squares[view, phase]
-                    best = max(first, second, third) - half
-                    if not all_seen:
-                        one, two, three = _squared(own, shown)
-                        best = max(
-                            first - np.float32(0.5) * one,
-                            second - np.float32(0.5) * two,
-                            third - np.float32(0.5) * three,
-                        )
-                    result[view, tall, down, phase] = weights[tall] * best
-
-
-@kernel()
-def _cut(image, top, left, width, line):  # type: ignore[no-untyped-def]
-    """Put the rows of a part of an image one after the other into a line."""
-    for row in range(len(line) // width):
-        source, target = image[top + row], line[row * width :]
-        for column in range(width):
-            target[column] = source[left + column]
+    for view in range(len(templates)):
+        if not wanted[view]:
+            continue
+        for phase in range(templates.shape[1]):
+            own = templates[view, phase]
+            first, second, third = _products(own, lines)
+            if shown.shape[1] == 0:
+                best = max(first, second, third) - np.float32(0.5) * squares[view, phase]
+            else:
+                one, two, three = _products(own * own, shown)
+                half = np.float32(0.5)
+                best = max(first - half * one, second - half * two, third - half * three)
+            result[view, phase] = best
 
 
 @kernel(fastmath=True)
-def _alike(template, lines):  # type: ignore[no-untyped-def]
+def _products(template, lines):  # type: ignore[no-untyped-def]
     """Return the products of a template with three lines."""
     first, second, third = np.float32(0), np.float32(0), np.float32(0)
     for j in range(len(template)):
@@ -266,43 +233,3 @@ def _alike(template, lines):  # type: ignore[no-untyped-def]
         second += template[j] * lines[1, j]
         third += template[j] * lines[2, j]
     return first, second, third
-
-
-@kernel(fastmath=True)
-def _squared(template, lines):  # type: ignore[no-untyped-def]
-    """Return the products of a template's squares with three lines."""
-    first, second, third = np.float32(0), np.float32(0), np.float32(0)
-    for j in range(len(template)):
-        square = template[j] * template[j]
-        first += square * lines[0, j]
-        second += square * lines[1, j]
-        third += square * lines[2, j]
-    return first, second, third
-
-
-@kernel('u1[:,:,::1], u1[:,:,::1], f4[:,:,:,:,::1], f4[:,:,:,:,::1]', fastmath=True)
-def pair(images, masks, values, seen):  # type: ignore[no-untyped-def]
-    """
-    Put the means of 2 x 2 known pixels into ``values`` and what is known into ``seen``, in 0..1.
-
-    :param images: (S, h, w) uint8, h and w even, black where unknown; ``masks`` are 0 there.
-    :param values: (S, 2, 2, h / 2, w / 2) float32, and ``seen`` likewise: the means from even and
-        from odd rows on, of each from even and from odd columns on.  What would begin in the
-        last row or column is left as it is.
-    """
-    count, height, width = images.shape
-    quarter = np.float32(0.25)
-    share = quarter / np.float32(_ALL)
-    total, known = np.zeros(width + 1, np.float32), np.zeros(width + 1, np.float32)
-    for k in range(count):
-        for y in range(height - 1):
-            image, below = images[k, y], images[k, y + 1]
-            mask, mask_below = masks[k, y], masks[k, y + 1]
-            for x in range(width):
-                total[x] = share * np.float32(np.int32(image[x]) + np.int32(below[x]))
-                known[x] = share * np.float32(np.int32(mask[x]) + np.int32(mask_below[x]))
-            for odd in range(2):
-                value, visible = values[k, y % 2, odd, y // 2], seen[k, y % 2, odd, y // 2]
-                for x in range(width // 2 - odd):
-                    value[x] = total[2 * x + odd] + total[2 * x + odd + 1]
-                    visible[x] = known[2 * x + odd] + known[2 * x + odd + 1]

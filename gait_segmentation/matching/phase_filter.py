@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,10 +55,7 @@ class _Step:
 
     seconds: float
     passed: float
-    turn: NDArray[np.complex128]
-    exchange: float
     moved: int
-    kept: float
     likelihood: NDArray[np.float64]
     belief: NDArray[np.float64]
 
@@ -80,7 +76,7 @@ class PhaseFilter:
         slowest: float,
         fastest: float,
         frames: int,
-        cells: NDArray[np.float64] | None = None,
+        cells: NDArray[np.float64],
     ) -> None:
         """
         Lay out the grid.
@@ -90,15 +86,13 @@ class PhaseFilter:
         :param fastest: strides per second, fastest walk.
         :param frames: how many frames back the belief may be asked for, 1 = the newest only.
         :param cells: float64, how likely views, the first axis, and placements are at first;
-            they need not add up to 1.  None = there is only one.
+            they need not add up to 1.
         """
-        self._phases = phases
         walking = np.geomspace(max(slowest, 0.1 * fastest), fastest, _RATES - 1)
         self._rates = np.concatenate([[0.0], walking])
         prior = np.exp(-0.5 * (np.log(walking / _USUAL_RATE) / _SPREAD) ** 2)
         prior = np.concatenate([[_STANDING], (1 - _STANDING) * prior / prior.sum()])
         self._prior = np.repeat(prior[:, None], phases, axis=1) / phases
-        cells = np.ones(1) if cells is None else cells
         self._cells = cells / cells.sum()
         self._waves = 2 * np.pi * np.arange(phases // 2 + 1)
         # Not zero where the slowest and the fastest walk are as good as one.
@@ -134,18 +128,17 @@ class PhaseFilter:
         :param moved: by how many views the first axis of the cells goes on since the last frame,
             because the person turns.
         """
-        passed = seconds - self._steps[-1].seconds if self._steps else 0.0
-        turn = self._turn(passed)
-        exchange = min(0.3, 0.5 * _RATE_DIFFUSION**2 * passed / self._spacing**2)
-        kept = float(np.exp(-_RENEWAL * passed))
-        evidence = evidence.reshape(*self._cells.shape, self._phases)
+        evidence = evidence.reshape(*self._cells.shape, -1)
         likelihood = np.exp((evidence - evidence.max()) / _NOISE)
         # No phase of a view that was looked at is ruled out by one frame; where nobody looked,
         # nothing is left.
         likelihood = np.where(np.isfinite(evidence), np.maximum(likelihood, _FLOOR), 0.0)
+        passed = 0.0
         if self._steps:
-            last = self._steps[-1].belief
-            before = self._diffused(_moved(last, moved, self._cells.ndim), passed)
+            last = self._steps[-1]
+            passed = seconds - last.seconds
+            turn, exchange, kept = self._transition(passed)
+            before = self._diffused(_moved(last.belief, moved, self._cells.ndim), passed)
             belief = np.zeros(before.shape)
             looked = likelihood.any(axis=-1)
             carried = _turned(_exchanged(before[looked], exchange, 1, 1), turn)
@@ -155,7 +148,7 @@ class PhaseFilter:
         else:
             belief = self._cells[..., None, None] * self._prior * likelihood[..., None, :]
         belief /= belief.sum()
-        self._steps.append(_Step(seconds, passed, turn, exchange, moved, kept, likelihood, belief))
+        self._steps.append(_Step(seconds, passed, moved, likelihood, belief))
 
     @property
     def rate(self) -> float:
@@ -165,56 +158,43 @@ class PhaseFilter:
         belief = self._steps[-1].belief.reshape(-1, *self._prior.shape)
         return float(belief.sum(axis=(0, 2)) @ self._rates)
 
-    def beliefs(self, frames: int) -> NDArray[np.float64]:
+    def belief(self, back: int = 0) -> NDArray[np.float64]:
         """
-        Return the probabilities of the phases in the last frames, given all frames so far.
-
-        :param frames: how many, at most as many as are kept.
-        :returns: (frames, P) float64, the newest last; each adds up to 1.
-        """
-        return self._smoothed(list(self._steps)[-frames:])
-
-    def belief(self, frames: int) -> NDArray[np.float64]:
-        """
-        Return the probabilities of the phases in the first of the last frames, (P,) float64.
+        Return the probabilities of the phases in a frame, (P,) float64, given later ones as well.
 
         What comes more than half a second later tells nothing more of it.
+
+        :param back: 0 = the newest frame, 1 = the one before.
         """
-        steps = list(self._steps)[-frames:]
-        last = steps[0].seconds + _LATER_S
-        return self._smoothed([step for step in steps if step.seconds <= last])[0]
-
-    def _smoothed(self, steps: Sequence[_Step]) -> NDArray[np.float64]:
-        result = np.empty((len(steps), self._phases))
-        later: NDArray[np.float64] | None = None
-        for index in range(len(steps) - 1, -1, -1):
-            step = steps[index]
-            belief = step.belief if later is None else step.belief * later
-            belief = belief.reshape(-1, self._phases).sum(axis=0)
-            result[index] = belief / belief.sum()
-            if index:
+        first, *others = list(self._steps)[-1 - back :]
+        later: NDArray[np.float64] | float = 1.0
+        for step in reversed(others):
+            if step.seconds <= first.seconds + _LATER_S:
                 later = self._back(step, later)
-        return result
+        belief = (first.belief * later).reshape(-1, first.belief.shape[-1]).sum(axis=0)
+        return np.asarray(belief / belief.sum())
 
-    def _back(self, step: _Step, later: NDArray[np.float64] | None) -> NDArray[np.float64]:
+    def _back(self, step: _Step, later: NDArray[np.float64] | float) -> NDArray[np.float64]:
         """Carry the likelihood of all later frames (..., R, P) to the frame before a step."""
-        seen = np.broadcast_to(step.likelihood[..., None, :], step.belief.shape)
-        if later is not None:
-            seen = later * seen
+        turn, exchange, kept = self._transition(step.passed)
+        seen = np.broadcast_to(later * step.likelihood[..., None, :], step.belief.shape)
         # The way back is the transpose: the exchange is its own, that of a turn its conjugate.
-        back = _exchanged(_turned(seen, step.turn.conj()), step.exchange, -2, 1)
+        back = _exchanged(_turned(seen, turn.conj()), exchange, -2, 1)
         renewed = (self._prior * seen).sum(axis=(-2, -1), keepdims=True)
-        back = step.kept * back + (1 - step.kept) * renewed
+        back = kept * back + (1 - kept) * renewed
         back = _moved(self._diffused(back, step.passed), -step.moved, self._cells.ndim)
         return np.asarray(back / back.max())
 
-    def _turn(self, seconds: float) -> NDArray[np.complex128]:
+    def _transition(self, passed: float) -> tuple[NDArray[np.complex128], float, float]:
         """
-        Return how the phase of each rate moves on in a time, (R, P / 2 + 1), as a spectrum.
+        Return what a time does to phase and rate.
 
-        Turns by fractions of a bin are exact in the frequency domain.
+        :returns: how the phase of each rate moves on, (R, P / 2 + 1), as a spectrum; the share
+            that neighbouring rates exchange; and that which does not begin anew.
         """
-        return np.asarray(np.exp(-1j * np.outer(self._rates * seconds, self._waves)))
+        turn = np.exp(-1j * np.outer(self._rates * passed, self._waves))
+        exchange = min(0.3, 0.5 * _RATE_DIFFUSION**2 * passed / self._spacing**2)
+        return np.asarray(turn), exchange, math.exp(-_RENEWAL * passed)
 
     def _diffused(self, belief: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
         """Let neighbouring views and placements exchange a share, in a copy."""
@@ -242,12 +222,7 @@ def _exchanged(
 
 @kernel('f8[:,:,::1], f8, i8, f8[:,:,::1]')
 def exchange(before, share, first, after):  # type: ignore[no-untyped-def]
-    """
-    Let neighbours along the middle axis exchange a share of their difference.
-
-    :param before: (A, N, B) float64, and ``after`` likewise, written.
-    :param first: from which of the N on.
-    """
+    """Let neighbours along the middle axis exchange a share, from ``before`` to ``after``."""
     count = before.shape[1]
     for outer in range(len(before)):
         for place in range(count):

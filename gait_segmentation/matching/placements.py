@@ -11,15 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import (
-    BodyFrame,
-    Box,
-    Placement,
-    template_to_image,
-)
+from gait_segmentation.geometry import BodyFrame, Box, Placement, template_to_image
+from gait_segmentation.matching.common_areas import WindowGrid
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.sampling import antialiasing_side, resampled
-from gait_segmentation.matching.tanimoto import WindowGrid
 
 __all__ = ['Place', 'PlacementGrid', 'Sampled', 'SearchRange']
 
@@ -42,23 +37,25 @@ class SearchRange(NamedTuple):
     @property
     def heights(self) -> slice:
         """Return the body heights."""
-        return slice(self.first[0], self.first[0] + self.shape[0])
+        return self._along(0)
 
     @property
     def rows(self) -> slice:
         """Return the rows."""
-        return slice(self.first[1], self.first[1] + self.shape[1])
+        return self._along(1)
 
     @property
     def columns(self) -> slice:
         """Return the columns."""
-        return slice(self.first[2], self.first[2] + self.shape[2])
+        return self._along(2)
+
+    def _along(self, axis: int) -> slice:
+        return slice(self.first[axis], self.first[axis] + self.shape[axis])
 
     @property
     def size(self) -> int:
         """Return the number of placements."""
-        scales, rows, columns = self.shape
-        return scales * rows * columns
+        return math.prod(self.shape)
 
     def lane(self, scale: int, row: int, column: int) -> int | None:
         """Return the lane of a placement, None if it is not in the range."""
@@ -121,38 +118,23 @@ class PlacementGrid:
         :param fill: share of the rows the body takes.
         """
         self._fill = fill
-        height, width = grid
-        self.body = fill * height
+        self.body = fill * grid[0]
         """Height of a body on the pixel grid of the templates."""
 
-        self.step = max(1, round(config.shift_step * self.body))
-        self.half = (config.scales, config.shifts_y, config.shifts_x)
-        self.windows = WindowGrid(
-            height, width, 2 * config.shifts_y + 1, 2 * config.shifts_x + 1, self.step
-        )
-        self.log_step = math.log1p(config.scale_step)
+        step = max(1, round(config.shift_step * self.body))
+        self.shift = step / self.body
+        """Distance of neighbouring shifts in body heights."""
+
+        self.center: Place = (config.scales, config.shifts_y, config.shifts_x)
+        """The box's own height and centre."""
+
+        shape = (2 * config.scales + 1, 2 * config.shifts_y + 1, 2 * config.shifts_x + 1)
+        self.everywhere = SearchRange((0, 0, 0), shape)
+        self.windows = WindowGrid(*grid, *shape[1:], step)
+        self._log_step = math.log1p(config.scale_step)
         steps = np.arange(-config.scales, config.scales + 1)
-        self.scales: NDArray[np.float64] = np.exp(steps * self.log_step)
-
-    @property
-    def shape(self) -> Place:
-        """Return the number of body heights, vertical and horizontal shifts."""
-        return len(self.scales), self.windows.rows, self.windows.columns
-
-    @property
-    def everywhere(self) -> SearchRange:
-        """Return the range of all placements."""
-        return SearchRange((0, 0, 0), self.shape)
-
-    @property
-    def center(self) -> Place:
-        """Return the index of the box's own height and centre."""
-        return self.half
-
-    @property
-    def shift(self) -> float:
-        """Return the distance of neighbouring shifts in body heights."""
-        return self.step / self.body
+        self.scales: NDArray[np.float64] = np.exp(steps * self._log_step)
+        """Body heights over that of the box."""
 
     def placement(self, scale: float, row: float, column: float, angle: float = 0.0) -> Placement:
         """
@@ -160,9 +142,9 @@ class PlacementGrid:
 
         :param angle: tilt of the body's axis in radians, along and across which shifts go.
         """
-        factor = math.exp((scale - self.half[0]) * self.log_step)
-        across = (column - self.half[2]) * self.shift * factor
-        along = (row - self.half[1]) * self.shift * factor
+        factor = math.exp((scale - self.center[0]) * self._log_step)
+        across = (column - self.center[2]) * self.shift * factor
+        along = (row - self.center[1]) * self.shift * factor
         cos, sin = math.cos(angle), math.sin(angle)
         return Placement(cos * across - sin * along, sin * across + cos * along, factor)
 
@@ -189,7 +171,7 @@ class PlacementGrid:
         rows, columns = self.windows.image_shape
         pitch = box.height * float(self.scales[-1]) / self.body
         wanted = range(len(self.scales))[searched]
-        grids = [self.transform(box, float(self.scales[scale]), angle) for scale in wanted]
+        grids = [self.transform(box, scale, angle) for scale in wanted]
         side = max(blur, antialiasing_side(pitch))
         images = np.zeros((len(self.scales), rows, columns), np.uint8)
         images[searched], seen = resampled(likelihood, known, grids, (columns, rows), side)
@@ -199,9 +181,10 @@ class PlacementGrid:
         masks[searched] = seen
         return Sampled(images, masks)
 
-    def transform(self, box: Box, scale: float, angle: float) -> NDArray[np.float64]:
+    def transform(self, box: Box, scale: int, angle: float) -> NDArray[np.float64]:
         """Return the transform from the padded image of a body height to where the box is."""
-        body = BodyFrame(box.center_x, box.center_y, box.height * scale, angle)
+        height = box.height * float(self.scales[scale])
+        body = BodyFrame(box.center_x, box.center_y, height, angle)
         rows, columns = self.windows.image_shape
         result = template_to_image(body, self.windows.height, self.windows.width, self._fill)
         middle = (self.windows.width - columns) / 2, (self.windows.height - rows) / 2

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Likelihoods on the pixel grid of templates, and templates on that of the likelihood."""
+"""Likelihoods on the pixel grid of templates, and templates and boxes on that of the source."""
 
 from __future__ import annotations
 
@@ -20,11 +20,16 @@ from gait_segmentation.geometry import (
     reach,
     template_to_image,
 )
-from gait_segmentation.images import Window
 
-__all__ = ['antialiasing_side', 'resampled', 'warp_template']
+__all__ = ['antialiasing_side', 'refined_box', 'resampled', 'warp_template']
 
 _ALL = 255
+_REACH = 0.12
+"""How far from the template the person may reach, in body heights: clothes, bags, hands."""
+_LIKELY = 190
+"""Likelihood from which on pixels are taken for the person's."""
+_LEAST = 0.02
+"""Length of a row or column of them that is more than noise, in body heights."""
 
 
 def antialiasing_side(pitch: float) -> int:
@@ -60,9 +65,10 @@ def resampled(
     wanted = Box(left, top, right - left, bottom - top).padded(side + 1, side + 1)
     height, width = likelihood.shape
     window = wanted.slices(width, height)
-    values, seen = _smoothed(likelihood, known, window, side)
+    values = likelihood[window]
     if values.size == 0:
         return images, np.zeros_like(images)
+    values, seen = _smoothed(values, None if known is None else known[window], side)
     if seen is None and (min(left, top) < 0 or right > width or bottom > height):
         seen = np.full(values.shape, _ALL, np.uint8)
     masks = None if seen is None else np.zeros_like(images)
@@ -78,26 +84,10 @@ def resampled(
 
 
 def _smoothed(
-    likelihood: NDArray[np.uint8],
-    known: NDArray[np.uint8] | None,
-    window: Window,
-    side: int,
+    values: NDArray[np.uint8], known: NDArray[np.uint8] | None, side: int
 ) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | None]:
-    """
-    Average a likelihood over what is known of it.
-
-    :param likelihood: (h, w) uint8.
-    :param known: (h, w) uint8, 0 where the likelihood says nothing; None = known everywhere.
-    :param window: the rows and columns that are wanted.
-    :param side: of the square whose mean is taken.
-    :returns: the means in the window, and the same with 255 where the likelihood is known, else
-        0; None = known everywhere.
-    """
-    values = likelihood[window]
-    seen = None if known is None else np.where(known[window] != 0, _ALL, 0).astype(np.uint8)
-    if values.size == 0:
-        # OpenCV makes no arrays without pixels.
-        return values, seen
+    """Return the means of squares over what is known, and where that is: 255, else 0."""
+    seen = None if known is None else np.where(known != 0, _ALL, 0).astype(np.uint8)
     if seen is not None:
         values = cv2.bitwise_and(values, seen)
     if side > 1:
@@ -140,3 +130,43 @@ def warp_template(
         warped = cv2.resize(warped, size, interpolation=cv2.INTER_AREA)
     result[rows, columns] = warped
     return result
+
+
+def refined_box(
+    image: NDArray[np.uint8],
+    template: NDArray[np.uint8],
+    place: tuple[slice, slice],
+    body: float,
+    to_source: NDArray[np.float64],
+) -> Box | None:
+    """
+    Return the box about what is likely where a template stands.
+
+    The template says whose pixels these are, and the likelihood how far they go: people are
+    broader than a model, by clothes and what they carry.
+
+    :param image: (h, w) uint8 likelihood.
+    :param template: (H, W) uint8, and ``place``, the rows and columns of the image it takes.
+    :param body: height of the body in pixels of the image.
+    :param to_source: (2, 3) transform from the image to the source.
+    :returns: the upright box in source pixels, None if nothing is likely there.
+    """
+    near = np.zeros(image.shape, np.uint8)
+    cv2.threshold(template, 127, 1, cv2.THRESH_BINARY, near[place])
+    side = 2 * round(_REACH * body) + 1
+    near = cv2.dilate(near, np.ones((side, side), np.uint8))
+    inside = (image > _LIKELY) & (near > 0)
+    least = _LEAST * body
+    inside &= (inside.sum(axis=1) >= least)[:, None]
+    inside &= inside.sum(axis=0) >= least
+    rows = np.flatnonzero(inside.any(axis=1))
+    if not rows.size:
+        return None
+    # Whichever way the image is turned, nothing reaches farther than an end of a row.
+    first, last = inside[rows].argmax(axis=1), inside[rows, ::-1].argmax(axis=1)
+    columns = np.concatenate([first, image.shape[1] - 1 - last])
+    points = np.column_stack([columns + 0.5, np.tile(rows, 2) + 0.5])
+    points = points @ to_source[:, :2].T + to_source[:, 2]
+    half = 0.5 * float(np.hypot(*to_source[:, 0]))
+    low, high = points.min(axis=0) - half, points.max(axis=0) + half
+    return Box(float(low[0]), float(low[1]), *(high - low).tolist())

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Tanimoto similarity of every template at every placement, as whole numbers."""
+"""How similar all templates are to the likelihood, at all placements searched."""
 
 from __future__ import annotations
 
@@ -11,23 +11,35 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank, quantize
 from gait_segmentation.kernels import kernel
+from gait_segmentation.matching.common_areas import (
+    CommonAreas,
+    DirectAccessTableKernel,
+    WindowGrid,
+    pitch_of,
+)
+from gait_segmentation.matching.events import EventKernel
 from gait_segmentation.matching.path import UNIT
 from gait_segmentation.matching.placements import Sampled, SearchRange
-from gait_segmentation.matching.tanimoto import KERNELS, CommonAreas, WindowGrid, pitch_of
 
-__all__ = ['SimilarityMaps', 'coded_bank']
+__all__ = ['KERNELS', 'SimilarityMaps', 'coded_bank']
+
+KERNELS: dict[str, type[CommonAreas]] = {
+    'events': EventKernel,
+    'direct_access_table': DirectAccessTableKernel,
+}
+"""Those there are to choose from (``matching.kernel``); they give the same bits."""
 
 
 @lru_cache(maxsize=2)
 def coded_bank(
-    bank: TemplateBank, levels: int, windows: WindowGrid, kernel: str = 'events'
+    bank: TemplateBank, levels: int, windows: WindowGrid, kernel: str
 ) -> tuple[NDArray[np.uint8], CommonAreas]:
     """
     Code the templates of a bank; those of the last banks are kept, and nobody writes to them.
 
     :param levels: grey levels of the templates.
     :param windows: where templates are laid.
-    :param kernel: which of :data:`~gait_segmentation.matching.tanimoto.KERNELS` compares them.
+    :param kernel: which of :data:`KERNELS` compares them.
     :returns: the templates as they are compared, (V, P, H, W) uint8, and the kernel.
     """
     templates = quantize(bank.templates, levels)
@@ -44,12 +56,7 @@ class SimilarityMaps:
     (their intersection), F the area of the likelihood and G that of the template.
     """
 
-    def __init__(
-        self,
-        coded: CommonAreas,
-        windows: WindowGrid,
-        cost: NDArray[np.int16],
-    ) -> None:
+    def __init__(self, coded: CommonAreas, windows: WindowGrid, cost: NDArray[np.int16]) -> None:
         """
         Prepare the comparison.
 
@@ -58,53 +65,35 @@ class SimilarityMaps:
         """
         self._coded, self._windows, self._cost = coded, windows, cost
         self._matrix = coded.new_matrix()
-        self._make_room(0)
+        self._maps = np.zeros((coded.rows, 0), np.int16)
 
     def update(self, sampled: Sampled, searched: SearchRange) -> NDArray[np.int16]:
         """
         Compare a frame.
 
-        :param sampled: the likelihood about the box.
-        :param searched: the placements that are.
         :returns: (R, N) int16, similarities in path units less the cost of the body height, of
             the template of a row at each of the placements searched; what follows is undefined.
             The next call overwrites it.
         """
-        heights, size = searched.heights, searched.size
+        heights, coded = searched.heights, self._coded
         images = sampled.images[heights]
-        known = None if sampled.known is None else sampled.known[heights]
-        if self._maps.shape[1] != pitch_of(size):
-            self._make_room(size)
+        pitch = pitch_of(searched.size)
+        if self._maps.shape[1] != pitch:
+            self._common, self._seen = coded.new_rows(pitch), coded.new_rows(pitch)
+            self._maps = np.zeros((coded.rows, pitch), np.int16)
         areas = self._windows.areas(images)[:, searched.rows, searched.columns]
-        area = _line(areas, self._maps.shape[1])
-        cost = _line(np.broadcast_to(self._cost[heights, None, None], areas.shape), len(area))
-        common = self._common_rows(images, searched, self._common)
-        # Of known pixels, G is the common area with a likelihood that is white there.
-        seen = self._coded.area[:, None].copy()
-        if known is not None:
-            seen = self._common_rows(known, searched, self._seen)
+        # One line for all placements, filled up with zeros.
+        area, cost = np.zeros((2, pitch), np.int32)
+        area[: areas.size] = areas.reshape(-1)
+        cost[: areas.size] = np.repeat(self._cost[heights], areas[0].size)
+        search = searched.first[1:], searched.shape, self._matrix
+        common = coded.common_rows(images, *search, self._common)
+        seen = coded.area[:, None]
+        if sampled.known is not None:
+            # Of known pixels, G is the common area with a likelihood that is white there.
+            seen = coded.common_rows(sampled.known[heights], *search, self._seen)
         _compare(common, area, cost, self._maps, seen)
         return self._maps
-
-    def _make_room(self, placements: int) -> None:
-        """Make the memory to work in for a number of placements."""
-        made = self._coded
-        self._common, self._seen = made.new_rows(placements), made.new_rows(placements)
-        self._maps = np.zeros((made.rows, pitch_of(placements)), np.int16)
-
-    def _common_rows(
-        self, images: NDArray[np.uint8], searched: SearchRange, out: NDArray[np.int32]
-    ) -> NDArray[np.int32]:
-        """Return C of all templates, see :meth:`CommonAreas.common_rows`."""
-        first = searched.first[1:]
-        return self._coded.common_rows(images, first, searched.shape, self._matrix, out)
-
-
-def _line(values: NDArray[np.generic], pitch: int) -> NDArray[np.int32]:
-    """Return values one after the other, followed by zeros."""
-    result = np.zeros(pitch, np.int32)
-    result[: values.size] = values.reshape(-1)
-    return result
 
 
 @kernel('i4[:,::1], i4[::1], i4[::1], i2[:,::1], i4[:,::1]')

@@ -22,7 +22,7 @@ def test_refuses_values_with_their_name(wrong):
 
 
 def test_an_unknown_kernel_is_named_with_the_choices() -> None:
-    with pytest.raises(ConfigError, match=r"events, direct_access_table, reference, got 'table'"):
+    with pytest.raises(ConfigError, match=r"events, direct_access_table, got 'table'"):
         MatchingConfig(kernel='table')
 
 

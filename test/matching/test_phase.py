@@ -41,7 +41,7 @@ def phase_errors(bank, azimuths, told, off=0.01):
         dx, dy, dh = HEIGHT * rng.normal(0, off, 3)
         body = BodyFrame(65 + dx, 70 + dy, HEIGHT + dh)
         finder.update(image, None, body, ('average', view), 0, number / FPS)
-        belief = finder.beliefs(1)[0]
+        belief = finder.belief()
         at = np.angle(belief @ np.exp(4j * np.pi * np.arange(30) / 30)) / (4 * np.pi)
         found.append((at - phase + 0.25) % 0.5 - 0.25)
     return np.array(found), finder
@@ -164,11 +164,11 @@ def test_waits_for_a_phase_behind_and_takes_a_jump():
 
 def test_expects_a_steady_walk():
     near = NearLeg()
-    assert near.expected(0.0, 1.0) is None
+    assert near.expected(0.0, 1.0, 0.3) == 0.3
     near.update(0.7, math.pi, 2.0)
-    assert near.expected(2.1, 0.9) == pytest.approx(0.79)
+    assert near.expected(2.1, 0.9, 0.3) == pytest.approx(0.79)
     near.reset()
-    assert near.expected(3.0, 0.9) is None
+    assert near.expected(3.0, 0.9, 0.3) == 0.3
 
 
 @given(

@@ -9,6 +9,7 @@ from gait_segmentation.geometry import Box, check_body, check_matched_box
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.matching.placements import PlacementGrid, SearchRange
 from gait_segmentation.matching.sampling import warp_template
+from test.matching.cases import windows_of
 
 CONFIG = MatchingConfig(shifts_x=2, shifts_y=1, scales=1, scale_step=0.06, blur=1)
 
@@ -19,7 +20,7 @@ def grid():
 
 
 def test_center_is_the_box_itself(grid):
-    assert grid.shape == (3, 3, 5)
+    assert grid.everywhere.shape == (3, 3, 5)
     placement = grid.placement(*grid.center)
     assert (placement.dx, placement.dy, placement.scale) == (0, 0, 1)
     moved = grid.placement(2, 1, 4)
@@ -39,7 +40,7 @@ def test_windows_show_what_stands_at_their_placement(grid, size, angle):
         image = warp_template(template, body, 0.9, (500, 500))
         sampled = grid.sample(image, None, box, 1, angle)
         assert sampled.known is None
-        window = grid.windows.windows(sampled.images)[index]
+        window = windows_of(sampled.images, grid.windows)[index]
         common = np.minimum(window, template).sum(dtype=float)
         assert common / np.maximum(window, template).sum(dtype=float) > 0.8
 
@@ -136,7 +137,8 @@ def test_the_largest_body_height_tells_how_much_is_averaged():
 
 @pytest.mark.parametrize('shift_step', [0.005, 0.02])
 def test_shifts_are_at_least_a_pixel(shift_step):
-    assert PlacementGrid((24, 16), 0.9, MatchingConfig(shift_step=shift_step)).step == 1
+    grid = PlacementGrid((24, 16), 0.9, MatchingConfig(shift_step=shift_step))
+    assert grid.windows.step == 1
 
 
 @pytest.mark.parametrize('sign', [-1, 1])
@@ -147,7 +149,7 @@ def test_no_parameters_make_a_body_that_makes_no_sense(sign: int) -> None:
     # As large and as far away as it may be, and half a step beyond the last placement.
     box = Box.from_center(160 + sign * 2559, 120 + sign * 2559, 9, 2560)
     check_matched_box(box, size)
-    scales, rows, columns = grid.shape
+    scales, rows, columns = grid.everywhere.shape
     last = (scales - 0.5, rows - 0.5, columns - 0.5) if sign > 0 else (scales - 0.5, -0.5, -0.5)
     for angle in (0.0, 0.7, 3.0):
         check_body(grid.placement(*last, angle).body(box, angle), size)

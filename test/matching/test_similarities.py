@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from gait_segmentation.gait_model import TemplateBank
+from gait_segmentation.matching.common_areas import WindowGrid, pitch_of
 from gait_segmentation.matching.path import UNIT
 from gait_segmentation.matching.placements import Sampled, SearchRange
-from gait_segmentation.matching.similarities import SimilarityMaps, coded_bank
-from gait_segmentation.matching.tanimoto import KERNELS, ReferenceKernel, WindowGrid, pitch_of
+from gait_segmentation.matching.similarities import KERNELS, SimilarityMaps, coded_bank
+from test.matching.cases import definition
 
 GRID = WindowGrid(7, 5, 3, 4, 2)
 COST = np.array([30, 0], np.int16)
@@ -66,9 +67,8 @@ MASKS = {
 def expected(bank, images, known):
     """Return similarities by the definition, (V, P, S, windows)."""
     flat = bank.reshape(-1, 7, 5)
-    reference = ReferenceKernel(flat, GRID)
-    seen = reference.common_area(mask() if known is None else known).astype(np.int64)
-    common = reference.common_area(images)
+    seen = definition(flat, mask() if known is None else known, GRID).astype(np.int64)
+    common = definition(flat, images, GRID)
     union = GRID.areas(images)[None] + seen - common
     share = np.where(union > 0, common / np.maximum(union, 1), 0.0)
     shape = *bank.shape[:2], 2, GRID.rows * GRID.columns
@@ -112,7 +112,7 @@ def test_only_placements_that_are_searched_are_compared(name, first, shape):
 
 def test_rows_are_as_long_as_what_is_searched_whatever_was_before():
     bank, grid = templates(), WindowGrid(7, 5, 11, 13)
-    similarities = SimilarityMaps(coded_bank(of_builds(bank), 256, grid)[1], grid, COST)
+    similarities = SimilarityMaps(coded_bank(of_builds(bank), 256, grid, 'events')[1], grid, COST)
     images = np.random.default_rng(1).integers(0, 256, (2, *grid.image_shape), dtype=np.uint8)
     sampled = Sampled(images, None)
     every = SearchRange((0, 0, 0), (2, 11, 13))
@@ -140,8 +140,8 @@ def test_a_bank_is_coded_once_and_equal_templates_share_a_row():
     bank = templates()
     bank[2, 1] = bank[0, 0]
     kept = of_builds(bank)
-    _, coded = coded_bank(kept, 256, GRID)
-    assert coded_bank(kept, 256, GRID)[1] is coded
+    _, coded = coded_bank(kept, 256, GRID, 'events')
+    assert coded_bank(kept, 256, GRID, 'events')[1] is coded
     assert coded.rows == 5
     assert coded.row[5] == coded.row[0]
     assert (coded.area[coded.row] == bank.reshape(6, -1).sum(axis=1)).all()
@@ -149,7 +149,7 @@ def test_a_bank_is_coded_once_and_equal_templates_share_a_row():
 
 def test_templates_are_kept_if_they_have_so_few_levels():
     bank = of_builds(templates() // 128 * 255)
-    assert coded_bank(bank, 2, GRID)[0] is bank.templates
+    assert coded_bank(bank, 2, GRID, 'events')[0] is bank.templates
     fine = of_builds(templates())
-    assert len(np.unique(coded_bank(fine, 2, GRID)[0])) == 2
-    assert (coded_bank(fine, 256, GRID)[0] == fine.templates).all()
+    assert len(np.unique(coded_bank(fine, 2, GRID, 'events')[0])) == 2
+    assert (coded_bank(fine, 256, GRID, 'events')[0] == fine.templates).all()

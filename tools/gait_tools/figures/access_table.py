@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from gait_segmentation.drawing import TRACKED_COLOUR, Image
 from gait_segmentation.gait_model.bank import TemplateBank, quantize
 from gait_segmentation.geometry import template_to_image
+from gait_segmentation.matching.common_areas import splitting_ids
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.sampling import antialiasing_side, resampled
-from gait_segmentation.matching.tanimoto.direct_access_table import splitting_ids
 from gait_tools.figures.canvas import BLACK, BLUE, GREY, ORANGE, Plot, blank, text
 from gait_tools.figures.walk import Shot
 

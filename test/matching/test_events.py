@@ -3,9 +3,17 @@
 import itertools
 
 import numpy as np
+import pytest
 from hypothesis import given, strategies as st
 
-from gait_segmentation.matching.tanimoto.program import grouped, make_program, minimum_arborescence
+from gait_segmentation.matching.common_areas import WindowGrid
+from gait_segmentation.matching.events import (
+    EventKernel,
+    grouped,
+    make_program,
+    minimum_arborescence,
+)
+from test.matching.cases import common_area, definition
 
 
 def random_templates():
@@ -35,15 +43,6 @@ def test_no_two_groups_could_be_one(spans):
     sums = sorted(int(group.sum()) for group in groups)
     assert all(0 < each <= 255 for each in sums)
     assert len(sums) < 2 or sums[0] + sums[1] > 255
-
-
-def test_steps_join_and_use_all_places():
-    program = make_program(random_templates())
-    bounds = program.bounds
-    assert (np.diff(bounds, axis=1) >= 0).all()
-    assert bounds[0, 0] == 0
-    assert (bounds[1:, 0] == bounds[:-1, 2]).all()
-    assert bounds[-1, 2] + 1 == len(program.groups)
 
 
 def test_events_make_the_templates():
@@ -106,24 +105,23 @@ def test_is_the_lightest_of_all_trees():
         assert all(p < 0 or place[int(p)] < place[k] for k, p in enumerate(parents))
 
 
-def test_templates_of_many_pixels_become_the_lightest_tree_too():
-    rng = np.random.default_rng(4)
-    pixels = np.zeros((12, 2000), np.uint8)
-    for k in range(1, 12):
-        pixels[k] = pixels[k - 1]
-        changed = rng.integers(0, 2000, 150 * (1 + k % 4))
-        pixels[k, changed] = rng.integers(0, 4, len(changed))
-    shuffled = pixels[rng.permutation(12)]
-    # Kruskal's way: the lightest edges that close no ring.
-    nodes = np.vstack([np.zeros(2000, np.uint8), shuffled])
-    edges = sorted(
-        (int((nodes[a] != nodes[b]).sum()), a, b) for a, b in itertools.combinations(range(13), 2)
-    )
-    tree, lightest = list(range(13)), 0
-    for length, a, b in edges:
-        if tree[a] != tree[b]:
-            lightest += length
-            tree = [tree[a] if each == tree[b] else each for each in tree]
-    _, parents = minimum_arborescence(shuffled)
-    assert reaches_root(parents)
-    assert weight(shuffled, parents) == lightest
+@pytest.mark.parametrize('size', [250, 260])
+def test_templates_of_more_pixels_than_16_bits_can_count(size):
+    rng = np.random.default_rng(3)
+    templates = rng.integers(1, 256, (2, size, size), dtype=np.uint8)
+    images = rng.integers(0, 256, (1, size, size), dtype=np.uint8)
+    grid = WindowGrid(size, size, 1, 1)
+    found = common_area(EventKernel(templates, grid), images, grid)
+    np.testing.assert_array_equal(found, definition(templates, images, grid))
+
+
+def test_finer_sampling_of_a_motion_hardly_adds_events():
+    columns = np.arange(64)
+
+    def events(count):
+        centers = 32 + 20 * np.sin(2 * np.pi * np.arange(count) / count)
+        inside = np.abs(columns - centers[:, None, None]) < 6
+        moving = np.where(np.broadcast_to(inside, (count, 8, 64)), 255, 0).astype(np.uint8)
+        return len(make_program(moving).source)
+
+    assert events(960) <= 1.15 * events(60)

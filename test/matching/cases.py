@@ -1,11 +1,33 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Banks and images that kernels must treat alike."""
+"""Common areas by the definition, and banks and images that kernels must treat alike."""
 
 import numpy as np
 from hypothesis import strategies as st
 
-from gait_segmentation.matching.tanimoto import WindowGrid
+from gait_segmentation.matching.common_areas import CommonAreas, WindowGrid
+
+
+def windows_of(images, grid):
+    """Return all windows, (S, rows, columns, height, width)."""
+    view = np.lib.stride_tricks.sliding_window_view(images, (grid.height, grid.width), (1, 2))
+    return view[:, :: grid.step, :: grid.step]
+
+
+def definition(templates, images, grid):
+    """Return C = sum of min(likelihood, template), (K, S, rows, columns)."""
+    windows = windows_of(images, grid)
+    return np.stack(
+        [np.minimum(each, windows).sum(axis=(3, 4), dtype=np.int32) for each in templates]
+    )
+
+
+def common_area(kernel: CommonAreas, images, grid):
+    """Return the same by a kernel."""
+    windows = len(images), grid.rows, grid.columns
+    size = int(np.prod(windows))
+    place = (0, 0), windows, kernel.new_matrix(), kernel.new_rows(size)
+    return kernel.common_rows(images, *place)[kernel.row, :size].reshape(-1, *windows)
 
 
 @st.composite
