@@ -212,7 +212,7 @@ class SequenceMatcher:
         self._waiting.append(frame)
         leader = self._path.leader()
         self._place = leader[2:]
-        placement, azimuth, _ = self._between(leader, 0, angle)
+        self._newest = placement, azimuth, _ = self._between(leader, 0, angle)
         view = self._bank.builds[leader[0]], azimuth
         body = placement.body(small, angle)
         self._phase.update(likelihood, known, body, view, leader[1], seconds)
@@ -254,7 +254,8 @@ class SequenceMatcher:
         sequence, phase, scale, row, column = states[-1 - back].tolist()
         state = sequence, phase, scale, row, column
         image, bank, rate = frame.sampled.images[scale], self._bank, self._phase.rate
-        placement, azimuth, expected = self._between(state, back, frame.angle)
+        found_at = self._between(state, back, frame.angle) if back else self._newest
+        placement, azimuth, expected = found_at
         images = frame.sampled.images
         found = cv2.countNonZero(images.reshape(-1, images.shape[2])) > 0
         if not found:

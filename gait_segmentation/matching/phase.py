@@ -140,11 +140,18 @@ class SteadyBody:
         self._last.append((seconds, body.center_x, body.center_y, size))
         while seconds - self._last[0][0] > _LONGEST_S:
             self._last.popleft()
-        rows = np.array(self._last)
-        mean = rows.mean(axis=0)
-        time, *places = (rows - mean).T
-        slopes = np.array(places) @ time / (time @ time + len(time) * np.square(_STILL))
-        x, y, tall = (mean[1:] + slopes * time[-1]).tolist()
+        # A few numbers: lists are faster than arrays.
+        count = len(self._last)
+        times, *places = zip(*self._last, strict=True)
+        middle = sum(times) / count
+        since = [each - middle for each in times]
+        square = sum(each * each for each in since)
+        smooth = []
+        for place, still in zip(places, _STILL, strict=True):
+            slope = sum(t * p for t, p in zip(since, place, strict=True))
+            slope /= square + count * still**2
+            smooth.append(sum(place) / count + slope * since[-1])
+        x, y, tall = smooth
         return dataclasses.replace(body, center_x=x, center_y=y, height=math.exp(tall))
 
 

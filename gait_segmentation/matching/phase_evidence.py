@@ -26,8 +26,8 @@ the best one counts.
 """
 _MARGIN = 2
 """Samples about the grid on each side, by which it can be shifted."""
-_LEAST_CONTRAST = 0.05
-"""Least difference of the mean likelihoods (0..1) inside and outside that tells anything."""
+_LEAST_CONTRAST = 0.05 * 255
+"""Least difference of the mean likelihoods inside and outside that tells anything."""
 _AROUND = np.ones((3, 3), np.uint8)
 _ALL = 255
 
@@ -88,26 +88,19 @@ class FineEvidence:
         self._choose(views)
         shape = (*wanted.shape, self._squares.shape[1])
         values, seen = self._sampled(likelihood, known, body)
-        middle = HEIGHTS.index(1.0)
-        whole = slice(0, self._views.templates.shape[2]), slice(0, self._views.templates.shape[3])
+        middle, inner = HEIGHTS.index(1.0), slice(_MARGIN, -_MARGIN, 2)
         levels = _levels(
-            _shifted(values[middle], 0, 0, whole),
-            None if seen is None else _shifted(seen[middle], 0, 0, whole),
+            values[middle, inner, inner],
+            None if seen is None else seen[middle, inner, inner],
             self._views.templates[views[len(views) // 2], phase],
         )
         if levels is None:
             return np.zeros(shape)
-        person, ground = levels
-        shown: Floats | float = 1.0 if seen is None else seen
-        values = (values - ground * shown) * np.float32(1 / (person - ground))
         result = np.full(shape, -np.inf)
-        for tall, row in np.argwhere(wanted.any(axis=0)).tolist():
-            which = wanted[:, tall, row].copy()
-            lines = _lines(values[tall], ROWS[row], self._part)
-            visible = lines[:, :0] if seen is None else _lines(seen[tall], ROWS[row], self._part)
-            found = np.empty((len(views), shape[3]))
-            _compare(self._templates, self._squares, lines, visible, which, found)
-            result[which, tall, row] = 4 * HEIGHTS[tall] ** 2 * found[which]
+        seen = values[:0] if seen is None else seen
+        weights = 4 * np.square(HEIGHTS)
+        images = values, seen, levels, self._part
+        _compare(self._templates, self._squares, *images, wanted, weights, result)
         return result
 
     def _sampled(
@@ -116,8 +109,8 @@ class FineEvidence:
         """
         Resample the likelihood at each height.
 
-        :returns: (S, 2 h + 4, 2 w + 4) float32 in 0..1: from each half pixel of the views on, the
-            mean over a pixel of them; and what is known of that, None if all is.
+        :returns: (S, 2 h + 4, 2 w + 4) float32, from each half pixel of the views on, the mean
+            over a pixel of them, up to 255; and the share known of that, None if all is.
         """
         height, width = (2 * side for side in self._views.templates.shape[2:])
         size = (width + 2 * _MARGIN, height + 2 * _MARGIN)
@@ -128,7 +121,7 @@ class FineEvidence:
             grids.append(compose(template_to_image(other, height, width, self._fill), shift))
         side = antialiasing_side(body.height / (self._fill * height))
         images, masks = resampled(likelihood, known, grids, size, side)
-        return _paired(images), None if masks is None else _paired(masks)
+        return _paired(images), None if masks is None else _paired(masks) / np.float32(_ALL)
 
     def _choose(self, views: tuple[int, ...]) -> None:
         """Take the used part of the templates of some views, in 0..1."""
@@ -136,8 +129,14 @@ class FineEvidence:
             return
         chosen = self._views.templates[list(views)]
         used = chosen.max(axis=(0, 1)) > 0
-        self._part = _span(used.any(axis=1)), _span(used.any(axis=0))
-        flat = chosen[:, :, self._part[0], self._part[1]].astype(np.float32) / _ALL
+        rows, columns = _span(used.any(axis=1)), _span(used.any(axis=0))
+        self._part = (
+            rows.start,
+            columns.start,
+            rows.stop - rows.start,
+            columns.stop - columns.start,
+        )
+        flat = chosen[:, :, rows, columns].astype(np.float32) / _ALL
         self._templates = np.ascontiguousarray(flat.reshape(*flat.shape[:2], -1))
         self._squares = (self._templates**2).sum(axis=2)
         self._chosen = views
@@ -151,14 +150,14 @@ def _levels(
 
     At the outline the template need not fit yet.
 
-    :param values: (h, w) float32 in 0..1, and ``seen`` likewise: what is known of each pixel.
+    :param values: (h, w) float32 up to 255, and ``seen`` in 0..1: what is known of each pixel.
     """
-    seen = np.ones_like(values) if seen is None else seen
-    # The values are 0 where nothing is known; where half is, they are half as large.
-    values = values / np.maximum(seen, np.float32(0.25))
+    if seen is not None:
+        # The values are 0 where nothing is known; where half is, they are half as large.
+        values = values / np.maximum(seen, np.float32(0.25))
     means = []
     for part in (cv2.erode(template, _AROUND), _ALL - cv2.dilate(template, _AROUND)):
-        weight = part.astype(np.float32) * seen
+        weight = part.astype(np.float32) if seen is None else part * seen
         area = float(weight.sum())
         if area < _ALL:
             return None
@@ -174,54 +173,70 @@ def _span(used: NDArray[np.bool_]) -> slice:
 
 
 def _paired(images: NDArray[np.uint8]) -> Floats:
-    """Return the means, in 0..1, of the 2 x 2 pixels from each pixel on."""
-    means = [
-        cv2.boxFilter(image, cv2.CV_32F, (2, 2), anchor=(0, 0), normalize=False)
-        for image in images
-    ]
-    return np.stack(means) * np.float32(0.25 / _ALL)
+    """Return the means of the 2 x 2 pixels from each pixel on."""
+    means = np.empty(images.shape, np.float32)
+    for image, result in zip(images, means, strict=True):
+        cv2.boxFilter(image, cv2.CV_32F, (2, 2), result, anchor=(0, 0))
+    return means
 
 
-def _shifted(image: Floats, down: int, across: int, part: tuple[slice, slice]) -> Floats:
-    """Return a part of the views' grid, shifted by halves of its pixels."""
-    rows, columns = (
-        slice(_MARGIN + shift + 2 * each.start, _MARGIN + shift + 2 * each.stop, 2)
-        for shift, each in zip((down, across), part, strict=True)
-    )
-    return image[rows, columns]
-
-
-def _lines(image: Floats, down: int, part: tuple[slice, slice]) -> Floats:
-    """Return a part, shifted down and to either side, as lines (3, n)."""
-    return np.stack([_shifted(image, down, across, part) for across in ROWS]).reshape(3, -1)
-
-
-@kernel('f4[:,:,::1], f4[:,::1], f4[:,::1], f4[:,::1], b1[::1], f8[:,::1]', fastmath=True)
-def _compare(templates, squares, lines, shown, wanted, result):  # type: ignore[no-untyped-def]
+@kernel(
+    'f4[:,:,::1], f4[:,::1], f4[:,:,::1], f4[:,:,::1], UniTuple(f8, 2), UniTuple(i8, 4), '
+    'b1[:,:,::1], f8[::1], f8[:,:,:,::1]',
+    fastmath=True,
+)
+def _compare(  # type: ignore[no-untyped-def]
+    templates, squares, values, seen, levels, part, wanted, weights, result
+):
     """
     Put minus half the least sum of squared differences of each template into ``result``.
 
     Not by matrix products: those of BLAS wait for each other's threads where cores are busy.
 
     :param templates: (V, P, n) float32, and ``squares`` (V, P) the sums of their squares.
-    :param lines: (3, n) float32, one for each column, of which the best one counts; ``shown``
-        (3, n), what is known of them, (3, 0) = all.
-    :param wanted: (V,) bool.
-    :param result: (V, P) float64; what is not wanted is left as it is.
+    :param values: (S, h, w) float32, and ``seen`` likewise, or (0, h, w) if all is known.
+    :param levels: values that mean 1 and 0.
+    :param part: first row and column, and numbers of rows and columns that the templates have.
     """
-    for view in range(len(templates)):
-        if not wanted[view]:
-            continue
-        for phase in range(templates.shape[1]):
-            own = templates[view, phase]
-            first, second, third = _products(own, lines)
-            if shown.shape[1] == 0:
-                best = max(first, second, third) - np.float32(0.5) * squares[view, phase]
-            else:
-                one, two, three = _products(own * own, shown)
-                half = np.float32(0.5)
-                best = max(first - half * one, second - half * two, third - half * three)
-            result[view, phase] = best
+    top, left, height, width = part
+    person, ground = np.float32(levels[0]), np.float32(levels[1])
+    scale, half, all_seen = np.float32(1) / (person - ground), np.float32(0.5), len(seen) == 0
+    # One for each column; the best one counts.
+    lines = np.empty((3, height * width), np.float32)
+    shown = np.ones((3, height * width), np.float32)
+    for tall in range(len(values)):
+        for down in range(3):
+            if not wanted[:, tall, down].any():
+                continue
+            for across in range(3):
+                place = _MARGIN + 2 * top + down - 1, _MARGIN + 2 * left + across - 1, width
+                _cut(values[tall], *place, lines[across])
+                if not all_seen:
+                    _cut(seen[tall], *place, shown[across])
+                line, visible = lines[across], shown[across]
+                for j in range(len(line)):
+                    line[j] = (line[j] - ground * visible[j]) * scale
+            for view in range(len(templates)):
+                if not wanted[view, tall, down]:
+                    continue
+                for phase in range(templates.shape[1]):
+                    own = templates[view, phase]
+                    first, second, third = _products(own, lines)
+                    if all_seen:
+                        best = max(first, second, third) - half * squares[view, phase]
+                    else:
+                        one, two, three = _products(own * own, shown)
+                        best = max(first - half * one, second - half * two, third - half * three)
+                    result[view, tall, down, phase] = weights[tall] * best
+
+
+@kernel()
+def _cut(image, top, left, width, line):  # type: ignore[no-untyped-def]
+    """Put every other pixel of a part of an image, row by row, into a line."""
+    for row in range(len(line) // width):
+        source, target = image[top + 2 * row], line[row * width :]
+        for column in range(width):
+            target[column] = source[left + 2 * column]
 
 
 @kernel(fastmath=True)
