@@ -53,7 +53,14 @@ _FINE_ROWS = 48
 """Outlines move by less than a row between phases, but all along their length."""
 _MOST_PIXELS = (2**31 - 1) // 255  # sums over a template fit 32 bits
 _VIEWS = ('templates', 'azimuth', 'builds')
-_ENTRIES = (*_VIEWS, 'fill', 'provenance')
+_KINDS = {
+    'format': ('U', 0),
+    'version': ('i', 0),
+    'builds': ('U', 1),
+    'fill': ('f', 0),
+    'provenance': ('U', 0),
+}
+"""Kind and number of dimensions of entries."""
 _FINER = 'finer_'
 
 
@@ -272,19 +279,9 @@ def _read_arrays(path: Path) -> dict[str, Any]:
         raise BankError(f'{path} is not a bank or is damaged: {error}') from error
 
 
-def _scalar(arrays: dict[str, Any], name: str, kind: str) -> Any:
-    value = arrays[name]
-    if value.shape != () or value.dtype.kind != kind:
-        raise BankError(
-            f'entry {name!r} must be a single {"text" if kind == "U" else "number"}, '
-            f'got {value.dtype} of shape {value.shape}'
-        )
-    return value.item()
-
-
 def _entries(arrays: dict[str, Any]) -> dict[str, Any]:
     """
-    Check everything the file format promises.
+    Check everything the file format promises and the bank itself does not.
 
     :returns: the fields of a :class:`TemplateBank`.
     :raises BankError: if it is something else.
@@ -292,42 +289,37 @@ def _entries(arrays: dict[str, Any]) -> dict[str, Any]:
     if 'format' not in arrays or 'version' not in arrays:
         found = ', '.join(sorted(arrays)) or 'none'
         raise BankError(f'not a bank: entries format and version expected, got {found}')
-    name = _scalar(arrays, 'format', 'U')
-    if name != FORMAT:
+    for name, value in arrays.items():
+        kind, dimensions = _KINDS.get(name.removeprefix(_FINER), (value.dtype.kind, value.ndim))
+        if (value.dtype.kind, value.ndim) != (kind, dimensions):
+            what = 'texts' if dimensions else 'a single text' if kind == 'U' else 'a single number'
+            raise BankError(
+                f'entry {name!r} must be {what}, got {value.dtype} of shape {value.shape}'
+            )
+    if (name := arrays['format'].item()) != FORMAT:
         raise BankError(f'not a bank: format must be {FORMAT!r}, got {name!r}')
-    version = _scalar(arrays, 'version', 'i')
-    if version != FORMAT_VERSION:
+    if (version := arrays['version'].item()) != FORMAT_VERSION:
         raise BankError(
             f'a bank of version {version}, this program reads version {FORMAT_VERSION}: build it '
             'again with `gait_bank build`'
         )
-    missing = [entry for entry in _ENTRIES if entry not in arrays]
-    if missing:
+    finer = any(entry.startswith(_FINER) for entry in arrays)
+    needed = (*_VIEWS, 'fill', 'provenance', *(f'{_FINER}{name}' for name in _VIEWS if finer))
+    if missing := [entry for entry in needed if entry not in arrays]:
         raise BankError(f'entries missing: {", ".join(missing)}')
-    fill = float(_scalar(arrays, 'fill', 'f'))
-    finer = None
-    if any(entry.startswith(_FINER) for entry in arrays):
-        finer = TemplateBank(**_views_of(arrays, _FINER), fill=fill)
     try:
-        provenance = json.loads(_scalar(arrays, 'provenance', 'U'))
+        provenance = json.loads(arrays['provenance'].item())
     except (ValueError, RecursionError) as error:
         raise BankError(f'provenance must be JSON: {error}') from error
     if not isinstance(provenance, dict) or not all(
         isinstance(value, str) for value in provenance.values()
     ):
         raise BankError('provenance must be a JSON object of texts')
-    return {**_views_of(arrays), 'fill': fill, 'provenance': provenance, 'finer': finer}
-
-
-def _views_of(arrays: dict[str, Any], prefix: str = '') -> dict[str, Any]:
-    """Return the fields that hold the templates, those of finer views by their prefix."""
-    missing = [f'{prefix}{name}' for name in _VIEWS if f'{prefix}{name}' not in arrays]
-    if missing:
-        raise BankError(f'entries missing: {", ".join(missing)}')
-    views = {name: arrays[f'{prefix}{name}'] for name in _VIEWS}
-    builds = views['builds']
-    if builds.ndim != 1 or builds.dtype.kind != 'U':
-        raise BankError(
-            f'builds must be a list of texts, got {builds.dtype} of shape {builds.shape}'
-        )
-    return {**views, 'builds': tuple(str(build) for build in builds)}
+    views, fine = (
+        {name: arrays[prefix + name] for name in _VIEWS}
+        for prefix in ('', _FINER if finer else '')
+    )
+    for each in (views, fine):
+        each['builds'] = tuple(each['builds'].tolist())
+        each['fill'] = arrays['fill'].item()
+    return {**views, 'provenance': provenance, 'finer': TemplateBank(**fine) if finer else None}

@@ -10,8 +10,7 @@ Frames
 
 from __future__ import annotations
 
-from gait_segmentation.localization.camera import CameraPose, PinholeCamera
-from gait_segmentation.localization.camera_info import read_camera
+from gait_segmentation.localization.camera import CameraPose, PinholeCamera, read_camera
 from gait_segmentation.localization.config import LocalizationConfig
 from gait_segmentation.localization.localizer import Localizer, Location
 

@@ -16,8 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.geometry import BodyFrame, Box, check_body
-from gait_segmentation.localization.camera import CameraPose, PinholeCamera
+from gait_segmentation.geometry import BodyFrame, check_body
+from gait_segmentation.localization.camera import (
+    CameraPose,
+    DepthImage,
+    PinholeCamera,
+    distance_by_depth,
+)
 from gait_segmentation.localization.config import LocalizationConfig
 from gait_segmentation.results import MatchResult
 
@@ -28,18 +33,6 @@ DEPTH, GROUND, PREDICTED = 'depth', 'ground', 'predicted'
 
 _WATCHED_S = 0.5
 """How long somebody is watched, about a step, until it is said how fast they are."""
-
-_SAMPLES = 500
-"""Pixels of a body that are looked at."""
-
-_INSIDE = 0.01
-"""How far inside the outline depth is believed, in heights of the mask: at the edge it mixes."""
-
-_LEAST_VALID = 0.2
-"""Share of the body's pixels that must have a depth."""
-
-_REACH_M = 0.5
-"""How far limbs reach from the body's axis: what is farther from the median is not the body."""
 
 _LEAST_ERROR_M = 1e-3
 """Standard deviation that every place has at least, whatever is said to be exact."""
@@ -60,7 +53,6 @@ _STRIDES_HZ = (0.2, 2.5)
 """Rates of the strides of walkers."""
 
 Floats = NDArray[np.float64]
-DepthImage = NDArray[np.uint16] | NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -102,23 +94,20 @@ class Location:
 
 
 class _Place(NamedTuple):
-    """A place in the ground's frame: x, y and z with their covariance, and where it is from."""
+    """When and where somebody was, in the ground's frame, with covariance and source."""
 
+    time_s: float
     at: Floats
     covariance: Floats
     source: str
 
 
-_Track = deque[tuple[float, _Place, Floats]]
-"""
-Time, place, and both as one row of numbers: time, x, y and the inverse of their covariance.
-"""
+_Track = deque[_Place]
 
 
 class _Motion(NamedTuple):
-    """The last place and its time, the velocity (2,) then with its covariance, and the speed."""
+    """The last place, the velocity (2,) then with its covariance, and the speed."""
 
-    last_s: float
     last: _Place
     velocity: Floats
     covariance: Floats
@@ -128,6 +117,7 @@ class _Motion(NamedTuple):
 class _View(NamedTuple):
     """How a body is seen: rays to its middle and its soles (z of the camera 1), turned to z up."""
 
+    time_s: float
     body: BodyFrame
     camera: PinholeCamera
     pose: CameraPose
@@ -135,8 +125,9 @@ class _View(NamedTuple):
     soles: Floats
 
     @classmethod
-    def of(cls, body: BodyFrame, camera: PinholeCamera, pose: CameraPose) -> _View:
-        half = body.height / 2
+    def of(cls, match: MatchResult, camera: PinholeCamera, pose: CameraPose) -> _View:
+        assert match.body is not None
+        body, half = match.body, match.body.height / 2
         soles = (
             body.center_x - math.sin(body.angle) * half,
             body.center_y + math.cos(body.angle) * half,
@@ -144,17 +135,12 @@ class _View(NamedTuple):
         rays = camera.rays(np.array([(body.center_x, body.center_y), soles])) @ pose.rotation.T
         if math.hypot(*rays[0, :2]) < _BELOW * np.linalg.norm(rays[0]):
             raise InputError('straight below or above the camera')
-        return cls(body, camera, pose, *rays)
+        return cls(match.stamp_ns * 1e-9, body, camera, pose, *rays)
 
     @property
     def away(self) -> Floats:
         """Return the horizontal direction (2,) from the camera to the body."""
         return self.middle[:2] / math.hypot(*self.middle[:2])
-
-    @property
-    def levelled(self) -> bool:
-        """Return whether it is known how high the camera is, or how it is tilted."""
-        return self.pose.grounded or bool(self.pose.rotation[2, 2])
 
     def place(
         self, towards: Floats, distance: float, errors: tuple[float, float], source: str
@@ -169,7 +155,8 @@ class _View(NamedTuple):
         spread = np.square(
             np.maximum([errors[1], angle * distance, angle * distance], _LEAST_ERROR_M)
         )
-        return _Place(np.array([*level, z]), axes.T @ np.diag(spread) @ axes, source)
+        covariance = axes.T @ np.diag(spread) @ axes
+        return _Place(self.time_s, np.array([*level, z]), covariance, source)
 
 
 class Localizer:
@@ -250,37 +237,34 @@ class Localizer:
         if match.body is None or not match.track_id:
             return None
         check_body(match.body, (mask.shape[1], mask.shape[0]))
-        time_s = match.stamp_ns * 1e-9
-        view = _View.of(match.body, camera, pose)
+        view = _View.of(match, camera, pose)
         walk = self._tracks.setdefault(match.track_id, deque())
-        if walk and walk[-1][0] >= time_s:
+        if walk and walk[-1].time_s >= view.time_s:
             walk.clear()
-        while walk and time_s - walk[0][0] > self.config.window:
+        while walk and view.time_s - walk[0].time_s > self.config.window:
             walk.popleft()
-        place, why = None, ''
+        place, why = None, []
         if depth is not None:
             try:
                 place = self._by_depth(view, mask, depth)
             except InputError as error:
-                why = str(error)
-        if place is None:
-            place = self._predicted(walk, time_s)
-        if place is None:
-            if why and not view.pose.grounded:
-                raise InputError(why)
+                why.append(str(error))
+        place = place or self._predicted(walk, view.time_s)
+        if place is None and (pose.grounded or not why):
             try:
                 place = self._on_ground(view)
             except InputError as error:
-                raise InputError(f'{why}, and {error}' if why else str(error)) from error
+                why.append(str(error))
+        if place is None:
+            raise InputError(', and '.join(why))
         if place.source != PREDICTED:
-            information = np.linalg.inv(place.covariance[:2, :2])
-            walk.append((time_s, place, np.array([time_s, *place.at[:2], *information.ravel()])))
+            walk.append(place)
         motion = self._motion(walk, DEPTH if place.source == PREDICTED else place.source)
         return self._location(match, view, place, motion)
 
     def _by_depth(self, view: _View, mask: NDArray[np.uint8], depth: DepthImage) -> _Place:
         config, away = self.config, view.away
-        seen = _distance_by_depth(depth, mask, view.camera, view.pose, away, config.max_distance)
+        seen = distance_by_depth(depth, mask, view.camera, view.pose, away, config.max_distance)
         # Without the ground the soles say how low it is.
         if not (view.pose.grounded or view.soles[:2] @ away > 0):
             raise InputError('the soles are behind the camera')
@@ -308,45 +292,46 @@ class Localizer:
     def _predicted(self, walk: _Track, time_s: float) -> _Place | None:
         """Return where somebody who was seen in depth just before must be by now."""
         motion = self._motion(walk, DEPTH)
-        if motion is None or motion.last_s - walk[0][0] < _WATCHED_S:
+        if motion is None or motion.last.time_s - walk[0].time_s < _WATCHED_S:
             return None
-        since = time_s - motion.last_s
+        since = time_s - motion.last.time_s
         at, covariance = motion.last.at.copy(), motion.last.covariance.copy()
         at[:2] += since * motion.velocity
         covariance[:2, :2] += since**2 * motion.covariance
-        return _Place(at, covariance, PREDICTED)
+        return _Place(time_s, at, covariance, PREDICTED)
 
     def _motion(self, walk: _Track, source: str) -> _Motion | None:
         """Return how somebody moves by the places from a source, None of fewer than three."""
-        samples = [each for each in walk if each[1].source == source]
+        samples = [each for each in walk if each.source == source]
         if len(samples) < 3:
             return None
-        last_s, last, _ = samples[-1]
-        rows = np.array([row for _, _, row in samples])
-        since, places = rows[:, 0] - last_s, rows[:, 1:3]
-        weights = rows[:, 3:].reshape(-1, 2, 2)
+        since = np.array([each.time_s for each in samples]) - samples[-1].time_s
+        places = np.array([each.at[:2] for each in samples])
+        weights = np.linalg.inv(np.array([each.covariance[:2, :2] for each in samples]))
         velocity, covariance = _fitted(since, places, weights, self.config.acceleration)
         # A straight line says best how fast, and nothing of turns.
         centred = since - since.mean()
         straight = centred @ places / (centred @ centred)
-        return _Motion(last_s, last, velocity, covariance, math.hypot(*straight))
+        return _Motion(samples[-1], velocity, covariance, math.hypot(*straight))
 
     def _location(
         self, match: MatchResult, view: _View, place: _Place, motion: _Motion | None
     ) -> Location:
-        turn = view.pose.rotation.T
+        pose, walk = view.pose, self._tracks[match.track_id]
+        turn = pose.rotation.T
         yaw, error = self._heading(view.away, match.azimuth, motion)
-        middle = math.hypot(*view.middle[:2])
-        distance = math.hypot(*(place.at - view.pose.position)[:2])
-        stature = view.body.height / view.camera.fy * distance / middle
+        distance = math.hypot(*(place.at - pose.position)[:2])
+        stature = view.body.height / view.camera.fy * distance / math.hypot(*view.middle[:2])
         speed = step = None
-        if motion is not None and self._watched(match.track_id) >= _WATCHED_S:
+        if motion is not None and walk[-1].time_s - walk[0].time_s >= _WATCHED_S:
             speed, step = _of_walker(motion.speed, match.phase_rate, stature)
-        position = turn @ (place.at - view.pose.position)
+        position = turn @ (place.at - pose.position)
         numbers = (*position, *place.covariance.ravel(), yaw, error, stature, speed or 0.0)
         # Written so that what is no number is refused.
         if not (np.linalg.norm(position) <= _FARTHEST_M and all(map(math.isfinite, numbers))):
             raise InputError('the numbers that come are those of no place')
+        # Whether it is known how high the camera is, or how it is tilted.
+        levelled = pose.grounded or bool(pose.rotation[2, 2])
         return Location(
             track_id=match.track_id,
             position=position,
@@ -358,13 +343,9 @@ class Localizer:
             speed=speed,
             step_length=step,
             stature=stature,
-            distance=distance if view.levelled else float(position[2]),
+            distance=distance if levelled else float(position[2]),
             source=place.source,
         )
-
-    def _watched(self, track_id: int) -> float:
-        walk = self._tracks[track_id]
-        return walk[-1][0] - walk[0][0] if walk else 0.0
 
     def _heading(
         self, away: Floats, azimuth: float, motion: _Motion | None
@@ -415,56 +396,3 @@ def _fitted(
     right = np.einsum('ni,nkl,nl->ik', powers, weights, places).reshape(6)
     covariance = np.linalg.inv(normal)
     return (covariance @ right)[2:4], covariance[2:4, 2:4]
-
-
-def _distance_by_depth(
-    depth: DepthImage,
-    mask: NDArray[np.uint8],
-    camera: PinholeCamera,
-    pose: CameraPose,
-    towards: Floats,
-    most: float,
-) -> float:
-    """
-    Return the distance over the ground of the surface that is seen of a body, in metres.
-
-    The median over the pixels of the mask, then that of those within reach of it: holes and what
-    shows through them count nothing.
-
-    :param depth: (H, W) along the camera's z, uint16 in millimetres or float32 in metres; zero,
-        negative, not finite or beyond ``most`` is invalid.
-    :param mask: (H, W) uint8, not zero = body.
-    :param towards: (2,) the horizontal direction from the camera to the body, of length 1.
-    :param most: largest distance in metres.
-    :raises InputError: if too little of the body has a valid depth.
-    """
-    box = Box.around(mask)
-    if box is None:
-        raise InputError('the mask is empty')
-    rows, columns = box.slices(mask.shape[1], mask.shape[0])
-    inside = _eroded(mask[rows, columns], _INSIDE * box.height)
-    seen = np.flatnonzero(inside)
-    # Not every so many rows and columns, which holes may be as well.
-    y, x = np.divmod(seen[:: math.ceil(len(seen) / _SAMPLES)], inside.shape[1])
-    at = depth[rows, columns][y, x]
-    metres = at * np.float64(1e-3) if depth.dtype == np.uint16 else at.astype(np.float64)
-    valid = (metres > 0) & (metres <= most)  # What is no number is not valid.
-    if not valid.any():
-        raise InputError('no depth on the body')
-    if valid.sum() < _LEAST_VALID * len(valid):
-        raise InputError(
-            f'depth on {valid.mean():.0%} of the body only ({_LEAST_VALID:.0%} are needed)'
-        )
-    points = np.column_stack([x, y])[valid] + (columns.start + 0.5, rows.start + 0.5)
-    along = camera.rays(points) @ (pose.rotation[:2].T @ towards) * metres[valid]
-    distance = float(np.median(along[np.abs(along - np.median(along)) <= _REACH_M]))
-    if not distance > 0:
-        raise InputError('its depth does not lie where the body is seen')
-    return distance
-
-
-def _eroded(mask: NDArray[np.uint8], margin: float) -> NDArray[np.uint8]:
-    """Return a mask without its margin, as it is where nothing would be left."""
-    size = 1 + 2 * math.ceil(margin)
-    smaller = cv2.erode(mask, np.ones((size, size), np.uint8), borderValue=0)
-    return smaller if smaller.any() else mask

@@ -128,7 +128,7 @@ def write_raw(path, **changes):
         ({'format': np.array('something')}, "format must be .*got 'something'"),
         ({'format': None}, 'entries format and version expected'),
         ({'templates': None, 'fill': None}, 'entries missing: templates, fill'),
-        ({'builds': np.array([1, 2])}, 'builds must be a list of texts, got int64'),
+        ({'builds': np.array([1, 2])}, "'builds' must be texts, got int64"),
         (
             {'fill': np.array([0.9])},
             r"'fill' must be a single number, got float64 of shape \(1,\)",
