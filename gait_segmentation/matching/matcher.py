@@ -210,7 +210,7 @@ class SequenceMatcher:
         self._path.step(similarity, seconds, searched)
         frame = _Waiting(self._stamp_ns, seconds, box, angle, scale, likelihood.shape, sampled)
         self._waiting.append(frame)
-        leader = self._path.leader()
+        leader = self._path.leader
         self._place = leader[2:]
         self._newest = placement, azimuth, _ = self._between(leader, 0, angle)
         view = self._bank.builds[leader[0]], azimuth

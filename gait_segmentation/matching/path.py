@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.matching.common_areas import pitch_of
 from gait_segmentation.matching.config import MatchingConfig
-from gait_segmentation.matching.placements import Place, SearchRange
+from gait_segmentation.matching.placements import SearchRange
 from gait_segmentation.matching.views import Views, turned
 from gait_segmentation.matching.viterbi import FLOOR, advance, shifted, step_back
 
@@ -53,7 +54,7 @@ class Scores:
         start = phase * pitch_of(self.searched.size)
         return self.rows[sequence, start : start + self.searched.size]
 
-    def at(self, sequence: int, phase: int, place: Place) -> int:
+    def at(self, sequence: int, phase: int, place: Sequence[int]) -> int:
         """Return the score of a template at a placement."""
         lane = self.searched.lane(*place)
         return FLOOR if lane is None else int(self.of(sequence, phase)[lane])
@@ -78,32 +79,19 @@ class Scores:
         :param beside: the sequences beside the state's, clockwise and anticlockwise.
         :returns: for view, phase, scale, row and column.
         """
-        found = []
-        for axis, value in enumerate(state):
-            sides: tuple[int, int] = (value - 1, value + 1)
-            if axis == 0:
-                sides = beside
-            elif axis == 1:
-                sides = sides[0] % phases, sides[1] % phases
-            low, middle, high = (
-                self._with(state, axis, each) for each in (sides[0], value, sides[1])
-            )
-            found.append(_vertex(low, middle, high))
+        sequence, phase, *place = state
+        sides = [[(each, phase, place) for each in beside]]
+        sides.append([(sequence, (phase + step) % phases, place) for step in (-1, 1)])
+        for axis in range(3):
+            moved = [[at + step * (k == axis) for k, at in enumerate(place)] for step in (-1, 1)]
+            sides.append([(sequence, phase, each) for each in moved])
+        found, middle = [], self.at(sequence, phase, place)
+        for low, high in ((self.at(*one), self.at(*other)) for one, other in sides):
+            bend = 2 * middle - low - high
+            # What is at the floor has not been searched.
+            flat = min(low, high) <= FLOOR or bend <= 0
+            found.append(0.0 if flat else min(max(0.5 * (high - low) / bend, -0.5), 0.5))
         return found
-
-    def _with(self, state: State, axis: int, value: int) -> int:
-        place = list(state)
-        place[axis] = value
-        return self.at(place[0], place[1], (place[2], place[3], place[4]))
-
-
-def _vertex(low: int, middle: int, high: int) -> float:
-    """Return where a parabola through three scores has its vertex."""
-    bend = 2 * middle - low - high
-    # What is at the floor has not been searched.
-    if min(low, high) <= FLOOR or bend <= 0:
-        return 0.0
-    return min(max(0.5 * (high - low) / bend, -0.5), 0.5)
 
 
 @dataclass(frozen=True)
@@ -151,7 +139,9 @@ class PathSearch:
         """Strides per second with which the path is expected to go on."""
 
         self._followed: tuple[int, int] | None = None
-        self._leader: State | None = None
+        self.leader: State = (0, 0, 0, 0, 0)
+        """The state of the newest frame to trace back from."""
+
         self._traced = np.empty((0, 5), np.int64)
 
     @property
@@ -202,34 +192,18 @@ class PathSearch:
             self._row,
             self.leading,
         )
-        self._make_room(seconds)
-        self._frames.append(_Frame(after, seconds, costs))
-        self._best = int(self.leading.max())
-        self._leader = None
-
-    def _make_room(self, seconds: float) -> None:
-        """Let go of the oldest frames, so that one of a time can be taken in."""
-        config, frames = self._config, self._frames
+        frames = self._frames
         while frames and (
             len(frames) == self._most_frames
             or (len(frames) > config.lag + 1 and seconds - frames[1].seconds > config.window)
         ):
             del frames[0]
             self._traced = self._traced[1:]
-
-    def leader(self) -> State:
-        """
-        Return sequence, phase, scale, row and column of the state to trace back from.
-
-        The path followed so far is left only for one that leads by ``switch_margin``, so that
-        equally good half-cycle twins do not alternate.
-        """
-        if self._leader is None:
-            sequence, phase = self._leading_template()
-            scores = self.scores(0)
-            lane = int(scores.of(sequence, phase).argmax())
-            self._leader = sequence, phase, *scores.searched.place(lane)
-        return self._leader
+        frames.append(_Frame(after, seconds, costs))
+        self._best = int(self.leading.max())
+        sequence, phase = self._leading_template()
+        lane = int(after.of(sequence, phase).argmax())
+        self.leader = sequence, phase, *searched.place(lane)
 
     def follow(self) -> NDArray[np.int64]:
         """
@@ -237,13 +211,12 @@ class PathSearch:
 
         :returns: (N, 5), sequence, phase, scale, row and column of the frames, the oldest first.
         """
-        leader = self.leader()
-        self._traced = states = self._trace(leader)
+        self._traced = states = self._trace(self.leader)
         seconds = np.array([frame.seconds for frame in self._frames])
         if seconds[-1] - seconds[0] >= _RATE_SPAN:
             rate = self._measure(states[:, 1], seconds)
             self.rate = min(max(rate, self._config.slowest_rate), self._config.fastest_rate)
-        self._followed = leader[:2]
+        self._followed = self.leader[:2]
         return states
 
     def _trace(self, leader: State) -> NDArray[np.int64]:
@@ -272,7 +245,12 @@ class PathSearch:
         return states
 
     def _leading_template(self) -> tuple[int, int]:
-        """Return sequence and phase of the leader."""
+        """
+        Return sequence and phase of the leader.
+
+        The path followed so far is left only for one that leads by ``switch_margin``, so that
+        equally good half-cycle twins do not alternate.
+        """
         phases = self.leading.shape[1]
         best = divmod(int(self.leading.argmax()), phases)
         if self._followed is None or len(self._frames) < 2:

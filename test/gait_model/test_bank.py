@@ -19,7 +19,6 @@ from gait_segmentation.gait_model.bank import (
     quantize,
 )
 from gait_segmentation.geometry import Box
-from test.walkers import small_bank
 
 
 def make(**changes):
@@ -31,11 +30,6 @@ def make(**changes):
         'provenance': {'source': 'test'},
     }
     return TemplateBank(**{**parts, **changes})
-
-
-def test_sizes():
-    bank = make()
-    assert (bank.sequences, bank.phases, bank.grid) == (2, 3, (4, 5))
 
 
 def finer(**changes):
@@ -203,11 +197,6 @@ def test_a_failed_write_leaves_the_old_file_and_no_rubbish(tmp_path, monkeypatch
     assert [file.name for file in tmp_path.iterdir()] == ['bank.npz']
 
 
-def test_a_missing_folder_cannot_be_written_to(tmp_path):
-    with pytest.raises(BankError, match='cannot write the bank'):
-        make().save(tmp_path / 'none' / 'bank.npz')
-
-
 def test_a_bank_is_opened_by_its_file_and_the_standard_one_without(tmp_path):
     make().save(tmp_path / 'bank.npz')
     assert open_bank(str(tmp_path / 'bank.npz')).grid == (4, 5)
@@ -254,12 +243,3 @@ def test_extents_are_the_boxes_of_the_thresholded_images():
             box = Box.around(images[place] > threshold)
             expected = (0, 0, 0, 0) if box is None else (box.x, box.y, box.width, box.height)
             assert tuple(found[place]) == expected
-
-
-def test_a_bank_knows_its_extents():
-    bank = small_bank()
-    tight, whole = bank.extents
-    assert tight.shape == whole.shape == (bank.sequences, bank.phases, 4)
-    assert (whole[..., 2:] >= tight[..., 2:]).all()
-    assert (tight[..., 3] > 0.85 * bank.fill * bank.grid[0]).all()
-    assert bank.extents[0] is tight

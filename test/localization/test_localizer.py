@@ -12,7 +12,6 @@ from functools import cache
 import numpy as np
 import pytest
 
-from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.localization import (
     CameraPose,
@@ -171,13 +170,6 @@ def test_nobody_is_nowhere() -> None:
     above = dataclasses.replace(about, track_id=2, body=BodyFrame(320.0, 10.0, 100.0))
     located = Localizer().update([nobody, about, above], [mask] * 3, model, pose, None)
     assert [place and place.track_id for place in located] == [None, 1, None]
-
-
-def test_an_image_of_another_size_than_the_cameras_is_refused() -> None:
-    _, about, mask = walked('across', 'level')[0]
-    model, pose = CAMERAS['level']
-    with pytest.raises(InputError, match='camera_info is of images of 640 x 480'):
-        Localizer().update([about], [mask[::2, ::2]], model, pose)
 
 
 @pytest.mark.parametrize('config', [{'depth_error': 0.0}, {'feet_error': 0.001}])

@@ -50,16 +50,6 @@ def test_only_some_windows_are_compared_in_memory_that_was_used_before(name, ste
         np.testing.assert_array_equal(found, every[:, :, first[0] :, first[1] :])
 
 
-@pytest.mark.parametrize('name', KERNELS)
-def test_equal_templates_share_a_row(name):
-    rng = np.random.default_rng(2)
-    templates = rng.integers(0, 256, (3, 6, 5), dtype=np.uint8)
-    twice = KERNELS[name](np.concatenate([templates, templates]), WindowGrid(6, 5, 2, 2))
-    assert twice.rows == 3
-    assert (twice.row[:3] == twice.row[3:]).all()
-    assert sorted(twice.row[:3].tolist()) == [0, 1, 2]
-
-
 def test_windows_and_their_areas():
     grid = WindowGrid(5, 4, 3, 2, 2)
     images = np.random.default_rng(0).integers(0, 256, (2, *grid.image_shape), dtype=np.uint8)

@@ -24,8 +24,3 @@ def test_refuses_values_with_their_name(wrong):
 def test_an_unknown_kernel_is_named_with_the_choices() -> None:
     with pytest.raises(ConfigError, match=r"events, direct_access_table, got 'table'"):
         MatchingConfig(kernel='table')
-
-
-def test_two_steps_are_a_stride() -> None:
-    config = MatchingConfig(minimum_cadence=60.0, maximum_cadence=120.0)
-    assert (config.slowest_rate, config.middle_rate, config.fastest_rate) == (0.5, 0.75, 1.0)

@@ -60,13 +60,6 @@ def test_events_make_the_templates():
     np.testing.assert_array_equal(made[1:][program.row], templates.reshape(len(templates), -1))
 
 
-def test_rows_are_numbered_as_they_are_made():
-    program = make_program(random_templates())
-    first = [program.target.tolist().index(row + 1) for row in range(5)]
-    assert first == sorted(first)
-    assert sorted(program.row.tolist()) == list(range(5))
-
-
 def test_an_empty_template_has_a_step_without_events():
     program = make_program(np.zeros((1, 3, 3), np.uint8))
     assert len(program.source) == 0

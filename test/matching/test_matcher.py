@@ -235,21 +235,6 @@ def test_a_stamp_that_goes_back_needs_a_reset(bank):
     assert [r.stamp_ns for r in matcher.flush()] == [f[0] for f in frames[:2]]
 
 
-def test_results_are_the_same_bits_again(bank):
-    frames = list(walk(0.5, 6))
-    matcher = SequenceMatcher(bank, config())
-    first = run(matcher, frames)
-    matcher.reset()
-    for a, b in zip(first, run(matcher, frames), strict=True):
-        assert (a.phase, a.azimuth, a.body, a.confidence) == (
-            b.phase,
-            b.azimuth,
-            b.body,
-            b.confidence,
-        )
-        np.testing.assert_array_equal(a.shape_prior, b.shape_prior)
-
-
 @pytest.mark.parametrize(
     ('change', 'words'),
     [

@@ -86,15 +86,6 @@ def test_leaves_a_twin_that_is_clearly_worse():
     assert abs((state - 0.4 * 199 + 6) % 12 - 6) <= 1
 
 
-def test_following_the_path_again_finds_the_same():
-    path = search()
-    for k in range(4):
-        path.step(seen(bump(4 * k) / 2), 0.35 * k, ONE)
-        before, found = path.leader(), path.follow()
-        np.testing.assert_array_equal(path.follow(), found)
-        assert path.leader() == before
-
-
 def test_what_is_not_searched_is_at_the_floor():
     path = search(window=0.2)
     rng = np.random.default_rng(3)
@@ -175,13 +166,6 @@ def test_a_neighbouring_view_in_time_is_preferred_to_a_twin():
     assert turning(0.04, 4, 4) == (1, 4)
 
 
-def test_a_path_is_expected_where_its_rate_leads():
-    rate = MatchingConfig().middle_rate
-    ahead = round(PHASES * rate * 0.35)
-    assert ahead >= 3
-    assert turning(0.35, 2, 2 + ahead, view=0) == (0, 2 + ahead)
-
-
 def test_steps_reach_from_standing_to_the_fastest_walk():
     costs = phase_costs(30, 1 / 30, 1, 4 / 3, 0.3)
     assert len(costs) == 3
@@ -243,25 +227,6 @@ def test_the_border_and_flat_scores_have_no_vertex():
     values = scores(np.array([0.25, 0.25, 0.25, 0.25, 0.25]))
     assert offsets(kept(values), (0, 0, 0, 0, 0))[2:] == [0.0, 0.0, 0.0]
     assert offsets(kept(np.zeros_like(values)), (0, 0, 1, 1, 1)) == [0.0] * 5
-
-
-def test_there_is_no_vertex_beside_what_was_not_searched():
-    values = scores(np.array([0.0, 0.0, 1.25, 2.5, 1.75]))
-    some = SearchRange((0, 0, 0), (2, *SHAPE[1:]))
-    found = offsets(kept(values, some), (0, 0, 1, 2, 2))
-    assert found == pytest.approx([0.0, 0.0, 0.0, 0.5, -0.25], abs=0.01)
-
-
-def test_scores_are_those_of_the_lanes():
-    searched = SearchRange((1, 0, 2), (1, 2, 2))
-    pitch = pitch_of(4)
-    values = np.arange(2 * 3 * pitch, dtype=np.int16).reshape(2, 3 * pitch)
-    found = Scores(values, searched)
-    assert found.of(1, 1).tolist() == values[1, pitch : pitch + 4].tolist()
-    assert found.at(1, 1, (1, 1, 2)) == values[1, pitch + 2]
-    assert found.at(0, 2, (1, 0, 3)) == values[0, 2 * pitch + 1]
-    for place in ((0, 0, 2), (2, 0, 2), (1, -1, 2), (1, 2, 2), (1, 0, 1), (1, 0, 4)):
-        assert found.at(0, 1, place) == FLOOR
 
 
 def test_scores_stay_with_their_placements_and_come_from_the_floor_beyond_the_range():

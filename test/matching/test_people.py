@@ -34,15 +34,6 @@ def people(slots: int = 2, threads: int = 1, **changes) -> PeopleMatcher:
     return PeopleMatcher(small_bank(), config, max_people=slots, threads=threads)
 
 
-def test_every_slot_is_matched_in_every_frame() -> None:
-    matcher = people()
-    for index in range(3):
-        ((one, two),) = matcher.update(tracks(index, True, False), source_size=SIZE)
-        assert one.stamp_ns == two.stamp_ns == clip(pan=0.0)[index].stamp_ns
-        assert one.body is not None
-        assert two.body is None
-
-
 def test_a_lag_holds_a_frame_until_all_slots_have_it() -> None:
     matcher = people(lag=2)
     counts = [len(matcher.update(tracks(k, k < 4, True), source_size=SIZE)) for k in range(6)]

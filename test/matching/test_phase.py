@@ -66,12 +66,6 @@ def test_turning_and_mistaking_towards_for_away(bank):
     assert np.sqrt((found[8:] ** 2).mean()) < 0.03
 
 
-def test_begins_anew(bank):
-    _, finder = phase_errors(bank, [1.5] * 5, [1.5] * 5)
-    finder.reset()
-    assert finder.rate == 0.0
-
-
 FPS = 25
 
 
@@ -119,14 +113,6 @@ def test_jumps_are_taken_at_once():
     assert astuple(steady.update(tall, 41 / FPS)) == pytest.approx(astuple(tall))
 
 
-def test_what_was_before_a_pause_says_nothing():
-    steady = SteadyBody()
-    for t, _, body in walking((80.0, 0.0)):
-        steady.update(body, t)
-    after = BodyFrame(body.center_x + 9.0, 81.0, 103.0, 0.1)
-    assert astuple(steady.update(after, t + 0.9)) == pytest.approx(astuple(after))
-
-
 @pytest.mark.parametrize(
     ('degrees', 'swap'), [(0, 0.0), (60, 0.0), (180, 0.5), (-150, 0.5), (100, 0.5), (270, 0.0)]
 )
@@ -169,17 +155,6 @@ def test_expects_a_steady_walk():
     assert near.expected(2.1, 0.9, 0.3) == pytest.approx(0.79)
     near.reset()
     assert near.expected(3.0, 0.9, 0.3) == 0.3
-
-
-@given(
-    st.lists(
-        st.tuples(st.floats(0, 1, exclude_max=True), st.floats(-math.pi, math.pi)), max_size=9
-    )
-)
-def test_phases_are_shares_of_a_stride(counted):
-    near = NearLeg()
-    for number, (phase, azimuth) in enumerate(counted):
-        assert 0 <= near.update(phase, azimuth, 0.1 * number) < 1
 
 
 PHASES = 30

@@ -6,7 +6,7 @@ import pytest
 
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.matching.phase_evidence import HEIGHTS, ROWS, FineEvidence, _levels
+from gait_segmentation.matching.phase_evidence import HEIGHTS, ROWS, FineEvidence
 from gait_segmentation.matching.views import FineViews
 from gait_tools.gait_model import render_silhouette
 
@@ -123,23 +123,6 @@ def test_nothing_to_be_told(evidence, fine):
     assert not compare(evidence, fine, picture(0.0), 0.0, known=np.zeros_like(flat)).any()
 
 
-def test_a_large_body_is_compared_as_a_small_one(evidence, fine):
-    image = picture(1.2)
-    large = cv2.resize(image, None, fx=5, fy=5, interpolation=cv2.INTER_LINEAR)
-    small = compare(evidence, fine, image, 1.2)
-    found = compare(evidence, fine, large, 1.2, body=BODY.scaled(5))
-    assert found.argmax() == small.argmax()
-    assert found.max() == pytest.approx(small.max(), rel=0.05)
-
-
-def test_what_was_compared_before_does_not_matter(bank, evidence, fine):
-    compare(evidence, fine, picture(0.2), 0.2)
-    np.testing.assert_array_equal(
-        compare(evidence, fine, picture(1.2), 1.2),
-        compare(FineEvidence(fine, bank.fill), fine, picture(1.2), 1.2),
-    )
-
-
 def test_what_is_finer_than_the_views_is_averaged(evidence, fine):
     image = cv2.resize(picture(1.2), None, fx=8, fy=8, interpolation=cv2.INTER_LINEAR)
     stripes = image + np.where(np.arange(image.shape[1]) % 5 < 2, 48, -32)
@@ -153,15 +136,6 @@ def test_person_and_surroundings_must_both_be_seen(evidence, fine):
     person = np.where(image > 125, 255, 0).astype(np.uint8)
     for known in (cv2.erode(person, np.ones((5, 5))), 255 - cv2.dilate(person, np.ones((5, 5)))):
         assert not compare(evidence, fine, image, 1.2, known=known).any()
-
-
-def test_levels_do_not_depend_on_how_much_of_each_pixel_is_known(fine):
-    template = fine.templates[fine.around('average', fine.place('average', 1.2))[0], PHASE]
-    values = (25 + 150 * (template > 127)).astype(np.float32)
-    half = np.full(values.shape, 0.5, np.float32)
-    half[::2] = 1.0
-    expected = _levels(values, None, template)
-    assert _levels(half * values, half, template) == pytest.approx(expected, abs=0.1)
 
 
 @pytest.mark.parametrize('known_from', [0, 75])

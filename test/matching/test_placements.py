@@ -45,19 +45,6 @@ def test_windows_show_what_stands_at_their_placement(grid, size, angle):
         assert common / np.maximum(window, template).sum(dtype=float) > 0.8
 
 
-def test_outside_of_the_image_is_unknown(grid):
-    image = np.full((100, 60), 255, np.uint8)
-    sampled = grid.sample(image, None, Box(30, 20, 30, 70), 3)
-    assert sampled.known is not None
-    assert set(np.unique(sampled.known)) == {0, 255}
-    assert (sampled.images[sampled.known == 255] == 255).all()
-    assert (sampled.images[sampled.known == 0] == 0).all()
-    for known in (None, np.full_like(image, 255)):
-        away = grid.sample(image, known, Box(500, 500, 30, 70), 3)
-        assert away.known is not None
-        assert not away.known.any()
-
-
 def test_unknown_pixels_do_not_leak_into_known_ones(grid):
     image = np.full((300, 300), 200, np.uint8)
     known = np.full_like(image, 255)
@@ -80,14 +67,6 @@ def test_only_body_heights_that_are_searched_are_sampled(grid):
         assert not some.images[0].any()
         if every.known is not None and some.known is not None:
             np.testing.assert_array_equal(some.known[1:], every.known[1:])
-
-
-def test_what_is_known_where_it_is_searched_needs_no_mask(grid):
-    image = np.full((200, 200), 200, np.uint8)
-    known = np.full_like(image, 255)
-    box = Box(85, 75, 30, 60)
-    assert grid.sample(image, known, box, 3).known is None
-    assert grid.sample(image, known, box, 3, searched=slice(1, 3)).known is None
 
 
 @pytest.mark.parametrize('side', ['left', 'top', 'right', 'bottom'])
@@ -133,12 +112,6 @@ def test_the_largest_body_height_tells_how_much_is_averaged():
     np.testing.assert_array_equal(
         grid.sample(noise, None, box, 1).images, grid.sample(noise, None, box, 3).images
     )
-
-
-@pytest.mark.parametrize('shift_step', [0.005, 0.02])
-def test_shifts_are_at_least_a_pixel(shift_step):
-    grid = PlacementGrid((24, 16), 0.9, MatchingConfig(shift_step=shift_step))
-    assert grid.windows.step == 1
 
 
 @pytest.mark.parametrize('sign', [-1, 1])

@@ -110,19 +110,6 @@ def test_only_placements_that_are_searched_are_compared(name, first, shape):
     np.testing.assert_array_equal(found[:, : part.size], every)
 
 
-def test_rows_are_as_long_as_what_is_searched_whatever_was_before():
-    bank, grid = templates(), WindowGrid(7, 5, 11, 13)
-    similarities = SimilarityMaps(coded_bank(of_builds(bank), 256, grid, 'events')[1], grid, COST)
-    images = np.random.default_rng(1).integers(0, 256, (2, *grid.image_shape), dtype=np.uint8)
-    sampled = Sampled(images, None)
-    every = SearchRange((0, 0, 0), (2, 11, 13))
-    part = SearchRange((0, 3, 4), (2, 5, 6))
-    whole = inner(similarities.update(sampled, every).copy(), every, part)
-    found = similarities.update(sampled, part)
-    assert found.shape[1] == pitch_of(part.size) < pitch_of(every.size)
-    np.testing.assert_array_equal(found[:, : part.size], whole)
-
-
 def test_nothing_is_like_nothing():
     bank = templates()
     bank[0, 1] = 0

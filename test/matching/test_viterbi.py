@@ -194,11 +194,3 @@ def test_who_might_as_well_have_stayed_has_stayed():
     data[0][:], data[2][:] = 100, 0
     path = traced(data, (1, 2, 1, 0, 1), move=0)
     np.testing.assert_array_equal(path, np.tile([1, 2, 1, 0, 1], (5, 1)))
-
-
-def test_states_are_counted_from_the_first_placement_there_is():
-    data, first = clip(2), np.array([1, 3, 2])
-    path = traced(data, (1, 2, 0, 0, 2))
-    moved = traced(data, (1, 2, 1, 3, 4), first=first)
-    np.testing.assert_array_equal(moved[:, :2], path[:, :2])
-    np.testing.assert_array_equal(moved[:, 2:], path[:, 2:] + first)
