@@ -257,8 +257,7 @@ class Localizer:
                 why.append(str(error))
         if place is None:
             raise InputError(', and '.join(why))
-        if place.source != PREDICTED:
-            walk.append(place)
+        walk.append(place)
         motion = self._motion(walk, DEPTH if place.source == PREDICTED else place.source)
         return self._location(match, view, place, motion)
 

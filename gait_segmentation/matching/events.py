@@ -27,7 +27,6 @@ _VECTOR = 64
 
 _MOST = 255
 """What the events of a group change a sum by at most, which 8 bits can hold."""
-
 _MOST_OF_STEP = 32767 // _MOST
 """Groups that a step has at most: what 16 bits can add up."""
 
@@ -199,8 +198,6 @@ class EventKernel(CommonAreas):
 
     The number of events of binary templates sampled from a closed motion tends to a constant, the
     number of times the pixels flip during the motion, however finely the motion is sampled.
-    Writing a result for each template and window remains; equal templates, as the half-cycle
-    twins of a profile, share theirs.
     """
 
     def _code(self, templates: Images) -> NDArray[np.int32]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.localization import CameraPose, PinholeCamera
+from gait_segmentation.localization import CameraPose, PinholeCamera, read_camera
 
 CAMERA = PinholeCamera(640, 480, 500.0, 510.0, 320.0, 240.0)
 
@@ -91,3 +92,25 @@ def test_a_transform_means_the_same_as_height_and_pitch() -> None:
 def test_a_transform_that_makes_no_sense_is_refused(position: tuple, turn: tuple) -> None:
     with pytest.raises(InputError, match='the camera must be above the ground_frame'):
         CameraPose.from_quaternion(position, turn)
+
+
+def test_a_binned_part_of_a_sensor_has_its_pixel_centres_where_they_are() -> None:
+    roi = SimpleNamespace(x_offset=100, y_offset=40, width=400, height=300)
+    matrix = [500.0, 0, 319.5, 0, 510.0, 239.5, 0, 0, 1]
+    message = SimpleNamespace(
+        width=640,
+        height=480,
+        k=matrix,
+        d=[],
+        distortion_model='',
+        roi=roi,
+        binning_x=2,
+        binning_y=1,
+    )
+    camera = read_camera(message)
+    assert (camera.width, camera.height) == (200, 300)
+    # The centre of the sensor is between two pixels, and so 110 pixels of two to the right.
+    assert (camera.fx, camera.cx) == (250.0, 109.5)
+    assert (camera.fy, camera.cy) == (510.0, 199.5)
+    whole = read_camera(message, shape=(480, 640))
+    assert (whole.width, whole.cx) == (640, 319.5)

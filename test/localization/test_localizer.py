@@ -9,6 +9,7 @@ import math
 import re
 from functools import cache
 
+import cv2
 import numpy as np
 import pytest
 
@@ -121,9 +122,24 @@ def test_without_depth_for_long_the_ground_says_it_and_without_that_nothing() ->
 
     for number in range(31):
         assert at(1 + number / 30, shot.depth, pose).source == DEPTH
-    assert at(2.5, None, pose).source == PREDICTED
+    seen = at(2.01, shot.depth, pose)
+    later = at(2.5, None, pose)
+    assert later.source == PREDICTED
+    assert np.diag(later.covariance).sum() > 1.5 * np.diag(seen.covariance).sum()
     assert at(5.0, None, pose).source == GROUND
     assert at(5.1, None, CameraPose.above_ground(0.0)) is None
+
+
+def mixed(depth: np.ndarray, seen: np.ndarray) -> None:
+    """At the outline a depth camera mixes what is before and behind."""
+    inside = cv2.erode(seen.astype(np.uint8), np.ones((3, 3), np.uint8))
+    depth[seen & (inside == 0)] += 0.4
+
+
+def test_depth_at_the_outline_does_not_count() -> None:
+    found = walked('slanting', 'level')
+    for spoilt, clean in zip(run(found, mixed), run(found), strict=True):
+        np.testing.assert_array_equal(spoilt.position, clean.position)
 
 
 def test_depth_alone_needs_no_ground() -> None:

@@ -102,6 +102,13 @@ def test_motion_is_followed():
     assert np.abs(body_errors((80.0, -10.0), 0.1))[20:].max() < 2.0
 
 
+def test_a_motion_is_believed_the_more_the_longer_it_shows():
+    steady = SteadyBody()
+    steady.update(BodyFrame(50.0, 80.0, 100.0), 0.0)
+    # Of a slope through two frames a fifth counts.
+    assert steady.update(BodyFrame(51.0, 80.0, 100.0), 0.04).center_x == pytest.approx(50.6)
+
+
 def test_jumps_are_taken_at_once():
     steady = SteadyBody()
     for t, _, body in walking():
