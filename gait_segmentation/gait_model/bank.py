@@ -279,6 +279,18 @@ def _read_arrays(path: Path) -> dict[str, Any]:
         raise BankError(f'{path} is not a bank or is damaged: {error}') from error
 
 
+def _check_kinds(arrays: dict[str, Any], *names: str) -> None:
+    for name in names:
+        value = arrays[name]
+        found = value.dtype.kind, value.ndim
+        kind, dimensions = _KINDS.get(name.removeprefix(_FINER), found)
+        if found != (kind, dimensions):
+            what = 'texts' if dimensions else 'a single text' if kind == 'U' else 'a single number'
+            raise BankError(
+                f'entry {name!r} must be {what}, got {value.dtype} of shape {value.shape}'
+            )
+
+
 def _entries(arrays: dict[str, Any]) -> dict[str, Any]:
     """
     Check everything the file format promises and the bank itself does not.
@@ -289,13 +301,7 @@ def _entries(arrays: dict[str, Any]) -> dict[str, Any]:
     if 'format' not in arrays or 'version' not in arrays:
         found = ', '.join(sorted(arrays)) or 'none'
         raise BankError(f'not a bank: entries format and version expected, got {found}')
-    for name, value in arrays.items():
-        kind, dimensions = _KINDS.get(name.removeprefix(_FINER), (value.dtype.kind, value.ndim))
-        if (value.dtype.kind, value.ndim) != (kind, dimensions):
-            what = 'texts' if dimensions else 'a single text' if kind == 'U' else 'a single number'
-            raise BankError(
-                f'entry {name!r} must be {what}, got {value.dtype} of shape {value.shape}'
-            )
+    _check_kinds(arrays, 'format', 'version')
     if (name := arrays['format'].item()) != FORMAT:
         raise BankError(f'not a bank: format must be {FORMAT!r}, got {name!r}')
     if (version := arrays['version'].item()) != FORMAT_VERSION:
@@ -307,6 +313,7 @@ def _entries(arrays: dict[str, Any]) -> dict[str, Any]:
     needed = (*_VIEWS, 'fill', 'provenance', *(f'{_FINER}{name}' for name in _VIEWS if finer))
     if missing := [entry for entry in needed if entry not in arrays]:
         raise BankError(f'entries missing: {", ".join(missing)}')
+    _check_kinds(arrays, *needed)
     try:
         provenance = json.loads(arrays['provenance'].item())
     except (ValueError, RecursionError) as error:

@@ -119,6 +119,7 @@ def write_raw(path, **changes):
             'wrong.npz: a bank of version 99, this program reads version 2',
         ),
         ({'version': np.array('1')}, 'version.*must be a single number'),
+        ({'version': np.array(1), 'builds': np.array(3)}, 'a bank of version 1, this'),
         ({'format': np.array('something')}, "format must be .*got 'something'"),
         ({'format': None}, 'entries format and version expected'),
         ({'templates': None, 'fill': None}, 'entries missing: templates, fill'),
