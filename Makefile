@@ -44,15 +44,15 @@ clean:  ## remove everything that was made
 
 # Editable, so that the tests run on the tree as it stands (setuptools warns of that). What only they need takes as
 # long again.
-$(VENV)/demo: setup.py
+$(VENV)/demo: setup.py tools/setup.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10) and "Python 3.10 or newer is needed")'
 	@echo 'Installing into $(VENV): some minutes, once'
 	@$(PYTHON) -m venv $(VENV)
 	@$(BIN)/python -m pip install --quiet --upgrade pip setuptools
-	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable '.[ros,tools]'
+	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable '.[ros,tools]' --editable ./tools
 	@touch $@
 
-$(VENV)/installed: $(VENV)/demo tools/setup.py
+$(VENV)/installed: $(VENV)/demo
 	@echo 'Installing what the tests need: some minutes, once'
 	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable '.[ros,test]' \
 		--editable './tools[evaluate,learn]'

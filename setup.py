@@ -88,7 +88,6 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            'gait_demo = gait_segmentation.commands:demo',
             'gait_localizer = gait_segmentation.commands:localizer',
             'gait_matcher = gait_segmentation.commands:matcher',
             'gait_pipeline = gait_segmentation.commands:pipeline',

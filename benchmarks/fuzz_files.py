@@ -45,7 +45,7 @@ MODULES = {
     'gait_replay': 'gait_segmentation.cli.replay',
     'gait_evaluate': 'gait_tools.cli.evaluate',
     'gait_bank': 'gait_tools.cli.bank',
-    'gait_demo': 'gait_segmentation.cli.demo',
+    'gait_demo': 'gait_tools.cli.demo',
     'gait_source': 'gait_segmentation.nodes.source_node',
 }
 CODES = {'gait_replay': {0, 1, 2}, 'gait_source': {0, 1, 2}}

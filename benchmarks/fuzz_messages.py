@@ -52,9 +52,9 @@ from benchmarks.spoilt_messages import (
     shots,
 )
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
-from gait_segmentation.cli.processes import ProcessGroup
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.ros.endpoints import LATCHED
+from gait_tools.demo.processes import ProcessGroup
 
 SHARES = {'image': 0.8, 'image/compressed': 0.2}
 """How many of the messages go to nodes with a topic of the camera."""
@@ -135,7 +135,7 @@ class Nodes:
         space = 'split' if name in STYLES['split'] else 'single'
         given = [word for each in self._parameters for word in ('-p', each)]
         command = name.removeprefix('gait_'), '--ros-args', '-r', f'__ns:=/{space}', *given
-        self._processes.start(runs[-1], 'gait_segmentation', *command)
+        self._processes.start(runs[-1], *command)
 
 
 class Client(Answers):

@@ -69,14 +69,19 @@ from rclpy.executors import SingleThreadedExecutor
 
 from benchmarks.bars import holds
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
-from gait_segmentation.cli.live import NODES, play as play_film, prepare_environment, read_stamps
-from gait_segmentation.cli.processes import ProcessError, ProcessGroup
 from gait_segmentation.cli.settings import read_parameter_file
 from gait_segmentation.cli.tool import add_preset_option, preset_file, run_tool
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
+from gait_tools.demo.processes import ProcessError, ProcessGroup
+from gait_tools.demo.recording import (
+    NODES,
+    play as play_film,
+    prepare_environment,
+    read_stamps,
+)
 from gait_tools.evaluation.metrics import jaccard
 from gait_tools.evaluation.runner import run
 from gait_tools.evaluation.sequence import Sequence
@@ -278,7 +283,7 @@ def session() -> Iterator[tuple[ProcessGroup, Answers]]:
 
 def start_node(processes: ProcessGroup, name: str, *words: str) -> None:
     """Start a node, such as ``gait_tracker``."""
-    processes.start(name, 'gait_segmentation', name.removeprefix('gait_'), *words)
+    processes.start(name, name.removeprefix('gait_'), *words)
 
 
 def start(
@@ -320,7 +325,7 @@ def play(
     """Start to play a film to the nodes; return the file that will have its stamps."""
     stamps = film.parent / 'stamps.txt'
     processes.start(
-        'gait_source', 'gait_segmentation', 'source', str(film),
+        'gait_source', 'source', str(film),
         '--rate', str(rate), '--wait-for', str(min(len(nodes), 2)),
         '--delay', '1', '--stamps', str(stamps), *options,
     )  # fmt: skip
@@ -465,7 +470,7 @@ class Kills:
         for name in nodes:
             start_node(processes, name)
         processes.start(
-            'gait_source', 'gait_segmentation', 'source', str(frames),
+            'gait_source', 'source', str(frames),
             '--rate', '30', '--loop', '--preload',
         )  # fmt: skip
         if not self.answers_after(time.time_ns(), _START_TIMEOUT_S):

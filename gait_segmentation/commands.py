@@ -18,7 +18,7 @@ from types import FrameType
 
 from gait_segmentation.errors import EXTRAS, not_installed
 
-_TOOLS = ('demo', 'replay', 'warm_up')
+_TOOLS = ('replay', 'warm_up')
 _NODES = ('localizer', 'matcher', 'pipeline', 'segmenter', 'source', 'tracker')
 __all__ = [*_TOOLS, *_NODES]
 
@@ -138,7 +138,6 @@ def _remedy(error: ModuleNotFoundError) -> str:
     raise error
 
 
-demo = partial(_run, 'demo')
 replay = partial(_run, 'replay')
 warm_up = partial(_run, 'warm_up')
 tracker = partial(_run, 'tracker')

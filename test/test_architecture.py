@@ -10,7 +10,7 @@ from pathlib import Path
 
 PACKAGE = Path(__file__).parent.parent / 'gait_segmentation'
 TOOLS = Path(__file__).parent.parent / 'tools/gait_tools'
-ADAPTERS = {'ros', 'nodes', 'cli'}
+ADAPTERS = {'ros', 'nodes', 'cli', 'demo'}
 MESSAGES = {'rclpy', 'builtin_interfaces', 'rcl_interfaces', 'launch', 'launch_ros'}
 CLOCKS = {'time', 'datetime'}
 ALGORITHMS = ('tracking', 'matching', 'segmentation', 'starting', 'scene')

@@ -13,8 +13,6 @@ from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 
-import cv2
-import numpy as np
 import pytest
 
 from gait_segmentation import commands
@@ -22,7 +20,7 @@ from gait_segmentation import commands
 ROOT = Path(__file__).resolve().parents[1]
 TIMEOUT_S = 300.0
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-TOOLS = ('demo', 'replay', 'warm_up')
+TOOLS = ('replay', 'warm_up')
 NODES = tuple(name for name in commands.__all__ if name not in TOOLS)
 
 SCRIPT = """
@@ -75,8 +73,8 @@ def test_arguments_that_are_no_text_are_refused(name: str, monkeypatch, capsys) 
     )
 
 
-@pytest.mark.parametrize('name', ['tracker', 'source', 'demo'])
-def test_without_ros_it_is_said_what_to_do(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize('name', ['tracker', 'source'])
+def test_without_ros_it_is_said_what_to_do(name: str) -> None:
     script = (
         'import sys\n'
         'class NoRos:\n'
@@ -87,10 +85,7 @@ def test_without_ros_it_is_said_what_to_do(name: str, tmp_path: Path) -> None:
         'from gait_segmentation import commands\n'
         f'sys.exit(commands.{name}())\n'
     )
-    demo = ['--clip', str(tmp_path / 'film'), '--out', str(tmp_path / 'out')]
-    given = {'tracker': [], 'source': ['x.mp4'], 'demo': demo}[name]
-    (tmp_path / 'film').mkdir()
-    cv2.imwrite(str(tmp_path / 'film/1.png'), np.zeros((80, 80, 3), np.uint8))
+    given = {'tracker': [], 'source': ['x.mp4']}[name]
     done = subprocess.run(
         [sys.executable, '-c', script, *given], cwd=ROOT, capture_output=True, text=True
     )
@@ -103,7 +98,7 @@ def test_without_ros_it_is_said_what_to_do(name: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ('name', 'package', 'extra'),
-    [('replay', 'tqdm', 'tools'), ('demo', 'tqdm', 'tools'), ('replay', 'pyarrow', 'archive')],
+    [('replay', 'tqdm', 'tools'), ('replay', 'pyarrow', 'archive')],
 )
 def test_without_what_tools_need_it_is_said_what_to_install(
     name: str, package: str, extra: str, monkeypatch, capsys
@@ -179,7 +174,7 @@ def test_commands_run_where_they_are_not_installed() -> None:
     for wrong in ([], ['main'], ['gait_replay']):
         done = subprocess.run([*run, *wrong], cwd=ROOT, capture_output=True, text=True)
         assert done.returncode == 2
-        assert 'the commands are demo, localizer' in done.stderr
+        assert 'the commands are localizer' in done.stderr
 
 
 @pytest.mark.parametrize('name', commands.__all__)

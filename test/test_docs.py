@@ -16,8 +16,8 @@ import pytest
 import yaml
 
 from benchmarks import pipeline
-from gait_segmentation.cli import demo, replay
-from gait_tools.cli import bank, evaluate, figures
+from gait_segmentation.cli import replay
+from gait_tools.cli import bank, demo, evaluate, figures
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = [

@@ -9,7 +9,7 @@ NAME = 'gait_tools'
 setup(
     name=NAME,
     version='0.1.0',
-    description='Template banks, vocabularies and evaluation of gait_segmentation',
+    description='Demonstration, template banks and evaluation of gait_segmentation',
     author='The gait_segmentation contributors',
     license='GPL-3.0-or-later',
     python_requires='>=3.10',
@@ -27,6 +27,7 @@ setup(
     entry_points={
         'console_scripts': [
             'gait_bank = gait_tools.commands:bank',
+            'gait_demo = gait_tools.commands:demo',
             'gait_evaluate = gait_tools.commands:evaluate',
             'gait_figures = gait_tools.commands:figures',
         ],

@@ -7,13 +7,18 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import time
 from collections import Counter
 from pathlib import Path
 
-from gait_segmentation.cli.replaying.batch import replay_all
-from gait_segmentation.cli.replaying.job import OUTPUTS, Job, Report
-from gait_segmentation.cli.replaying.summary import check_summary, write_summary
-from gait_segmentation.cli.replaying.walks import OpenGaitOutput, OpenGaitPeopleOutput
+from gait_segmentation.cli.replaying.bag_output import BagOutput
+from gait_segmentation.cli.replaying.run import OUTPUTS, Job, Report, replay_all
+from gait_segmentation.cli.replaying.walks import (
+    OpenGaitOutput,
+    OpenGaitPeopleOutput,
+    check_summary,
+    write_summary,
+)
 from gait_segmentation.cli.settings import Settings, read_parameter_file
 from gait_segmentation.cli.tool import (
     FAILED,
@@ -31,8 +36,6 @@ from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box
-
-__all__ = ['main', 'parser']
 
 _DAMAGED = 1
 
@@ -198,17 +201,38 @@ def _replay_all(options: argparse.Namespace) -> int:
             jobs.append(job)
     reports: list[Report] = []
     if jobs:
-        reports, seconds = replay_all(
-            jobs, options.jobs, force=options.force, cluster=options.dask
-        )
-        _print(reports, seconds, jobs[0].bag if len(jobs) == 1 else options.out)
+        started = time.monotonic()
+        reports = replay_all(jobs, options.jobs, force=options.force, cluster=options.dask)
+        place = jobs[0].bag if len(jobs) == 1 else options.out
+        _print(reports, time.monotonic() - started, place)
     if options.summary:
-        write_summary(options.summary, wanted)
+        write_summary(options.summary, [row for job in wanted for row in _walks(job)])
     if any(report.interrupted for report in reports) or len(reports) < len(jobs):
         return INTERRUPTED
     if any(report.error for report in reports):
         return FAILED
     return _DAMAGED if any(report.damaged for report in reports) else 0
+
+
+def _walks(job: Job) -> list[dict[str, object]]:
+    """Return what the bag of an input says of the walks in it, as rows of the summary."""
+    walks = BagOutput.walks(job.bag)
+    if walks is None and job.bag.exists():
+        print(
+            f'gait_replay: {job.bag} says nothing of walks and is left out of the summary; '
+            '--force makes it anew',
+            file=sys.stderr,
+        )
+    rows = []
+    for walk in walks or ():
+        places = (
+            path / kind.place_of(path.name, walk)
+            for kind, path in job.outputs.items()
+            if issubclass(kind, OpenGaitOutput)
+        )
+        found = next((str(place) for place in places if place.is_file()), '')
+        rows.append({'input': str(job.input), **vars(walk), 'silhouettes': found})
+    return rows
 
 
 def _print(reports: list[Report], seconds: float, place: Path) -> None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import os
 import struct
+import tempfile
 import threading
 import zlib
 from collections.abc import Callable, Iterable, Iterator
@@ -18,17 +19,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import ConfigError, GaitSegmentationError, SequenceError
 
-__all__ = [
-    'is_own_picture',
-    'keep_apart',
-    'keep_others',
-    'named',
-    'problem_of',
-    'write_file',
-    'write_picture',
-    'writing',
-]
-
 _HEAD = 4096
 """Bytes of a file by which its kind is told."""
 
@@ -37,6 +27,22 @@ _PNG_HEADER = 33
 
 _MARK = b'tEXtSoftware\0gait_segmentation'
 """Of the PNGs that are written here."""
+
+
+def film_name(path: Path) -> str:
+    """Return the name by which OpenCV finds a film: FFmpeg takes ``A:`` for a protocol."""
+    # With a slash before it, it is none.
+    return os.path.join('.', path)
+
+
+def make_writable(folder: Path) -> None:
+    """
+    Make a folder in which files can be written.
+
+    :raises OSError: if it cannot be made, or nothing can be written there.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    tempfile.TemporaryFile(dir=folder).close()
 
 
 def keep_apart(outputs: Iterable[tuple[str, Path | None]], inputs: Iterable[Path]) -> None:

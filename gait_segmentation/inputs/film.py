@@ -20,7 +20,7 @@ from gait_segmentation.files.image_files import (
     read_image,
     warn_of_order,
 )
-from gait_segmentation.files.paths import film_name
+from gait_segmentation.files.output_files import film_name
 from gait_segmentation.inputs.encodings import SampleBits
 from gait_segmentation.inputs.source import DEFAULT_FPS, MOST_FRAMES, Entry, ImageSource
 

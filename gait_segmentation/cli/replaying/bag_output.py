@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 from rosbags.interfaces import (
     Qos,
@@ -25,9 +24,12 @@ from rosbags.interfaces import (
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from gait_segmentation.cli.replaying.output import Output, Replayed
+from gait_segmentation.cli.replaying.outputs import Output
 from gait_segmentation.cli.replaying.walks import Walk, Walks
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.files.reading import read_yaml
 from gait_segmentation.inputs import Frame
+from gait_segmentation.pipeline import FrameResult
 from gait_segmentation.streams.fields import (
     DEPTH,
     Corners,
@@ -38,8 +40,6 @@ from gait_segmentation.streams.fields import (
     slot_topics,
     track_corners,
 )
-
-__all__ = ['BagOutput', 'Messages']
 
 _BOX = 'geometry_msgs/msg/PolygonInstanceStamped'
 _IMAGE = 'sensor_msgs/msg/Image'
@@ -58,17 +58,6 @@ _SLOT_TOPICS = {
 
 _MARK, _WALKS = 'gait_replay', 'walks'
 """Of the entries in the metadata that say who made a bag, and who walks in it."""
-
-_UNREADABLE = (
-    AttributeError,
-    LookupError,
-    OSError,
-    RecursionError,
-    TypeError,
-    ValueError,
-    yaml.YAMLError,
-)
-"""Errors of metadata that are missing, or not those of a bag."""
 
 _FOREVER = QosTime(2147483647, 4294967295)
 
@@ -135,13 +124,13 @@ class BagOutput(Output):
         """Open the bag and declare the topics."""
         self._messages, self._walks = Messages(), Walks()
         self._shape: tuple[int, int] | None = None
-        self.work.mkdir(parents=True)
-        self._writer: Any = Writer(
-            self.work / self.path.name, version=9, storage_plugin=StoragePlugin.MCAP
-        )
+        self._writer: Any = Writer(self.work, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         self._writer.set_custom_data(_MARK, 'complete')
         self._writer.open()
+        # rosbags calls the file as the folder, which is going to be renamed.
+        storage = self._writer.storage
+        storage.path = storage.path.rename(self.work / f'{self.path.name}.mcap')
         self._connections: dict[str, Any] = {}
         self._connect('image_size', _SIZE, latched=True)
         for topic, kind in slot_topics(_SLOT_TOPICS, self.about.slots).items():
@@ -164,18 +153,17 @@ class BagOutput(Output):
     def _said(path: Path) -> dict[str, str]:
         """Return the entries in the metadata of a bag, none if it is not complete."""
         try:
-            about = yaml.safe_load((path / 'metadata.yaml').read_text(encoding='utf-8'))
+            about = read_yaml(path / 'metadata.yaml', SequenceError)
             about = about['rosbag2_bagfile_information']
             said = about['custom_data'].items()
             whole = all((path / name).stat().st_size for name in about['relative_file_paths'])
-        except _UNREADABLE:
+        except (SequenceError, OSError, AttributeError, LookupError, TypeError):
             return {}
         return {key: value for key, value in said if isinstance(value, str)} if whole else {}
 
-    def add(self, replayed: Replayed) -> None:
+    def add(self, frame: Frame, result: FrameResult) -> None:
         """Write all messages of a frame."""
-        frame, result = replayed.frame, replayed.result
-        self._walks.add(replayed)
+        self._walks.add(result)
         make = self._messages
         header = make.header(frame)
         shape = (result.mask.shape[0], result.mask.shape[1])
@@ -213,10 +201,6 @@ class BagOutput(Output):
                 storage.bio.close()
             self._writer.storage = None
             raise
-
-    def made(self) -> Path:
-        """Return the folder of the bag."""
-        return self.work / self.path.name
 
     def _connect(self, topic: str, kind: str, latched: bool = False) -> None:
         qos = Qos(

@@ -7,11 +7,10 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from gait_segmentation.cli.replaying.output import Replayed
 from gait_segmentation.errors import GaitSegmentationError, InputError
 from gait_segmentation.geometry import Box
 from gait_segmentation.held_frames import HeldFrames
@@ -22,9 +21,14 @@ from gait_segmentation.results import TrackResult
 from gait_segmentation.stamps import Order, Stamps
 from gait_segmentation.streams.intake import Intake
 
-__all__ = ['ahead', 'results_of']
-
 Item = TypeVar('Item')
+
+
+class Replayed(NamedTuple):
+    """A frame of the input and what was found in it."""
+
+    frame: Frame
+    result: FrameResult
 
 
 def ahead(items: Iterator[Item], depth: int = 4) -> Generator[Item, None, None]:

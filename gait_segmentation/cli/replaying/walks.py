@@ -10,9 +10,12 @@ with outlines that are grey from the scaling.
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 import pickle
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,12 +23,24 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.cli.replaying.output import Output, Replayed
-from gait_segmentation.pipeline import PersonResult
+from gait_segmentation.cli.replaying.outputs import STEPS_PER_STRIDE, Output
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.files.output_files import write_file
+from gait_segmentation.inputs import Frame
+from gait_segmentation.pipeline import FrameResult, PersonResult
 
-__all__ = ['STEPS_PER_STRIDE', 'OpenGaitOutput', 'OpenGaitPeopleOutput', 'Walk', 'Walks']
-
-STEPS_PER_STRIDE = 2
+SUMMARY_COLUMNS = {
+    'input': 'string',
+    'person': 'int64',
+    'walk': 'string',
+    'frames': 'int64',
+    'direction_rad': 'double',
+    'cadence_steps_per_min': 'double',
+    'speed_heights_per_s': 'double',
+    'confidence': 'double',
+    'silhouettes': 'string',
+}
+"""With their types in Parquet; a row is a walk."""
 
 _LEAST_FRAMES = 5
 """Shorter walks are of no use: OpenGait warns of them."""
@@ -74,9 +89,9 @@ class Walks:
         """Begin without walks."""
         self._seen: dict[int, list[tuple[float, ...]]] = {}
 
-    def add(self, replayed: Replayed) -> None:
+    def add(self, result: FrameResult) -> None:
         """Add a frame."""
-        for person in replayed.result.people:
+        for person in result.people:
             if _has_silhouette(person):
                 match = person.match
                 about = (match.stamp_ns / 1e9, match.azimuth, match.confidence)
@@ -166,10 +181,10 @@ class OpenGaitOutput(Output):
         """Return whether the folder is there; it is empty where nobody walks."""
         return path.is_dir()
 
-    def add(self, replayed: Replayed) -> None:
+    def add(self, frame: Frame, result: FrameResult) -> None:
         """Keep everybody's silhouette."""
-        self._walks.add(replayed)
-        for person in filter(_has_silhouette, replayed.result.people):
+        self._walks.add(result)
+        for person in filter(_has_silhouette, result.people):
             kept = self._silhouettes.setdefault(person.track.track_id, [])
             kept.append(normalised(person.segmentation.mask))
 
@@ -177,7 +192,7 @@ class OpenGaitOutput(Output):
         """Write the walks."""
         for walk in self._walks.all():
             file = self.work / self.place_of(self.path.name, walk)
-            file.parent.mkdir(parents=True)
+            file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(pickle.dumps(np.stack(self._silhouettes[walk.person]), protocol=4))
 
     @classmethod
@@ -199,3 +214,53 @@ class OpenGaitPeopleOutput(OpenGaitOutput):
     def place_of(cls, name: str, walk: Walk) -> str:
         """Return subject, type, view and file."""
         return f'{name}-person-{walk.person:03d}/walk/{walk.walk}/{walk.walk}.pkl'
+
+
+def check_summary(path: Path) -> None:
+    """
+    Refuse a place where there is something else than a table of walks.
+
+    :raises ModuleNotFoundError: if Parquet is asked for and pyarrow is not installed.
+    :raises SequenceError: if anything is there that this has not made.
+    """
+    head = ','.join(SUMMARY_COLUMNS).encode() + b'\n'
+    own = not path.exists()
+    if path.suffix == '.parquet':
+        from pyarrow import ArrowInvalid, parquet
+
+        if path.is_file():
+            try:
+                own = parquet.read_schema(path).names == list(SUMMARY_COLUMNS)
+            except ArrowInvalid:
+                own = False
+    elif path.is_file():
+        own = path.read_bytes()[: len(head)] in (b'', head)
+    if not own:
+        raise SequenceError(
+            f'{path} was not made by gait_replay and is not replaced: remove it or choose another '
+            'place'
+        )
+
+
+def write_summary(path: Path, rows: Sequence[Mapping[str, object]]) -> None:
+    """
+    Write one table of walks, Parquet if the name says so, else CSV.
+
+    :param rows: with the keys of :data:`SUMMARY_COLUMNS`.
+    :raises OSError: if it cannot be written.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix == '.parquet':
+        import pyarrow
+        from pyarrow import parquet
+
+        schema = pyarrow.schema([pyarrow.field(*column) for column in SUMMARY_COLUMNS.items()])
+        file = io.BytesIO()
+        parquet.write_table(pyarrow.Table.from_pylist(rows, schema), file)
+        write_file(path, file.getvalue())
+    else:
+        text = io.StringIO(newline='')
+        table = csv.DictWriter(text, SUMMARY_COLUMNS, lineterminator='\n')
+        table.writeheader()
+        table.writerows(rows)
+        write_file(path, text.getvalue().encode())

@@ -10,7 +10,7 @@ import pytest
 from rosbags.rosbag2 import Reader
 
 from gait_segmentation.cli.replaying.bag_output import BagOutput, Messages
-from gait_segmentation.cli.replaying.output import Replayed
+from gait_segmentation.cli.replaying.lockstep import Replayed
 from test.cli.replaying.results import STEP_NS, replayed
 
 SHAPE = (240, 320)
@@ -41,7 +41,7 @@ def contents(path: Path) -> list[tuple[str, int, bytes]]:
 def test_the_topics_are_those_of_the_nodes(tmp_path: Path) -> None:
     output = BagOutput(tmp_path / 'walk')
     for index in range(5):
-        output.add(frame(index))
+        output.add(*frame(index))
     output.close(complete=True)
     assert sorted(p.name for p in (tmp_path / 'walk').iterdir()) == ['metadata.yaml', 'walk.mcap']
     with Reader(tmp_path / 'walk') as reader:
@@ -94,7 +94,7 @@ def test_messages_are_those_of_the_nodes(tmp_path: Path) -> None:
 
     output = BagOutput(tmp_path / 'walk')
     one = frame(3)
-    output.add(one)
+    output.add(*one)
     output.close(complete=True)
     (person,) = one.result.people
     header = Header(frame_id='head_camera')
@@ -124,16 +124,16 @@ def test_messages_are_those_of_the_nodes(tmp_path: Path) -> None:
 def test_what_was_written_stays_readable_when_it_is_broken_off(tmp_path: Path) -> None:
     output = BagOutput(tmp_path / 'walk')
     for index in range(4):
-        output.add(frame(index))
+        output.add(*frame(index))
     output.close(complete=False)
     assert [p.name for p in tmp_path.iterdir()] == ['walk.partial']
     assert len(contents(tmp_path / 'walk.partial')) == 4 * len(TOPICS) + 1
     again = BagOutput(tmp_path / 'walk')
-    again.add(frame(0))
+    again.add(*frame(0))
     again.close(complete=True)
     assert [p.name for p in tmp_path.iterdir()] == ['walk']
 
 
 def add_all(output: BagOutput, frames: list[Replayed]) -> None:
     for each in frames:
-        output.add(each)
+        output.add(*each)

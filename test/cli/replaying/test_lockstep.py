@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gait_segmentation.cli.replaying.lockstep import ahead, results_of
-from gait_segmentation.cli.replaying.output import Replayed
+from gait_segmentation.cli.replaying.lockstep import Replayed, ahead, results_of
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import DamagedError, Frame

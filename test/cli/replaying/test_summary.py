@@ -14,7 +14,7 @@ import yaml
 
 from gait_segmentation import commands
 from gait_segmentation.cli.replay import main
-from gait_segmentation.cli.replaying.summary import COLUMNS
+from gait_segmentation.cli.replaying.walks import SUMMARY_COLUMNS
 from test.cli.conftest import FRAMES
 
 
@@ -31,7 +31,7 @@ def test_every_walk_has_a_row_that_leads_to_its_silhouettes(
     wanted = ['--opengait', str(tmp_path / 'gait'), '--subjects', subjects]
     assert main([*given, *wanted, '--summary', str(table)]) == 0
     (row,) = rows(table)
-    assert tuple(row) == tuple(COLUMNS)
+    assert tuple(row) == tuple(SUMMARY_COLUMNS)
     assert row['input'] == str(folder / 'walk')
     # All but the one that cannot be read.
     assert int(row['frames']) == FRAMES - 1
@@ -61,7 +61,7 @@ def test_a_bag_that_says_nothing_of_walks_is_told(
     del about['rosbag2_bagfile_information']['custom_data']['walks']
     metadata.write_text(yaml.safe_dump(about))
     assert main([*given, '--summary', str(tmp_path / 'walks.csv')]) == 0
-    assert 'walk says nothing of walks and is left out of' in capsys.readouterr().err
+    assert 'walk says nothing of walks and is left out of the summary' in capsys.readouterr().err
     assert rows(tmp_path / 'walks.csv') == []
 
 

@@ -52,7 +52,7 @@ def test_walks_are_written_by_person_and_direction(tmp_path: Path) -> None:
         people = [(3, figure(10 * index, 40), math.pi - 0.1)]
         if index < 4:
             people.append((4, figure(200, 40), 0.0))
-        output.add(replayed(index, people))
+        output.add(*replayed(index, people))
     output.close(complete=True)
     (file,) = (tmp_path / 'walk').rglob('*.*')
     assert file == tmp_path / 'walk/person-003/180/180.pkl'
@@ -65,7 +65,7 @@ def test_everybody_may_be_a_subject(tmp_path: Path) -> None:
     output = OpenGaitPeopleOutput(tmp_path / 'street')
     for index in range(6):
         people = [(3, figure(10 * index, 40), math.pi), (4, figure(200, 40), 0.0)]
-        output.add(replayed(index, people))
+        output.add(*replayed(index, people))
     output.close(complete=True)
     files = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob('*.pkl')}
     assert files == {
@@ -80,7 +80,7 @@ def test_everybody_may_be_a_subject(tmp_path: Path) -> None:
 def walks_of(frames: int, step_px: int, azimuth: float = 0.0) -> Walks:
     walks = Walks()
     for index in range(frames):
-        walks.add(replayed(index, [(3, figure(step_px * index, 40), azimuth)]))
+        walks.add(replayed(index, [(3, figure(step_px * index, 40), azimuth)]).result)
     return walks
 
 
@@ -100,7 +100,7 @@ def test_directions_are_averaged_on_the_circle() -> None:
     walks = Walks()
     for index in range(10):
         azimuth = math.pi - 0.2 if index % 2 else 0.2 - math.pi
-        walks.add(replayed(index, [(1, figure(10, 40), azimuth)]))
+        walks.add(replayed(index, [(1, figure(10, 40), azimuth)]).result)
     (walk,) = walks.all()
     assert abs(walk.direction_rad) == pytest.approx(math.pi, abs=1e-3)
 
@@ -108,6 +108,6 @@ def test_directions_are_averaged_on_the_circle() -> None:
 def test_short_walks_and_what_is_hardly_seen_are_left_out() -> None:
     walks = walks_of(4, 4)
     for index in range(40):
-        walks.add(replayed(index, [(4, figure(0, 3, height=13), 0.0)]))
-        walks.add(replayed(index, [(0, np.zeros((200, 300), np.uint8), 0.0)]))
+        walks.add(replayed(index, [(4, figure(0, 3, height=13), 0.0)]).result)
+        walks.add(replayed(index, [(0, np.zeros((200, 300), np.uint8), 0.0)]).result)
     assert walks.all() == []

@@ -1,26 +1,20 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Child processes that never outlive their parent."""
+"""The commands of gait_segmentation as child processes that end with what has begun them."""
 
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterable, Mapping
-from functools import partial
+from collections.abc import Mapping
 from pathlib import Path
 
-from gait_segmentation.commands import ENDING
 from gait_segmentation.errors import GaitSegmentationError
 
-__all__ = ['ProcessError', 'ProcessGroup']
-
-_PR_SET_PDEATHSIG = 1
 _GRACE_S = 5.0
 _LAST_LINES = 15
 
@@ -31,11 +25,10 @@ class ProcessError(GaitSegmentationError):
 
 class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
     """
-    Named Python processes whose output goes to log files.
+    Named processes whose output goes to log files.
 
     As a context manager it stops all of them at the end, whatever happened: first with SIGINT,
-    those that are still there after 5 seconds with SIGKILL.  If the parent ends without that the
-    kernel kills them.
+    those that are still there after 5 seconds with SIGKILL.
     """
 
     def __init__(self, environment: Mapping[str, str], logs: Path) -> None:
@@ -45,35 +38,24 @@ class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
         :param environment: of the processes.
         :param logs: folder for ``NAME.log``.
         """
-        self._environment = dict(environment)
-        root = str(Path(__file__).resolve().parents[2])
-        paths = [root, *filter(None, [self._environment.get('PYTHONPATH')])]
-        self._environment['PYTHONPATH'] = os.pathsep.join(paths)
-        self._logs = logs
+        logs.mkdir(parents=True, exist_ok=True)
+        self._environment, self._logs = environment, logs
         self._children: dict[str, subprocess.Popen[bytes]] = {}
 
     def __exit__(self, *_: object) -> None:
         """Stop all processes."""
         self.stop()
 
-    def start(self, name: str, module: str, *arguments: str) -> None:
-        """Start ``python -m module arguments``."""
-        self._logs.mkdir(parents=True, exist_ok=True)
-        # An interrupt between the two would leave a process that nobody stops.
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, ENDING)
-        try:
-            with open(self._logs / f'{name}.log', 'wb') as output:
-                self._children[name] = subprocess.Popen(
-                    [sys.executable, '-m', module, *arguments],
-                    env=self._environment,
-                    stdin=subprocess.DEVNULL,
-                    stdout=output,
-                    stderr=subprocess.STDOUT,
-                    start_new_session=True,
-                    preexec_fn=partial(_die_with_parent, before),
-                )
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+    def start(self, name: str, *arguments: str) -> None:
+        """Start ``python -m gait_segmentation arguments``."""
+        with open(self._logs / f'{name}.log', 'wb') as output:
+            self._children[name] = subprocess.Popen(
+                [sys.executable, '-m', 'gait_segmentation', *arguments],
+                env={**self._environment, 'PYTHONPATH': os.pathsep.join(sys.path)},
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+            )
 
     def check_running(self, *names: str) -> None:
         """
@@ -97,31 +79,18 @@ class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
 
     def last_lines(self, name: str, count: int = _LAST_LINES) -> str:
         """Return the end of a process's output, indented."""
-        log = self._logs / f'{name}.log'
-        lines = log.read_text(encoding='utf-8', errors='replace').splitlines()[-count:]
-        return '\n'.join(f'    {line}' for line in lines) or '    (no output)'
+        text = (self._logs / f'{name}.log').read_text(encoding='utf-8', errors='replace')
+        return '\n'.join(f'    {line}' for line in text.splitlines()[-count:])
 
     def stop(self, *names: str) -> None:
         """Stop processes, all if none is named, and wait until they are gone."""
         children = [self._children[name] for name in names or self._children]
         for process in children:
-            _signal(process, signal.SIGINT)
+            process.send_signal(signal.SIGINT)
         deadline = time.monotonic() + _GRACE_S
         for process in children:
             try:
                 process.wait(max(deadline - time.monotonic(), 0.0))
             except subprocess.TimeoutExpired:
-                _signal(process, signal.SIGKILL)
+                process.kill()
                 process.wait()
-
-
-def _signal(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
-    if process.poll() is None:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, number)
-
-
-def _die_with_parent(blocked: Iterable[int]) -> None:
-    signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
-    if sys.platform == 'linux':
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

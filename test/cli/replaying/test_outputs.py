@@ -1,25 +1,39 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where outputs may be, by gait_replay from end to end."""
+"""Where outputs may be, what becomes of those that are there, and of those broken off."""
 
 from __future__ import annotations
 
 import errno
+import os
 import re
 import shutil
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 from unittest.mock import Mock
 
 import cv2
 import pytest
 
 from gait_segmentation.cli.replay import main
-from gait_segmentation.cli.replaying.file_outputs import CsvOutput, MasksOutput
-from gait_segmentation.cli.replaying.output import Replayed, remove, work_path
-from gait_segmentation.inputs import open_input
+from gait_segmentation.cli.replaying.bag_output import BagOutput
+from gait_segmentation.cli.replaying.outputs import (
+    About,
+    CsvOutput,
+    MasksOutput,
+    OverlayOutput,
+    partial_path,
+    remove,
+)
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.inputs import Frame, open_input
+from gait_segmentation.pipeline import FrameResult
 from test.files.test_output_files import room_for
 from test.inputs.bags import image_fields, stamp, write_bag2
 from test.walkers import clip
+
+NOT_OWN = 'was not made by gait_replay, or is not all there, and is not replaced'
 
 
 def copied(path: Path) -> dict[Path, bytes]:
@@ -47,29 +61,25 @@ def small_input(kind: str, folder: Path, tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize('force', [[], ['--force']])
 @pytest.mark.parametrize(
     ('kind', 'option', 'place', 'how'),
     [
         ('bag', '--out', 'io', 'is'),
-        ('bag', '--masks', 'io/walk/masks', 'lies in'),
         ('bag', '--opengait', 'io', 'is'),
-        ('film', '--overlay', 'io/walk.mp4', 'is'),
         ('film', '--overlay', 'hard.mp4', 'is'),
         ('film', '--masks', 'io', 'holds'),
         ('images', '--csv', 'link/walk/0000.png', 'lies in'),
     ],
 )
 def test_an_input_is_never_an_output(
-    folder: Path, tmp_path: Path, force: list[str], capsys, kind: str, option: str, place: str,
-    how: str,
-) -> None:  # fmt: skip
+    folder: Path, tmp_path: Path, capsys, kind: str, option: str, place: str, how: str
+) -> None:
     source = small_input(kind, folder, tmp_path)
     (tmp_path / 'link').symlink_to('io')
     if kind == 'film':
         (tmp_path / 'hard.mp4').hardlink_to(source)
     before = copied(tmp_path)
-    given = [str(source), '--out', str(tmp_path / 'out'), option, str(tmp_path / place), *force]
+    given = [str(source), '--out', str(tmp_path / 'out'), option, str(tmp_path / place), '--force']
     assert main(given) == 2
     said = capsys.readouterr().err
     assert said.startswith(f'gait_replay: error: {option} ')
@@ -90,10 +100,8 @@ def test_what_else_is_read_is_never_an_output(
         read = read / 'params.yaml'
         read.write_text('{}')
     source = small_input('film', folder, tmp_path)
-    before = copied(tmp_path)
     assert main([str(source), '--out', str(read), given.format(read)]) == 2
     assert f'the input {read}, which would be changed' in capsys.readouterr().err
-    assert copied(tmp_path) == before
 
 
 def test_an_interrupted_output_that_is_the_input_now_is_not_removed(
@@ -107,37 +115,42 @@ def test_an_interrupted_output_that_is_the_input_now_is_not_removed(
     assert source.exists()
 
 
-def foreign(name: str, path: Path) -> None:
+def foreign(place: str, tmp_path: Path) -> None:
     """Make what gait_replay has not made, but might be taken for its output."""
+    path = tmp_path / place
     path.parent.mkdir(parents=True, exist_ok=True)
-    if name == 'bag':
+    if place == 'out/walk':
         write_bag2(path, {'/mask': [image_fields(clip()[0].image, stamp(0))]})
-    elif name == 'masks':
-        path.mkdir()
-        cv2.imwrite(str(path / '0000.png'), clip()[0].image)
-    else:
+    elif path.suffix == '.png':
+        cv2.imwrite(str(path), clip()[0].image)
+    elif path.suffix:
         path.write_text('frame,grade\n1,A\n')
+    else:
+        path.mkdir()
 
 
 @pytest.mark.parametrize('force', [[], ['--force']])
 @pytest.mark.parametrize(
-    ('kind', 'options', 'place'),
+    ('options', 'place', 'said'),
     [
-        ('bag', [], 'out/walk'),
-        ('masks', ['--masks', 'masks'], 'masks'),
-        ('table', ['--csv', 'table.csv'], 'table.csv'),
+        ([], 'out/walk', 'out/walk'),
+        ([], 'out/walk.partial/thesis.tex', 'out/walk.partial'),
+        (['--masks', 'masks'], 'masks/0000.png', 'masks'),
+        (['--masks', 'a.txt'], 'a.txt', 'a.txt'),
+        (['--csv', 'table.csv'], 'table.csv', 'table.csv'),
+        (['--csv', 'album'], 'album', 'album'),
+        (['--opengait', 'gait'], 'gait/walk/thesis.tex', 'gait/walk'),
     ],
 )
 def test_only_an_own_output_counts_as_done_and_is_replaced(
-    given: list[str], tmp_path: Path, force: list[str], capsys, monkeypatch, kind: str,
-    options: list[str], place: str,
+    given: list[str], tmp_path: Path, force: list[str], capsys, monkeypatch, options: list[str],
+    place: str, said: str,
 ) -> None:  # fmt: skip
     monkeypatch.chdir(tmp_path)
-    foreign(kind, tmp_path / place)
+    foreign(place, tmp_path)
     before = copied(tmp_path)
     assert main([*given, *options, *force]) == 2
-    said = capsys.readouterr().err
-    assert f'{place} was not made by gait_replay, or is not all there, and is not repl' in said
+    assert f'{said} {NOT_OWN}' in capsys.readouterr().err
     assert copied(tmp_path) == before
 
 
@@ -153,12 +166,8 @@ def test_all_own_outputs_are_known_again_and_made_anew_with_force(
     assert main([*command, '--force']) == 0
     # The one image that cannot be read is in the film, too.
     assert len(list(open_input(tmp_path / 'film.avi').images())) == 6
-
-
-def test_a_bag_that_is_not_all_there_is_not_done(given: list[str], tmp_path: Path, capsys) -> None:
-    assert main(given) == 0
     (tmp_path / 'out/walk/walk.mcap').unlink()
-    assert main(given) == 2
+    assert main(command) == 2
     assert 'is not all there' in capsys.readouterr().err
 
 
@@ -168,64 +177,73 @@ def test_a_link_in_a_circle_is_no_input(tmp_path: Path, capsys) -> None:
     assert capsys.readouterr().err.count('\n') == 1
 
 
-@pytest.mark.parametrize(
-    ('room', 'options'),
-    [
-        (1000, []),
-        (4_200_000, ['--csv', 'table.csv']),
-        (4_200_000, ['--masks', 'masks']),
-    ],
-    ids=['bag', 'csv', 'masks'],
-)
-def test_a_full_disk_is_one_line_and_leaves_nothing_hidden(
-    given: list[str], tmp_path: Path, monkeypatch, capsys, room: int, options: list[str]
+@pytest.mark.parametrize('kind', [BagOutput, CsvOutput, MasksOutput])
+def test_a_full_disk_is_one_line(
+    kind: type, given: list[str], tmp_path: Path, monkeypatch, capsys
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    place = options[1] if options else 'out'
-    if options:
-        full = OSError(errno.ENOSPC, 'No space left on device')
-        kind = CsvOutput if place == 'table.csv' else MasksOutput
+    if kind is BagOutput:
+        with room_for(1000):
+            assert main([*given, '--count', '3']) == 2
+        reason = r'out/walk\S*: File too large'
+    else:
+        full = OSError(errno.ENOSPC, 'No space left on device', 'place')
         monkeypatch.setattr(kind, 'add', Mock(side_effect=full))
-    with room_for(room):
-        assert main([*given, *options, '--count', '3']) == 2
-    errors = [line for line in capsys.readouterr().err.splitlines() if 'error' in line]
-    assert len(errors) == 1
-    reason = 'No space left on device' if options else 'File too large'
-    assert re.search(rf'{place}\S*: {reason}$', errors[0])
+        assert main([*given, kind.option, 'place', '--count', '3']) == 2
+        reason = 'place: No space left on device'
+    (error,) = [line for line in capsys.readouterr().err.splitlines() if 'error' in line]
+    assert re.search(f'{reason}$', error)
     assert not list(tmp_path.rglob('.*'))
 
 
-@pytest.mark.parametrize('gone', ['', 'work'])
-@pytest.mark.parametrize(
-    'option',
-    [('--out', 'out/walk'), ('--masks', 'to/masks'), ('--csv', 'to/a.csv'),
-     ('--overlay', 'to/a.mp4'), ('--opengait', 'to')],
-    ids=lambda option: option[0],
-)  # fmt: skip
+@pytest.mark.parametrize('option', ['--masks', '--csv', '--overlay', '--opengait'])
 def test_an_output_that_is_removed_while_it_is_made_is_one_line(
-    given: list[str], tmp_path: Path, monkeypatch, capsys, option: tuple[str, str], gone: str
+    given: list[str], tmp_path: Path, monkeypatch, capsys, option: str
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    place = Path(option[1])
-    output = place / 'walk' if option[0] == '--opengait' else place
-    removed = work_path(output) if gone else output.parent
-    add = CsvOutput.add
+    place = 'place.mp4' if option == '--overlay' else 'place'
+    output = Path('place/walk' if option == '--opengait' else place)
+    add = BagOutput.add
 
-    def remove_then_add(self: CsvOutput, replayed: Replayed) -> None:
-        if replayed.frame.number == 2:
-            remove(removed)
-        add(self, replayed)
+    def remove_then_add(self: BagOutput, frame: Frame, result: FrameResult) -> None:
+        if frame.number == 2:
+            remove(partial_path(output))
+        add(self, frame, result)
 
-    monkeypatch.setattr(CsvOutput, 'add', remove_then_add)
-    command = given if option[0] == '--out' else [*given, *option]
-    command = ['out' if word == given[-1] else word for word in command]
-    # The one that removes must not be removed itself.
-    table = [] if option[0] == '--csv' else ['--csv', 'other/table.csv']
-    code = main([*command, '--count', '4', *table])
-    errors = [line for line in capsys.readouterr().err.splitlines() if 'error' in line]
-    assert code == 2
-    (error,) = errors
-    assert re.search(rf'error: .*{output} cannot be made: \S+, which .* was removed', error)
-    assert not list(tmp_path.rglob('.*'))
-    monkeypatch.setattr(CsvOutput, 'add', add)
-    assert main([*command, '--count', '4', *table]) == 0
+    monkeypatch.setattr(BagOutput, 'add', remove_then_add)
+    command = [*given, option, place, '--count', '4']
+    assert main(command) == 2
+    (error,) = [line for line in capsys.readouterr().err.splitlines() if 'error' in line]
+    assert str(output.parent / 'place') in error or str(output) in error
+    monkeypatch.setattr(BagOutput, 'add', add)
+    assert main(command) == 0
+
+
+def test_two_cannot_make_the_same_output(tmp_path: Path) -> None:
+    first = MasksOutput(tmp_path / 'masks')
+    with pytest.raises(SequenceError, match='masks is just being made by another process'):
+        MasksOutput(tmp_path / 'masks')
+    assert first.work.is_dir()
+    MasksOutput(tmp_path / 'others').close(complete=True)
+    first.close(complete=True)
+    MasksOutput(tmp_path / 'masks').close(complete=True)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['masks', 'others']
+
+
+@pytest.mark.parametrize('kind', [MasksOutput, CsvOutput, BagOutput])
+def test_what_was_killed_is_replaced(kind: Any, tmp_path: Path) -> None:
+    killed = kind(tmp_path / 'walk')
+    with suppress(SequenceError):
+        killed.finish()
+    os.close(killed._held)
+    kind(tmp_path / 'walk').close(complete=True)
+    assert [path.name for path in tmp_path.iterdir()] == ['walk']
+
+
+@pytest.mark.parametrize(
+    'name', ['2024-05-01T12:30:05.mp4', 'file:walk.mp4', '100%03d.mp4', '-ä [1].mp4']
+)
+def test_the_name_of_a_film_is_but_a_name(name: str, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    OverlayOutput(Path(name), About((64, 48), 25.0, 1)).close(complete=True)
+    assert [path.name for path in tmp_path.iterdir()] == [name]

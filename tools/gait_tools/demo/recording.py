@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A film as a live camera, the three nodes as processes, and what they answer."""
+"""A film as a live camera before the three nodes as processes, and what they publish."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import os
 import struct
 import sys
 import time
-from collections.abc import Callable, Mapping, MutableMapping
+from collections.abc import Callable, MutableMapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -21,6 +21,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonInstanceStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
+from numpy.typing import NDArray
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -29,7 +30,6 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import Image, JointState
 from tqdm import tqdm
 
-from gait_segmentation.cli.processes import ProcessError, ProcessGroup
 from gait_segmentation.cli.tool import POLL_S, preset_file
 from gait_segmentation.files.installed import prepare
 from gait_segmentation.geometry import Box
@@ -45,27 +45,16 @@ from gait_segmentation.streams.fields import (
     slot_topic,
     slot_topics,
 )
-
-__all__ = ['NODES', 'Recording', 'play', 'prepare_environment', 'read_stamps']
+from gait_tools.demo.processes import ProcessError, ProcessGroup
 
 NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')
 
 _START_TIMEOUT_S = 900.0
 _FLOW_OUT_S = 5.0
-
-_PATIENT = {'backlog': 90, 'keep_images': 300}
-"""Parameters of nodes: on a busy computer frames are to be late rather than lost."""
-
 _RECORDED = {'box': PolygonInstanceStamped, 'matched_box': PolygonInstanceStamped}
 _RECORDED |= {'gait': JointState}
-_SUBSCRIBERS = {
-    'box': 2,
-    'likelihood': 2,
-    'matched_box': 3,
-    'shape_prior': 2,
-    'gait': 2,
-    'mask': 1,
-}
+_SUBSCRIBERS = {'box': 2, 'likelihood': 2, 'matched_box': 3, 'shape_prior': 2, 'gait': 2}
+_SUBSCRIBERS |= {'mask': 1}
 """Of the topics of a slot, when the nodes and who records them are connected."""
 
 _CDR_STAMP = struct.Struct('=4xiI')
@@ -90,20 +79,17 @@ class Recording:
     """
     What the nodes publish of the frames of a film.
 
-    ``published`` has the stamps of all frames by number, once the film was played.
+    ``published`` has the stamps in ns of all frames by number, once the film was played,
+    ``arrived_s`` the times at which labels came by stamp; of ``complete`` frames all has come.
     """
 
     def __init__(self, people: int) -> None:
         """Begin to listen to the nodes; rclpy must be initialised."""
         self.published: dict[int, int] = {}
         self.arrived_s: dict[int, float] = {}
-        """Times at which the labels of frames came, by stamp."""
-
         self.complete = 0
-        """Frames of which all has come."""
-
         self._people = people
-        self._said: dict[str, dict[str, str]] = {}
+        self._said: dict[str, dict[str, str]] = {name: {} for name in NODES}
         self._kept: dict[int, dict[str, bytes]] = {}
         self._kinds: dict[str, Any] = {'labels': Image, **slot_topics(_RECORDED, people)}
         self._latest_s = 0.0
@@ -133,16 +119,13 @@ class Recording:
 
     def _diagnose(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            said = self._said.setdefault(status.name, {})
-            before = said.get('state')
-            said |= {each.key: each.value for each in status.values}
-            if status.name in NODES and before != said.get('state') == 'active':
-                print(f'gait_demo: {status.name} is ready', file=sys.stderr)
+            if status.name in self._said:
+                self._said[status.name] |= {each.key: each.value for each in status.values}
 
     def connected(self) -> bool:
         """Return whether the nodes are active and connected with each other and with this."""
         wanted = {'labels': 1, **slot_topics(_SUBSCRIBERS, self._people)}
-        said = [self._said.get(name, {}) for name in NODES]
+        said = self._said.values()
         return all(each.get('state') == 'active' for each in said) and all(
             max(int(each.get(f'subscribers of /{topic}', 0)) for each in said) >= count
             for topic, count in wanted.items()
@@ -161,13 +144,12 @@ class Recording:
     def follow_rest(self, processes: ProcessGroup) -> None:
         """Listen until all frames that were published have come, or nothing comes any more."""
         self._latest_s = time.monotonic()
-        self.follow(
-            lambda: (
-                self.complete >= len(self.published)
-                or time.monotonic() - self._latest_s > _FLOW_OUT_S
-            ),
-            processes,
-        )
+
+        def over() -> bool:
+            quiet = time.monotonic() - self._latest_s > _FLOW_OUT_S
+            return quiet or self.complete >= len(self.published)
+
+        self.follow(over, processes)
 
     def release_held(self) -> None:
         """Deactivate the matcher, so that it publishes what it holds back for the next frames."""
@@ -188,40 +170,34 @@ class Recording:
     def result(self, number: int) -> FrameResult:
         """Return what the nodes said of a frame that was answered."""
         stamp_ns = self.published[number]
-        kept = self._kept[stamp_ns]
+        labels = read_mono8(self._message(stamp_ns, 'labels'))
+        people = tuple(self._person(stamp_ns, slot, labels) for slot in range(self._people))
+        return FrameResult(stamp_ns, people, _mask(labels > 0), labels, {})
 
-        def message(topic: str) -> Any:
-            kind = self._kinds[topic]
-            data = kept.get(topic)
-            return (
-                kind() if data is None else deserialize_message(lz4.block.decompress(data), kind)
-            )
-
-        labels = read_mono8(message('labels'))
+    def _person(self, stamp_ns: int, slot: int, labels: NDArray[np.uint8]) -> PersonResult:
+        box, matched, gait = (
+            self._message(stamp_ns, slot_topic(slot, each)) for each in _RECORDED
+        )
+        track_id, (tight, tilt), said = int(box.polygon.id), read_box(box), read_gait(gait)
         unseen = np.zeros((0, 0), np.uint8)
-        people = []
-        for slot in range(self._people):
-            box = message(slot_topic(slot, 'box'))
-            track_id, gait = int(box.polygon.id), read_gait(message(slot_topic(slot, 'gait')))
-            tight, tilt = read_box(box)
-            match = replace(
-                MatchResult.nobody(stamp_ns, track_id, unseen.shape),
-                body=read_body(message(slot_topic(slot, 'matched_box'))),
-                phase=gait.phase,
-                phase_rate=gait.rate,
-                azimuth=gait.azimuth,
-                similarity=gait.similarity,
-            )
-            mask = np.where(labels == slot + 1, 255, 0).astype(np.uint8)
-            people.append(
-                PersonResult(
-                    TrackResult(stamp_ns, track_id, tight, unseen, 0.0, tilt),
-                    match,
-                    SegmentationResult(stamp_ns, track_id, mask, ''),
-                )
-            )
-        mask = np.where(labels > 0, 255, 0).astype(np.uint8)
-        return FrameResult(stamp_ns, tuple(people), mask, labels, {})
+        match = replace(
+            MatchResult.nobody(stamp_ns, track_id, unseen.shape),
+            body=read_body(matched),
+            phase=said.phase,
+            azimuth=said.azimuth,
+        )
+        track = TrackResult(stamp_ns, track_id, tight, unseen, 0.0, tilt)
+        mask = _mask(labels == slot + 1)
+        return PersonResult(track, match, SegmentationResult(stamp_ns, track_id, mask, ''))
+
+    def _message(self, stamp_ns: int, topic: str) -> Any:
+        """Return a message, an empty one if it has not come."""
+        kind, data = self._kinds[topic], self._kept[stamp_ns].get(topic)
+        return kind() if data is None else deserialize_message(lz4.block.decompress(data), kind)
+
+
+def _mask(inside: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    return np.where(inside, 255, 0).astype(np.uint8)
 
 
 def play(
@@ -238,48 +214,40 @@ def play(
 
     :param logs: folder for what the processes say.
     :param box: of a person in the first frame, in the pixels played; without, people are found.
-    :param preset: names the parameter file of the nodes.
     :param reading: arguments of :func:`open_input` with which the film was opened.
     :raises ProcessError: if a process fails or the nodes do not connect.
     """
     prepare_environment(os.environ)
-    parameters: dict[str, object] = {**_PATIENT, 'max_people': people}
+    # As gait_segmentation.launch.py does; on a busy computer frames are to be late, not lost.
+    words = ['--ros-args', '--params-file', str(preset_file(preset)), '-p', 'backlog:=90']
+    words += ['-p', 'keep_images:=300', '-p', f'max_people:={people}']
     if box is not None:
-        parameters['initial_box'] = [float(each) for each in (box.x, box.y, box.width, box.height)]
-    stamps = logs / 'stamps.txt'
-    stamps.unlink(missing_ok=True)
+        numbers = [float(each) for each in (box.x, box.y, box.width, box.height)]
+        words += ['-p', f'initial_box:={numbers}']
     log_where_possible()
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     try:
         with ProcessGroup(os.environ, logs) as processes:
-            # As gait_segmentation.launch.py does.
-            words = ['--ros-args', '--params-file', str(preset_file(preset))]
-            for parameter, value in parameters.items():
-                words += ['-p', f'{parameter}:={value}']
             for name in NODES:
-                processes.start(name, 'gait_segmentation', name.removeprefix('gait_'), *words)
+                processes.start(name, name.removeprefix('gait_'), *words)
             recording = Recording(people)
             try:
-                _record(recording, processes, film, reading, stamps)
+                _record(recording, processes, film, logs / 'stamps.txt', reading)
             finally:
                 recording.close()
+            return recording
     finally:
         rclpy.try_shutdown()
-    return recording
 
 
 def _record(
     recording: Recording,
     processes: ProcessGroup,
     film: ImageSource,
-    reading: Mapping[str, object],
     stamps: Path,
+    reading: dict[str, object],
 ) -> None:
-    """
-    Play the film to the nodes, and wait until everything has come.
-
-    :raises ProcessError: if a process fails or the nodes do not connect.
-    """
+    """Play the film to the nodes, and wait until everything has come."""
     print('gait_demo: starting the nodes (the first time, up to a minute)', file=sys.stderr)
     deadline = time.monotonic() + _START_TIMEOUT_S
 
@@ -290,10 +258,10 @@ def _record(
 
     recording.follow(connected, processes)
     source = [f'--{name.replace("_", "-")}={value}' for name, value in reading.items() if value]
-    source += ['--wait-for', '2', '--stamps', str(stamps)]
-    # For the processes to be done with finding the camera before it starts.
-    source += ['--delay', '1', '--', str(film.path)]
-    processes.start('gait_source', 'gait_segmentation', 'source', *source)
+    # The delay is for the processes to be done with finding the camera before it starts.
+    source += ['--wait-for', '2', '--delay', '1', '--stamps', str(stamps), '--', str(film.path)]
+    stamps.unlink(missing_ok=True)
+    processes.start('gait_source', 'source', *source)
     # disable=None: no bar where stderr is not a terminal.
     with tqdm(total=film.total, unit='frame', disable=None, desc='gait_demo') as bar:
 
@@ -308,4 +276,3 @@ def _record(
         if recording.complete < len(recording.published):
             recording.release_held()
             recording.follow_rest(processes)
-        bar.update(recording.complete - bar.n)

@@ -7,19 +7,18 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gait_segmentation.cli.clip import CLIP_BOX, CLIP_START, demo_clip
-from gait_segmentation.cli.replaying.file_outputs import MasksOutput, OverlayOutput
-from gait_segmentation.cli.replaying.output import About, Output, Replayed
+from gait_segmentation.cli.replaying.outputs import About, MasksOutput, Output, OverlayOutput
 from gait_segmentation.cli.tool import (
     READING,
     add_preset_option,
     add_reading_options,
+    check_ranges,
     command_parser,
     make_folder,
     run_tool,
@@ -27,27 +26,17 @@ from gait_segmentation.cli.tool import (
 )
 from gait_segmentation.drawing import track_colour
 from gait_segmentation.errors import ConfigError, SequenceError
-from gait_segmentation.files.output_files import (
-    is_own_picture,
-    keep_apart,
-    keep_others,
-    write_file,
-    write_picture,
-)
+from gait_segmentation.files.output_files import keep_apart, write_file, write_picture
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource, open_input
 from gait_segmentation.people import MOST_PEOPLE
-from gait_segmentation.pipeline import PersonResult
 from gait_segmentation.sheets import contact_sheet, spread, tile
+from gait_tools.demo.clip import CLIP_BOX, CLIP_START, demo_clip
 
 if TYPE_CHECKING:
-    from gait_segmentation.cli.live import Recording
+    from gait_tools.demo.recording import Recording
 
-__all__ = ['main', 'parser']
-
-_WRITTEN = ('masks', 'overlay.mp4', 'contact_sheet.png', 'report.json', 'logs')
-
-DESCRIPTION = """\
+_DESCRIPTION = """\
 Show the package at work on this computer.
 
 A film is played as a live camera at its own rate, 960 pixels wide unless --width
@@ -57,7 +46,7 @@ woman walking past a static camera (from the package Sports2D, BSD-3-Clause,
 downloaded once); --clip plays another.
 """
 
-EPILOG = """\
+_EPILOG = """\
 writes to the output folder
   masks/NNNN.png     the silhouettes, named by the frame's number in the film
   overlay.mp4        the film with outline, box, direction and phase
@@ -66,17 +55,20 @@ writes to the output folder
                      from the frame's stamp to its mask
   logs/NAME.log      what the processes logged
 
-examples (after colcon build with "ros2 run gait_segmentation" in front)
+examples
   gait_demo
   gait_demo --preset paper --out out/paper
   gait_demo --clip walk.mp4 --people 3 --out out/walk
   gait_demo --clip walk.mp4 --box 400 120 80 260 --start 15 --out out/walk
 """
 
+_WRITTEN = {'masks', 'overlay.mp4', 'contact_sheet.png', 'report.json', 'logs'}
+_PARTIAL = {'masks.partial', 'overlay.partial.mp4'}
+
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    made = command_parser('gait_demo', DESCRIPTION, EPILOG)
+    made = command_parser('gait_demo', _DESCRIPTION, _EPILOG)
     add = made.add_argument
     add('--out', type=Path, default=Path('out/demo'), help='output folder (%(default)s)')
     add('--clip', type=Path, metavar='FILE', help='a film, folder of images or bag of your own')
@@ -102,29 +94,25 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _demonstrate(options: argparse.Namespace) -> None:
     """Play the film through the nodes, and write and say what became of it."""
+    check_ranges(options, {'people': (1, MOST_PEOPLE)})
+    box = None if options.box is None else Box(*options.box)
+    if options.clip is None:
+        if box is not None or options.start:
+            raise ConfigError('--box and --start belong to a film of your own: give --clip too')
+        options.clip, options.start, box = demo_clip(), CLIP_START, CLIP_BOX
     reading = {name: getattr(options, name) for name in READING}
-    film, box = _film_and_box(options, reading)
-    out = options.out
+    film = open_input(options.clip, **reading)
+    box, out = scaled_box(box, film), options.out
     keep_apart([('--out', out / name) for name in _WRITTEN], [film.path])
     make_folder('--out', out)
-    for kind, path in ((MasksOutput, out / 'masks'), (OverlayOutput, out / 'overlay.mp4')):
-        kind.check(path)
-        if kind.is_there(path) and not (out / 'report.json').is_file():
-            raise ConfigError(f'{path} was not made by gait_demo: choose another --out')
-    keep_others([('--out', out / 'report.json', _is_report)], 'gait_demo')
-    if not (out / 'report.json').is_file():
-        keep_others([('--out', out / 'contact_sheet.png', is_own_picture)], 'gait_demo')
+    for name in sorted({path.name for path in out.iterdir()} - _WRITTEN - _PARTIAL):
+        raise ConfigError(f'{out / name} was not made by gait_demo: choose another --out')
+    MasksOutput.check(out / 'masks')
     # Here, so that --help needs no ROS.
-    from gait_segmentation.cli.live import play
+    from gait_tools.demo.recording import play
 
-    recording = play(
-        film,
-        out / 'logs',
-        box=box,
-        people=options.people,
-        preset=options.preset or 'default',
-        **reading,
-    )
+    preset = options.preset or 'default'
+    recording = play(film, out / 'logs', box=box, people=options.people, preset=preset, **reading)
     played, answered = len(recording.published), recording.answered()
     if len(answered) < played:
         print(f'gait_demo: {lost_frames(played - len(answered), recording)}', file=sys.stderr)
@@ -147,34 +135,10 @@ def _demonstrate(options: argparse.Namespace) -> None:
     )
 
 
-def _is_report(head: bytes) -> bool:
-    return b'"frames_played": ' in head
-
-
-def _film_and_box(
-    options: argparse.Namespace, reading: dict[str, Any]
-) -> tuple[ImageSource, Box | None]:
-    """
-    Return the film and the person's box in the pixels that are played, None to find people.
-
-    :param reading: arguments of :func:`open_input`; the first frame of the clip is put in.
-    """
-    box = None if options.box is None else Box(*options.box)
-    if not 1 <= options.people <= MOST_PEOPLE:
-        raise ConfigError(f'--people must be from 1 to {MOST_PEOPLE}, got {options.people}')
-    if options.clip is None:
-        if box is not None or options.start:
-            raise ConfigError('--box and --start belong to a film of your own: give --clip too')
-        options.clip, reading['start'], box = demo_clip(), CLIP_START, CLIP_BOX
-    film = open_input(options.clip, **reading)
-    return film, scaled_box(box, film)
-
-
 def lost_frames(lost: int, recording: Recording) -> str:
     """Say why frames have no mask, and what can be done."""
-    who = [f'{name} dropped {count}' for name, count in recording.dropped().items()]
-    why = f'{" and ".join(who)}, which could not keep up: close other programs, or give a lower '
-    why += '--rate or --width'
+    who = ' and '.join(f'{name} dropped {each}' for name, each in recording.dropped().items())
+    why = f'{who}: close other programs, or give a lower --rate or --width'
     if not who:
         why = 'no node says that it dropped them, so they were lost on the way between the nodes'
     return f'{lost} frame{"s" * (lost != 1)} lost: {why}'
@@ -187,7 +151,7 @@ def write_pictures(out: Path, recording: Recording, film: ImageSource, fps: floa
     The images are read again, in their order: all at once would take much memory.
 
     :returns: how many frames have a silhouette.
-    :raises SequenceError: if a file cannot be written, or the film not be read again.
+    :raises SequenceError: if a file cannot be written.
     """
     answered = recording.answered()
     seen: dict[int, list[int]] = {}
@@ -197,36 +161,30 @@ def write_pictures(out: Path, recording: Recording, film: ImageSource, fps: floa
                 seen.setdefault(slot, []).append(number)
     slot = max(seen, key=lambda each: len(seen[each]), default=0)
     shown = spread(seen.get(slot, answered))
-    tiles, silhouettes, complete = [], 0, False
-    outputs: list[Output] = [MasksOutput(out / 'masks')]
-    try:
+    tiles, silhouettes = [], 0
+    with ExitStack() as broken_off:
+        outputs: list[Output] = [MasksOutput(out / 'masks')]
+        broken_off.callback(outputs[0].close, complete=False)
         outputs.append(OverlayOutput(out / 'overlay.mp4', About(film.size, fps)))
+        broken_off.callback(outputs[1].close, complete=False)
         for frame in film.frames():
-            if frame.number not in answered:
+            if frame.image is None or frame.number not in answered:
                 continue
-            if frame.image is None:
-                raise SequenceError(f'frame {frame.number} cannot be read again: {frame.problem}')
             result = recording.result(frame.number)
             silhouettes += bool(result.mask.any())
-            if frame.number in shown:
-                tiles.append(_tile(frame.image, frame.number, result.people[slot]))
             for output in outputs:
-                with output.written():
-                    output.add(Replayed(frame, result))
-        complete = True
-    finally:
+                output.add(frame, result)
+            if frame.number in shown:
+                person = result.people[slot]
+                whole = Box(0, 0, frame.image.shape[1], frame.image.shape[0])
+                phase = '' if person.match.body is None else f' {person.match.phase:.2f}'
+                outline = (person.segmentation.mask, track_colour(person.track.track_id))
+                words = f'{frame.number}{phase}'
+                tiles.append(tile(frame.image, person.track.box or whole, [outline], words))
         for output in outputs:
-            output.close(complete=complete)
+            output.close(complete=True)
     write_picture(out / 'contact_sheet.png', contact_sheet(tiles))
     return silhouettes
-
-
-def _tile(image: NDArray[np.uint8], number: int, person: PersonResult) -> NDArray[np.uint8]:
-    """Return a crop of a frame about somebody, with outline, number and phase."""
-    box = person.track.box or Box(0, 0, image.shape[1], image.shape[0])
-    phase = '' if person.match.body is None else f' {person.match.phase:.2f}'
-    outlines = [(person.segmentation.mask, track_colour(person.track.track_id))]
-    return tile(image, box, outlines, f'{number}{phase}')
 
 
 if __name__ == '__main__':

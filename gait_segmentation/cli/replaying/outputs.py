@@ -1,0 +1,355 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Outputs of gait_replay: what one is, and masks, films and tables."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import fcntl
+import math
+import os
+import re
+import shutil
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import cv2
+import numpy as np
+
+from gait_segmentation.drawing import draw_label, draw_person
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.files.output_files import film_name, named, write_file
+from gait_segmentation.inputs import Frame
+from gait_segmentation.pipeline import FrameResult, PersonResult
+
+STEPS_PER_STRIDE = 2
+
+TABLE_COLUMNS = (
+    'frame',
+    'stamp_ns',
+    'slot',
+    'track_id',
+    'state',
+    'box_x_px',
+    'box_y_px',
+    'box_width_px',
+    'box_height_px',
+    'tilt_rad',
+    'track_confidence',
+    'gait_phase_strides',
+    'cadence_steps_per_min',
+    'azimuth_rad',
+    'match_confidence',
+    'mask_px',
+)
+"""One row a frame and person."""
+
+_MP4V = int.from_bytes(b'mp4v', 'little')
+
+
+@dataclass(frozen=True)
+class About:
+    """What outputs are told of an input: ``size`` is width and height, ``slots`` for people."""
+
+    size: tuple[int, int] = (0, 0)
+    fps: float = 0.0
+    slots: int = 1
+
+
+def partial_path(path: Path) -> Path:
+    """Return where an output is while it is made, and is left if it is broken off."""
+    return path.with_name(f'{path.stem}.partial{path.suffix}')
+
+
+def remove(path: Path) -> None:
+    """Remove a file or a folder, if it is there."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+class Output(ABC):
+    """
+    A file or folder of results.
+
+    It grows at :func:`partial_path`; :meth:`close` gives it its name, unless the replay was
+    broken off.  It can be read in both cases.
+    """
+
+    option: ClassVar[str]
+    """The option of the command that asks for it."""
+
+    help: ClassVar[str]
+    """What the command says of the option."""
+
+    default: ClassVar[Path | None] = None
+    """Where it goes if the option is not given, None if it is not wanted then."""
+
+    suffix: ClassVar[str] = ''
+    """Of the name of a file, where several inputs have one each in a folder."""
+
+    in_folder: ClassVar[bool] = False
+    """Whether the option names a folder of such outputs for a single input, too."""
+
+    files: ClassVar[re.Pattern[str] | None] = None
+    """Of an output that is a folder: the files that it may hold, relative to it."""
+
+    def __init__(self, path: Path, about: About | None = None) -> None:
+        """
+        Begin an empty output in place of what an earlier attempt left.
+
+        :raises OSError: if it cannot be written.
+        :raises SequenceError: if the place cannot be used, see :meth:`check`, or another process
+            is just making the output.
+        """
+        self.check(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self.path, self.work = path, partial_path(path)
+        self.about = about or About()
+        self._closed = False
+        if self.work.exists():
+            os.close(self._lock(fcntl.LOCK_EX))
+            remove(self.work)
+        try:
+            with named(path):
+                self.begin()
+        except BaseException:
+            remove(self.work)
+            raise
+        self._held = self._lock(fcntl.LOCK_SH)
+
+    def _lock(self, how: int) -> int:
+        """Return a descriptor that locks the growing output until it is closed."""
+        held = os.open(self.work, os.O_RDONLY)
+        try:
+            fcntl.flock(held, how | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            os.close(held)
+            raise SequenceError(f'{self.path} is just being made by another process') from error
+        return held
+
+    @classmethod
+    def place(cls, given: Path, name: str, *, several: bool) -> Path:
+        """Return where the output of the input ``name`` goes if the option says ``given``."""
+        return given / f'{name}{cls.suffix}' if several or cls.in_folder else given
+
+    @classmethod
+    def is_there(cls, path: Path) -> bool:
+        """Return whether something is there; an empty file or folder is nothing."""
+        if cls.files is None:
+            return path.is_file() and path.stat().st_size > 0
+        return path.is_dir() and any(path.iterdir())
+
+    @classmethod
+    def is_own(cls, path: Path) -> bool:
+        """Return whether what is there, of the right names, is an output of this kind."""
+        return True
+
+    @classmethod
+    def check(cls, path: Path) -> None:
+        """
+        Refuse a place where there is something else than such an output.
+
+        :raises SequenceError: likewise if that is where this would be while it is made.
+        """
+        partial = partial_path(path)
+        own = cls._may_be(path) and (not cls.is_there(path) or cls.is_own(path))
+        for place, fits in ((path, own), (partial, cls._may_be(partial))):
+            if not fits:
+                raise SequenceError(
+                    f'{place} was not made by gait_replay, or is not all there, and is not '
+                    'replaced: remove it or choose another place'
+                )
+
+    @classmethod
+    def _may_be(cls, path: Path) -> bool:
+        """Return whether the place is free, or what is there has the names of such an output."""
+        if cls.files is None or not path.is_dir():
+            return not path.exists() or (cls.files is None and path.is_file())
+        found = (each for each in path.rglob('*') if not each.is_dir())
+        return all(cls.files.fullmatch(each.relative_to(path).as_posix()) for each in found)
+
+    def begin(self) -> None:
+        """
+        Begin the file or folder at :attr:`work`; here, an empty folder.
+
+        :raises OSError: if it cannot be written.
+        :raises SequenceError: if there can be no such output.
+        """
+        self.work.mkdir()
+
+    @abstractmethod
+    def add(self, frame: Frame, result: FrameResult) -> None:
+        """
+        Add a frame and what was found in it.
+
+        :raises OSError: if it cannot be written.
+        """
+
+    def finish(self) -> None:  # noqa: B027
+        """Write what belongs to the end; here, nothing.  It may be called again if it failed."""
+
+    def close(self, *, complete: bool) -> None:
+        """
+        Finish, and give the output its name if it is complete; nothing if that was done.
+
+        :raises OSError: if it is to be complete and cannot be finished.
+        :raises SequenceError: likewise.
+        """
+        if self._closed:
+            return
+        if complete:
+            with named(self.path):
+                self.finish()
+                remove(self.path)
+                self.work.replace(self.path)
+        else:
+            with contextlib.suppress(OSError, SequenceError):
+                self.finish()
+        self._closed = True
+        os.close(self._held)
+
+
+class MasksOutput(Output):
+    """A folder with ``NNNN.png`` for every frame, named by its number in the input."""
+
+    option = '--masks'
+    help = "masks as NNNN.png (255 = person) by the frame's number in the input"
+    files = re.compile(r'\d+\.png')
+
+    @classmethod
+    def is_own(cls, path: Path) -> bool:
+        """Return whether all images are grey, as masks are and frames are not."""
+        return all(_is_grey_png(each) for each in path.iterdir())
+
+    def add(self, frame: Frame, result: FrameResult) -> None:
+        """Write the mask of a frame."""
+        if result.mask.size:
+            data = cv2.imencode('.png', result.mask)[1].tobytes()
+            write_file(self.work / f'{frame.number:04d}.png', data)
+
+
+def _is_grey_png(path: Path) -> bool:
+    with path.open('rb') as file:
+        head = file.read(26)
+    return head.startswith(b'\x89PNG') and head[24:] == b'\x08\0'
+
+
+class OverlayOutput(Output):
+    """A film with outlines, boxes, directions and phases."""
+
+    option = '--overlay'
+    help = 'a film (.mp4) with outline, box, direction and phase'
+    suffix = '.mp4'
+
+    def begin(self) -> None:
+        """
+        Open the film.
+
+        :raises SequenceError: if there is no encoder for the name.
+        """
+        self._frames = 0
+        # No other backend: for a name it does not know OpenCV's next one throws, aloud.
+        self._film = cv2.VideoWriter(
+            film_name(self.work), cv2.CAP_FFMPEG, _MP4V, self.about.fps, self.about.size
+        )
+        if not self._film.isOpened():
+            raise SequenceError(
+                f'{self.path} cannot be written as a film; use a name such as walk.mp4'
+            )
+
+    def add(self, frame: Frame, result: FrameResult) -> None:
+        """Draw a frame and write it."""
+        picture = np.zeros((*self.about.size[::-1], 3), np.uint8)
+        if frame.image is not None:
+            picture = frame.image.copy()
+        for person in result.people:
+            track, match = person.track, person.match
+            if track.box is not None:
+                draw_person(
+                    picture,
+                    mask=person.segmentation.mask,
+                    box=track.box,
+                    track_id=track.track_id,
+                    phase=math.nan if match.body is None else match.phase,
+                    azimuth=math.nan if match.body is None else match.azimuth,
+                )
+        draw_label(picture, f'{frame.number}', (4, 4))
+        if picture.shape[1::-1] != self.about.size:
+            picture = np.asarray(
+                cv2.resize(picture, self.about.size, interpolation=cv2.INTER_AREA)
+            )
+        self._film.write(picture)
+        self._frames += 1
+
+    def finish(self) -> None:
+        """
+        Write the index, and count the frames: OpenCV does not tell of a full disk.
+
+        :raises SequenceError: if some are missing.
+        """
+        self._film.release()
+        capture = cv2.VideoCapture(film_name(self.work))
+        readable = 0
+        while capture.grab():
+            readable += 1
+        capture.release()
+        if readable != self._frames:
+            raise SequenceError(
+                f'{self.path} must have {self._frames} frames, {readable} can be read: is the '
+                'disk full?'
+            )
+
+
+class CsvOutput(Output):
+    """A table of boxes, phases, cadences, directions and confidences."""
+
+    option = '--csv'
+    help = 'a table of boxes, phase, cadence, azimuth and confidence, a row a person and frame'
+    suffix = '.csv'
+
+    def begin(self) -> None:
+        """Begin the table."""
+        self._file = open(self.work, 'w', encoding='ascii', newline='')  # noqa: SIM115
+        self._table = csv.writer(self._file, lineterminator='\n')
+        self._table.writerow(TABLE_COLUMNS)
+
+    @classmethod
+    def is_own(cls, path: Path) -> bool:
+        """Return whether the file begins with the names of all columns."""
+        head = (','.join(TABLE_COLUMNS) + '\n').encode()
+        with path.open('rb') as file:
+            return file.read(len(head)) == head
+
+    def add(self, frame: Frame, result: FrameResult) -> None:
+        """Write a row for everybody who is there."""
+        for slot, person in enumerate(result.people):
+            if person.track.track_id:
+                self._table.writerow((frame.number, frame.stamp_ns, slot, *_row(person)))
+
+    def finish(self) -> None:
+        """Write everything out."""
+        self._file.close()
+
+
+def _row(person: PersonResult) -> tuple[object, ...]:
+    track, match = person.track, person.match
+    box: tuple[object, ...] = ('',) * 6
+    if track.box is not None:
+        sides = (track.box.x, track.box.y, track.box.width, track.box.height)
+        box = (*(f'{side:.2f}' for side in sides), f'{track.angle:.4f}', f'{track.confidence:.3f}')
+    gait: tuple[object, ...] = ('',) * 4
+    if match.body is not None:
+        gait = (
+            # Rounded, the end of a stride is the beginning of the next.
+            f'{round(match.phase, 4) % 1:.4f}',
+            f'{60 * STEPS_PER_STRIDE * match.phase_rate:.1f}',
+            f'{match.azimuth:.4f}',
+            f'{match.confidence:.3f}',
+        )
+    pixels = int(np.count_nonzero(person.segmentation.mask))
+    return (track.track_id, track.state, *box, *gait, pixels)
