@@ -21,8 +21,6 @@ from gait_segmentation.cli.replaying.walks import (
 )
 from gait_segmentation.cli.settings import Settings, read_parameter_file
 from gait_segmentation.cli.tool import (
-    FAILED,
-    INTERRUPTED,
     PROCESSORS,
     READING,
     add_config_options,
@@ -32,6 +30,7 @@ from gait_segmentation.cli.tool import (
     preset_file,
     run_tool,
 )
+from gait_segmentation.commands import FAILED, INTERRUPTED
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.output_files import keep_apart
@@ -183,9 +182,9 @@ def names_of(paths: list[Path]) -> list[str]:
 def _replay_all(options: argparse.Namespace) -> int:
     wanted = make_jobs(options)
     vocabulary = wanted[0].config.segmentation.vocabulary
-    given = (*options.input, options.params, wanted[0].bank, vocabulary)
+    given = [*options.input, options.params, wanted[0].bank, vocabulary]
     if options.heat_map and Path(options.heat_map).is_dir():
-        given = (*given, options.heat_map)
+        given.append(options.heat_map)
     read = [Path(each) for each in given if each]
     for job in wanted:
         job.check(read)
@@ -193,12 +192,10 @@ def _replay_all(options: argparse.Namespace) -> int:
         made = [path for job in wanted for path in job.outputs.values()]
         keep_apart([('--summary', options.summary)], [*read, *made])
         check_summary(options.summary)
-    jobs = []
+    jobs = [job for job in wanted if job.missing(force=options.force)]
     for job in wanted:
-        if not job.missing(force=options.force):
+        if job not in jobs:
             print(f'{job.input}: done before, see {job.bag}; --force makes it anew')
-        else:
-            jobs.append(job)
     reports: list[Report] = []
     if jobs:
         started = time.monotonic()
@@ -238,33 +235,27 @@ def _walks(job: Job) -> list[dict[str, object]]:
 def _print(reports: list[Report], seconds: float, place: Path) -> None:
     """Print how it went; ``place`` is where the bags are."""
     for report in reports:
-        for note in report.notes:
-            print(f'gait_replay: {report.input}: {note}', file=sys.stderr)
-        if report.unsaid:
-            print(f'gait_replay: {report.input}: {report.unsaid} more', file=sys.stderr)
-        if report.damaged:
-            print(f'gait_replay: warning: {report.damaged}', file=sys.stderr)
-        if report.error:
-            about = '' if str(report.input) in report.error else f'{report.input}: '
-            print(f'gait_replay: error: {about}{report.error}', file=sys.stderr)
-        if report.interrupted:
-            print(f'gait_replay: {report.input}: interrupted', file=sys.stderr)
-        for path in report.left:
-            print(f'gait_replay: {path} was left incomplete', file=sys.stderr)
+        about = '' if str(report.input) in report.error else f'{report.input}: '
+        said = [f'{report.input}: {note}' for note in report.notes]
+        said += [f'{report.input}: {report.unsaid} more'] * bool(report.unsaid)
+        said += [f'warning: {report.damaged}'] * bool(report.damaged)
+        said += [f'error: {about}{report.error}'] * bool(report.error)
+        said += [f'{report.input}: interrupted'] * report.interrupted
+        said += [f'{path} was left incomplete' for path in report.left]
         if report.frames and not report.seen and not report.error:
-            print(
-                f'gait_replay: {report.input}: nobody was seen; people are found when they walk '
-                'and all of them is in the image, --box says where somebody is',
-                file=sys.stderr,
+            said.append(
+                f'{report.input}: nobody was seen; people are found when they walk and all of '
+                'them is in the image, --box says where somebody is'
             )
+        for text in said:
+            print(f'gait_replay: {text}', file=sys.stderr)
     frames = sum(report.frames for report in reports)
-    seen = sum(report.seen for report in reports)
     if frames:
-        whole = not any(report.left for report in reports)
+        seen = sum(report.seen for report in reports)
+        where = '' if any(report.left for report in reports) else f'; see {place}'
         print(
             f'{frames} frame{"s" * (frames != 1)} in {seconds:.1f} s, '
-            f'{frames / max(seconds, 1e-9):.1f} a second, {seen} with somebody'
-            + (f'; see {place}' if whole else '')
+            f'{frames / max(seconds, 1e-9):.1f} a second, {seen} with somebody{where}'
         )
 
 

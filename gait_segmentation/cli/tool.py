@@ -5,43 +5,22 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import os
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 from gait_segmentation.commands import FAILED, INTERRUPTED
 from gait_segmentation.config import StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputError
 from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.installed import shared_file
-from gait_segmentation.files.output_files import make_writable, named, problem_of
+from gait_segmentation.files.output_files import make_writable, problem_of
 from gait_segmentation.geometry import Box, check_start_box
 
 if TYPE_CHECKING:
     from gait_segmentation.inputs import ImageSource
-
-__all__ = [
-    'FAILED',
-    'INTERRUPTED',
-    'POLL_S',
-    'PROCESSORS',
-    'READING',
-    'add_config_options',
-    'add_preset_option',
-    'add_reading_options',
-    'add_spec_options',
-    'check_file',
-    'check_ranges',
-    'command_parser',
-    'make_folder',
-    'preset_file',
-    'run_tool',
-    'scaled_box',
-    'spec_of',
-]
 
 READING = ('topic', 'width', 'start', 'count', 'rate', 'rotate', 'max_pixels')
 """Options that are arguments of :func:`gait_segmentation.inputs.open_input`."""
@@ -51,8 +30,6 @@ PROCESSORS = (1, 1024)
 
 POLL_S = 0.05
 """How often commands look whether what they wait for is so."""
-
-_OUTPUT = 'standard output'
 
 _PRESETS = {
     'default': 'gait_segmentation.yaml',
@@ -73,68 +50,39 @@ def run_tool(name: str, run: Callable[[], int | None]) -> int:
         if nobody reads the output any more.
     """
     try:
-        with contextlib.redirect_stdout(_Output(sys.stdout)):
-            try:
-                code = run() or 0
-            except SystemExit:
-                # As of --help.
-                sys.stdout.flush()
-                raise
+        try:
+            return run() or 0
+        finally:
             # Here and not at the end of the interpreter, where an error would leave a traceback.
             sys.stdout.flush()
-    except GaitSegmentationError as error:
-        print(f'{name}: error: {error}', file=sys.stderr)
-        return FAILED
     except BrokenPipeError:
         # As of "| head".
         _drop_output()
         return 1
+    except GaitSegmentationError as error:
+        print(f'{name}: error: {error}', file=sys.stderr)
+        return FAILED
     except OSError as error:
-        if error.filename is None:
-            raise
-        if error.filename == _OUTPUT:
-            _drop_output()
+        _drop_output()
         print(f'{name}: error: {problem_of(error)}', file=sys.stderr)
         return FAILED
     except KeyboardInterrupt:
         print(f'{name}: interrupted', file=sys.stderr)
         return INTERRUPTED
-    return code
-
-
-class _Output:
-    """Standard output whose errors say what they are about."""
-
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
-
-    def write(self, text: str) -> int:
-        with named(_OUTPUT):
-            return self._stream.write(text)
-
-    def flush(self) -> None:
-        with named(_OUTPUT):
-            self._stream.flush()
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._stream, name)
 
 
 def _drop_output() -> None:
-    """Let what is still to be flushed go nowhere."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    """Let what cannot be written, of all that is to be flushed still, go nowhere."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def command_parser(
-    name: str,
-    description: str,
-    epilog: str,
-    formatter: type[argparse.HelpFormatter] = argparse.RawDescriptionHelpFormatter,
-) -> argparse.ArgumentParser:
+def command_parser(name: str, description: str, epilog: str) -> argparse.ArgumentParser:
     """Return a parser whose texts are shown as they are."""
-    return argparse.ArgumentParser(
-        prog=name, description=description, epilog=epilog, formatter_class=formatter
-    )
+    raw = argparse.RawDescriptionHelpFormatter
+    return argparse.ArgumentParser(name, None, description, epilog, formatter_class=raw)
 
 
 def add_preset_option(parser: argparse.ArgumentParser) -> None:
@@ -217,9 +165,8 @@ def check_ranges(options: argparse.Namespace, ranges: Mapping[str, tuple[float, 
 
 def scaled_box(box: Box | None, source: ImageSource) -> Box | None:
     """
-    Return the first box in the pixels of the frames.
+    Return the first box in the pixels of the frames, None where people are to be found.
 
-    :param box: in pixels of the input; None where people are to be found.
     :raises ConfigError: if it lies outside of the frames or is far larger.
     """
     if box is None:

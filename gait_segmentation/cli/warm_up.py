@@ -13,8 +13,6 @@ import gait_segmentation.pipeline  # noqa: F401
 from gait_segmentation.cli.tool import command_parser, run_tool
 from gait_segmentation.kernels import compile_kernels
 
-__all__ = ['main']
-
 _DESCRIPTION = """
 Compile all kernels, for up to a minute, once after each installation,
 so that no node has to when it starts.  They are kept in Numba's cache: run
@@ -44,8 +42,7 @@ def _progress(kernels: Iterable[Any]) -> Iterator[Any]:
     wanted = list(kernels)
     for number, each in enumerate(wanted):
         if sys.stderr.isatty():
-            line = f'\rcompiling: {number} of {len(wanted)} kernels '
-            print(line, end='', file=sys.stderr, flush=True)
+            print(f'\rcompiling: {number} of {len(wanted)} kernels ', end='', file=sys.stderr)
         yield each
     if sys.stderr.isatty():
         print(file=sys.stderr)

@@ -21,17 +21,6 @@ from gait_segmentation.files.encoded_images import MOST_PIXELS, decode_image
 from gait_segmentation.files.reading import regular
 from gait_segmentation.heat_maps import heat_map_of
 
-__all__ = [
-    'IMAGE_SUFFIXES',
-    'by_number',
-    'images_in',
-    'read_grey',
-    'read_heat_map',
-    'read_image',
-    'read_unchanged',
-    'warn_of_order',
-]
-
 _LOGGER = logging.getLogger('gait_segmentation')
 
 IMAGE_SUFFIXES = ('.bmp', '.jpeg', '.jpg', '.pbm', '.pgm', '.png', '.ppm', '.webp')

@@ -11,8 +11,6 @@ from pathlib import Path
 
 from gait_segmentation.errors import ConfigError
 
-__all__ = ['prepare', 'shared_file']
-
 _PACKAGE = 'gait_segmentation'
 _MALLOC = {
     'MALLOC_MMAP_THRESHOLD_': 32 << 20,

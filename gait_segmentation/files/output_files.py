@@ -61,18 +61,18 @@ def keep_apart(outputs: Iterable[tuple[str, Path | None]], inputs: Iterable[Path
             continue
         real = Path(os.path.realpath(path))
         for given, source in read:
-            how = ''
-            if real == source or _is_same(path, given):
+            if real == source or (path.exists() and given.exists() and path.samefile(given)):
                 how = 'is'
             elif source in real.parents:
                 how = 'lies in'
             elif real in source.parents:
                 how = 'holds'
-            if how:
-                raise ConfigError(
-                    f'{name} {path} {how} the input {given}, which would be changed: choose '
-                    'another place'
-                )
+            else:
+                continue
+            raise ConfigError(
+                f'{name} {path} {how} the input {given}, which would be changed: choose another '
+                'place'
+            )
 
 
 def keep_others(
@@ -91,11 +91,8 @@ def keep_others(
     for name, path, is_own in outputs:
         if path is None or not path.is_file():
             continue
-        try:
-            with path.open('rb') as file:
-                head = file.read(_HEAD)
-        except OSError as error:
-            raise ConfigError(f'{path} cannot be read: {error.strerror}') from error
+        with path.open('rb') as file:
+            head = file.read(_HEAD)
         if head and not is_own(head):
             raise ConfigError(
                 f'{name} {path} was not made by {maker} and is not replaced: remove it or choose '
@@ -106,13 +103,6 @@ def keep_others(
 def is_own_picture(head: bytes) -> bool:
     """Return whether a file begins as :func:`write_picture` writes PNGs."""
     return _MARK in head
-
-
-def _is_same(one: Path, two: Path) -> bool:
-    with suppress(OSError):
-        # As hard links are.
-        return one.samefile(two)
-    return False
 
 
 @contextmanager

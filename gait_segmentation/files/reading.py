@@ -18,8 +18,6 @@ import yaml
 
 from gait_segmentation.errors import GaitSegmentationError
 
-__all__ = ['read_yaml', 'regular']
-
 _OTHERS = {
     stat.S_IFIFO: 'a pipe',
     stat.S_IFCHR: 'a device',
@@ -27,9 +25,6 @@ _OTHERS = {
     stat.S_IFDIR: 'a folder',
     stat.S_IFSOCK: 'a socket',
 }
-
-_DEEPEST = 20
-"""Levels; none of the files read here needs more than four."""
 
 
 def regular(path: str | os.PathLike[str]) -> Path:
@@ -46,28 +41,6 @@ def regular(path: str | os.PathLike[str]) -> Path:
     return Path(path)
 
 
-class _Loader(yaml.SafeLoader):
-    """Refuses aliases, with which few bytes can stand for anything, and great depth."""
-
-    def __init__(self, stream: str) -> None:
-        super().__init__(stream)
-        self._depth = 0
-
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        """Compose a node, unless it is an alias or lies too deep."""
-        mark = self.peek_event().start_mark
-        if self.check_event(yaml.AliasEvent):
-            raise yaml.composer.ComposerError(None, None, 'aliases (*name) cannot be used', mark)
-        if self._depth == _DEEPEST:
-            raise yaml.composer.ComposerError(
-                None, None, f'more than {_DEEPEST} levels cannot be used', mark
-            )
-        self._depth += 1
-        node = super().compose_node(parent, index)
-        self._depth -= 1
-        return node
-
-
 def read_yaml(path: Path, kind: type[GaitSegmentationError]) -> Any:
     """
     Read a YAML file.
@@ -77,7 +50,11 @@ def read_yaml(path: Path, kind: type[GaitSegmentationError]) -> Any:
     :raises GaitSegmentationError: of the kind, if it cannot be read or is not plain YAML.
     """
     try:
-        return yaml.load(regular(path).read_text(encoding='utf-8'), _Loader)
+        text = regular(path).read_text(encoding='utf-8')
+        # With which few bytes can stand for anything.
+        if any(isinstance(each, yaml.AliasEvent) for each in yaml.parse(text)):
+            raise yaml.YAMLError('aliases (*name) cannot be used')
+        return yaml.safe_load(text)
     except OSError as error:
         raise kind(f'{path} cannot be read: {error.strerror}') from error
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:

@@ -45,8 +45,7 @@ def test_a_plain_file_is_read_as_ever(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ('text', 'reason'),
     [
-        ('[' * 100_000, 'more than 20 levels cannot be used'),
-        ('{a: ' * 5_000, 'more than 20 levels cannot be used'),
+        ('[' * 2_000 + ']' * 2_000, 'recursion'),
         ('a: &a [*a]', r'aliases \(\*name\) cannot be used'),
         ('/**: &a\n  ros__parameters: *a', 'aliases'),
         ('a: b: c', 'mapping values are not allowed here'),

@@ -13,14 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rosbags.interfaces import (
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
+from rosbags import interfaces
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -59,7 +52,7 @@ _SLOT_TOPICS = {
 _MARK, _WALKS = 'gait_replay', 'walks'
 """Of the entries in the metadata that say who made a bag, and who walks in it."""
 
-_FOREVER = QosTime(2147483647, 4294967295)
+_FOREVER = interfaces.QosTime(2147483647, 4294967295)
 
 
 class Messages:
@@ -203,14 +196,16 @@ class BagOutput(Output):
             raise
 
     def _connect(self, topic: str, kind: str, latched: bool = False) -> None:
-        qos = Qos(
-            QosHistory.KEEP_LAST,
+        qos = interfaces.Qos(
+            interfaces.QosHistory.KEEP_LAST,
             1 if latched else DEPTH,
-            QosReliability.RELIABLE,
-            QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
+            interfaces.QosReliability.RELIABLE,
+            interfaces.QosDurability.TRANSIENT_LOCAL
+            if latched
+            else interfaces.QosDurability.VOLATILE,
             _FOREVER,
             _FOREVER,
-            QosLiveliness.AUTOMATIC,
+            interfaces.QosLiveliness.AUTOMATIC,
             _FOREVER,
             False,
         )

@@ -4,12 +4,10 @@
 
 from __future__ import annotations
 
-import fcntl
 import multiprocessing
 import os
 import signal
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -101,12 +99,8 @@ class Job:
         :raises ConfigError: if one would change an input.
         :raises SequenceError: if a place is taken by something else.
         """
-        places = [
-            (kind.option, place)
-            for kind, path in self.outputs.items()
-            for place in (path, partial_path(path))
-        ]
-        keep_apart(places, inputs)
+        for kind, path in self.outputs.items():
+            keep_apart([(kind.option, each) for each in (path, partial_path(path))], inputs)
         for kind, path in self.outputs.items():
             kind.check(path)
 
@@ -373,12 +367,9 @@ def _report_of(future: Future[Report | None], job: Job) -> Report | None:
 
 @cache
 def _prepared(bank: str) -> TemplateBank:
-    """Open a bank and compile the kernels, for which the processes of a machine take turns."""
-    lock = Path(tempfile.gettempdir()) / f'gait_segmentation-{os.getuid()}.lock'
-    with lock.open('a') as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        compile_kernels()
-        return open_bank(bank)
+    """Open a bank, once in a process, and compile the kernels if that was not done."""
+    compile_kernels()
+    return open_bank(bank)
 
 
 def _now_and_then(ask: Callable[[], bool]) -> Callable[[], bool]:
