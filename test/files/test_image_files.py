@@ -22,7 +22,6 @@ from test.files.test_encoded_images import HUGE
     'names',
     [
         ['frame1.png', 'frame2.png', 'frame10.png', 'frame100.png'],
-        ['0001.png', '0002.png', '0010.png'],
         ['1_9.png', '2_1.png', '2_10.png', '10_1.png'],
         ['7.png', '10.png', 'a1.png', 'a9.png', 'b0.png'],
         ['01.png', '1.png', '2.png'],
@@ -43,13 +42,10 @@ def test_names_are_in_the_order_of_their_numbers(names):
     ('names', 'why'),
     [
         (['0.5.png', '0.25.png'], 'numbers with a point are taken for decimals'),
-        (['1.10.png', '1.9.png'], 'numbers with a point are taken for decimals'),
         (['1.png', '01.png', '2.png'], 'some have the same number'),
         (['1.5.png', '1.50.png'], 'some have the same number'),
         (['left1.png', 'right1.png'], 'they differ in more than their numbers'),
-        (['b.png', 'a.png'], 'they differ in more than their numbers'),
         (['0.05.png', '0.25.png', '1.00.png'], ''),
-        (['9.png', '10.png', '10.5.png'], ''),
         (['2024-05-01T12.30.05.png', '2024-05-01T12.30.06.png'], ''),
         (['only².png'], ''),
     ],
@@ -64,16 +60,12 @@ def test_a_doubtful_order_is_said_once(names, why, tmp_path: Path, caplog) -> No
 
 
 @pytest.mark.parametrize('read', [read_image, read_grey, read_unchanged])
-def test_an_image_that_would_take_minutes_is_refused(read, tmp_path: Path) -> None:
+def test_a_pipe_and_an_image_that_would_take_minutes_are_refused(read, tmp_path: Path) -> None:
     path = tmp_path / '0.png'
     path.write_bytes(HUGE['png of zeros'])
     with pytest.raises(SequenceError, match=r'0\.png: image must have at most .* got more'):
         read(path)
-
-
-@pytest.mark.parametrize('read', [read_image, read_grey, read_unchanged])
-def test_a_pipe_is_no_image(read, tmp_path: Path) -> None:
-    path = tmp_path / '0.png'
+    path.unlink()
     os.mkfifo(path)
     with pytest.raises(SequenceError, match=r'0\.png cannot be read: it is a pipe and no file'):
         read(path)

@@ -2,10 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
-import os
-import platform
-import subprocess
-import sys
 import xml.etree.ElementTree as ElementTree
 
 import pytest
@@ -13,17 +9,6 @@ import pytest
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.installed import prepare, shared_file
 
-IMAGES = """
-import resource
-def images():
-    return len([bytearray(2_700_000) for _ in range(4)])
-for _ in range(3):
-    images()
-before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
-for _ in range(10):
-    images()
-print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
-"""
 PROFILE = 'config/fastdds_shm.xml'
 
 
@@ -60,24 +45,6 @@ def test_what_is_set_is_kept() -> None:
         'MALLOC_MMAP_THRESHOLD_',
         'MALLOC_TRIM_THRESHOLD_',
     }
-
-
-def test_images_are_written_to_the_memory_of_those_before() -> None:
-    if not platform.libc_ver()[0].startswith('glibc'):
-        pytest.skip('the C library is not glibc')
-
-    def faults(environment: dict[str, str]) -> int:
-        done = subprocess.run(
-            [sys.executable, '-c', IMAGES],
-            env={**environment, 'PATH': os.environ['PATH']},
-            capture_output=True,
-            check=True,
-        )
-        return int(done.stdout)
-
-    environment: dict[str, str] = {}
-    prepare(environment)
-    assert faults(environment) < 100 < faults({})
 
 
 def test_the_profile_is_xml_with_a_segment_for_large_images() -> None:

@@ -165,12 +165,6 @@ def test_an_input_is_played_into_the_nodes() -> None:
     assert names(single) == ['gait_pipeline', 'gait_source']
 
 
-def test_the_parameter_file_exists() -> None:
-    description = get_launch_description_from_python_launch_file(str(FILE))
-    (argument,) = (a for a in description.get_launch_arguments() if a.name == 'params_file')
-    assert Path(argument.default_value[0].text).is_file()
-
-
 def remaps(node: Node) -> dict[str, str]:
     return {plain(source): plain(target) for source, target in node._Node__remappings}
 

@@ -68,7 +68,8 @@ def test_another_reader_of_mcap_finds_the_same(tmp_path: Path) -> None:
     decoder = pytest.importorskip('mcap_ros2.decoder', reason='needs mcap-ros2-support')
     output = BagOutput(tmp_path / 'walk')
     frames = [frame(index) for index in range(3)]
-    add_all(output, frames)
+    for each in frames:
+        output.add(*each)
     output.close(complete=True)
     with open(tmp_path / 'walk/walk.mcap', 'rb') as file:
         made = reader.make_reader(file, True, [decoder.DecoderFactory()])
@@ -132,8 +133,3 @@ def test_what_was_written_stays_readable_when_it_is_broken_off(tmp_path: Path) -
     again.add(*frame(0))
     again.close(complete=True)
     assert [p.name for p in tmp_path.iterdir()] == ['walk']
-
-
-def add_all(output: BagOutput, frames: list[Replayed]) -> None:
-    for each in frames:
-        output.add(*each)
