@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import csv
 import errno
 import os
 import re
@@ -14,6 +15,7 @@ from typing import Any
 from unittest.mock import Mock
 
 import cv2
+import numpy as np
 import pytest
 
 from gait_segmentation.cli.replay import main
@@ -29,6 +31,7 @@ from gait_segmentation.cli.replaying.outputs import (
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs import Frame, open_input
 from gait_segmentation.pipeline import FrameResult
+from test.cli.replaying.results import replayed
 from test.files.test_output_files import room_for
 from test.inputs.bags import image_fields, stamp, write_bag2
 from test.walkers import clip
@@ -247,3 +250,19 @@ def test_the_name_of_a_film_is_but_a_name(name: str, tmp_path: Path, monkeypatch
     monkeypatch.chdir(tmp_path)
     OverlayOutput(Path(name), About((64, 48), 25.0, 1)).close(complete=True)
     assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+def test_a_row_says_where_somebody_is_and_how_they_walk(tmp_path: Path) -> None:
+    output = CsvOutput(tmp_path / 'a.csv')
+    mask = np.zeros((60, 40), np.uint8)
+    mask[10:50, 5:25] = 255
+    nobody = np.zeros_like(mask)
+    output.add(*replayed(2, [(7, mask, 0.3), (0, nobody, 0.0)]))
+    output.close(complete=True)
+    (row,) = csv.DictReader((tmp_path / 'a.csv').read_text().splitlines())
+    box = [float(row[f'box_{side}_px']) for side in ('x', 'y', 'width', 'height')]
+    assert box == [5, 10, 20, 40]
+    assert (row['frame'], row['slot'], row['track_id'], row['mask_px']) == ('2', '0', '7', '800')
+    # 0.9 strides a second.
+    assert (row['gait_phase_strides'], row['cadence_steps_per_min']) == ('0.2500', '108.0')
+    assert (row['azimuth_rad'], row['match_confidence']) == ('0.3000', '0.700')

@@ -32,8 +32,8 @@ ADDRESS = ['--dask', 'tcp://scheduler:8786']
 pytestmark = pytest.mark.usefixtures('signal_handlers')
 
 
-def wait_until(true: Callable[[], object]) -> None:
-    deadline = time.monotonic() + TIMEOUT_S
+def wait_until(true: Callable[[], object], timeout_s: float = TIMEOUT_S) -> None:
+    deadline = time.monotonic() + timeout_s
     while not true() and time.monotonic() < deadline:
         time.sleep(0.01)
 
@@ -202,7 +202,13 @@ def test_an_interruption_begins_nothing_more(two: list[str], tmp_path: Path, mon
 
     def interrupted(job: Job, bank: TemplateBank, stop: Any, **named: Any) -> Report:
         os.kill(os.getpid(), signal.SIGINT)
-        return whole(job, bank, lambda: wait_until(stop) or True, **named)
+        return whole(job, bank, lambda: came(stop), **named)
+
+    def came(stop: Any) -> bool:
+        """Wait at the first frame until the interruption has come through."""
+        wait_until(stop, 60.0)
+        assert stop()
+        return True
 
     monkeypatch.setattr(run, '_ASK_S', 0.0)
     monkeypatch.setattr(run, 'replay', interrupted)
