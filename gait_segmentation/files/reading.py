@@ -51,10 +51,11 @@ def read_yaml(path: Path, kind: type[GaitSegmentationError]) -> Any:
     """
     try:
         text = regular(path).read_text(encoding='utf-8')
+        content = yaml.safe_load(text)
         # With which few bytes can stand for anything.
         if any(isinstance(each, yaml.AliasEvent) for each in yaml.parse(text)):
             raise yaml.YAMLError('aliases (*name) cannot be used')
-        return yaml.safe_load(text)
+        return content
     except OSError as error:
         raise kind(f'{path} cannot be read: {error.strerror}') from error
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
