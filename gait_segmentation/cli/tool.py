@@ -15,8 +15,8 @@ from gait_segmentation.commands import FAILED, INTERRUPTED
 from gait_segmentation.config import StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputError
 from gait_segmentation.files.encoded_images import MOST_PIXELS
-from gait_segmentation.files.installed import shared_file
-from gait_segmentation.files.output_files import make_writable, problem_of
+from gait_segmentation.files.installed import make_writable, shared_file
+from gait_segmentation.files.output_files import problem_of
 from gait_segmentation.geometry import Box, check_start_box
 
 if TYPE_CHECKING:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import os
 import sys
+import tempfile
 from collections.abc import MutableMapping
 from pathlib import Path
 
@@ -59,3 +60,13 @@ def prepare(environment: MutableMapping[str, str]) -> None:
     if not any(environment.get(name) for name in _PROFILE):
         for name in _PROFILE:
             environment[name] = str(shared_file('config/fastdds_shm.xml'))
+
+
+def make_writable(folder: Path) -> None:
+    """
+    Make a folder in which files can be written.
+
+    :raises OSError: if it cannot be made, or nothing can be written there.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    tempfile.TemporaryFile(dir=folder).close()

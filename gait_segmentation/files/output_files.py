@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import os
 import struct
-import tempfile
 import threading
 import zlib
 from collections.abc import Callable, Iterable, Iterator
@@ -33,16 +32,6 @@ def film_name(path: Path) -> str:
     """Return the name by which OpenCV finds a film: FFmpeg takes ``A:`` for a protocol."""
     # With a slash before it, it is none.
     return os.path.join('.', path)
-
-
-def make_writable(folder: Path) -> None:
-    """
-    Make a folder in which files can be written.
-
-    :raises OSError: if it cannot be made, or nothing can be written there.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    tempfile.TemporaryFile(dir=folder).close()
 
 
 def keep_apart(outputs: Iterable[tuple[str, Path | None]], inputs: Iterable[Path]) -> None:

@@ -25,7 +25,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from gait_segmentation.ending import HANGS_S
-from gait_segmentation.files.output_files import make_writable
+from gait_segmentation.files.installed import make_writable
 from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
 
 REFUSALS = (rclpy_implementation.RCLError, NameValidationException)
