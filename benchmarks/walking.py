@@ -10,12 +10,13 @@ prints its coefficients; ``--write`` changes ``walking.json`` of the package.  `
 other synthetic walkers and things to the pipeline instead and says which get a slot, and when, and
 which keep it for more than a second::
 
-    python benchmarks/walking.py --data DIR [--walkers 40] [--seeds 3] [--write | --check]
+    python benchmarks/walking.py --data DIR [--without DIR] [--walkers 40] [--seeds 3] [--write | --check]
 
 ``DIR`` holds clips with ``frames``, ``masks`` of one person, ``sequence.yaml`` and, where there
 are more people, a network's maps of all in ``rvm``.  People are what overlaps the true box by an
-IoU of at least 0.5; nobody is what neither box nor map shows; the rest is left out.  Every clip
-has the same weight, and people all together have that of the things.
+IoU of at least 0.5; nobody is what neither box nor map shows; the rest is left out.  ``--without``
+is a folder of films that show nobody, for those and for ``--check``.  Every clip has the same
+weight, and people all together have that of the things.
 """
 
 from __future__ import annotations
@@ -46,6 +47,7 @@ from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import bounding_box
+from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
 from gait_segmentation.starting import StartingConfig, WalkerFinder
 from gait_segmentation.starting.finding.walking import MODEL_FILE
@@ -53,7 +55,8 @@ from gait_tools.gait_model import FIGURES
 
 RIGHT = 0.5
 WRONG, DARK = 0.05, 40  # most overlap with the person, and mean of a map, of what is nobody
-FRAMES = 60  # of a film, at most
+FRAMES = 60  # of a clip with truth, at most
+FILM_S, LARGEST = 60.0, 960  # of a film that shows nobody: seconds and width at most
 DIRECTIONS = 10
 SURE = 100.0  # evidence that nobody reaches
 AT = (1, 50, 99)  # percentiles of people between which a measure counts, and at which it bends
@@ -88,6 +91,15 @@ def film(path: Path) -> Iterator[Frame]:
         if others is not None:
             others = np.asarray(cv2.resize(others, image.shape[1::-1]))
         yield np.asarray(image), 10**9 + round(number * 1e9 / fps), box, others
+
+
+def without(path: Path) -> Iterator[Frame]:
+    """Read a film that shows nobody."""
+    for frame in open_input(path, width=LARGEST).frames():
+        if frame.header_ns > FILM_S * 1e9:
+            return
+        if frame.image is not None:
+            yield frame.image, frame.header_ns, None, None
 
 
 def walker(seed: int) -> Iterator[Frame]:
@@ -202,7 +214,7 @@ def slot_of(frames: Iterable[Frame]) -> Slot | None:
     return Slot(first, iou, kept) if since else None
 
 
-def check(walkers: range, seeds: range) -> None:
+def check(walkers: range, seeds: range, films: list[Path]) -> None:
     """Print which clips give a slot."""
     right = [slot_of(walker(seed)) for seed in walkers]
     frames = [each.first for each in right if each is not None and each.iou >= RIGHT]
@@ -210,6 +222,7 @@ def check(walkers: range, seeds: range) -> None:
     print(f'found {len(frames)} of {len(right)} walkers, in the mean in frame {mean}')
     print(f'{sum(each.kept for each in right if each is not None)} keep a slot')
     slots = {f'{name} {seed}': slot_of(thing(name, seed)) for name in THINGS for seed in seeds}
+    slots |= {each.name: slot_of(without(each)) for each in films}
     wrong = {name: each for name, each in slots.items() if each is not None}
     kept = [name for name, each in wrong.items() if each.kept]
     print(f'{len(wrong)} of {len(slots)} things get a slot')
@@ -219,14 +232,17 @@ def check(walkers: range, seeds: range) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
     parser.add_argument('--data', type=Path, help='folder of clips with truth')
+    parser.add_argument('--without', type=Path, help='folder of films that show nobody')
     parser.add_argument('--walkers', type=int, default=40)
     parser.add_argument('--seeds', type=int, default=3, help='clips of each kind of thing')
     parser.add_argument('--write', action='store_true', help='change walking.json')
     parser.add_argument('--check', action='store_true', help='play other clips')
     options = parser.parse_args()
     cv2.setNumThreads(1)
+    films = sorted(options.without.iterdir()) if options.without else []
     if options.check:
-        check(range(options.walkers, 2 * options.walkers), range(options.seeds, 2 * options.seeds))
+        walkers, seeds = options.walkers, options.seeds
+        check(range(walkers, 2 * walkers), range(seeds, 2 * seeds), films)
         return
     clips = sorted(each.parent for each in (options.data or Path()).glob('*/sequence.yaml'))
     if not clips:
@@ -239,6 +255,8 @@ def main() -> None:
     for name in THINGS:
         for seed in range(options.seeds):
             matches += measured(f'{name} {seed}', thing(name, seed))
+    for path in films:
+        matches += measured(path.name, without(path))
     model = fitted(matches)
     if options.write:
         MODEL_FILE.write_text(json.dumps(model, indent=1) + '\n', encoding='utf-8')

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
+from gait_segmentation.starting.finding.finder import belongs
 from gait_segmentation.starting.finding.shapes import BodyShapes, normalised
 
 __all__ = ['MapFinder']
@@ -95,22 +96,19 @@ class MapFinder:
     ) -> list[_Region]:
         """Return the regions that may be a body, none of them a part of another one."""
         across, down = source[1] / values.shape[1], source[0] / values.shape[0]
-        free = values.copy()
-        for box in occupied:
-            taken = Box(box.x / across, box.y / down, box.width / across, box.height / down)
-            free[taken.slices(values.shape[1], values.shape[0])] = 0
         regions: list[tuple[float, Box]] = []
         for level in _LEVELS:
             # Not cv2.compare: that takes an image of one pixel for something else.
-            above = cv2.inRange(free, level + 1, 255)
+            above = cv2.inRange(values, level + 1, 255)
             _, labels, stats, _ = cv2.connectedComponentsWithStats(above)
             for number, (x, y, w, h, _) in enumerate(stats.tolist()):
-                if number == 0 or h * down < least_height:
+                box = Box(x * across, y * down, w * across, h * down)
+                if number == 0 or box.height < least_height or belongs(box, occupied):
                     continue
                 region = cv2.inRange(labels[y : y + h, x : x + w], number, number)
-                shape = normalised(region, w * across / (h * down))
+                shape = normalised(region, box.width / box.height)
                 likeness = 0.0 if shape is None else self._shapes.likeness(shape)
-                regions.append((likeness, Box(x * across, y * down, w * across, h * down)))
+                regions.append((likeness, box))
         # Of a region and its parts the one that shows most of a body.
         regions.sort(key=lambda region: -region[0] * region[1].height ** 2)
         whole: list[tuple[float, Box]] = []

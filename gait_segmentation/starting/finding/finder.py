@@ -153,7 +153,7 @@ class WalkerFinder:
     def _there(self, box: Box) -> list[Candidate]:
         assert self._size is not None
         known = [box.scaled(self._scale(self._size))]
-        return [each for each in self._candidates if _belongs(each.box, known)]
+        return [each for each in self._candidates if belongs(each.box, known)]
 
     def past(self, stamp_ns: int) -> MotionScene | None:
         """
@@ -213,7 +213,7 @@ class WalkerFinder:
         total = sum(clutter.values())
         for each in seen:
             shape, blob = shapes[each.number], blobs[each.blob]
-            if shape is None or _belongs(each.box, known):
+            if shape is None or belongs(each.box, known):
                 continue
             earlier = each.show(shape)
             if earlier is None:
@@ -230,7 +230,7 @@ class WalkerFinder:
             passed = min(seconds - each.judged, _LATE_S) if each.judged else 0.0
             each.judged = seconds
             each.evidence = max(each.evidence + passed * log_odds(measures), 0.0)
-            if each.evidence >= needed and not _belongs(each.box, tried):
+            if each.evidence >= needed and not belongs(each.box, tried):
                 found.append(blob.box)
         return sorted(found, key=lambda box: -box.height)
 
@@ -240,7 +240,7 @@ def _shape(frame: SceneFrame, blob: Blob) -> NDArray[np.uint8] | None:
     return normalised(frame.silhouettes[blob.box.slices(*frame.owners.shape[::-1])])
 
 
-def _belongs(box: Box, known: Sequence[Box]) -> bool:
+def belongs(box: Box, known: Sequence[Box]) -> bool:
     """Tell whether what is in a box may be of somebody known."""
     return any(_overlap(box, other) > _SAME for other in known)
 
