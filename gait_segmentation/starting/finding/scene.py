@@ -154,8 +154,7 @@ class MotionScene:
         self._since = WorldMotion.over([self._since, motion])
         step = self._in_searched(motion)
         height, width = self._searched
-        lab = cv2.resize(frame.lab, (width, height), interpolation=cv2.INTER_AREA)
-        lab = cv2.blur(lab, (3, 3))
+        lab = np.asarray(cv2.blur(frame.shrunk(self._searched), (3, 3)))
         moving = self._moving(np.ascontiguousarray(lab[:, :, 0]), seconds, step)
         likelihood = self._compare(lab, moving)
         windows = [box.slices(width, height) for box in taken]
