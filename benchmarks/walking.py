@@ -10,7 +10,8 @@ prints its coefficients; ``--write`` changes ``walking.json`` of the package.  `
 other synthetic walkers and things to the pipeline instead and says which get a slot, and when, and
 which keep it for more than a second::
 
-    python benchmarks/walking.py --data DIR [--without DIR] [--walkers 40] [--seeds 3] [--write | --check]
+    python benchmarks/walking.py --data DIR [--without DIR] [--walkers 40] [--seeds 3]
+        [--write | --check]
 
 ``DIR`` holds clips with ``frames``, ``masks`` of one person, ``sequence.yaml`` and, where there
 are more people, a network's maps of all in ``rvm``.  People are what overlaps the true box by an

@@ -83,18 +83,27 @@ class WorkingImage:
             half = source.shape[1] // 2, source.shape[0] // 2
             source = cv2.resize(source, half, interpolation=cv2.INTER_AREA)
         small = np.asarray(cv2.resize(source, shape[::-1], interpolation=cv2.INTER_AREA))
-        return gray_lab(small) if self.textured else np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2Lab))
+        return (
+            gray_lab(small)
+            if self.textured
+            else np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2Lab))
+        )
 
     @cached_property
     def lab(self) -> NDArray[np.uint8]:
         """Return the image in CIE L*a*b* as OpenCV stores it, (h, w, 3) uint8."""
-        if self.textured:
-            return gray_lab(self.gray)
-        return np.asarray(cv2.cvtColor(self.bgr, cv2.COLOR_BGR2Lab))
+        return _lab_of(self.gray if self.textured else self.bgr)
 
     def lab_part(self, window: Window) -> NDArray[np.uint8]:
         """Return a window in Lab, (h, w, 3) uint8, its rows contiguous as kernels want them."""
         return np.ascontiguousarray(self.lab[window])
+
+
+def _lab_of(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return an image in Lab, with gradient energy in the place of colours if it is (h, w)."""
+    return (
+        gray_lab(image) if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2Lab))
+    )
 
 
 def working_scale(

@@ -101,9 +101,10 @@ class MapFinder:
             # Not cv2.compare: that takes an image of one pixel for something else.
             above = cv2.inRange(values, level + 1, 255)
             _, labels, stats, _ = cv2.connectedComponentsWithStats(above)
-            for number, (x, y, w, h, _) in enumerate(stats.tolist()):
+            # The first are the pixels below the level.
+            for number, (x, y, w, h, _) in enumerate(stats[1:].tolist(), 1):
                 box = Box(x * across, y * down, w * across, h * down)
-                if number == 0 or box.height < least_height or belongs(box, occupied):
+                if box.height < least_height or belongs(box, occupied):
                     continue
                 region = cv2.inRange(labels[y : y + h, x : x + w], number, number)
                 shape = normalised(region, box.width / box.height)

@@ -223,7 +223,8 @@ class PeopleTracker:
                 check_body(each.body, (each.mask.shape[1], each.mask.shape[0]))
             if each.track_id in self._trials:
                 shape = each.shape_prior.shape
-                self._trials[each.track_id].learn(shrink(each.mask, shape), each.shape_prior)
+                small = shrink(each.mask, shape)
+                self._trials[each.track_id].learn(each.stamp_ns, small, each.shape_prior)
         if by_track:
             for world in self._worlds:
                 stamp_ns = feedback[0].stamp_ns

@@ -7,7 +7,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.starting.finding.shapes import tanimoto
+from gait_segmentation.images import bounding_box
+from gait_segmentation.starting.finding.shapes import normalised, tanimoto
 
 __all__ = ['Trial']
 
@@ -18,6 +19,15 @@ _LEAST_FIT = 0.68
 
 _WORTH = 0.02
 """Similarity that may be missing for each time the evidence that somebody is found at."""
+
+_STEP_NS = 300_000_000, 450_000_000
+"""Time in which who walks takes on another shape: about half a step."""
+
+_CHANGE, _ODD = (0.5, 0.7), 2.0
+"""
+Similarity of two masks so far apart, in the mean: what is rigid has more, what is no body less.
+What lies outside counts so many times against a person.
+"""
 
 
 class Trial:
@@ -31,17 +41,27 @@ class Trial:
     def __init__(self, stamp_ns: int) -> None:
         """Begin when somebody is found."""
         self._end_ns = stamp_ns + _TRIAL_NS
-        self._evidence = self._fit = 0.0
-        self._masks = 0
+        self._evidence = 0.0
+        self._fits: list[float] = []
+        self._shapes: list[tuple[int, NDArray[np.uint8]]] = []
+        self._changes: list[float] = []
 
     def see(self, evidence: float) -> None:
         """Take in what the search says by now, in times of what it finds people at."""
         self._evidence = max(self._evidence, evidence)
 
-    def learn(self, mask: NDArray[np.uint8], template: NDArray[np.uint8]) -> None:
-        """Take in a mask and its template, (h, w) uint8."""
-        self._fit += float(tanimoto(mask, template))
-        self._masks += 1
+    def learn(self, stamp_ns: int, mask: NDArray[np.uint8], template: NDArray[np.uint8]) -> None:
+        """Take in a mask, 0/255, and its template, (h, w) uint8, and the stamp of their frame."""
+        self._fits.append(float(tanimoto(mask, template)))
+        x, y, width, height = bounding_box(mask)
+        shape = normalised(mask[y : y + height, x : x + width]) if height else None
+        if shape is None:
+            return
+        least, most = _STEP_NS
+        for then, earlier in self._shapes:
+            if least <= stamp_ns - then <= most:
+                self._changes.append(float(tanimoto(earlier, shape)))
+        self._shapes.append((stamp_ns, shape))
 
     def is_over(self, stamp_ns: int) -> bool:
         """Return whether it is to be decided."""
@@ -49,5 +69,10 @@ class Trial:
 
     def is_passed(self) -> bool:
         """Return whether it is a person as far as is known; without a mask nothing is."""
-        fit = self._fit / max(self._masks, 1)
-        return self._masks == 0 or fit + _WORTH * self._evidence >= _LEAST_FIT
+        if not self._fits:
+            return True
+        fit = float(np.mean(self._fits)) + _WORTH * self._evidence
+        if self._changes:
+            change = float(np.mean(self._changes))
+            fit -= _ODD * abs(change - min(max(change, _CHANGE[0]), _CHANGE[1]))
+        return fit >= _LEAST_FIT

@@ -50,7 +50,8 @@ class Finder:
         return found
 
     def evidence(self, box: Box) -> float:
-        return 1.0
+        """Be sure of them: figures that do not walk have the same shape all the time."""
+        return 30.0
 
     def refute(self, box: Box) -> None:
         self.refuted.append(box)

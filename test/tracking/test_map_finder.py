@@ -48,6 +48,16 @@ def test_whoever_is_tracked_is_not_found_again(bank):
     assert finder.update(heat(0, region), SOURCE, [Box(36, 56, 70, 130)], 20) == []
 
 
+def test_what_hangs_together_with_who_is_tracked_is_theirs(bank):
+    finder, touching = MapFinder(bank), np.zeros((60, 64), np.uint8)
+    touching[:, :30] = touching[:, 34:] = body(bank)
+    touching[50:, 25:40] = 255
+    assert finder.update(heat(0, (20, 30, touching)), SOURCE, [Box(36, 56, 66, 130)], 20) == []
+    finder.reset()
+    touching[:, 30:34] = 0
+    assert len(finder.update(heat(1, (20, 30, touching)), SOURCE, [Box(36, 56, 66, 130)], 20)) == 1
+
+
 @pytest.mark.parametrize('size', [(60, 30), (100, 8), (6, 12)])
 def test_what_lies_or_is_tiny_is_nobody(bank, size):
     finder, region = MapFinder(bank), (20, 30, np.full(size[::-1], 255, np.uint8))

@@ -34,9 +34,31 @@ def test_masks_must_fit_their_templates_the_less_the_more_evidence_there_is(
 ) -> None:
     trial = Trial(10**9)
     for share in fits:
-        trial.learn(*fitting(share))
+        trial.learn(10**9, *fitting(share))
     trial.see(evidence)
     trial.see(0.0)
+    assert trial.is_passed() == passed
+
+
+def leg(forward: int) -> np.ndarray:
+    """Return a mask, (h, w) uint8, of a leg that stands and one that is so far from it."""
+    mask = np.zeros((60, 60), np.uint8)
+    mask[:30, 20:40] = mask[30:, 20:25] = mask[30:, 20 + forward : 25 + forward] = 255
+    return mask
+
+
+@pytest.mark.parametrize(
+    ('masks', 'passed'),
+    [
+        ([leg(15)] * 10, False),
+        ([leg(3 * k) for k in (0, 1, 2, 3, 4, 5, 4, 3, 2, 1)], True),
+        ([leg(0).T if k % 4 < 2 else leg(0) for k in range(10)], False),
+    ],
+)
+def test_who_walks_changes_shape_and_stays_a_body(masks: list[np.ndarray], passed: bool) -> None:
+    trial = Trial(10**9)
+    for number, mask in enumerate(masks):
+        trial.learn(10**9 + number * 10**8, mask, mask)
     assert trial.is_passed() == passed
 
 

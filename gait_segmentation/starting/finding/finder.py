@@ -21,7 +21,7 @@ from gait_segmentation.starting.finding.scene import MotionScene, SceneFrame
 from gait_segmentation.starting.finding.shapes import BodyShapes, normalised, tanimoto
 from gait_segmentation.starting.finding.walking import log_odds
 
-__all__ = ['WalkerFinder']
+__all__ = ['WalkerFinder', 'belongs']
 
 _FINEST, _LARGEST = 0.375, 480
 """Scale and longest side in pixels up to which more is searched for several people."""
