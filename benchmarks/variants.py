@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.images import shift_whole
 from gait_segmentation.people import MOST_PEOPLE
-from gait_tools.evaluation.output import write_image
+from gait_tools.evaluation.report import write_image
 from gait_tools.evaluation.sequence import Sequence
 
 __all__ = ['CAMERAS', 'KINDS', 'MAPS', 'MAPS_FOLDER', 'write_variant']

@@ -26,9 +26,9 @@ from benchmarks.synthetic.walkers import Straight, Walker, draw_walker
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.files.output_files import write_file, writing
 from gait_segmentation.geometry import Box
-from gait_tools.evaluation.output import write_image
+from gait_tools.evaluation.metrics import AMBIGUOUS, PERSON, UNCLEAR
+from gait_tools.evaluation.report import write_image
 from gait_tools.evaluation.sequence import frame_stamp_ns
-from gait_tools.evaluation.truth import AMBIGUOUS, PERSON, UNCLEAR
 from gait_tools.gait_model import FIGURES
 
 __all__ = ['SyntheticFrame', 'SyntheticSequence', 'draw_walkers']

@@ -12,7 +12,6 @@ import pytest
 
 from benchmarks.variants import CAMERAS, KINDS, write_variant
 from gait_segmentation.errors import SequenceError
-from gait_tools.evaluation.runner import heat_maps_of
 from gait_tools.evaluation.sequence import Sequence
 
 WALKER = Path(__file__).parents[2] / 'examples/walker'
@@ -36,7 +35,7 @@ def test_a_harder_clip_has_the_same_truth(kind: str, tmp_path: Path) -> None:
     assert bool(maps) == (kind not in CAMERAS)
     assert np.array_equal(made.image(7), walker().image(7)) == (kind == 'plain' or bool(maps))
     if maps:
-        heat = heat_maps_of(made, maps)(6)
+        heat = made.heat_maps(maps)(6)
         assert heat.values.shape == (192, 256)
         assert heat.stamp_ns == made.stamp_ns(3 if kind == 'map-late' else 6)
 
@@ -45,7 +44,7 @@ def test_maps_show_where_somebody_is(tmp_path: Path) -> None:
     values = {}
     for kind in ('map', 'map-inverted', 'map-mirrored'):
         maps = write_variant(walker(), kind, tmp_path / kind)
-        values[kind] = heat_maps_of(Sequence.load(tmp_path / kind), maps)(0).values
+        values[kind] = Sequence.load(tmp_path / kind).heat_maps(maps)(0).values
     person = walker().truth(0) == 255
     assert values['map'][person].mean() > 150 > values['map'][~person].mean() + 50
     assert np.array_equal(values['map-inverted'], 255 - values['map'])

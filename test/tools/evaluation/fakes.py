@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 
@@ -15,6 +16,7 @@ from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.pipeline import PersonResult
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
+from gait_tools.evaluation.runner import run
 
 
 @dataclass(frozen=True)
@@ -52,11 +54,11 @@ class FakePipelineConfig:
     starting: FakeStarting = field(default_factory=FakeStarting)
 
 
-def found_person(track_id, box, mask, features=()):
+def found_person(track_id, box, mask):
     """Return a person in a slot, as a pipeline finds one."""
     black = np.zeros((1, 1), np.uint8)
     return PersonResult(
-        TrackResult(1, track_id, box, black, 1.0, features=features),
+        TrackResult(1, track_id, box, black, 1.0),
         MatchResult.nobody(1, track_id, (1, 1)),
         SegmentationResult(1, track_id, mask, ''),
     )
@@ -96,9 +98,7 @@ class FakePipeline:
                 stamp_ns=stamp_ns,
                 people=(
                     SimpleNamespace(
-                        track=SimpleNamespace(
-                            track_id=1, box=box, body=box, state='tracked', features=()
-                        ),
+                        track=SimpleNamespace(track_id=1, box=box, body=box, state='tracked'),
                         match=SimpleNamespace(body=body, phase=0.25, azimuth=0.0, box=box),
                         segmentation=SimpleNamespace(stamp_ns=stamp_ns, track_id=1, mask=mask),
                     ),
@@ -133,3 +133,9 @@ def write_sequence(folder, frames=8, size=(48, 40), suffix='png', without_mask=(
     about = {'fps': 25, 'initial_box': [3, 5, 12, 31], 'initial_frame': 0}
     (folder / 'sequence.yaml').write_text(yaml.safe_dump(about))
     return folder
+
+
+def run_sequence(pipeline, sequence, **options):
+    """Return what a pipeline makes of a sequence, each call taking a second."""
+    clock = itertools.count().__next__
+    return list(run(pipeline, sequence, sequence.numbers, sequence.starts, clock=clock, **options))

@@ -3,7 +3,6 @@
 import cv2
 import pytest
 
-from gait_segmentation.errors import SequenceError
 from gait_tools.evaluation.ablation import (
     compare,
     comparison_table,
@@ -55,9 +54,3 @@ REPORTS = {
 def test_a_picture_is_drawn(tmp_path):
     plot_priors(tmp_path / 'new' / 'priors.png', REPORTS)
     assert cv2.imread(str(tmp_path / 'new' / 'priors.png')).shape[0] > 200
-
-
-def test_a_file_in_the_way_is_an_error(tmp_path):
-    (tmp_path / 'out').write_text('')
-    with pytest.raises(SequenceError, match='cannot be written'):
-        plot_priors(tmp_path / 'out' / 'priors.png', REPORTS)

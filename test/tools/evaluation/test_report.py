@@ -3,14 +3,15 @@
 import json
 import math
 
+import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
-from gait_tools.evaluation.attendance import Attendance
 from gait_tools.evaluation.metrics import BoxScore, FrameScore
 from gait_tools.evaluation.report import (
+    SequenceOutput,
     Summary,
     aligned,
     mean_of,
@@ -18,19 +19,21 @@ from gait_tools.evaluation.report import (
     restart_report,
     table,
     tracking_table,
+    write_image,
     write_json,
 )
 from gait_tools.evaluation.runner import Outcome
-from gait_tools.evaluation.tracking_score import TrackingScore
+from gait_tools.evaluation.sequence import Sequence
+from gait_tools.evaluation.tracking_score import Attendance, TrackingScore
 
-from .fakes import found_person
+from .fakes import FakePipeline, found_person, run_sequence, write_sequence
 
 
 def outcome(j, box_iou=0.5, total=10.0, scored=True):
     boxes = [BoxScore(box_iou / share, (share - 1) / 10) for share in (1, 2, 4)]
     score = FrameScore(j, 0.5, 1.0, 0.1, *boxes)
     times = {'tracking': 1.0, 'matching': 2.0, 'segmentation': 3.0, 'total': total}
-    return Outcome(0, None, None, 0.0, times, 0.02, score if scored else None)
+    return Outcome(0, None, None, times, 0.02, score if scored else None)
 
 
 def tracking(held):
@@ -76,26 +79,17 @@ def test_every_sequence_counts_the_same(report):
 
 
 def test_restarts_are_averaged_per_sequence_first(report):
-    starts = {
-        'one': {0: [0.6, 1.0], 10: [0.4, 0.8]},
-        'two': {0: [1.0]},
-    }
-    restarts = restart_report(starts)
+    restarts = restart_report({'one': {0: [0.6, 1.0], 10: [0.4, 0.8]}, 'two': {0: [1.0]}})
     assert restarts['J'] == pytest.approx(0.85)
     assert restarts['J0'] == pytest.approx(0.75)
     assert restarts['per_sequence']['one']['starts']['10'] == {
         'J': pytest.approx(0.6),
         'J0': 0.4,
     }
+    assert restart_report({'short': {}})['J'] is None
     text = table({**report, 'restarts': restarts})
     assert 'restart J' in text
     assert '0.8500' in text.splitlines()[-1]
-
-
-def test_a_sequence_without_starts_has_no_restart_score():
-    restarts = restart_report({'short': {}})
-    assert restarts['J'] is None
-    assert restarts['per_sequence']['short']['J'] is None
 
 
 def test_the_table_is_aligned(report):
@@ -123,6 +117,8 @@ def test_the_report_is_written_as_json(report, tmp_path):
     assert json.loads((tmp_path / 'scores.json').read_text()) == report
     with pytest.raises(SequenceError, match='cannot be written'):
         write_json(tmp_path / 'missing' / 'scores.json', report)
+    with pytest.raises(SequenceError, match='cannot be written'):
+        write_image(tmp_path / 'scores.json' / 'a.png', np.zeros((2, 2), np.uint8))
 
 
 def _row(**other: object) -> dict[str, object]:
@@ -139,8 +135,20 @@ def test_counts_are_summed_and_the_longest_of_times_is_taken() -> None:
     assert mean['false_slots'] == 2
     assert mean['lock_seconds'] == 0.7
     assert mean['recovery_seconds'] is None
-
-
-def test_what_a_sequence_has_not_measured_has_no_mean() -> None:
     assert 'mota' not in mean_tracking([_row(mota=0.9), _row()])
     assert mean_tracking([_row(mota=0.9), _row(mota=0.7)])['mota'] == pytest.approx(0.8)
+
+
+def test_masks_and_a_sheet_are_written(tmp_path):
+    sequence = Sequence.load(write_sequence(tmp_path / 'walk', frames=5))
+    output = SequenceOutput(tmp_path / 'out', sequence)
+    outcomes = run_sequence(FakePipeline(), sequence)
+    for outcome in outcomes:
+        assert outcome.number in output.shown
+        output.add(outcome)
+    output.close()
+    names = sorted(path.name for path in (tmp_path / 'out' / 'masks').iterdir())
+    assert names == [f'{number:04d}.png' for number in range(5)]
+    mask = cv2.imread(str(tmp_path / 'out' / 'masks' / '0003.png'), cv2.IMREAD_UNCHANGED)
+    np.testing.assert_array_equal(mask, outcomes[3].mask)
+    assert cv2.imread(str(tmp_path / 'out' / 'contact_sheet.png')).shape == (264, 1024, 3)

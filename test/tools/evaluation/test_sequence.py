@@ -1,5 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+import os
+
 import cv2
 import numpy as np
 import pytest
@@ -7,9 +9,9 @@ import yaml
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
-from gait_tools.evaluation.sequence import Sequence
+from gait_tools.evaluation.sequence import Sequence, read_mask
 
-from .fakes import write_sequence
+from .fakes import FakePipeline, run_sequence, write_sequence
 
 
 @pytest.fixture
@@ -19,9 +21,12 @@ def folder(tmp_path):
 
 def rewrite(folder, **changes):
     path = folder / 'sequence.yaml'
-    about = yaml.safe_load(path.read_text())
-    about.update(changes)
+    about = yaml.safe_load(path.read_text()) | changes
     path.write_text(yaml.safe_dump({k: v for k, v in about.items() if v is not None}))
+
+
+def move(folder, before, after):
+    (folder / before).rename(folder / after)
 
 
 def test_a_sequence_is_loaded(folder):
@@ -31,14 +36,10 @@ def test_a_sequence_is_loaded(folder):
     assert sequence.fps == 25
     assert sequence.initial_box == Box(3, 5, 12, 31)
     assert sequence.numbers == [0, 1, 2]
-    assert sequence.image(1).shape == (40, 48, 3)
-    assert set(np.unique(sequence.truth(1))) == {0, 170, 255}
-
-
-def test_stamps_follow_the_frame_rate_and_are_never_zero(folder):
-    sequence = Sequence.load(folder)
     assert sequence.stamp_ns(0) > 0
     assert sequence.stamp_ns(2) - sequence.stamp_ns(0) == 80_000_000
+    assert sequence.image(1).shape == (40, 48, 3)
+    assert set(np.unique(sequence.truth(1))) == {0, 170, 255}
 
 
 def test_jpeg_frames_and_frames_without_mask(tmp_path):
@@ -46,60 +47,6 @@ def test_jpeg_frames_and_frames_without_mask(tmp_path):
     assert sequence.image(0).shape == (40, 48, 3)
     assert sequence.truth(1) is None
     assert sequence.truth(2) is not None
-
-
-def test_frames_before_the_first_box_are_left_out(folder):
-    rewrite(folder, initial_frame=1)
-    assert Sequence.load(folder).numbers == [1, 2]
-
-
-def test_missing_parts_are_named(folder, tmp_path):
-    with pytest.raises(SequenceError, match='nowhere is not a folder'):
-        Sequence.load(tmp_path / 'nowhere')
-    (folder / 'sequence.yaml').rename(folder / 'other.yaml')
-    with pytest.raises(SequenceError, match=r'is no sequence: there is no sequence\.yaml'):
-        Sequence.load(folder)
-    (folder / 'other.yaml').rename(folder / 'sequence.yaml')
-    (folder / 'masks').rename(folder / 'mask')
-    with pytest.raises(SequenceError, match='masks is missing'):
-        Sequence.load(folder)
-    (folder / 'mask').rename(folder / 'masks')
-    (folder / 'frames').rename(folder / 'frame')
-    with pytest.raises(SequenceError, match='frames is missing'):
-        Sequence.load(folder)
-    (folder / 'frames').mkdir()
-    with pytest.raises(SequenceError, match='no images'):
-        Sequence.load(folder)
-
-
-def test_masks_in_a_format_that_changes_values_are_refused(folder):
-    for path in (folder / 'masks').iterdir():
-        path.rename(path.with_suffix('.jpg'))
-    with pytest.raises(SequenceError, match=r'0000\.jpg must be a \.png'):
-        Sequence.load(folder)
-
-
-def test_corrupt_images_are_refused_when_read(folder):
-    sequence = Sequence.load(folder)
-    sequence.frames[1].write_bytes(b'not an image')
-    with pytest.raises(SequenceError, match=r'0001\.png is not a complete image'):
-        sequence.image(1)
-    sequence.frames[2].write_bytes(b'')
-    with pytest.raises(SequenceError, match=r'0002\.png is not a complete image'):
-        sequence.image(2)
-    sequence.masks[1].unlink()
-    with pytest.raises(SequenceError, match='cannot be read'):
-        sequence.truth(1)
-
-
-def test_images_of_another_size_are_refused(folder):
-    sequence = Sequence.load(folder)
-    cv2.imwrite(str(sequence.frames[1]), np.zeros((40, 20, 3), np.uint8))
-    with pytest.raises(SequenceError, match='is 20x40, but must be 48x40'):
-        sequence.image(1)
-    cv2.imwrite(str(sequence.masks[1]), np.zeros((20, 48), np.uint8))
-    with pytest.raises(SequenceError, match='is 48x20, but must be 48x40'):
-        sequence.truth(1)
 
 
 def test_a_name_may_precede_the_number(folder):
@@ -113,18 +60,6 @@ def test_a_name_may_precede_the_number(folder):
     for number, truth in zip(before.numbers, truths, strict=True):
         assert after.frames[number].name == f'clip2_frames-{before.frames[number].name}'
         np.testing.assert_array_equal(after.truth(number), truth)
-
-
-def test_odd_file_names_are_refused(folder):
-    (folder / 'frames' / '0001.png').rename(folder / 'frames' / 'one.png')
-    with pytest.raises(SequenceError, match='named by its number'):
-        Sequence.load(folder)
-    (folder / 'frames' / 'one.png').rename(folder / 'frames' / '2.png')
-    with pytest.raises(SequenceError, match='same number'):
-        Sequence.load(folder)
-    (folder / 'frames' / '2.png').unlink()
-    with pytest.raises(SequenceError, match='mask of a frame'):
-        Sequence.load(folder)
 
 
 def label(folder, boxes, frames=3):
@@ -164,7 +99,154 @@ def test_boxes_can_be_given_for_everybody(folder):
     assert sequence.starts == {0: (Box(3, 5, 12, 31),), 2: (Box(29, 8, 9, 21),)}
 
 
-def test_labels_of_frames_that_do_not_exist_are_refused(folder):
-    label(folder, {1: (4, 6, 10, 29)}, frames=4)
-    with pytest.raises(SequenceError, match=r'0003\.png is the label image of a frame'):
+def test_only_frames_from_the_first_box_on_are_run(folder):
+    rewrite(
+        folder, initial_frame=1, initial_boxes=[{'frame': 2, 'box': [1, 1, 5, 5]}, [2, 2, 6, 6]]
+    )
+    sequence = Sequence.load(folder)
+    assert sequence.numbers == [1, 2]
+    assert sequence.starts == {1: (Box(2, 2, 6, 6),), 2: (Box(1, 1, 5, 5),)}
+
+
+@pytest.mark.parametrize(
+    ('spoil', 'message'),
+    [
+        (lambda f: move(f, '.', '../gone'), 'walk is not a folder'),
+        (lambda f: move(f, 'sequence.yaml', 'a'), r'is no sequence: there is no sequence\.yaml'),
+        (lambda f: move(f, 'masks', 'a'), 'masks is missing'),
+        (lambda f: move(f, 'frames', 'a'), 'frames is missing'),
+        (lambda f: [path.unlink() for path in (f / 'frames').iterdir()], 'has no images named'),
+        (lambda f: move(f, 'frames/0001.png', 'frames/one.png'), 'must be named by its number'),
+        (lambda f: (f / 'frames/2.png').write_bytes(b''), 'have the same number'),
+        (lambda f: (f / 'frames/0001.png').unlink(), r'0001\.png is the mask of a frame that is'),
+        (lambda f: label(f, {1: (4, 6, 10, 29)}, 4), r'0003\.png is the label image of a frame'),
+        (
+            lambda f: [path.rename(path.with_suffix('.jpg')) for path in (f / 'masks').iterdir()],
+            r'0000\.jpg must be a \.png',
+        ),
+        (lambda f: (f / 'sequence.yaml').write_text('fps: [1'), r'sequence\.yaml'),
+        (lambda f: (f / 'sequence.yaml').write_text('- 1'), r'yaml must have names and values'),
+        (
+            lambda f: [(f / 'sequence.yaml').unlink(), os.mkfifo(f / 'sequence.yaml')],
+            r'sequence\.yaml cannot be read: it is a pipe',
+        ),
+    ],
+)
+def test_folders_that_are_no_sequence_are_refused(folder, spoil, message):
+    spoil(folder)
+    with pytest.raises(SequenceError, match=message):
         Sequence.load(folder)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'message'),
+    [
+        ({'fps': None}, 'has no fps'),
+        ({'fps': 0}, 'fps .* must be a positive number, got 0'),
+        ({'fps': 'fast'}, "fps .* must be a positive number, got 'fast'"),
+        ({'fps': float('nan')}, 'fps .* must be a positive number'),
+        ({'fps': 10**400}, 'fps .* must be a positive number'),
+        ({'initial_box': None}, 'has no initial_box'),
+        ({'initial_box': [1, 2, 3]}, 'four numbers'),
+        ({'initial_box': [1, 2, 3, 10**400]}, 'four numbers'),
+        ({'initial_box': [1, 2, 0, 4]}, 'positive width and height'),
+        ({'initial_box': [100, 2, 5, 4]}, 'initial_box in .*not lie outside of .* 48 x 40'),
+        ({'initial_box': [0, 0, 1e7, 1e7]}, 'at most 4 times as wide and high as .* 48 x 40'),
+        ({'initial_frame': 7}, r'number of a frame \(0 to 2\), got 7'),
+        ({'initial_frame': 'first'}, 'number of a frame'),
+        ({'initial_frame': [0]}, 'number of a frame'),
+        ({'initial_boxes': []}, r'must be a list of boxes, got \[\]'),
+        ({'initial_boxes': 'here'}, "must be a list of boxes, got 'here'"),
+        ({'initial_boxes': [[1, 2]]}, 'four numbers'),
+        ({'initial_boxes': [{'frame': 1}]}, 'four numbers x, y, width, height, got None'),
+        ({'initial_boxes': [{'frame': 9, 'box': [1, 2, 3, 4]}]}, 'a frame from 0 on, got 9'),
+        ({'initial_boxes': [{'frame': [0], 'box': [1, 2, 3, 4]}]}, 'must be the number of a'),
+    ],
+)
+def test_values_that_cannot_be_used_are_refused(folder, changes, message):
+    rewrite(folder, **changes)
+    with pytest.raises(SequenceError, match=message):
+        Sequence.load(folder)
+
+
+def test_images_that_cannot_be_used_are_refused_when_read(folder):
+    sequence = Sequence.load(folder)
+    sequence.frames[1].write_bytes(b'not an image')
+    with pytest.raises(SequenceError, match=r'0001\.png is not a complete image'):
+        sequence.image(1)
+    cv2.imwrite(str(sequence.frames[1]), np.zeros((40, 20, 3), np.uint8))
+    with pytest.raises(SequenceError, match='is 20x40, but must be 48x40 like the first frame'):
+        sequence.image(1)
+    cv2.imwrite(str(sequence.masks[1]), np.zeros((20, 48), np.uint8))
+    with pytest.raises(SequenceError, match='is 48x20, but must be 48x40 like its frame'):
+        sequence.truth(1)
+    sequence.masks[1].unlink()
+    with pytest.raises(SequenceError, match='cannot be read'):
+        sequence.truth(1)
+
+
+def test_masks_must_be_grey(tmp_path):
+    path = tmp_path / 'mask.png'
+    grey = np.zeros((4, 6), np.uint8)
+    grey[1:3] = 255
+    cv2.imwrite(str(path), cv2.merge([grey, grey, grey]))
+    np.testing.assert_array_equal(read_mask(path, (6, 4)), grey)
+    cv2.imwrite(str(path), cv2.merge([grey, grey, 255 - grey]))
+    with pytest.raises(SequenceError, match='grey image of 8 bits'):
+        read_mask(path, (6, 4))
+    cv2.imwrite(str(path), grey.astype(np.uint16))
+    with pytest.raises(SequenceError, match='grey image of 8 bits'):
+        read_mask(path, (6, 4))
+
+
+@pytest.fixture
+def walk(tmp_path):
+    return Sequence.load(write_sequence(tmp_path / 'long'))
+
+
+def write_maps(walk, name, numbers, shape):
+    (walk.folder / name).mkdir()
+    for number in numbers:
+        path = walk.folder / name / f'{number:04d}.png'
+        cv2.imwrite(str(path), np.full(shape, number, np.uint8))
+
+
+def test_likelihoods_are_read_beside_the_frames(walk):
+    with pytest.raises(SequenceError, match='heat is missing'):
+        walk.likelihoods('heat')
+    write_maps(walk, 'heat', walk.numbers, (40, 48))
+    pipeline = FakePipeline()
+    run_sequence(pipeline, walk, likelihood=walk.likelihoods('heat'))
+    assert [image[0, 0] for image in pipeline.likelihoods] == list(range(8))
+    (walk.folder / 'heat/0003.png').unlink()
+    with pytest.raises(SequenceError, match=r'heat.0003\.png cannot be read'):
+        walk.likelihoods('heat')(3)
+
+
+@pytest.mark.parametrize(
+    ('timing', 'own'),
+    [
+        ('', {n: n for n in range(8) if n != 5}),
+        (':2', {n: n - 2 for n in range(2, 8) if n != 7}),
+        (':1:3', {1: 0, 4: 3, 7: 6}),
+    ],
+)
+def test_heat_maps_of_any_size_come_with_the_stamps_of_their_own_frames(walk, timing, own):
+    with pytest.raises(SequenceError, match='map is missing'):
+        walk.heat_maps('map')
+    write_maps(walk, 'map', (), ())
+    with pytest.raises(SequenceError, match=r'no heat map of a frame, such as .*0000\.png'):
+        walk.heat_maps('map')
+    (walk.folder / 'map').rmdir()
+    write_maps(walk, 'map', set(walk.numbers) - {5}, (4, 7))
+    pipeline = FakePipeline()
+    run_sequence(pipeline, walk, heat_map=walk.heat_maps(f'map{timing}'))
+    assert {came: int(values[0, 0]) for came, (values, _) in pipeline.heat_maps.items()} == own
+    stamps = {came: stamp_ns for came, (_, stamp_ns) in pipeline.heat_maps.items()}
+    assert stamps == {came: walk.stamp_ns(number) for came, number in own.items()}
+
+
+@pytest.mark.parametrize('name', ['map:late', 'map:1:0', ':3', 'map:-1'])
+def test_how_late_heat_maps_come_must_be_a_number(walk, name):
+    with pytest.raises(SequenceError, match='NAME:LATE:EVERY, got'):
+        walk.heat_maps(name)

@@ -23,6 +23,19 @@ def session(folders, **options):
     return Session(load_sequences(folders), FakePipeline, clock, **options)
 
 
+@pytest.fixture
+def made(monkeypatch):
+    """Return the pipelines that are made."""
+    pipelines, begin = [], FakePipeline.__init__
+
+    def noted(self, config):
+        begin(self, config)
+        pipelines.append(self)
+
+    monkeypatch.setattr(FakePipeline, '__init__', noted)
+    return pipelines
+
+
 def test_all_sequences_are_in_the_report(folders):
     report = session(folders).evaluate(FakePipelineConfig())
     assert list(report['sequences']) == ['a', 'b']
@@ -57,26 +70,21 @@ def test_two_sequences_of_one_name_are_refused(folders, tmp_path):
         load_sequences([*folders, again])
 
 
-def label_another(folder):
-    """Label the red man, and somebody who stands on the right."""
+def label_another(folder, people=2):
+    """Label the red man, and somebody who stands on the right, cut into more people."""
     (folder / 'labels').mkdir()
     for path in sorted((folder / 'masks').iterdir()):
         truth = cv2.imread(str(path), -1)
         labels = np.where(truth == 170, 255, np.where(truth == 255, 1, 0)).astype(np.uint8)
         labels[10:34, 40:46] = 2
+        for person in range(3, people + 1):
+            labels[10:16, 36 + 2 * person : 38 + 2 * person] = person
         cv2.imwrite(str(folder / 'labels' / path.name), labels)
 
 
-def test_there_is_a_slot_for_everybody_who_is_labelled(folders):
+def test_there_is_a_slot_for_everybody_who_is_labelled(folders, made):
     label_another(folders[0])
-    made = []
-
-    def make(config):
-        made.append(FakePipeline(config))
-        return made[-1]
-
-    clock = itertools.count().__next__
-    report = Session(load_sequences(folders), make, clock).evaluate(FakePipelineConfig())
+    report = session(folders).evaluate(FakePipelineConfig())
     assert [each.config.people.max_people for each in made] == [2, 1]
     people = report['sequences']['a']['tracking']['people']
     assert people['1']['J'] == 1
@@ -84,39 +92,19 @@ def test_there_is_a_slot_for_everybody_who_is_labelled(folders):
     assert people['2']['lock_seconds'] is None
     assert report['mean']['tracking']['never_locked'] == 1
 
-    fixed = Session(load_sequences(folders), make, clock, fixed=frozenset(['people.max_people']))
+    fixed = session(folders, fixed=frozenset(['people.max_people']))
     fixed.evaluate(FakePipelineConfig())
     assert made[-2].config.people.max_people == 1
 
 
-def test_restarts_have_one_slot_and_a_box(folders):
+def test_restarts_have_one_slot_and_a_box(folders, made):
     label_another(folders[0])
-    made = []
-
-    def make(config):
-        made.append(FakePipeline(config))
-        return made[-1]
-
-    sequences = load_sequences(folders[:1])
-    clock = itertools.count().__next__
-    Session(sequences, make, clock, restarts=True, auto=True).evaluate(FakePipelineConfig())
+    session(folders[:1], restarts=True, auto=True).evaluate(FakePipelineConfig())
     assert made[0].box is None
     assert made[0].config.starting.auto_init == 'motion'
     assert made[1].box is not None
     assert made[1].config.people.max_people == 1
     assert made[1].config.starting.auto_init == 'none'
-
-
-def test_nobody_is_told_of_when_people_must_be_found(folders):
-    made = []
-
-    def make(config):
-        made.append(FakePipeline(config))
-        return made[-1]
-
-    clock = itertools.count().__next__
-    Session(load_sequences(folders), make, clock, auto=True).evaluate(FakePipelineConfig())
-    assert [each.box for each in made] == [None, None]
 
 
 def test_restarts_begin_at_every_tenth_frame_with_enough_to_follow(tmp_path):
@@ -127,16 +115,31 @@ def test_restarts_begin_at_every_tenth_frame_with_enough_to_follow(tmp_path):
     assert restarts_of(sequence) == [(list(range(14)), sequence.initial_box)]
 
 
-def test_warm_runs_have_seen_all_frames_before_their_box(folders):
-    made = []
-
-    def make(config):
-        made.append(FakePipeline(config))
-        return made[-1]
-
-    clock = itertools.count().__next__
-    both = Session(load_sequences(folders[1:]), make, clock, restarts=True, warm=True)
-    report = both.evaluate(FakePipelineConfig())
+def test_warm_runs_have_seen_all_frames_before_their_box(folders, made):
+    report = session(folders[1:], restarts=True, warm=True).evaluate(FakePipelineConfig())
     assert [len(each.likelihoods) for each in made] == [16, 14, 6, 14, 16]
     assert list(report['warm']['per_sequence']['b']['starts']) == ['0', '10']
     assert report['warm']['J0'] == 1
+
+
+@pytest.mark.parametrize(('people', 'slots'), [(1, 3), (2, 3), (4, 4)])
+def test_who_is_to_be_found_has_three_slots_or_one_for_everybody(folders, made, people, slots):
+    if people > 1:
+        label_another(folders[0], people)
+    session(folders[:1], auto=True).evaluate(FakePipelineConfig())
+    session(folders[:1], auto=True, fixed=frozenset(['people.max_people'])).evaluate(
+        FakePipelineConfig()
+    )
+    assert [each.config.people.max_people for each in made] == [slots, 1]
+    assert [each.box for each in made] == [None, None]
+
+
+def test_what_cannot_be_scored_is_refused(tmp_path):
+    bare = write_sequence(tmp_path / 'bare', without_mask=range(8))
+    with pytest.raises(SequenceError, match='no mask of a frame from 0 on'):
+        load_sequences([bare])
+    dark = write_sequence(tmp_path / 'dark')
+    for path in (dark / 'masks').iterdir():
+        cv2.imwrite(str(path), np.minimum(cv2.imread(str(path), 0), 1))
+    with pytest.raises(SequenceError, match='has a pixel of 255'):
+        load_sequences([dark])

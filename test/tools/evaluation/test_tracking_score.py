@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.results import FeatureWeight
-from gait_tools.evaluation.attendance import Attendance
 from gait_tools.evaluation.tracking_score import (
-    PersonScore,
+    Attendance,
+    Sighting,
     TrackingScore,
     first_frames,
     mot_scores,
@@ -35,8 +34,8 @@ def mask_at(x, width=10):
     return mask
 
 
-def track(track_id, x, width=10, features=()):
-    return found_person(track_id, Box(x, 5, width, 30), mask_at(x, width), features)
+def track(track_id, x, width=10):
+    return found_person(track_id, Box(x, 5, width, 30), mask_at(x, width))
 
 
 def score(truth, found, starts=None):
@@ -148,6 +147,17 @@ def test_times_to_lock_and_to_recover():
     assert score(truth, [{}] * 30)['never_locked'] == 1
 
 
+def test_who_is_held_before_counting_is_locked_but_neither_switches_nor_recovers():
+    truth = [{} if n in (3, 8) else {1: 20} for n in range(12)]
+    found = [{(4 if n < 5 else 5 if n < 7 else 6): 20} for n in range(12)]
+    numbers = score(truth, found, {5: (Box(20, 5, 10, 30),)})['people']['1']
+    assert numbers['ids'] == [5, 6]
+    assert numbers['id_switches'] == 1
+    assert numbers['lock_seconds'] == 0
+    assert numbers['recovery_seconds'] == [0.0]
+    assert numbers['frames'] == 6
+
+
 def test_people_count_from_their_box_on():
     truth = [{1: 10, 2: 60} for _ in range(10)]
     found = [{4: 10} if n < 4 else {4: 10, 9: 60} for n in range(10)]
@@ -187,17 +197,6 @@ def test_switches_are_those_of_motmetrics():
     assert numbers['mota'] == pytest.approx(known['mota'], abs=0.1)
 
 
-def test_features_are_those_of_the_track_that_is_the_person():
-    labels = labels_of({1: 20})
-    scores = TrackingScore(Attendance([(0, labels)], FPS, SIZE), {1: 0})
-    own, other = (FeatureWeight(name, 2.0, 1.0) for name in ('hue', 'red'))
-    tracks = [track(5, 70, features=(other,)), track(4, 20, features=(own,))]
-    scores.add(0, labels, tracks)
-    assert scores.numbers()['people']['1']['features'] == {
-        'hue': {'weight': 1.0, 'variance_ratio': 2.0}
-    }
-
-
 def test_a_switch_a_miss_and_a_false_box():
     pytest.importorskip('motmetrics')
     frames = [
@@ -211,10 +210,6 @@ def test_a_switch_a_miss_and_a_false_box():
     assert scores['mota'] == pytest.approx(0.0)
     # One identity holds in one frame of four, and three boxes were given.
     assert scores['idf1'] == pytest.approx(2 * 1 / (4 + 3))
-
-
-def test_without_people_they_are_undefined():
-    pytest.importorskip('motmetrics')
     assert mot_scores([((), (), np.zeros((0, 0)))]) == {'mota': None, 'idf1': None}
 
 
@@ -223,74 +218,59 @@ def test_without_the_package_there_are_none(monkeypatch):
     assert mot_scores([((1,), (7,), np.array([[0.9]]))]) == {}
 
 
-def _attendance(frames: int) -> Attendance:
-    labels = np.zeros((40, 100), np.uint8)
-    labels[5:35, 20:30] = 1
-    return Attendance([(number, labels) for number in range(frames)], FPS, (100, 40))
+def attendance(columns_of, frames=20, fps=5.0):
+    """Draw people as columns x to x + width of an image of 60 x 40."""
+
+    def labels(number):
+        drawn = np.zeros((40, 60), np.uint8)
+        for person, columns in columns_of(number).items():
+            drawn[5:35, columns] = person
+        return drawn
+
+    return Attendance(((n, labels(n)) for n in range(frames)), fps, (60, 40))
 
 
-def test_overlaps_are_averaged_and_frames_without_a_box_counted() -> None:
-    score = PersonScore(0)
-    for j, box_iou in ((0.9, 0.8), (0.5, 0.1), (0.0, 0.0)):
-        score.add(j, box_iou)
-    numbers = score.numbers(1, _attendance(3))
-    assert numbers['frames'] == 3
-    assert numbers['J'] == pytest.approx(1.4 / 3)
-    assert numbers['box_iou'] == pytest.approx(0.3)
-    assert numbers['lost_frames'] == 2
+def coming(number):
+    """One comes in from the left by two columns a frame; two stands from frame 4 on."""
+    return {1: slice(max(2 * number - 10, 0), max(2 * number, 0))} | (
+        {2: slice(40, 50)} if number >= 4 else {}
+    )
 
 
-def test_nothing_is_known_of_somebody_never_seen() -> None:
-    numbers = PersonScore(0).numbers(1, _attendance(2))
-    assert numbers['J'] is None
-    assert numbers['lock_seconds'] is None
-    assert numbers['features'] == {}
+def test_sightings_are_boxes_and_areas():
+    seen = attendance(coming)
+    assert seen.people == (1, 2)
+    assert seen.sighting(1, 0) is None
+    assert seen.sighting(1, 3) == Sighting(Box(0, 5, 6, 30), 180)
+    assert set(seen.sightings(5)) == {1, 2}
+    assert seen.sighting(9, 5) is None
 
 
-def test_who_is_held_before_counting_is_locked_but_does_not_switch() -> None:
-    score = PersonScore(2)
-    for number, track_id in ((1, 4), (2, 5), (3, 5), (4, 6)):
-        score.hold(number, track_id)
-    numbers = score.numbers(1, _attendance(5))
-    assert numbers['ids'] == [5, 6]
-    assert numbers['id_switches'] == 1
-    assert numbers['lock_seconds'] == pytest.approx(1 / FPS)
+def test_who_touches_the_border_is_not_whole():
+    seen = attendance(coming)
+    assert seen.first_whole(1) == 6
+    assert seen.first_whole(2) == 4
+    at_border = attendance(lambda number: {1: slice(0, 10)})
+    assert at_border.first_whole(1) == 0
 
 
-def test_features_are_averaged_over_the_frames_that_have_any() -> None:
-    score = PersonScore(0)
-    score.add_features([])
-    score.add_features([FeatureWeight('hue', 2.0, 1.0), FeatureWeight('red', 1.0, 0.0)])
-    score.add_features([FeatureWeight('hue', 2.0, 1.0)])
-    assert score.numbers(1, _attendance(1))['features'] == {
-        'hue': {'weight': 1.0, 'variance_ratio': 2.0},
-        'red': {'weight': 0.0, 'variance_ratio': 0.5},
-    }
+def test_little_of_somebody_is_not_seeing_them():
+    # A second is five frames: what is seen at 1 is next to nothing of what is seen at 5.
+    seen = attendance(lambda number: {1: slice(20, 21 if number < 3 else 32)})
+    assert seen.seen(1)[0] == 3
+    partly = attendance(lambda number: {1: slice(20, 26 if number < 3 else 32)})
+    assert partly.seen(1)[0] == 0
+    assert partly.first_whole(1) == 3
 
 
-def _seen_in(*frames: int) -> Attendance:
-    whole = np.zeros((40, 100), np.uint8)
-    whole[5:35, 20:30] = 1
-    last = max(frames) + 1
-    return Attendance([(n, whole * (n in frames)) for n in range(last)], FPS, (100, 40))
+def test_who_was_hidden_returns():
+    seen = attendance(lambda number: {} if 7 <= number < 12 else {1: slice(20, 30)})
+    assert seen.returns(1) == [12]
+    assert attendance(coming).returns(2) == []
 
 
-def test_who_is_held_by_less_than_all_of_the_body_is_locked_at_once() -> None:
-    score = PersonScore(0)
-    score.hold(0, 4)
-    labels = [np.zeros((40, 100), np.uint8) for _ in range(3)]
-    for number, drawn in enumerate(labels):
-        # At the border in the first frame.
-        drawn[5:35, 20 * number : 20 * number + 10] = 1
-    attendance = Attendance(enumerate(labels), FPS, (100, 40))
-    assert attendance.first_whole(1) == 1
-    assert score.numbers(1, attendance)['lock_seconds'] == 0
-
-
-def test_only_returns_while_the_person_counts_are_recoveries() -> None:
-    score = PersonScore(4)
-    for number in (0, 3, 6):
-        score.hold(number, 4)
-    attendance = _seen_in(0, 2, 3, 4, 6)
-    assert attendance.returns(1) == [2, 6]
-    assert score.numbers(1, attendance)['recovery_seconds'] == [0.0]
+def test_boxes_belong_to_people():
+    seen = attendance(coming)
+    assert seen.person_at(Box(39, 4, 12, 32), 6) == 2
+    assert seen.person_at(Box(20, 4, 12, 32), 6) is None
+    assert seen.person_at(Box(39, 4, 12, 32), 99) is None

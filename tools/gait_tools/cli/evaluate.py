@@ -19,10 +19,8 @@ import cv2
 from tqdm import tqdm
 
 from gait_segmentation.cli.tool import (
-    PROCESSORS,
     add_config_options,
     check_file,
-    check_ranges,
     command_parser,
     make_folder,
     preset_file,
@@ -38,8 +36,6 @@ from gait_tools.evaluation.ablation import (
 )
 from gait_tools.evaluation.report import table, tracking_table, write_json
 from gait_tools.evaluation.session import Session, load_sequences
-
-__all__ = ['main', 'parser']
 
 Item = TypeVar('Item')
 
@@ -71,28 +67,7 @@ and, where several people are labelled,
                       or else from their true box in the first frame that
                       shows all of them
 
-columns of the first table
-  J        intersection over union in the window of 1.5 x the true box
-  F        boundary measure of DAVIS (tolerance 0.8 % of the diagonal)
-  error %  missegmented pixels in the window; image %: in the whole image
-  box IoU  with the true box, of the box about what is seen; tracked: of the
-           box of the whole body, which the matcher starts from; matched: of
-           the one that it finds; lost: frames with a box IoU < 0.2
-  ms       median per frame, all stages; fps: frames over the whole time in
-           the pipeline, the start included
-
-columns of the second table
-  J, box IoU, centre  per person, with the track that fits best in each frame;
-                      centre: distance over the person's height
-  one id              J with the one track id that fits the person best
-  lost                frames of somebody visible without a box of IoU >= 0.2
-  switches            times that somebody is held (IoU >= 0.5) by another id
-                      than before; shared: ids that held two people
-  MOTA, IDF1          by motmetrics, left out if that is not installed
-  lock s              longest time from showing somebody whole to the first box
-                      with IoU >= 0.5; back s: the same for somebody who is
-                      visible again after an occlusion
-  false               track ids that never were on a person
+docs/evaluation.md says what the columns of the tables are.
 
 examples
   gait_evaluate data/hall data/lucia --json scores.json
@@ -101,7 +76,7 @@ examples
   gait_evaluate data/* --preset paper --prior none
   gait_evaluate data/* --ablate priors --out out/eval
   gait_evaluate data/hall --set tracking.use_background=false --bank mine.npz
-  gait_evaluate data/hall --init auto --set people.max_people=3
+  gait_evaluate data/hall --init auto --set people.max_people=1
 """
 
 
@@ -115,7 +90,8 @@ def parser() -> argparse.ArgumentParser:
         choices=('box', 'auto'),
         default='box',
         help='how people get a track: from boxes of the ground truth, or found by the pipeline '
-        'itself (default: %(default)s)',
+        'itself, which then has 3 slots, or one for everybody who is labelled if these are more, '
+        'unless --set says people.max_people (default: %(default)s)',
     )
     add_config_options(made)
     add('--prior', help='shape prior of the segmentation, e.g. none or default')
@@ -164,7 +140,6 @@ def parser() -> argparse.ArgumentParser:
         help='write DIR/NAME/masks/NNNN.png and DIR/NAME/contact_sheet.png (found: green, true: '
         'magenta, without its ambiguous rim), and plots of ablations',
     )
-    add('--threads', type=int, default=1, help='threads of OpenCV (default: %(default)s)')
     return made
 
 
@@ -184,7 +159,6 @@ def evaluate(options: argparse.Namespace) -> None:
 
     :raises GaitSegmentationError: if an option, a sequence or a file cannot be used.
     """
-    check_ranges(options, {'threads': PROCESSORS})
     _keep_inputs(options)
     if options.json != _OUTPUT:
         keep_others([('--json', options.json, _are_scores)], 'gait_evaluate')
@@ -204,7 +178,7 @@ def evaluate(options: argparse.Namespace) -> None:
 
     to_output = options.json == _OUTPUT
     say = partial(print, file=sys.stderr if to_output else sys.stdout)
-    cv2.setNumThreads(options.threads)
+    cv2.setNumThreads(1)
     settings = list(options.set)
     if options.prior is not None:
         settings.append(f'segmentation.prior={options.prior}')

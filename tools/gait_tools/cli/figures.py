@@ -21,7 +21,7 @@ from gait_segmentation.cli.tool import (
 from gait_segmentation.config import overridden, replaced
 from gait_segmentation.files.output_files import keep_apart, write_file, writing
 from gait_segmentation.geometry import Box
-from gait_tools.evaluation.output import write_image
+from gait_tools.evaluation.report import write_image
 from gait_tools.figures.walk import figured, open_walk, record
 
 __all__ = ['FILES', 'main', 'parser']

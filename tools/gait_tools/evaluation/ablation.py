@@ -9,12 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from gait_segmentation.config import parameters_of, replaced, stages_of
-from gait_segmentation.errors import SequenceError
 from gait_segmentation.files.output_files import writing
 from gait_tools.evaluation.report import aligned
 from gait_tools.evaluation.session import Session
-
-__all__ = ['ABLATIONS', 'compare', 'comparison_table', 'plot_priors']
 
 
 def priors(config: Any) -> dict[str, Any]:
@@ -95,13 +92,12 @@ def plot_priors(path: Path, reports: Mapping[str, Mapping[str, Any]]) -> None:
 
     :param path: of the PNG file.
     :param reports: prior -> report.
-    :raises SequenceError: if matplotlib is missing or the file cannot be written.
+    :raises SequenceError: if the file cannot be written.
     """
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise SequenceError(f'{path} needs matplotlib to be drawn: {error}') from error
+    # Here, since it takes long to load.
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     names = [*next(iter(reports.values()))['sequences'], 'mean']
     figure = Figure(figsize=(1.8 + 1.1 * len(names), 3.6), dpi=120, layout='constrained')
     FigureCanvasAgg(figure)

@@ -3,8 +3,9 @@
 """
 Scores of a mask, a box and a gait phase against ground truth.
 
-Truth is a (H, W) uint8 image: 255 the person, 0 background, anything else ambiguous.  Ambiguous
-pixels count in no score.  The *true box* is the tight box of the pixels of 255.
+The *truth* of one person is (H, W) uint8: 255 the person, 0 background, anything else ambiguous.
+*Labels* of several people are (H, W) uint8: 0 nobody, 1 to 16 one person each, anything else
+ambiguous.  Ambiguous pixels count in no score.  The *true box* is the tight box of the person.
 
 Scores other than F look at the *evaluation window*: 1.5 times the true box, its width at least
 0.6 times the box's height, clipped to the image.  A frame whose truth shows nobody is scored on
@@ -23,26 +24,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window
-from gait_tools.evaluation.truth import PERSON
+from gait_segmentation.people import MOST_PEOPLE
 
-__all__ = [
-    'LOST_IOU',
-    'BoxScore',
-    'FrameScore',
-    'boundary_f',
-    'centre_distance',
-    'error_percent',
-    'evaluation_window',
-    'jaccard',
-    'mean_known',
-    'score_frame',
-    'start_box',
-    'true_box',
-    'window_about',
-]
+PERSON = 255
+"""Value of the person in a mask."""
+
+AMBIGUOUS = 170
+"""Value this package writes for ambiguous pixels of a mask; it reads every other value so."""
+
+UNCLEAR = 255
+"""Value this package writes for ambiguous pixels of labels."""
 
 LOST_IOU = 0.2
 """A frame whose box overlaps the true one less than this is lost."""
@@ -93,6 +86,21 @@ class FrameScore:
     def lost(self) -> bool:
         """Return whether the truth shows somebody who is not in the visible box."""
         return self.visible.iou < LOST_IOU
+
+
+def truth_of(labels: NDArray[np.uint8], person: int) -> NDArray[np.uint8]:
+    """Return the truth of one person of some labels; other people are background."""
+    table = np.zeros(256, np.uint8)
+    table[MOST_PEOPLE + 1 :] = AMBIGUOUS
+    table[person] = PERSON
+    return table[labels]
+
+
+def labels_of_truth(truth: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the labels of a truth with one person, who is 1."""
+    table = np.full(256, UNCLEAR, np.uint8)
+    table[0], table[PERSON] = 0, 1
+    return table[truth]
 
 
 def true_box(truth: NDArray[np.uint8]) -> Box | None:
@@ -217,13 +225,10 @@ def score_frame(
 
     :param mask: (H, W) uint8, person where it is not 0.
     :param box: the box about what is seen, in pixels of the mask, None if nobody is tracked.
-    :param truth: (H, W) uint8, 255 person, 0 background, else ambiguous.
+    :param truth: of the shape of the mask.
     :param body: the box of the whole body likewise; what is outside of the image does not count.
     :param matched: the box that the matcher found.
-    :raises InputError: if the mask has another shape than the truth.
     """
-    if mask.shape != truth.shape:
-        raise InputError(f'mask must have the shape {truth.shape} of the truth, got {mask.shape}')
     window = evaluation_window(truth)
     expected = true_box(truth)
     return FrameScore(

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Summaries of an evaluation: numbers per sequence, their means, tables and JSON."""
+"""What is said of an evaluation: numbers and their means, tables, JSON, masks and sheets."""
 
 from __future__ import annotations
 
@@ -14,21 +14,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.files.output_files import write_file, writing
-from gait_tools.evaluation.metrics import FrameScore, mean_known
+from gait_segmentation.drawing import Image, track_colour
+from gait_segmentation.files.output_files import write_file, write_picture, writing
+from gait_segmentation.geometry import Box
+from gait_segmentation.sheets import contact_sheet, spread, tile
+from gait_tools.evaluation.metrics import PERSON, FrameScore, mean_known, true_box
 from gait_tools.evaluation.runner import Outcome
+from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.tracking_score import MISSING, TrackingScore
 
-__all__ = [
-    'Summary',
-    'aligned',
-    'mean_of',
-    'mean_tracking',
-    'restart_report',
-    'table',
-    'tracking_table',
-    'write_json',
-]
+FOUND, TRUE = track_colour(1), (255, 90, 255)
+"""Colours of the outlines of the mask that was found, and of the true one."""
 
 STAGES = ('tracking', 'matching', 'segmentation', 'total')
 
@@ -238,3 +234,62 @@ def write_json(path: Path, report: Mapping[str, Any]) -> None:
     """
     with writing(path):
         write_file(path, (json.dumps(report, indent=2) + '\n').encode())
+
+
+def write_image(path: Path, image: Image) -> None:
+    """
+    Write an image file, making its folder.
+
+    :raises SequenceError: if it cannot be written.
+    """
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+    write_picture(path, image)
+
+
+class SequenceOutput:
+    """
+    Writes what was found in a sequence: ``masks/NNNN.png`` and ``contact_sheet.png``.
+
+    The sheet shows 28 frames spread evenly, or all if there are fewer.
+    """
+
+    def __init__(self, folder: Path, sequence: Sequence) -> None:
+        """
+        Begin.
+
+        :param folder: where to write, made if it is missing.
+        """
+        self._folder, self._sequence = folder, sequence
+        self.shown = spread(sequence.numbers)
+        self._tiles: list[Image] = []
+        self._box: Box | None = None
+
+    def add(self, outcome: Outcome) -> None:
+        """
+        Write the mask of a frame and draw it if it is to be shown.
+
+        :raises SequenceError: if a file cannot be read or written.
+        """
+        number, sequence = outcome.number, self._sequence
+        write_image(self._folder / 'masks' / f'{sequence.frames[number].stem}.png', outcome.mask)
+        if number not in self.shown:
+            return
+        image, truth = sequence.image(number), sequence.truth(number)
+        box = None if truth is None else true_box(truth)
+        self._box = box or outcome.box or self._box or Box(0, 0, image.shape[1], image.shape[0])
+        outlines = [(outcome.mask, FOUND)]
+        if truth is not None:
+            outlines.insert(0, (np.where(truth == PERSON, 255, 0).astype(np.uint8), TRUE))
+        words = f'{number:04d}'
+        if outcome.score is not None:
+            words += f'  J {outcome.score.j:.3f}'
+        self._tiles.append(tile(image, self._box, outlines, words))
+
+    def close(self) -> None:
+        """
+        Write the contact sheet.
+
+        :raises SequenceError: if it cannot be written.
+        """
+        write_image(self._folder / 'contact_sheet.png', contact_sheet(self._tiles))

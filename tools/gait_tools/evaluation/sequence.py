@@ -4,39 +4,45 @@
 Sequences with ground truth on disk.
 
 A sequence is a folder with ``frames/NNNN.png`` (or another image format), ``masks/NNNN.png`` and
-``sequence.yaml``.  In a mask 255 is the person, 0 the background, and any other value is
-ambiguous and left out of every score.  The YAML file has ``fps``, ``initial_box`` (x, y, width,
-height in pixels) and ``initial_frame`` (the number of the frame the box belongs to, 0 if absent).
-
-Where several people are labelled there is ``labels/NNNN.png``, too: 0 nobody, 1 to 16 one person
-each, any other value (255) ambiguous.  The YAML file then may go without ``initial_box`` and may
-have ``initial_boxes``: a list of boxes of ``initial_frame``, or of ``{frame: .., box: [..]}``.
+``sequence.yaml``, and, where several people are labelled, ``labels/NNNN.png``; see
+:mod:`gait_tools.evaluation.metrics` for their values, and docs/evaluation.md for the YAML file.
 """
 
 from __future__ import annotations
 
 import re
+import sys
+from collections.abc import Callable, Container
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.image_files import IMAGE_SUFFIXES, read_image
-from gait_segmentation.geometry import Box
-from gait_tools.evaluation.attendance import Attendance
-from gait_tools.evaluation.description import Description
-from gait_tools.evaluation.metrics import start_box
-from gait_tools.evaluation.truth import labels_of_truth, read_mask, truth_of
+from gait_segmentation.errors import InputError, SequenceError
+from gait_segmentation.files.image_files import (
+    IMAGE_SUFFIXES,
+    read_heat_map,
+    read_image,
+    read_unchanged,
+)
+from gait_segmentation.files.reading import read_yaml
+from gait_segmentation.geometry import Box, check_start_box
+from gait_segmentation.heat_maps import HeatMap
+from gait_tools.evaluation.metrics import labels_of_truth, start_box, truth_of
+from gait_tools.evaluation.tracking_score import Attendance
 
-__all__ = ['Sequence', 'frame_stamp_ns']
+Frames = dict[int, Path]
+Boxes = dict[int, tuple[Box, ...]]
 
 _FIRST_STAMP_NS = 1_000_000_000
 """Stamp of frame 0: a stamp of zero means "no stamp" to the stages."""
 
 _NUMBER = re.compile(r'[0-9]+$')
+_TIMED = re.compile(r'([^:]+)(?::([0-9]+)(?::([1-9][0-9]*))?)?')
+"""Name of heat maps, how many frames late they come, and of which of them there is one."""
 
 
 def frame_stamp_ns(place: int, fps: float) -> int:
@@ -49,25 +55,21 @@ class Sequence:
     """
     One clip with its ground truth; images are read when they are asked for.
 
-    ``frames`` maps the frame numbers (from the file names, ascending) to files, ``masks`` the
-    numbers that have ground truth.  ``size`` is (width, height) of all frames.  ``label_files``
-    maps the numbers that have labels of several people to files; it is empty where only one is
-    labelled.  ``given_boxes`` maps frame numbers to the boxes that start tracks there as the YAML
-    file has them; ``initial_box`` is the first of them, None if it has none.  ``all_given`` says
-    that nobody else is to be tracked.
+    ``about`` is the content of ``sequence.yaml``.  ``frames`` maps the frame numbers (from the
+    file names, ascending) to files, ``masks`` and ``label_files`` those that have such truth.
+    ``size`` is (width, height) of all frames.  ``given_boxes`` are those of the YAML file, by the
+    number of the frame in which they start tracks.
     """
 
-    name: str
     folder: Path
+    about: dict[str, Any] = field(repr=False)
     fps: float
-    initial_box: Box | None
     initial_frame: int
     size: tuple[int, int]
-    frames: dict[int, Path] = field(repr=False)
-    masks: dict[int, Path] = field(repr=False)
-    label_files: dict[int, Path] = field(default_factory=dict, repr=False)
-    given_boxes: dict[int, tuple[Box, ...]] = field(default_factory=dict, repr=False)
-    all_given: bool = True
+    frames: Frames = field(repr=False)
+    masks: Frames = field(repr=False)
+    label_files: Frames = field(repr=False)
+    given_boxes: Boxes = field(repr=False)
 
     @classmethod
     def load(cls, folder: str | Path) -> Sequence:
@@ -80,12 +82,12 @@ class Sequence:
         folder = Path(folder)
         if not folder.is_dir():
             raise SequenceError(f'{folder} is not a folder')
-        if not (folder / 'sequence.yaml').exists():
+        path = folder / 'sequence.yaml'
+        if not path.exists():
             raise SequenceError(
                 f'{folder} is no sequence: there is no sequence.yaml (with fps and initial_box) '
                 'beside frames/ and masks/'
             )
-        about = Description.read(folder / 'sequence.yaml')
         frames = _numbered(folder / 'frames', IMAGE_SUFFIXES)
         if not frames:
             raise SequenceError(
@@ -94,18 +96,30 @@ class Sequence:
         masks = _pixelwise(folder / 'masks')
         labels = _pixelwise(folder / 'labels') if (folder / 'labels').is_dir() else {}
         for what, paths in (('mask', masks), ('label image', labels)):
-            for number, path in paths.items():
-                if number not in frames:
-                    raise SequenceError(f'{path} is the {what} of a frame that is not in frames/')
-        fps = about.fps()
-        first = about.initial_frame(frames)
+            for number in paths.keys() - frames.keys():
+                raise SequenceError(
+                    f'{paths[number]} is the {what} of a frame that is not in frames/'
+                )
+        about = read_yaml(path, SequenceError)
+        if not isinstance(about, dict):
+            raise SequenceError(f'{path} must have names and values (fps, initial_box ...)')
+        fps, first = _fps(about, path), _initial_frame(about, path, frames)
         image = read_image(frames[first])
         size = (image.shape[1], image.shape[0])
-        given = about.boxes(frames, size, needed=not labels)
-        box = next(iter(given.values()))[0] if given else None
-        name = folder.resolve().name
-        whole = not labels or about.has_all_boxes
-        return cls(name, folder, fps, box, first, size, frames, masks, labels, given, whole)
+        boxes = _given_boxes(about, path, first, frames, size)
+        if not boxes and not labels:
+            raise SequenceError(f'{path} has no initial_box')
+        return cls(folder, about, fps, first, size, frames, masks, labels, boxes)
+
+    @property
+    def name(self) -> str:
+        """Return the name of the folder."""
+        return self.folder.resolve().name
+
+    @property
+    def initial_box(self) -> Box | None:
+        """Return the first box that is given, None without any."""
+        return next((box for boxes in self.given_boxes.values() for box in boxes), None)
 
     @property
     def numbers(self) -> list[int]:
@@ -123,11 +137,7 @@ class Sequence:
         :raises SequenceError: if it cannot be read or has another size than the first.
         """
         image = read_image(self.frames[number])
-        if image.shape[:2] != (self.size[1], self.size[0]):
-            raise SequenceError(
-                f'{self.frames[number]} is {image.shape[1]}x{image.shape[0]}, but must be '
-                f'{self.size[0]}x{self.size[1]} like the first frame'
-            )
+        _check_size(self.frames[number], image, self.size, 'the first frame')
         return image
 
     def truth(self, number: int) -> NDArray[np.uint8] | None:
@@ -141,10 +151,10 @@ class Sequence:
 
     def labels(self, number: int) -> NDArray[np.uint8] | None:
         """
-        Read who is where in a frame, None if the frame has no truth.
+        Read who is where in a frame as (H, W) uint8, None if the frame has no truth.
 
-        :returns: (H, W) uint8, 0 nobody, 1 to 16 people, above ambiguous.  Without labels of
-            several people the person of the mask is 1.
+        Without labels of several people the person of the mask is 1.
+
         :raises SequenceError: if a file cannot be read or has another size than the frames.
         """
         if self.label_files:
@@ -152,6 +162,54 @@ class Sequence:
             return None if path is None else read_mask(path, self.size)
         truth = self.truth(number)
         return None if truth is None else labels_of_truth(truth)
+
+    def likelihoods(self, name: str) -> Callable[[int], NDArray[np.uint8]] | None:
+        """
+        Return what reads the likelihood image of a frame, None for an empty name.
+
+        :param name: of the folder beside ``frames``.
+        :raises SequenceError: if there is no such folder.
+        """
+        folder = self.folder / name
+        if not name:
+            return None
+        if not folder.is_dir():
+            raise SequenceError(f'{folder} is missing, no likelihood images to read')
+        return lambda number: read_mask(folder / f'{self.frames[number].stem}.png', self.size)
+
+    def heat_maps(self, name: str) -> Callable[[int], HeatMap | None] | None:
+        """
+        Return what reads the heat map that comes with a frame, None for an empty name.
+
+        :param name: of the folder beside ``frames``; with ``NAME:3`` maps come three frames after
+            their own, with ``NAME:3:2`` besides with every second frame only.
+        :raises SequenceError: if there is no such folder, no map of any frame in it, or these are
+            no such numbers.
+        """
+        if not name:
+            return None
+        called = _TIMED.fullmatch(name)
+        if called is None:
+            raise SequenceError(
+                f'heat maps must be NAME, NAME:LATE or NAME:LATE:EVERY, got {name}'
+            )
+        folder, late, every = self.folder / called[1], int(called[2] or 0), int(called[3] or 1)
+        if not folder.is_dir():
+            raise SequenceError(f'{folder} is missing, no heat maps to read')
+        paths = {each: folder / f'{path.stem}.png' for each, path in self.frames.items()}
+        if not any(path.exists() for path in paths.values()):
+            raise SequenceError(
+                f'{folder} has no heat map of a frame, such as {paths[min(paths)]}'
+            )
+        numbers = self.numbers
+        own = dict(zip(numbers[late::every], numbers[::every], strict=False))
+
+        def read(number: int) -> HeatMap | None:
+            if number not in own or not paths[own[number]].exists():
+                return None
+            return HeatMap(read_heat_map(paths[own[number]]), self.stamp_ns(own[number]))
+
+        return read
 
     @cached_property
     def attendance(self) -> Attendance:
@@ -161,7 +219,7 @@ class Sequence:
         return Attendance(known, self.fps, self.size)
 
     @cached_property
-    def starts(self) -> dict[int, tuple[Box, ...]]:
+    def starts(self) -> Boxes:
         """
         Return the boxes that start tracks, by the number of their frame.
 
@@ -170,7 +228,7 @@ class Sequence:
         of them.
         """
         starts = dict(self.given_boxes)
-        if self.all_given:
+        if not self.label_files or 'initial_boxes' in self.about:
             return starts
         known = {
             self.attendance.person_at(box, number)
@@ -180,15 +238,102 @@ class Sequence:
         for person in self.attendance.people:
             number = self.attendance.first_whole(person)
             labels = None if person in known or number is None else self.labels(number)
-            if number is None or labels is None:
-                continue
-            box = start_box(truth_of(labels, person))
-            if box is not None:
+            box = None if labels is None else start_box(truth_of(labels, person))
+            if number is not None and box is not None:
                 starts[number] = (*starts.get(number, ()), box)
         return dict(sorted(starts.items()))
 
 
-def _pixelwise(folder: Path) -> dict[int, Path]:
+def _fps(about: dict[str, Any], path: Path) -> float:
+    if 'fps' not in about:
+        raise SequenceError(f'{path} has no fps')
+    if not (_finite(about['fps']) and about['fps'] > 0):
+        raise SequenceError(f'fps in {path} must be a positive number, got {about["fps"]!r}')
+    return float(about['fps'])
+
+
+def _initial_frame(about: dict[str, Any], path: Path, frames: Frames) -> int:
+    first = about.get('initial_frame', 0)
+    if not _finite(first) or first not in frames:
+        raise SequenceError(
+            f'initial_frame in {path} must be the number of a frame '
+            f'({min(frames)} to {max(frames)}), got {first!r}'
+        )
+    return int(first)
+
+
+def _given_boxes(
+    about: dict[str, Any], path: Path, first: int, frames: Container[int], size: tuple[int, int]
+) -> Boxes:
+    """Return the boxes of ``initial_boxes``, or else that of ``initial_box``, if any."""
+    if 'initial_boxes' not in about:
+        if 'initial_box' not in about:
+            return {}
+        return {first: (_box(f'initial_box in {path}', about['initial_box'], size),)}
+    entries = about['initial_boxes']
+    if not (isinstance(entries, list) and entries):
+        raise SequenceError(f'initial_boxes in {path} must be a list of boxes, got {entries!r}')
+    boxes: Boxes = {}
+    for entry in entries:
+        number, values = first, entry
+        if isinstance(entry, dict):
+            number, values = entry.get('frame', first), entry.get('box')
+        if not _finite(number) or number not in frames or number < first:
+            raise SequenceError(
+                f'a frame of initial_boxes in {path} must be the number of a frame from '
+                f'{first} on, got {number!r}'
+            )
+        box = _box(f'a box of initial_boxes in {path}', values, size)
+        boxes[number] = (*boxes.get(number, ()), box)
+    return dict(sorted(boxes.items()))
+
+
+def _box(what: str, values: Any, size: tuple[int, int]) -> Box:
+    if not (isinstance(values, list) and len(values) == 4 and all(map(_finite, values))):
+        raise SequenceError(f'{what} must be four numbers x, y, width, height, got {values!r}')
+    if values[2] <= 0 or values[3] <= 0:
+        raise SequenceError(f'{what} must have a positive width and height, got {values}')
+    box = Box(*map(float, values))
+    try:
+        check_start_box(box, size)
+    except InputError as error:
+        raise SequenceError(f'{what}: {error}') from error
+    return box
+
+
+def _finite(value: Any) -> bool:
+    # Compared, since integers may be larger than any float.
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return number and abs(value) <= sys.float_info.max
+
+
+def read_mask(path: Path, size: tuple[int, int]) -> NDArray[np.uint8]:
+    """
+    Read a single-channel image as (H, W) uint8, its values as they are.
+
+    :param size: the width and height it must have.
+    :raises SequenceError: if it cannot be read, has another size, colours or 16 bits.
+    """
+    mask = read_unchanged(path)
+    if mask.ndim == 3 and (mask[..., :1] == mask[..., 1:3]).all():
+        mask = np.ascontiguousarray(mask[..., 0])
+    if mask.ndim != 2 or mask.dtype != np.uint8:
+        raise SequenceError(
+            f'{path} must be a grey image of 8 bits, got shape {mask.shape} of {mask.dtype}'
+        )
+    _check_size(path, mask, size, 'its frame')
+    return mask
+
+
+def _check_size(path: Path, image: NDArray[Any], size: tuple[int, int], like: str) -> None:
+    if image.shape[1::-1] != size:
+        raise SequenceError(
+            f'{path} is {image.shape[1]}x{image.shape[0]}, but must be {size[0]}x{size[1]} '
+            f'like {like}'
+        )
+
+
+def _pixelwise(folder: Path) -> Frames:
     """Return images whose values mean something, by number."""
     found = _numbered(folder, ('.png',))
     others = [] if found else sorted(_numbered(folder, IMAGE_SUFFIXES).values())
@@ -197,10 +342,10 @@ def _pixelwise(folder: Path) -> dict[int, Path]:
     return found
 
 
-def _numbered(folder: Path, suffixes: tuple[str, ...]) -> dict[int, Path]:
+def _numbered(folder: Path, suffixes: tuple[str, ...]) -> Frames:
     if not folder.is_dir():
         raise SequenceError(f'{folder} is missing')
-    found: dict[int, Path] = {}
+    found: Frames = {}
     for path in sorted(folder.iterdir()):
         if path.suffix.lower() not in suffixes:
             continue

@@ -12,22 +12,11 @@ from typing import Any
 from gait_segmentation.config import replaced
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
-from gait_tools.evaluation.metrics import start_box
-from gait_tools.evaluation.output import SequenceOutput
-from gait_tools.evaluation.report import Summary, mean_of, restart_report
-from gait_tools.evaluation.runner import (
-    Clip,
-    Outcome,
-    Runnable,
-    check_truth,
-    heat_maps_of,
-    likelihoods_of,
-    run,
-)
-from gait_tools.evaluation.sequence import Sequence
+from gait_tools.evaluation.metrics import PERSON, start_box
+from gait_tools.evaluation.report import SequenceOutput, Summary, mean_of, restart_report
+from gait_tools.evaluation.runner import Outcome, Runnable, run
+from gait_tools.evaluation.sequence import Sequence, read_mask
 from gait_tools.evaluation.tracking_score import TrackingScore, first_frames
-
-__all__ = ['Progress', 'Session', 'load_sequences', 'restarts_of']
 
 RESTART_EVERY = 10
 """Frames between the starts of the restart score."""
@@ -37,6 +26,9 @@ RESTART_FRAMES = 14
 
 RESTART_LEAST = 5
 """Frames that must follow a start for it to count."""
+
+AUTO_SLOTS = 3
+"""Slots, at least, of a pipeline that is not told how many people there are."""
 
 Progress = Callable[[Iterable[Any], str, int], Iterator[Any]]
 """Passes on so many items of a name, and may show how far it is."""
@@ -55,29 +47,38 @@ def load_sequences(
     loaded: dict[str, Sequence] = {}
     for folder in folders:
         sequence = Sequence.load(folder)
-        check_truth(sequence)
-        likelihoods_of(sequence, likelihood)
-        heat_maps_of(sequence, heat_map)
+        scored = [number for number in sequence.numbers if number in sequence.masks]
+        if not scored:
+            raise SequenceError(
+                f'{folder / "masks"} has no mask of a frame from {sequence.initial_frame} on, so '
+                'there is nothing to score'
+            )
+        if not any(PERSON in read_mask(sequence.masks[n], sequence.size) for n in scored):
+            raise SequenceError(
+                f'no mask in {folder / "masks"} has a pixel of {PERSON}, the value of a person'
+            )
+        sequence.likelihoods(likelihood)
+        sequence.heat_maps(heat_map)
         if sequence.name in loaded:
             raise SequenceError(
-                f'{sequence.folder} has the same name as {loaded[sequence.name].folder}; '
+                f'{folder} has the same name as {loaded[sequence.name].folder}; '
                 'every sequence needs a name of its own'
             )
         loaded[sequence.name] = sequence
     return list(loaded.values())
 
 
-def restarts_of(clip: Clip) -> list[tuple[list[int], Box]]:
+def restarts_of(sequence: Sequence) -> list[tuple[list[int], Box]]:
     """
     Return the stretches of the restart score: their frames, and the box in the first.
 
     They are 14 frames long, from every tenth frame on that has a person in its truth and at least
     five frames to follow; the box is the true one with its ambiguous rim.
     """
-    numbers = clip.numbers
+    numbers = sequence.numbers
     found = []
     for place in range(0, len(numbers) - RESTART_LEAST, RESTART_EVERY):
-        truth = clip.truth(numbers[place])
+        truth = sequence.truth(numbers[place])
         box = None if truth is None else start_box(truth)
         if box is not None:
             found.append((numbers[place : place + RESTART_FRAMES], box))
@@ -91,13 +92,13 @@ class Session:
 
     ``make_pipeline`` makes a pipeline that has seen nothing from a configuration, ``clock`` gives
     seconds.  With ``restarts`` the report has the restart score, too, and with ``warm`` that of
-    pipelines that have seen the clip from its first frame on.  ``likelihood`` is the folder
-    beside the frames with likelihood images to use, empty for the tracker's, and ``heat_map`` that
-    with heat maps.
+    pipelines that have seen the clip from its first frame on.  ``likelihood`` and ``heat_map`` are
+    as in :meth:`Sequence.likelihoods` and :meth:`Sequence.heat_maps`.
 
     With ``auto`` no boxes are given and pipelines find people by themselves; without it they only
-    track who is given.  Pipelines of sequences with several people have a slot for each of them.
-    ``fixed`` are the parameters (``stage.name``) that are not changed for that.
+    track who is given.  Pipelines of sequences with several people have a slot for each of them,
+    and with ``auto`` all have three at least.  ``fixed`` are the parameters (``stage.name``) that
+    are not changed for that.
     """
 
     sequences: ListLike[Sequence]
@@ -148,8 +149,8 @@ class Session:
             numbers,
             starts,
             clock=self.clock,
-            likelihood=likelihoods_of(sequence, self.likelihood),
-            heat_map=heat_maps_of(sequence, self.heat_map),
+            likelihood=sequence.likelihoods(self.likelihood),
+            heat_map=sequence.heat_maps(self.heat_map),
         )
 
     def _score(
@@ -158,9 +159,9 @@ class Session:
         """Return the scores of a sequence, and write its masks and contact sheet to a folder."""
         attendance, starts = sequence.attendance, {} if self.auto else sequence.starts
         slots = len(attendance.people) if sequence.label_files else 0
+        config = self._suited(config, max(slots, AUTO_SLOTS * self.auto), auto=self.auto)
         summary = Summary(TrackingScore(attendance, first_frames(attendance, starts)))
         output = None if out is None else SequenceOutput(out / sequence.name, sequence)
-        config = self._suited(config, slots, auto=self.auto)
         outcomes = self._run(config, sequence, sequence.numbers, starts)
         for outcome in self.progress(outcomes, title, len(sequence.numbers)):
             summary.add(outcome, sequence.labels(outcome.number))
@@ -183,14 +184,8 @@ class Session:
             first = numbers[0]
             before = [number for number in sequence.frames if warm and number < first]
             outcomes = self._run(single, sequence, [*before, *numbers], {first: (box,)})
-            yield (
-                first,
-                [
-                    outcome.score.j
-                    for outcome in outcomes
-                    if outcome.number >= first and outcome.score is not None
-                ],
-            )
+            scored = [each for each in outcomes if each.number >= first]
+            yield first, [each.score.j for each in scored if each.score is not None]
 
     def _suited(self, config: Any, slots: int, *, auto: bool) -> Any:
         """Return a configuration with a number of slots (0 as it is) that starts by itself."""

@@ -23,31 +23,41 @@ track id that is false in all its frames.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.people import MOST_PEOPLE
-from gait_segmentation.results import FeatureWeight
-from gait_tools.evaluation.attendance import SAME_IOU, Attendance
 from gait_tools.evaluation.metrics import (
     LOST_IOU,
     centre_distance,
     jaccard,
     mean_known,
+    truth_of,
     window_about,
 )
-from gait_tools.evaluation.truth import truth_of
 
 if TYPE_CHECKING:
     # Which takes long to load.
     from gait_segmentation.pipeline import PersonResult
 
-__all__ = ['MISSING', 'PersonScore', 'TrackingScore', 'first_frames', 'mot_scores']
+SAME_IOU = 0.5
+"""Two boxes that overlap at least this much are of the same person."""
+
+SEEN_SHARE = 0.25
+"""Share of somebody's greatest visible area nearby in time that counts as seen."""
+
+WHOLE_SHARE = 0.75
+"""Share of it that counts as wholly visible, if the box is clear of the border."""
+
+NEARBY_SECONDS = 1.0
+"""How far away in time the greatest visible area is looked for."""
 
 MISSING = 'MOTA and IDF1 need the Python package motmetrics, which is not installed'
 
@@ -56,6 +66,100 @@ MotFrame = tuple[Sequence[int], Sequence[int], NDArray[np.float64]]
 
 _UNCLEAR_SHARE = 0.5
 """Share of ambiguous pixels in a mask from which on nobody knows whether it is right."""
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """What of a person can be seen in a frame: the tight box and the number of pixels."""
+
+    box: Box
+    area: int
+
+
+class Attendance:
+    """
+    The people of a clip.
+
+    ``people`` are their labels, ascending; ``numbers`` the frames that have truth.
+    """
+
+    def __init__(
+        self, frames: Iterable[tuple[int, NDArray[np.uint8]]], fps: float, size: tuple[int, int]
+    ) -> None:
+        """
+        Go through the truth once.
+
+        :param frames: number and labels of the frames that have truth, ascending.
+        :param size: width and height of the frames.
+        """
+        self.fps = fps
+        self.size = size
+        self.numbers: list[int] = []
+        self._sightings: dict[int, dict[int, Sighting]] = {}
+        for number, labels in frames:
+            self.numbers.append(number)
+            counts = np.bincount(labels.ravel(), minlength=MOST_PEOPLE + 1)
+            for person in map(int, np.flatnonzero(counts[1 : MOST_PEOPLE + 1]) + 1):
+                x, y, width, height = cv2.boundingRect((labels == person).astype(np.uint8))
+                seen = Sighting(Box(x, y, width, height), int(counts[person]))
+                self._sightings.setdefault(person, {})[number] = seen
+        self.people = tuple(sorted(self._sightings))
+        self._seen = {
+            person: [n for n in seen if self._share(person, n) >= SEEN_SHARE]
+            for person, seen in self._sightings.items()
+        }
+
+    def sighting(self, person: int, number: int) -> Sighting | None:
+        """Return what can be seen of a person in a frame, None if nothing."""
+        return self._sightings.get(person, {}).get(number)
+
+    def sightings(self, number: int) -> dict[int, Sighting]:
+        """Return what can be seen of everybody in a frame."""
+        found = {person: self.sighting(person, number) for person in self.people}
+        return {person: seen for person, seen in found.items() if seen is not None}
+
+    def seen(self, person: int) -> list[int]:
+        """
+        Return the frames in which somebody is not all but hidden, ascending.
+
+        These show at least a quarter of the greatest area seen within a second.
+        """
+        return self._seen[person]
+
+    def first_whole(self, person: int) -> int | None:
+        """
+        Return the first frame that shows all of a person, or, if none does, any of them.
+
+        That is one with at least three quarters of the greatest area seen within a second, and a
+        box that does not touch the border.
+        """
+        width, height = self.size
+        seen = self._seen[person]
+        for number in seen:
+            box = self._sightings[person][number].box
+            clear = box.x > 0 and box.y > 0 and box.right < width and box.bottom < height
+            if clear and self._share(person, number) >= WHOLE_SHARE:
+                return number
+        return seen[0] if seen else None
+
+    def returns(self, person: int) -> list[int]:
+        """Return the frames in which somebody is seen again after not having been seen."""
+        seen = set(self._seen[person])
+        known = [number for number in self.numbers if number >= min(seen, default=0)]
+        return [b for a, b in itertools.pairwise(known) if a not in seen and b in seen]
+
+    def person_at(self, box: Box, number: int) -> int | None:
+        """Return whom a box is about in a frame, None if it is nobody's."""
+        overlaps = {p: seen.box.iou(box) for p, seen in self.sightings(number).items()}
+        person = max(overlaps, key=lambda p: overlaps[p], default=None)
+        return person if person is not None and overlaps[person] >= SAME_IOU else None
+
+    def _share(self, person: int, number: int) -> float:
+        seen = self._sightings[person]
+        reach = round(NEARBY_SECONDS * self.fps)
+        near = (seen.get(other) for other in range(number - reach, number + reach + 1))
+        most = max(sighting.area for sighting in near if sighting is not None)
+        return seen[number].area / most
 
 
 def first_frames(attendance: Attendance, starts: Mapping[int, Iterable[Box]]) -> dict[int, int]:
@@ -84,79 +188,41 @@ class PersonScore:
     """
     What is known so far of a person who counts from frame ``since`` on.
 
-    ``ids`` are those of the tracks that held the person, one after the other, and ``held`` the
-    frames in which one did, also before ``since``.  The other fields are lists with an entry for
-    every frame that counts, or sums over them; ``features`` are sums of weights and variance
-    ratios over the ``looks``, the frames that have any.
+    ``held`` are the frames in which a track held the person, also before ``since``, and its id.
+    The other fields have an entry for every frame that counts, or sums over these frames.
     """
 
     since: int
     j: list[float] = field(default_factory=list)
-    j_of_id: dict[int, float] = field(default_factory=dict)
     box_iou: list[float] = field(default_factory=list)
     centre_error: list[float] = field(default_factory=list)
-    lost_frames: int = 0
-    ids: list[int] = field(default_factory=list)
-    held: list[int] = field(default_factory=list)
-    switches: int = 0
-    looks: int = 0
-    features: dict[str, tuple[float, float]] = field(default_factory=dict)
-
-    def add(self, j: float, box_iou: float) -> None:
-        """Take in the overlaps, in a frame that counts, with the track that suits best; or 0."""
-        self.j.append(j)
-        self.box_iou.append(box_iou)
-        self.lost_frames += box_iou < LOST_IOU
-
-    def add_features(self, features: Iterable[FeatureWeight]) -> None:
-        """Add up weights and variance ratios, if there are any."""
-        features = list(features)
-        self.looks += bool(features)
-        for each in features:
-            weight, ratio = self.features.get(each.name, (0.0, 0.0))
-            self.features[each.name] = weight + each.weight, ratio + each.variance_ratio
-
-    def hold(self, number: int, track_id: int) -> None:
-        """Note that a track holds the person in a frame."""
-        self.held.append(number)
-        if number < self.since:
-            return
-        self.switches += bool(self.ids) and self.ids[-1] != track_id
-        if not self.ids or self.ids[-1] != track_id:
-            self.ids.append(track_id)
+    j_of_id: dict[int, float] = field(default_factory=dict)
+    held: list[tuple[int, int]] = field(default_factory=list)
 
     def numbers(self, person: int, attendance: Attendance) -> dict[str, Any]:
         """Return the scores by name; None where there is nothing to measure."""
-        fps = attendance.fps
-        whole = attendance.first_whole(person)
-        lock = None
-        if self.held and whole is not None:
-            lock = max(self.held[0] - whole, 0) / fps
+        fps, whole = attendance.fps, attendance.first_whole(person)
         recoveries: list[float | None] = []
         for number in attendance.returns(person):
-            if number <= self.since:
-                continue
-            again = next((held for held in self.held if held >= number), None)
-            recoveries.append(None if again is None else (again - number) / fps)
-        frames = len(self.j)
-        best = max(self.j_of_id.values(), default=0.0)
+            if number > self.since:
+                again = next((held for held, _ in self.held if held >= number), None)
+                recoveries.append(None if again is None else (again - number) / fps)
+        holders = (track_id for number, track_id in self.held if number >= self.since)
+        ids = [track_id for track_id, _ in itertools.groupby(holders)]
+        lock = None
+        if self.held and whole is not None:
+            lock = max(self.held[0][0] - whole, 0) / fps
         return {
-            'frames': frames,
+            'frames': len(self.j),
             'J': mean_known(self.j),
-            'J_one_id': best / frames if frames else None,
+            'J_one_id': max(self.j_of_id.values(), default=0.0) / len(self.j) if self.j else None,
             'box_iou': mean_known(self.box_iou),
             'centre_error': mean_known(self.centre_error),
-            'lost_frames': self.lost_frames,
-            'id_switches': self.switches,
-            'ids': self.ids,
+            'lost_frames': sum(iou < LOST_IOU for iou in self.box_iou),
+            'id_switches': max(len(ids) - 1, 0),
+            'ids': ids,
             'lock_seconds': lock,
             'recovery_seconds': recoveries,
-            'features': {
-                name: {'weight': weight / self.looks, 'variance_ratio': ratio / self.looks}
-                for name, (weight, ratio) in sorted(
-                    self.features.items(), key=lambda item: (-item[1][0], -item[1][1])
-                )
-            },
         }
 
 
@@ -182,7 +248,7 @@ class TrackingScore:
         """
         Take in a frame that has truth.
 
-        :param labels: (H, W) uint8, see :mod:`gait_tools.evaluation.truth`.
+        :param labels: (H, W) uint8, 0 nobody, 1 to 16 people, above ambiguous.
         :param found: who was found; all have a box.
         """
         sightings = self._attendance.sightings(number)
@@ -210,11 +276,11 @@ class TrackingScore:
             known = self._people[person]
             suits = pairs.get(person)
             pair = (person, suits or 0)
-            known.add(j.get(pair, 0.0), iou.get(pair, 0.0))
+            known.j.append(j.get(pair, 0.0))
+            known.box_iou.append(iou.get(pair, 0.0))
             if suits is not None:
                 expected = sightings[person].box
                 known.centre_error.append(centre_distance(boxes[suits], expected))
-                known.add_features(by_id[suits].track.features)
             for other in by_id:
                 known.j_of_id[other] = known.j_of_id.get(other, 0.0) + j[person, other]
         self._identify(number, iou)
@@ -235,10 +301,8 @@ class TrackingScore:
             str(person): known.numbers(person, self._attendance)
             for person, known in sorted(self._people.items())
         }
-        ids = [known.ids for known in self._people.values()]
-        held_by = [set(each) for each in ids]
-        shared = {i for i in self._ids if sum(i in each for each in held_by) > 1}
         rows = list(people.values())
+        shared = {i for i in self._ids if sum(i in row['ids'] for row in rows) > 1}
         recoveries = [value for row in rows for value in row['recovery_seconds']]
         locks = [row['lock_seconds'] for row in rows]
         return {
@@ -268,7 +332,7 @@ class TrackingScore:
         now = dict(_one_to_one([*kept, *others]))
         for person, track_id in now.items():
             if person in self._people:
-                self._people[person].hold(number, track_id)
+                self._people[person].held.append((number, track_id))
         # Who is hidden for a while stays with the id of before.
         self._holds.update(now)
 

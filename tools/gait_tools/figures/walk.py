@@ -17,7 +17,6 @@ from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
 from gait_segmentation.results import MatchResult, TrackResult
-from gait_tools.evaluation.description import Description
 from gait_tools.evaluation.sequence import Sequence
 
 if TYPE_CHECKING:
@@ -102,8 +101,7 @@ def _phases(sequence: Sequence) -> dict[int, float]:
 
     :raises SequenceError: if they are no numbers, or not as many as frames.
     """
-    path = sequence.folder / 'sequence.yaml'
-    values = Description.read(path).values.get('phases')
+    path, values = sequence.folder / 'sequence.yaml', sequence.about.get('phases')
     if values is None:
         return {}
     numbers = isinstance(values, list) and all(isinstance(each, (int, float)) for each in values)
