@@ -2,15 +2,27 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import math
 import shutil
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from gait_segmentation.config import replaced
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
+from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
-from gait_tools.figures.walk import Walk, figured, open_walk, record
+from gait_tools.figures.walk import (
+    Phases,
+    Walk,
+    figured,
+    mean_scores,
+    open_walk,
+    phases_of,
+    record,
+)
 from test.walkers import small_bank
 
 from .shots import EXAMPLE, short
@@ -33,7 +45,7 @@ def test_what_is_no_sequence_needs_a_box():
     given = next(walk.frames())
     assert given.image.shape == (192, 256, 3)
     assert given.truth is None
-    assert given.phase is None
+    assert math.isnan(given.phase)
     with pytest.raises(SequenceError, match=r'nothing\.mp4'):
         open_walk(EXAMPLE / 'nothing.mp4', walk.box)
 
@@ -47,7 +59,7 @@ def test_phases_that_are_none_are_refused(phases, tmp_path):
     with pytest.raises(SequenceError, match='must be 36 numbers'):
         open_walk(folder, None)
     (folder / 'sequence.yaml').write_text(box)
-    assert next(open_walk(folder, None).frames()).phase is None
+    assert math.isnan(next(open_walk(folder, None).frames()).phase)
 
 
 def test_every_frame_comes_back_also_with_a_lag():
@@ -66,3 +78,51 @@ def test_a_walk_without_anybody_is_an_error():
     walk = open_walk(EXAMPLE, None)
     with pytest.raises(SequenceError, match='nobody was tracked'):
         record(Nobody(), walk)
+
+
+TRUE = np.arange(10) / 20
+
+
+def made(path: np.ndarray, true: np.ndarray = TRUE) -> Phases:
+    return Phases(np.arange(len(path)), path, path, true)
+
+
+def test_half_a_stride_may_be_off_for_the_whole_clip_but_not_for_some_frames():
+    off = made((TRUE + 0.5) % 1)
+    assert off.rms(off.path) == pytest.approx(0, abs=1e-9)
+    assert np.allclose(off.shown_truth(), (TRUE + 0.5) % 1)
+    half = (TRUE + np.where(np.arange(10) < 5, 0.5, 0)) % 1
+    assert made(half).rms(half) > 30
+
+
+def test_steps_back_are_counted_and_the_turn_of_the_stride_is_none():
+    path = np.array([0.9, 0.95, 0.05, 0.0, 0.1])
+    assert made(path, TRUE[:5]).backward(path) == 25
+    assert made(path, TRUE[:5]).backward(path[:1]) == 0
+
+
+def test_without_truth_there_is_no_error():
+    phases = made(TRUE, np.full(10, np.nan))
+    assert math.isnan(phases.rms(phases.path))
+
+
+def test_the_path_is_matched_and_each_frame_alone():
+    phases = phases_of(short(), small_bank(), MatchingConfig())
+    assert list(phases.numbers) == list(range(8))
+    assert np.isfinite(phases.alone).all()
+    assert phases.rms(phases.path) < 10
+
+
+def test_ambiguous_pixels_count_nothing_and_frames_without_truth_are_left_out() -> None:
+    shots = list(short()[:3])
+    for place, shot in enumerate(shots[:2]):
+        mask = np.where(shot.given.truth != 0, 255, 0).astype(np.uint8)
+        shots[place] = replace(shot, mask=mask)
+        assert shots[place].error() == 0
+    shots[2] = replace(shots[2], given=shots[2].given._replace(truth=None))
+    assert math.isnan(shots[2].error())
+    assert mean_scores(shots) == (2, 0, 1)
+    assert mean_scores(shots[2:]) is None
+    count, error, j = mean_scores([replace(s, mask=np.zeros_like(s.mask)) for s in short()])
+    assert (count, j) == (8, 0)
+    assert 5 < error < 50

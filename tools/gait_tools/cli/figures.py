@@ -19,15 +19,13 @@ from gait_segmentation.cli.tool import (
     run_tool,
 )
 from gait_segmentation.config import overridden, replaced
-from gait_segmentation.files.output_files import keep_apart, write_file, writing
+from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box
-from gait_tools.evaluation.report import write_image
-from gait_tools.figures.walk import figured, open_walk, record
+from gait_tools.evaluation.report import write_figure, write_image
+from gait_tools.figures.walk import figured, open_walk
 
-__all__ = ['FILES', 'main', 'parser']
-
-FILES = ('table.png', 'frames.png', 'phase.png', 'errors.png', 'errors.md')
-"""What is written: Fig. 1, Figs. 2 and 3, Fig. 4, and Table 1 twice."""
+FILES = ('table.png', 'frames.png', 'phase.png')
+"""What is written: Fig. 1, Figs. 2 and 3, and Fig. 4."""
 
 DESCRIPTION = """\
 Draw from a clip what the figures of Wang, Yagi and Makihara (ACCV 2009) show.
@@ -36,8 +34,9 @@ Draw from a clip what the figures of Wang, Yagi and Makihara (ACCV 2009) show.
   frames.png  Figs. 2 and 3: tracked box (red) and refined box (green),
               likelihood, gait model at its place, mask
   phase.png   Fig. 4: the phase of each frame alone, and of the best path
-  errors.png  Table 1: wrong pixels with and without the shape prior, ambiguous
-  errors.md   ones left out; only of clips with truth
+
+Prints Table 1 of clips with truth: wrong pixels with and without the shape prior,
+ambiguous ones left out.
 """
 
 EPILOG = """\
@@ -98,10 +97,14 @@ def draw(options: argparse.Namespace) -> None:
     from gait_segmentation.cli.settings import Settings, read_parameter_file
     from gait_segmentation.kernels import compile_kernels, compiling
     from gait_segmentation.pipeline import Pipeline, PipelineConfig
-    from gait_tools.figures.access_table import draw_access_table, table_of
-    from gait_tools.figures.errors import draw_errors, errors_of, errors_table
-    from gait_tools.figures.frames import chosen, draw_frames
-    from gait_tools.figures.phases import draw_phases, phases_of
+    from gait_tools.figures.pictures import (
+        chosen,
+        draw_access_table,
+        draw_frames,
+        draw_phases,
+        table_of,
+    )
+    from gait_tools.figures.walk import mean_scores, phases_of, record
 
     cv2.setNumThreads(1)
     config = PipelineConfig()
@@ -116,27 +119,25 @@ def draw(options: argparse.Namespace) -> None:
     middle = shown[len(shown) // 2]
     table = table_of(middle, bank, config.matching)
     degrees = math.degrees(float(bank.azimuth[middle.match.sequence]))
-    write_image(options.out / 'table.png', draw_access_table(table, middle.given.number, degrees))
+    figure = draw_access_table(table, middle.given.number, degrees)
+    write_figure(options.out / 'table.png', figure)
     write_image(options.out / 'frames.png', draw_frames(shown, bank.phases))
     phases = phases_of(shots, bank, config.matching)
-    write_image(options.out / 'phase.png', draw_phases(phases))
+    write_figure(options.out / 'phase.png', draw_phases(phases))
     for words, each in (('each frame alone', phases.alone), ('best path', phases.path)):
         error = phases.rms(each)
         about = '' if math.isnan(error) else f', RMS {error:.1f} % of the whole stride'
         print(f'phase, {words}: {phases.backward(each):.0f} % of the steps go back{about}')
-    with_prior = errors_of(shots)
+    with_prior = mean_scores(shots)
     if with_prior is None:
         print('no table of errors: the clip has no masks')
         return
     bare = replaced(config, 'segmentation', 'prior', 'none')
-    without = errors_of(record(Pipeline(bare), walk))
+    without = mean_scores(record(Pipeline(bare), walk))
     assert without is not None
-    text = errors_table(walk.name, without, with_prior)
-    print(f'\n{text}', end='')
-    path = options.out / 'errors.md'
-    with writing(path):
-        write_file(path, text.encode())
-    write_image(options.out / 'errors.png', draw_errors(without, with_prior))
+    cells = ' | '.join(f'{error:.2f} % / {j:.3f}' for _, error, j in (without, with_prior))
+    print('\n| clip | frames | error / J without the shape prior | with it |\n|---|---|---|---|')
+    print(f'| {walk.name} | {with_prior[0]} | {cells} |')
 
 
 if __name__ == '__main__':

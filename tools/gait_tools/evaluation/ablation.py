@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gait_segmentation.config import parameters_of, replaced, stages_of
-from gait_segmentation.files.output_files import writing
-from gait_tools.evaluation.report import aligned
+from gait_tools.evaluation.report import aligned, write_figure
 from gait_tools.evaluation.session import Session
 
 
@@ -95,12 +94,10 @@ def plot_priors(path: Path, reports: Mapping[str, Mapping[str, Any]]) -> None:
     :raises SequenceError: if the file cannot be written.
     """
     # Here, since it takes long to load.
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     names = [*next(iter(reports.values()))['sequences'], 'mean']
     figure = Figure(figsize=(1.8 + 1.1 * len(names), 3.6), dpi=120, layout='constrained')
-    FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     width = 0.8 / len(reports)
     for place, (prior, report) in enumerate(reports.items()):
@@ -119,6 +116,4 @@ def plot_priors(path: Path, reports: Mapping[str, Mapping[str, Any]]) -> None:
         loc='lower left',
         bbox_to_anchor=(0, 1),
     )
-    with writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path)
+    write_figure(path, figure)

@@ -9,7 +9,7 @@ import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence as ListLike
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,10 @@ from gait_tools.evaluation.metrics import PERSON, FrameScore, mean_known, true_b
 from gait_tools.evaluation.runner import Outcome
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.tracking_score import MISSING, TrackingScore
+
+if TYPE_CHECKING:
+    # Which takes long to load.
+    from matplotlib.figure import Figure
 
 FOUND, TRUE = track_colour(1), (255, 90, 255)
 """Colours of the outlines of the mask that was found, and of the true one."""
@@ -245,6 +249,17 @@ def write_image(path: Path, image: Image) -> None:
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
     write_picture(path, image)
+
+
+def write_figure(path: Path, figure: Figure) -> None:
+    """
+    Write a figure of matplotlib as PNG, making its folder.
+
+    :raises SequenceError: if it cannot be written.
+    """
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path)
 
 
 class SequenceOutput:

@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Clips to draw figures of, and what the pipeline makes of them."""
+"""Clips to draw figures of, what the pipeline makes of them, and how far off that is."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+import math
+import statistics
+from collections.abc import Callable, Iterable, Iterator, Sequence as ListLike
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -14,16 +16,17 @@ from numpy.typing import NDArray
 
 from gait_segmentation.config import replaced
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
+from gait_segmentation.matching import MatchingConfig, SequenceMatcher
 from gait_segmentation.results import MatchResult, TrackResult
+from gait_tools.evaluation.metrics import error_percent, evaluation_window, jaccard
 from gait_tools.evaluation.sequence import Sequence
 
 if TYPE_CHECKING:
     # Which takes long to load.
     from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
-
-__all__ = ['Given', 'Shot', 'Walk', 'figured', 'open_walk', 'record']
 
 
 class Given(NamedTuple):
@@ -31,14 +34,14 @@ class Given(NamedTuple):
     A frame of a clip.
 
     ``image`` is (H, W, 3) uint8 BGR, ``truth`` (H, W) uint8 as in a sequence folder, None without;
-    ``phase`` is the true one in [0, 1), None if nobody knows.
+    ``phase`` is the true one in [0, 1), NaN if nobody knows.
     """
 
     number: int
     stamp_ns: int
     image: NDArray[np.uint8]
     truth: NDArray[np.uint8] | None
-    phase: float | None
+    phase: float
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,18 @@ class Shot:
     track: TrackResult
     match: MatchResult
     mask: NDArray[np.uint8]
+
+    def phase(self, phases: int) -> float:
+        """Return the phase of the matched one of so many templates, in strides, NaN without."""
+        return math.nan if self.match.body is None else self.match.phase_index / phases
+
+    def error(self) -> float:
+        """Return the wrong pixels in percent of the window, NaN without truth."""
+        truth = self.given.truth
+        if truth is None:
+            return math.nan
+        window = evaluation_window(truth)
+        return error_percent(self.mask[window], truth[window])
 
 
 def open_walk(path: Path, box: Box | None) -> Walk:
@@ -90,7 +105,8 @@ def _sequence(sequence: Sequence, box: Box | None) -> Walk:
     def frames() -> Iterator[Given]:
         for number in sequence.numbers:
             image, truth = sequence.image(number), sequence.truth(number)
-            yield Given(number, sequence.stamp_ns(number), image, truth, phases.get(number))
+            phase = phases.get(number, math.nan)
+            yield Given(number, sequence.stamp_ns(number), image, truth, phase)
 
     return Walk(sequence.name, box, frames)
 
@@ -117,7 +133,7 @@ def _phases(sequence: Sequence) -> dict[int, float]:
 def _filmed(path: Path) -> Iterator[Given]:
     for frame in open_input(path).frames():
         if frame.image is not None:
-            yield Given(frame.number, frame.stamp_ns, frame.image, None, None)
+            yield Given(frame.number, frame.stamp_ns, frame.image, None, math.nan)
 
 
 def figured(config: PipelineConfig) -> PipelineConfig:
@@ -149,3 +165,87 @@ def record(pipeline: Pipeline, walk: Walk) -> list[Shot]:
     if not any(shot.match.body is not None for shot in shots):
         raise SequenceError(f'{walk.name}: nobody was tracked from the box {walk.box}')
     return shots
+
+
+@dataclass(frozen=True)
+class Phases:
+    """
+    Phases of the matched templates over the frames of a walk, in strides, (N,), NaN without.
+
+    ``alone`` are those of the best template of each frame, ``path`` those of the best path, and
+    ``true`` the true ones.
+    """
+
+    numbers: NDArray[np.int64]
+    alone: NDArray[np.float64]
+    path: NDArray[np.float64]
+    true: NDArray[np.float64]
+
+    def backward(self, phases: NDArray[np.float64]) -> float:
+        """Return how many of the steps go back, by up to half a stride, in percent."""
+        steps = np.diff(phases)
+        steps = steps[np.isfinite(steps)]
+        return 100 * float(np.mean((steps + 0.5) % 1.0 - 0.5 < -1e-6)) if len(steps) else 0.0
+
+    def rms(self, phases: NDArray[np.float64]) -> float:
+        """
+        Return the error in percent of a stride, NaN if the truth is not known.
+
+        Half a stride may be off for the whole clip: in profile both halves look alike.
+        """
+        off = phases - self.true
+        off = off[np.isfinite(off)]
+        if not len(off):
+            return float('nan')
+        halves = [np.sqrt(np.mean(((off + flip + 0.5) % 1.0 - 0.5) ** 2)) for flip in (0.0, 0.5)]
+        return 100 * float(min(halves))
+
+    def shown_truth(self) -> NDArray[np.float64]:
+        """Return the true phases in the half of the stride that the path has chosen."""
+        off = (self.path - self.true + 0.5) % 1.0 - 0.5
+        flipped = bool(np.isfinite(off).any()) and np.nanmedian(np.abs(off)) > 0.25
+        return np.asarray((self.true + (0.5 if flipped else 0.0)) % 1.0)
+
+
+def phases_of(shots: ListLike[Shot], bank: TemplateBank, config: MatchingConfig) -> Phases:
+    """
+    Match each frame of a walk by itself, too, with the same boxes and likelihoods.
+
+    :param shots: of the walk.
+    """
+    matcher, alone = SequenceMatcher(bank, replace(config, lag=0)), []
+    for shot in shots:
+        track, shape = shot.track, shot.given.image.shape
+        matcher.reset()
+        (match,) = matcher.update(
+            track.likelihood,
+            track.body,
+            track.stamp_ns,
+            track_id=track.track_id,
+            source_size=(shape[1], shape[0]),
+            angle=track.angle,
+        )
+        alone.append(replace(shot, match=match).phase(bank.phases))
+    return Phases(
+        np.array([shot.given.number for shot in shots]),
+        np.array(alone),
+        np.array([shot.phase(bank.phases) for shot in shots]),
+        np.array([shot.given.phase for shot in shots]),
+    )
+
+
+def mean_scores(shots: ListLike[Shot]) -> tuple[int, float, float] | None:
+    """
+    Score the frames with truth, as the paper's Table 1 does.
+
+    :returns: their number, the mean of the wrong pixels in percent of the window, and the mean
+        intersection over union, None if there are none.
+    """
+    errors, js = [], []
+    for shot in shots:
+        truth = shot.given.truth
+        if truth is not None:
+            window = evaluation_window(truth)
+            errors.append(shot.error())
+            js.append(jaccard(shot.mask[window], truth[window]))
+    return (len(js), statistics.fmean(errors), statistics.fmean(js)) if js else None
