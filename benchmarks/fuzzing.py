@@ -18,8 +18,6 @@ from concurrent.futures import ProcessPoolExecutor
 from hypothesis import HealthCheck, given, seed, settings, strategies as st
 from hypothesis.errors import FlakyStrategyDefinition
 
-__all__ = ['fuzz']
-
 _LONGEST_S = 900
 """Time after which an example counts as one that never ends; the first may compile kernels."""
 

@@ -48,7 +48,7 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.bars import holds
+from benchmarks import holds
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.gait_model.bank import quantize

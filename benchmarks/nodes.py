@@ -67,7 +67,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from rclpy.executors import SingleThreadedExecutor
 
-from benchmarks.bars import holds
+from benchmarks import holds
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.settings import read_parameter_file
 from gait_segmentation.cli.tool import add_preset_option, preset_file, run_tool

@@ -48,7 +48,7 @@ from tqdm import tqdm
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.bars import holds
+from benchmarks import holds
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from benchmarks.variants import KINDS, write_variant
 from gait_segmentation.cli.tool import check_file, run_tool

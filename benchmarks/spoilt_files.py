@@ -27,8 +27,6 @@ from test.inputs.bags import (
 )
 from test.walkers import small_bank
 
-__all__ = ['CHANGES', 'KINDS', 'MUTATIONS', 'PLACES', 'command_of', 'make_inputs', 'mutate']
-
 _CLIP = SyntheticConfig(seed=6, frames=4, width=96, height=80, person_height=50.0)
 _ALONE = {
     'alone.mcap': 'bag_mcap/bag_mcap.mcap',

@@ -33,8 +33,6 @@ from gait_segmentation.inputs.encodings import ENCODINGS
 from gait_segmentation.ros.messages import detection_types, image_message
 from gait_segmentation.streams.fields import GAIT_NAMES
 
-__all__ = ['KINDS', 'SERVICES', 'SETS', 'Call', 'Shot', 'calls', 'good', 'header', 'shots']
-
 DETECTIONS = detection_types()
 
 KINDS: dict[str, Any] = {

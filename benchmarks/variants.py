@@ -19,8 +19,6 @@ from gait_segmentation.people import MOST_PEOPLE
 from gait_tools.evaluation.report import write_image
 from gait_tools.evaluation.sequence import Sequence
 
-__all__ = ['CAMERAS', 'KINDS', 'MAPS', 'MAPS_FOLDER', 'write_variant']
-
 MAPS_FOLDER = 'map'
 """Folder of heat maps beside the frames."""
 

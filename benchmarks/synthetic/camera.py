@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame
 
-__all__ = ['EYE_LEVEL', 'FOCAL_LENGTH', 'SyntheticCamera', 'SyntheticConfig']
-
 EYE_LEVEL = 0.9
 """Height of the camera above the ground, in statures."""
 

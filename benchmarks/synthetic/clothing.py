@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from benchmarks.synthetic.scenery import muted_colour, value_noise
 
-__all__ = ['Outfit', 'make_outfit', 'paint']
-
 SKINS = ((175, 200, 235), (140, 170, 215), (95, 130, 180), (60, 85, 125))
 HAIRS = ((25, 25, 30), (35, 50, 75), (60, 95, 130), (120, 125, 130))
 

@@ -8,8 +8,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ['make_panorama', 'muted_colour', 'value_noise']
-
 FloatImage = NDArray[np.float32]
 
 

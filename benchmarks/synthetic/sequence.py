@@ -31,8 +31,6 @@ from gait_tools.evaluation.report import write_image
 from gait_tools.evaluation.sequence import frame_stamp_ns
 from gait_tools.gait_model import FIGURES
 
-__all__ = ['SyntheticFrame', 'SyntheticSequence', 'draw_walkers']
-
 NEAREST = 0.3
 """Share of the first walker's distance at which people have walked past the camera."""
 

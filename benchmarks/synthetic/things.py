@@ -20,8 +20,6 @@ from benchmarks.synthetic.scenery import make_panorama, muted_colour, value_nois
 from gait_tools.evaluation.sequence import frame_stamp_ns
 from gait_tools.gait_model import FIGURES, render_silhouette
 
-__all__ = ['THINGS', 'ThingClip']
-
 Polygon = NDArray[np.float64]
 Shape = Callable[[float], list[Polygon]]
 """The (n, 2) polygons of a thing at a time in seconds."""

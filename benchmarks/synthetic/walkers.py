@@ -15,8 +15,6 @@ from benchmarks.synthetic.clothing import Outfit, paint
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_tools.gait_model import render_parts
 
-__all__ = ['STRIDE_LENGTH', 'Straight', 'Walker', 'Whereabouts', 'draw_walker']
-
 STRIDE_LENGTH = 0.83
 """In statures."""
 

@@ -12,11 +12,11 @@ import pytest
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.segmentation.vocabulary import VocabularyError
 from gait_tools.gait_model import BankSpec, build_bank
-from gait_tools.vocabulary_picture import draw_vocabulary
 from gait_tools.vocabulary_training import (
     Silhouette,
     VocabularySpec,
     bank_silhouettes,
+    draw_vocabulary,
     learn_vocabulary,
     mask_silhouettes,
     outline_features,

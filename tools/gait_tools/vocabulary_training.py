@@ -1,13 +1,14 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Learning a vocabulary from silhouettes: K-means, then EM of a Gaussian mixture.
+Learning a vocabulary from silhouettes by K-means, then EM of a Gaussian mixture; its picture.
 
-This needs scikit-learn; using a vocabulary does not.
+Learning needs scikit-learn; using a vocabulary does not.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -19,20 +20,10 @@ from numpy.typing import NDArray
 from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.gait_model import TemplateBank
-from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.geometry import BodyFrame, compose, invert, pixel_affine, template_to_image
 from gait_segmentation.segmentation.oriented_edges import silhouette_edges
 from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
 from gait_tools.gait_model import FIGURES, BankSpec
-
-__all__ = [
-    'MODEL',
-    'Silhouette',
-    'VocabularySpec',
-    'bank_silhouettes',
-    'learn_vocabulary',
-    'mask_silhouettes',
-    'outline_features',
-]
 
 _COVARIANCE_FLOOR = 1e-4
 _KMEANS_STARTS = 10
@@ -45,6 +36,14 @@ MODEL = BankSpec(azimuths=16, phases=6, builds=','.join(FIGURES), levels=256)
 """The bank whose silhouettes the shipped vocabulary is learnt from."""
 
 _POINTS_A_WORD = 10
+_ORIENTATION_SCALE = 0.35
+"""How much the orientation counts against the position."""
+
+_FILL, _ASPECT = 0.9, 2 / 3
+"""Share of the frame's height that the body takes, and the frame's width over its height."""
+
+_ROWS = 384
+_GROUND, _BODY = 255, 232
 
 
 class Silhouette(NamedTuple):
@@ -63,22 +62,10 @@ class VocabularySpec(StageConfig):
     """
 
     words: int = parameter(10, 'Number of words.', minimum=1, maximum=100)
-    orientation_scale: float = parameter(
-        0.35,
-        'How much the orientation counts against the position.',
-        minimum=0.01,
-        maximum=10.0,
-    )
     points: int = parameter(
         20000, 'Outline points drawn to learn from.', minimum=100, maximum=10_000_000
     )
     seed: int = parameter(1, 'Seed of all that is drawn.', minimum=0, maximum=2**31 - 1)
-    fill: float = parameter(
-        0.9, "Share of the frame's height that the body takes.", minimum=0.1, maximum=1.0
-    )
-    aspect: float = parameter(
-        2 / 3, 'Width of the frame over its height.', minimum=0.1, maximum=10.0
-    )
 
     def __post_init__(self) -> None:
         """Check all fields, and that there are points for each word."""
@@ -141,12 +128,7 @@ def outline_features(
     """
     # A mixture of one word, only for its frame.
     frame = Vocabulary(
-        np.ones(1),
-        np.zeros((1, 4)),
-        np.eye(4)[None],
-        spec.orientation_scale,
-        spec.fill,
-        spec.aspect,
+        np.ones(1), np.zeros((1, 4)), np.eye(4)[None], _ORIENTATION_SCALE, _FILL, _ASPECT
     )
     parts = []
     for mask, body in silhouettes:
@@ -198,9 +180,9 @@ def learn_vocabulary(
         fitted.weights_[order] / fitted.weights_.sum(),
         fitted.means_[order],
         fitted.covariances_[order],
-        spec.orientation_scale,
-        spec.fill,
-        spec.aspect,
+        _ORIENTATION_SCALE,
+        _FILL,
+        _ASPECT,
         {
             'source': source,
             'silhouettes': str(count),
@@ -235,3 +217,74 @@ def _estimators() -> tuple[Any, Any]:
             'learning a vocabulary needs scikit-learn: pip install scikit-learn'
         ) from error
     return KMeans, GaussianMixture
+
+
+def draw_vocabulary(
+    vocabulary: Vocabulary, silhouettes: Sequence[Silhouette]
+) -> NDArray[np.uint8]:
+    """
+    Draw the words beside silhouettes whose outline points have the colours of their words.
+
+    A word is the ellipse of two standard deviations of its position, with a line along its mean
+    outline (across the gradient).
+
+    :returns: (rows, columns, 3) uint8 BGR.
+    """
+    colours = _colours(vocabulary.words)
+    panels = [_words(vocabulary, colours)]
+    panels += [_outline(vocabulary, silhouette, colours) for silhouette in silhouettes]
+    return np.hstack(panels)
+
+
+def _colours(count: int) -> NDArray[np.uint8]:
+    hues = (np.arange(count) * 180 // count).astype(np.uint8)
+    values = np.where(np.arange(count) % 2 == 0, 220, 150).astype(np.uint8)
+    hsv = np.stack([hues, np.full(count, 230, np.uint8), values], axis=1)
+    return np.asarray(cv2.cvtColor(hsv[None], cv2.COLOR_HSV2BGR)[0])
+
+
+def _grid(vocabulary: Vocabulary) -> tuple[int, int]:
+    return _ROWS, round(_ROWS * vocabulary.aspect)
+
+
+def _words(vocabulary: Vocabulary, colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    rows, columns = _grid(vocabulary)
+    panel = np.full((rows, columns, 3), _GROUND, np.uint8)
+    size = np.array([columns, rows])
+    for word, colour in enumerate(colours.tolist()):
+        middle = vocabulary.means[word, :2] * size
+        spread = vocabulary.covariances[word, :2, :2] * np.outer(size, size)
+        values, axes = np.linalg.eigh(spread)
+        angle = math.degrees(math.atan2(axes[1, 1], axes[0, 1]))
+        widths = 2 * np.sqrt(values[::-1])
+        center = tuple(np.round(middle).astype(int).tolist())
+        lengths = tuple(np.round(widths).astype(int).tolist())
+        cv2.ellipse(panel, center, lengths, angle, 0, 360, colour, 1, cv2.LINE_AA)
+        theta = math.atan2(vocabulary.means[word, 3], vocabulary.means[word, 2]) / 2
+        along = 14 * np.array([-math.sin(theta), math.cos(theta)])
+        ends = [tuple(np.round(middle + s * along).astype(int).tolist()) for s in (-1, 1)]
+        cv2.line(panel, ends[0], ends[1], colour, 3, cv2.LINE_AA)
+    return panel
+
+
+def _outline(
+    vocabulary: Vocabulary, silhouette: Silhouette, colours: NDArray[np.uint8]
+) -> NDArray[np.uint8]:
+    rows, columns = _grid(vocabulary)
+    body = BodyFrame(columns / 2, rows / 2, vocabulary.fill * rows)
+    frames = (
+        template_to_image(frame, rows, columns, vocabulary.fill)
+        for frame in (body, silhouette.body)
+    )
+    to_panel, to_mask = frames
+    motion = pixel_affine(compose(to_panel, invert(to_mask)))
+    mask = cv2.warpAffine(silhouette.mask, motion, (columns, rows), flags=cv2.INTER_LINEAR)
+    points = silhouette_edges(mask, body.height)
+    z = vocabulary.features(points.columns + 0.5, points.rows + 0.5, points.orientation, body)
+    panel = np.full((rows, columns, 3), _GROUND, np.uint8)
+    panel[mask > 127] = _BODY
+    for row, column, word in zip(
+        points.rows.tolist(), points.columns.tolist(), vocabulary.nearest(z), strict=True
+    ):
+        cv2.circle(panel, (column, row), 1, colours[word].tolist(), -1)
+    return panel

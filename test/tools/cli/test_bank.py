@@ -87,6 +87,8 @@ def test_folders_of_the_same_name_are_told_apart(tmp_path):
     [
         (['info', 'none.npz'], 'cannot read the bank none.npz'),
         (['show', 'none.npz'], 'cannot read the bank none.npz'),
+        (['show', '--sequences', '0', '16'], r'sequences must be from 0 to 15, got \[16\]'),
+        (['show', '--columns', '0'], 'columns must be at least 1, got 0'),
         (['build', 'x.npz', '--phases', '1'], 'phases must be an integer from 4 to 240, got 1'),
         (['build', 'x.npz', '--builds', 'giant'], "build must be one of .*got 'giant'"),
         (['build', 'no/where/x.npz'], 'no/where is not a folder'),
@@ -175,3 +177,16 @@ def test_help(arguments, capsys):
         command.main(arguments)
     assert left.value.code == 0
     assert 'usage: gait_bank' in capsys.readouterr().out
+
+
+def test_rows_are_sequences_and_columns_phases():
+    templates = np.arange(1, 13, dtype=np.uint8).reshape(3, 4, 1, 1).repeat(40, 2).repeat(32, 3)
+    bank = TemplateBank(templates, np.zeros(3, np.float32), ('a', 'b', 'c'), 0.9)
+    sheet = command.contact_sheet(bank, columns=2, sequences=[2, 0])
+    tiles = sheet[-80:, -64:]
+    assert (tiles[:40, :32] == 9).all()
+    assert (tiles[:40, 32:] == 11).all()
+    assert (tiles[40:, :32] == 1).all()
+    assert sheet[:, :-64].any()  # labels
+    everything = command.contact_sheet(bank, columns=100)
+    assert everything.shape == command.contact_sheet(bank, columns=4).shape

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 import re
 
 import cv2
@@ -12,6 +11,7 @@ import pytest
 
 from gait_segmentation.errors import BankError
 from gait_tools.gait_model.builder import BankSpec, build_bank
+from gait_tools.gait_model.gait_cycle import Cycle, autocorrelation, find_contacts, find_step
 from gait_tools.gait_model.render import render_silhouette
 from gait_tools.gait_model.silhouettes import (
     SilhouetteSequence,
@@ -59,24 +59,13 @@ def test_place_and_size_in_the_picture_do_not_matter(masks):
     assert (np.abs(register_silhouettes(moved, GRID, FILL).astype(int) - usual) <= 1).all()
 
 
-def test_reading_a_folder(tmp_path, masks):
-    for n in range(3):
-        cv2.imwrite(str(tmp_path / f'{n:03}.png'), masks[n])
-    (tmp_path / 'notes.txt').write_text('not an image')
-    assert (read_silhouettes(tmp_path) == masks[:3]).all()
-
-
-def test_images_are_read_whatever_their_names_are_written_in(tmp_path, masks):
-    image = tmp_path / '000.png'
-    cv2.imwrite(str(image), masks[0])
-    image.rename(tmp_path / os.fsdecode(b'000\xff.png'))
-    assert (read_silhouettes(tmp_path) == masks[:1]).all()
-
-
 def test_folders_that_cannot_be_used(tmp_path, masks):
     with pytest.raises(BankError, match='is not a folder'):
         read_silhouettes(tmp_path / 'none')
     with pytest.raises(BankError, match='no images in'):
+        read_silhouettes(tmp_path)
+    cv2.imwrite(str(tmp_path / '0.png'), masks[0] // 255)
+    with pytest.raises(BankError, match=r'no silhouettes: .* at most 1$'):
         read_silhouettes(tmp_path)
     cv2.imwrite(str(tmp_path / '0.png'), masks[0])
     cv2.imwrite(str(tmp_path / '1.png'), masks[1][:-2])
@@ -94,13 +83,8 @@ def test_folders_that_cannot_be_used(tmp_path, masks):
         read_silhouettes(tmp_path)
 
 
-def test_folders_without_anybody_say_how_bright_they_are(tmp_path, masks):
-    cv2.imwrite(str(tmp_path / '0.png'), masks[0] // 255)
-    with pytest.raises(BankError, match=r'no silhouettes: .* at most 1$'):
-        read_silhouettes(tmp_path)
-
-
 def test_images_before_and_after_the_walk_may_be_empty(tmp_path, masks):
+    (tmp_path / 'notes.txt').write_text('not an image')
     for n, mask in enumerate([0 * masks[0], *masks[:3], 0 * masks[0]]):
         cv2.imwrite(str(tmp_path / f'{n}.png'), mask)
     assert (read_silhouettes(tmp_path) == masks[:3]).all()
@@ -152,6 +136,8 @@ def test_the_bank_of_drawn_silhouettes_is_the_drawn_bank(strides):
 def test_mirror(strides):
     bank = bank_from_silhouettes([SilhouetteSequence(strides, np.pi, 'walker')], SPEC, mirror=True)
     assert bank.azimuth == pytest.approx([np.pi, 0.0])
+    turned = bank_from_silhouettes([SilhouetteSequence(strides, 5 * np.pi, 'walker')], SPEC)
+    assert turned.azimuth[0] == pytest.approx(np.pi)
     half = np.roll(bank.templates[0], 5, axis=0)[:, :, ::-1]
     assert tanimoto(bank.templates[1], half) > 0.95
 
@@ -182,11 +168,6 @@ def test_the_leg_of_the_first_contact_shifts_by_half_a_stride(strides):
     assert tanimoto(left.templates[0], np.roll(right.templates[0], 5, axis=0)) > 0.95
 
 
-def test_azimuths_are_wrapped(strides):
-    bank = bank_from_silhouettes([SilhouetteSequence(strides, 5 * np.pi, 'walker')], SPEC)
-    assert bank.azimuth[0] == pytest.approx(np.pi)
-
-
 def test_bad_input(strides):
     with pytest.raises(BankError, match='at least one sequence'):
         bank_from_silhouettes([], SPEC)
@@ -194,3 +175,38 @@ def test_bad_input(strides):
         bank_from_silhouettes([SilhouetteSequence(strides[:27], 0.0, 'walker')], SPEC)
     with pytest.raises(BankError, match='azimuth must be a finite number'):
         SilhouetteSequence(strides, np.nan, 'walker')
+
+
+def test_period(registered):
+    assert find_step(registered) == pytest.approx(15.5, abs=0.3)
+    values = autocorrelation(registered, 40)
+    assert values[0] == pytest.approx(1)
+    assert values[31] > 0.8 > 0 > values[8]
+
+
+def test_period_of_an_oblique_view_where_the_half_cycles_differ():
+    oblique = register_silhouettes(walker(90, 30.0, azimuth=np.pi / 4), GRID, FILL)
+    assert find_step(oblique, profile=False) == pytest.approx(15, abs=0.5)
+
+
+def test_contacts(registered):
+    cycle = find_contacts(registered, 15.5)
+    # The walker starts at phase 0.1: contacts are 0.4, 0.9, ... strides later.
+    expected = 31.0 * np.array([0.4, 0.9, 1.4, 1.9])
+    assert cycle.contacts == pytest.approx(expected, abs=1.5)
+
+
+def test_phase_goes_on_before_and_after_the_contacts():
+    cycle = Cycle(10.0, np.array([5.0, 15.0, 27.0]))
+    phase = cycle.phase(np.array([0.0, 5.0, 10.0, 21.0, 27.0, 37.0]))
+    assert phase == pytest.approx([-0.25, 0.0, 0.25, 0.75, 1.0, 1.5])
+    assert cycle.phase(np.array([5.0]), 0.5) == pytest.approx(0.5)
+
+
+def test_too_short_and_without_rhythm(registered):
+    with pytest.raises(BankError, match='at least 14 silhouettes, got 9'):
+        find_step(registered[:9])
+    with pytest.raises(BankError, match='50 silhouettes show no period'):
+        find_step(np.repeat(registered[:1], 50, axis=0))
+    with pytest.raises(BankError, match='fewer than three heel contacts'):
+        find_contacts(registered[:25], 15.5)

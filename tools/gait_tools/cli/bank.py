@@ -12,7 +12,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 from tqdm import tqdm
 
 from gait_segmentation.cli.tool import add_spec_options, run_tool, spec_of
@@ -27,14 +29,11 @@ from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_tools.cli import vocabulary
 from gait_tools.gait_model import BUILDS, BankSpec, build_bank
 from gait_tools.gait_model.builder import DIRECTIONS
-from gait_tools.gait_model.sheet import contact_sheet
 from gait_tools.gait_model.silhouettes import (
     SilhouetteSequence,
     bank_from_silhouettes,
     read_silhouettes,
 )
-
-__all__ = ['main']
 
 _BUILD_TEXT = """
 Without --from, the bank is drawn from the package's gait model: every build is
@@ -60,6 +59,9 @@ examples:
   gait_bank build mine.npz --from walk1 walk2 --azimuth 180 0 --mirror
   gait_bank build mean.npz --from anna ben cleo --azimuth 180 --mirror --average
 """
+
+_MARGIN = 96  # columns left of the templates for the labels
+_HEADER = 16  # rows above them
 
 _DRAWN = ('builds', 'azimuths', 'elevation')
 """What of a :class:`BankSpec` does not matter to silhouettes that are given."""
@@ -224,6 +226,45 @@ def _show(options: argparse.Namespace) -> None:
     sheet = contact_sheet(_open(options.bank), options.columns, options.sequences)
     write_picture(output, sheet, BankError)
     print(f'{output}: {sheet.shape[1]} x {sheet.shape[0]} pixels')
+
+
+def _text(image: NDArray[np.uint8], text: str, x: int, y: int) -> None:
+    cv2.putText(image, text, (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.35, 200, 1, cv2.LINE_AA)
+
+
+def contact_sheet(
+    bank: TemplateBank, columns: int = 10, sequences: list[int] | None = None
+) -> NDArray[np.uint8]:
+    """
+    Lay templates out on a sheet.
+
+    :param bank: the bank.
+    :param columns: phases to show, evenly spaced; at most all of them.
+    :param sequences: indices of the sequences to show; all if None.
+    :returns: (rows, columns) uint8, labelled with build, azimuth and phase.
+    :raises BankError: for a sequence the bank has not, or fewer than one column.
+    """
+    if columns < 1:
+        raise BankError(f'columns must be at least 1, got {columns}')
+    chosen = list(range(bank.sequences)) if sequences is None else sequences
+    wrong = [index for index in chosen if not 0 <= index < bank.sequences]
+    if wrong or not chosen:
+        raise BankError(f'sequences must be from 0 to {bank.sequences - 1}, got {wrong or "none"}')
+    columns = min(columns, bank.phases)
+    phases = [k * bank.phases // columns for k in range(columns)]
+    height, width = bank.grid
+    sheet = np.zeros((_HEADER + len(chosen) * height, _MARGIN + columns * width), dtype=np.uint8)
+    for column, phase in enumerate(phases):
+        _text(sheet, f'{phase / bank.phases:.2f}', _MARGIN + column * width + width // 3, 11)
+    for row, sequence in enumerate(chosen):
+        top = _HEADER + row * height
+        _text(sheet, f'{sequence}', 4, top + height // 2 - 16)
+        _text(sheet, bank.builds[sequence][:14], 4, top + height // 2)
+        degrees = math.degrees(float(bank.azimuth[sequence]))
+        _text(sheet, f'{degrees:.0f} deg', 4, top + height // 2 + 16)
+        tiles = bank.templates[sequence, phases]
+        sheet[top : top + height, _MARGIN:] = np.hstack(list(tiles))
+    return sheet
 
 
 def _describe(bank: TemplateBank) -> dict[str, Any]:

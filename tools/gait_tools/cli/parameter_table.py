@@ -25,8 +25,6 @@ from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.streams.config import NodeConfig, qualified
 
-__all__ = ['markdown', 'parameter_file', 'with_tables']
-
 NODES: dict[str, type[GaitNode]] = {
     node.name: node
     for node in (TrackerNode, MatcherNode, SegmenterNode, LocalizerNode, PipelineNode)

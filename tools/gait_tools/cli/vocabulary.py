@@ -21,17 +21,15 @@ from gait_segmentation.files.output_files import (
 from gait_segmentation.segmentation.vocabulary import FORMAT, VocabularyError
 from gait_tools.gait_model.builder import draw_views
 from gait_tools.gait_model.silhouettes import read_masks
-from gait_tools.vocabulary_picture import draw_vocabulary
 from gait_tools.vocabulary_training import (
     MODEL,
     Silhouette,
     VocabularySpec,
     bank_silhouettes,
+    draw_vocabulary,
     learn_vocabulary,
     mask_silhouettes,
 )
-
-__all__ = ['add_parser', 'run']
 
 _TEXT = """\
 The words are Gaussians over position and orientation of outline points, found

@@ -27,8 +27,6 @@ from gait_tools.gait_model.skeleton import (
     walk,
 )
 
-__all__ = ['BUILDS', 'FIGURES', 'PARTS', 'Body', 'Build', 'body_at', 'make_body', 'named_build']
-
 PARTS = ('head', 'torso', 'skirt', 'rucksack', 'arms', 'hands', 'legs', 'feet')
 
 _SHAPE = WALKER['shape']

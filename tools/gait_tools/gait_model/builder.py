@@ -16,8 +16,6 @@ from gait_segmentation.gait_model.bank import LEAST_SIDE, TemplateBank, fine_gri
 from gait_tools.gait_model.body import named_build
 from gait_tools.gait_model.render import render_cycle
 
-__all__ = ['DIRECTIONS', 'BankSpec', 'build_bank', 'draw_views']
-
 DIRECTIONS = 64
 """From the front, views must lie this close for the phases to be told apart."""
 

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import BankError
 
-__all__ = ['Cycle', 'autocorrelation', 'cycle_templates', 'find_contacts', 'find_step', 'smooth']
-
 SHORTEST_STEP, LONGEST_STEP = 5, 60  # frames
 
 

@@ -27,14 +27,6 @@ from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.kernels import kernel
 from gait_tools.gait_model.body import PARTS, Body, Build, body_at, named_build
 
-__all__ = [
-    'Drawing',
-    'register',
-    'render_cycle',
-    'render_parts',
-    'render_silhouette',
-]
-
 _SUPERSAMPLE = 4
 _CYCLE = 30  # phases over which a view is registered
 _PROBE = 160  # rows of the drawings from which the median column is taken

@@ -31,14 +31,6 @@ from gait_tools.gait_model.gait_cycle import (
     smooth,
 )
 
-__all__ = [
-    'SilhouetteSequence',
-    'bank_from_silhouettes',
-    'read_masks',
-    'read_silhouettes',
-    'register_silhouettes',
-]
-
 _FINE = 3  # samples a template pixel and direction, of which its mean is taken
 _PROFILE = 0.3  # sine of the largest angle between a profile view and the exact side view
 

@@ -19,8 +19,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ['SEGMENTS', 'SIDES', 'WALKER', 'Frame', 'Points', 'Skeleton', 'joint_angle', 'walk']
-
 WALKER: dict[str, Any] = json.loads(
     Path(__file__).with_name('walker.json').read_text(encoding='utf-8')
 )
