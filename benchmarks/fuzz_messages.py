@@ -39,7 +39,7 @@ from sensor_msgs.msg import Image
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks import holds
-from benchmarks.nodes import ALL_NODES, STYLES, Answers, resident_mib, ros, wait
+from benchmarks.running_nodes import ALL_NODES, STYLES, Answers, resident_mib, ros, wait
 from benchmarks.spoilt_messages import (
     KINDS,
     SERVICES,

@@ -27,7 +27,7 @@ from sensor_msgs.msg import CompressedImage, Image, JointState, RegionOfInterest
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
 
-from benchmarks.nodes import ALL_NODES
+from benchmarks.running_nodes import ALL_NODES
 from benchmarks.spoilt_files import CHANGES
 from gait_segmentation.inputs.encodings import ENCODINGS
 from gait_segmentation.ros.messages import detection_types, image_message

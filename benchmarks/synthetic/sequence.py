@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from benchmarks.synthetic.camera import FOCAL_LENGTH, SyntheticCamera, SyntheticConfig
 from benchmarks.synthetic.clothing import make_outfit
 from benchmarks.synthetic.scenery import make_panorama
-from benchmarks.synthetic.walkers import Straight, Walker, draw_walker
+from benchmarks.synthetic.walkers import Walker, draw_walker
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.files.output_files import write_file, writing
 from gait_segmentation.geometry import Box
@@ -98,18 +98,6 @@ class SyntheticSequence:
     def stamp_ns(self, number: int) -> int:
         """Return the stamp of a frame in nanoseconds."""
         return frame_stamp_ns(number, self.config.fps)
-
-    def image(self, number: int) -> NDArray[np.uint8]:
-        """Return a frame as (H, W, 3) uint8 BGR."""
-        return self.frame(number).image
-
-    def truth(self, number: int) -> NDArray[np.uint8]:
-        """Return the truth of the first walker: 255, 170 where pixels are mixed, 0."""
-        return self.frame(number).truths[0]
-
-    def labels(self, number: int) -> NDArray[np.uint8]:
-        """Return who is where: 0 nobody, walker + 1, 255 where pixels are mixed."""
-        return self.frame(number).true_labels
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -216,17 +204,17 @@ class SyntheticSequence:
 def draw_walkers(rng: np.random.Generator, config: SyntheticConfig) -> list[Walker]:
     """Make the first walker, and people who cross to the left or right, nearer or farther."""
     distance = FOCAL_LENGTH * config.width / config.person_height
-    way = Straight(0.0, distance, config.azimuth, config.stride_rate, rng.uniform())
-    walkers = [Walker(way, config.build, make_outfit(rng, config.build))]
+    way = (0.0, distance, config.azimuth, config.stride_rate, rng.uniform())
+    walkers = [Walker(*way, config.build, make_outfit(rng, config.build))]
     for _ in range(config.walkers - 1):
         nearer = rng.uniform(0.8, 1.3)
         build = str(rng.choice(FIGURES))
-        way = Straight(
+        way = (
             distance / FOCAL_LENGTH / 2 * nearer * rng.uniform(-0.8, 0.8),
             distance * nearer,
             float(rng.choice([0.0, math.pi]) + rng.uniform(-0.3, 0.3)),
             config.stride_rate * rng.uniform(0.85, 1.15),
             rng.uniform(),
         )
-        walkers.append(Walker(way, build, make_outfit(rng, build)))
+        walkers.append(Walker(*way, build, make_outfit(rng, build)))
     return walkers

@@ -35,11 +35,12 @@ class Whereabouts:
 
 
 @dataclass(frozen=True)
-class Straight:
+class Walker:
     """
-    Straight on at one speed.
+    Somebody who walks straight on at one speed.
 
-    ``x``, ``z`` and ``phase`` hold half way; ``stride_rate`` is in strides per second.
+    ``x``, ``z`` and ``phase`` hold half way; ``stride_rate`` is in strides per second, and
+    ``build`` names figure and kind of clothes.
     """
 
     x: float
@@ -47,6 +48,8 @@ class Straight:
     azimuth: float
     stride_rate: float
     phase: float
+    build: str
+    outfit: Outfit
 
     def at(self, seconds: float) -> Whereabouts:
         """Return where the walker is at a time after half way of the clip."""
@@ -57,23 +60,6 @@ class Straight:
             self.azimuth,
             (self.phase + self.stride_rate * seconds) % 1.0,
         )
-
-
-@dataclass(frozen=True)
-class Walker:
-    """
-    Somebody who walks: the way, the body and the clothes.
-
-    ``build`` names figure and kind of clothes.
-    """
-
-    motion: Straight
-    build: str
-    outfit: Outfit
-
-    def at(self, seconds: float) -> Whereabouts:
-        """Return where the walker is at a time after half way of the clip."""
-        return self.motion.at(seconds)
 
     def near_phase(self, seconds: float) -> float:
         """Return the phase in [0, 1), 0 = heel contact of the leg nearer to the camera."""

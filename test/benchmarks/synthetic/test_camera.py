@@ -24,13 +24,6 @@ def test_the_first_walker_is_in_the_middle_and_as_tall_as_asked_for() -> None:
     assert (near.height, far.height) == pytest.approx((80, 20))
 
 
-def test_the_ground_is_at_the_feet() -> None:
-    camera = _camera(person_height=40.0)
-    body = camera.body_at(0.0, camera.distance, 0)
-    feet = body.center_y + body.height / 2
-    assert camera.ground_at(camera.distance) == pytest.approx(feet + camera.margin_y)
-
-
 def test_a_panned_camera_sees_the_near_pass_faster() -> None:
     camera = _camera(pan=2.0, person_height=40.0)
 

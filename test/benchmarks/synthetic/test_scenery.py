@@ -36,9 +36,3 @@ def test_clutter_adds_edges():
         return (cv2.Canny(picture, 60, 120) > 0).mean()
 
     assert edges(1.0) > 2 * edges(0.0)
-
-
-@pytest.mark.parametrize('ground', [-5, 0, 119, 200])
-def test_any_ground_line_will_do(ground):
-    picture = make_panorama(np.random.default_rng(3), (120, 160), ground, 60, 0.5)
-    assert picture.dtype == np.uint8
