@@ -104,7 +104,6 @@ def test_what_is_too_little_is_refused(silhouettes: list[Silhouette]) -> None:
         VocabularySpec(words=0)
     with pytest.raises(ConfigError, match='at least 10 for each of 100 words, got 999'):
         VocabularySpec(words=100, points=999)
-    VocabularySpec(words=100, points=1000)
 
 
 def test_a_missing_scikit_learn_is_named(

@@ -92,6 +92,8 @@ def test_folders_of_the_same_name_are_told_apart(tmp_path):
         (['build', 'x.npz', '--phases', '1'], 'phases must be an integer from 4 to 240, got 1'),
         (['build', 'x.npz', '--builds', 'giant'], "build must be one of .*got 'giant'"),
         (['build', 'no/where/x.npz'], 'no/where is not a folder'),
+        (['show', '-o', 'sheet.xyz'], r'sheet\.xyz cannot be written: its name must end in'),
+        (['show', '-o', 'no/sheet.png'], 'no/sheet.png'),
         (['build', 'x.npz', '--azimuth', '3'], '--mirror and --average belong to --from'),
         (['build', 'x.npz', '--average'], '--mirror and --average belong to --from'),
         (['build', 'x.npz', '--first-contact', 'left'], '--average belong to --from'),
@@ -117,10 +119,6 @@ def test_errors_are_one_line_and_two(tmp_path, monkeypatch, capsys, arguments, m
     assert re.search(message, lines[0])
 
 
-def test_pictures_that_cannot_be_written(built, tmp_path, capsys):
-    assert command.main(['show', str(built), '-o', str(tmp_path / 'sheet.xyz')]) == 2
-    assert 'sheet.xyz cannot be written: its name must end in .png' in capsys.readouterr().err
-    assert command.main(['show', str(built), '-o', str(tmp_path / 'no' / 'sheet.png')]) == 2
 
 
 def test_what_is_read_is_not_written_to(built, tmp_path, capsys):
@@ -162,21 +160,8 @@ def test_what_it_has_made_is_replaced(built, tmp_path):
         assert command.main(['build', str(tmp_path / 'again.npz'), *SMALL, '--quiet']) == 0
 
 
-def test_interrupt(monkeypatch, capsys, tmp_path):
-    def stop(*_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(command, 'build_bank', stop)
-    assert command.main(['build', str(tmp_path / 'x.npz'), '--quiet']) == 130
-    assert 'Traceback' not in capsys.readouterr().err
 
 
-@pytest.mark.parametrize('arguments', [['--help'], ['build', '--help'], ['show', '--help']])
-def test_help(arguments, capsys):
-    with pytest.raises(SystemExit) as left:
-        command.main(arguments)
-    assert left.value.code == 0
-    assert 'usage: gait_bank' in capsys.readouterr().out
 
 
 def test_rows_are_sequences_and_columns_phases():

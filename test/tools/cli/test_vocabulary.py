@@ -54,26 +54,8 @@ def test_words_of_a_folder(
     assert (tmp_path / 'again.json').read_bytes() == output.read_bytes()
 
 
-@needs_sklearn
-def test_words_of_masks_of_many_sizes(tmp_path: Path, folder: Path) -> None:
-    cv2.imwrite(str(folder / '6.png'), render_silhouette(0.1, 0.0, 60))
-    cv2.imwrite(str(folder / '7.png'), np.zeros((90, 90), np.uint8))
-    output = tmp_path / 'words.json'
-    run(str(output), '--from', str(folder), '--quiet', *QUICK)
-    assert Vocabulary.load(output).provenance['silhouettes'] == '7'
 
 
-@needs_sklearn
-def test_a_picture_of_no_known_format_is_refused(tmp_path: Path, folder: Path) -> None:
-    with pytest.raises(VocabularyError, match=r'must end in \.png'):
-        run(
-            str(tmp_path / 'words.json'),
-            '--from',
-            str(folder),
-            '--picture',
-            str(tmp_path / 'words.xyz'),
-            *QUICK,
-        )
 
 
 def test_the_model_is_the_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
