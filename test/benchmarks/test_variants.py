@@ -47,6 +47,7 @@ def test_maps_show_where_somebody_is(tmp_path: Path) -> None:
         values[kind] = Sequence.load(tmp_path / kind).heat_maps(maps)(0).values
     person = walker().truth(0) == 255
     assert values['map'][person].mean() > 150 > values['map'][~person].mean() + 50
+    assert 0.02 < (values['map'][person] < 60).mean() < 0.2
     assert np.array_equal(values['map-inverted'], 255 - values['map'])
     assert np.array_equal(values['map-mirrored'], values['map'][:, ::-1])
 

@@ -73,6 +73,7 @@ def test_the_phase_runs_at_the_stride_rate_from_the_near_leg():
     left = SyntheticSequence(small(stride_rate=1.0, azimuth=math.pi))
     difference = (left.frame(0).phases[0] - right.frame(0).phases[0]) % 1
     assert difference == pytest.approx(0.5)
+    assert someone().near_phase(0.5) == 0.75
     assert left.frame(0).azimuths[0] == math.pi
 
 

@@ -99,6 +99,7 @@ def test_steps_back_are_counted_and_the_turn_of_the_stride_is_none():
     path = np.array([0.9, 0.95, 0.05, 0.0, 0.1])
     assert made(path, TRUE[:5]).backward(path) == 25
     assert made(path, TRUE[:5]).backward(path[:1]) == 0
+    assert made(path, TRUE[:5]).backward(np.array([0.1, 0.1, 0.2])) == 0
 
 
 def test_without_truth_there_is_no_error():

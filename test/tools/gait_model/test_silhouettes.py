@@ -139,7 +139,8 @@ def test_mirror(strides):
     turned = bank_from_silhouettes([SilhouetteSequence(strides, 5 * np.pi, 'walker')], SPEC)
     assert turned.azimuth[0] == pytest.approx(np.pi)
     half = np.roll(bank.templates[0], 5, axis=0)[:, :, ::-1]
-    assert tanimoto(bank.templates[1], half) > 0.95
+    same = bank.templates[0][:, :, ::-1]
+    assert tanimoto(bank.templates[1], half) > max(0.95, tanimoto(bank.templates[1], same))
 
 
 def test_walkers_of_one_direction_are_averaged_if_asked(strides):
