@@ -119,8 +119,6 @@ def test_errors_are_one_line_and_two(tmp_path, monkeypatch, capsys, arguments, m
     assert re.search(message, lines[0])
 
 
-
-
 def test_what_is_read_is_not_written_to(built, tmp_path, capsys):
     before = built.read_bytes()
     (tmp_path / 'link.png').symlink_to(built)
@@ -158,10 +156,6 @@ def test_what_it_has_made_is_replaced(built, tmp_path):
         assert command.main(['show', str(built), '-o', str(picture)]) == 0
         assert cv2.imread(str(picture)) is not None
         assert command.main(['build', str(tmp_path / 'again.npz'), *SMALL, '--quiet']) == 0
-
-
-
-
 
 
 def test_rows_are_sequences_and_columns_phases():

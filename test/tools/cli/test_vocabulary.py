@@ -54,10 +54,6 @@ def test_words_of_a_folder(
     assert (tmp_path / 'again.json').read_bytes() == output.read_bytes()
 
 
-
-
-
-
 def test_the_model_is_the_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     seen = []
 
