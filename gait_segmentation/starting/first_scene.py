@@ -11,8 +11,13 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import BANDS, ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import Box
-from gait_segmentation.segmentation.energy import contrast_links, mean_contrast
-from gait_segmentation.segmentation.graph_cut import decided, minimum_cut, open_graph
+from gait_segmentation.segmentation.graph_cut import (
+    contrast_links,
+    decided,
+    mean_contrast,
+    minimum_cut,
+    open_graph,
+)
 from gait_segmentation.starting.barrier import barrier_logit
 
 __all__ = ['FirstScene', 'first_scene']

@@ -9,10 +9,15 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.errors import InputError
-from gait_segmentation.geometry import BodyFrame, Placement
+from gait_segmentation.geometry import BodyFrame, Box, Placement
 from gait_segmentation.results import MatchResult
-from gait_segmentation.segmentation import SegmentationConfig, Segmenter
+from gait_segmentation.segmentation import SegmentationConfig
+from gait_segmentation.segmentation.segmenter import (
+    Segmenter,
+    no_finer,
+    source_window,
+    window_about,
+)
 from gait_segmentation.segmentation.vocabulary import VocabularyError
 
 SHAPE = (160, 120)
@@ -93,13 +98,6 @@ def test_an_exchanged_configuration_is_in_force(before: str, changes: dict[str, 
 def test_a_vocabulary_that_cannot_be_used_is_an_error_with_any_prior() -> None:
     with pytest.raises(VocabularyError, match='cannot read the vocabulary'):
         Segmenter(SegmentationConfig(vocabulary='none.json'))
-
-
-def test_the_mask_has_the_sources_size() -> None:
-    large = picture(3)
-    result = Segmenter().update(large, noisy(), match(body=BODY.scaled(3)))
-    assert result.mask.shape == large.shape[:2]
-    assert iou(result.mask, person(3)) > 0.95
 
 
 def test_refinement_follows_the_full_resolution_better() -> None:
@@ -241,28 +239,6 @@ def test_where_somebody_was_seen_is_forgotten_while_nobody_is() -> None:
     assert reach(4) == first
 
 
-def test_a_constant_image_is_no_problem() -> None:
-    image = np.full((*SHAPE, 3), 77, np.uint8)
-    assert iou(Segmenter().update(image, noisy(), match()).mask, person()) > 0.9
-
-
-@pytest.mark.parametrize(
-    ('likelihood', 'prior', 'message'),
-    [
-        (np.zeros(SHAPE, np.float32), None, 'likelihood must be'),
-        (np.zeros((*SHAPE, 3), np.uint8), None, 'likelihood must be'),
-        (np.zeros((10, 10), np.uint8), None, 'same size'),
-        (np.zeros((10, 90), np.uint8), np.zeros((10, 90), np.uint8), 'proportions'),
-        (np.zeros((320, 240), np.uint8), np.zeros((320, 240), np.uint8), 'no larger'),
-    ],
-)
-def test_what_does_not_fit_is_refused(
-    likelihood: np.ndarray, prior: np.ndarray | None, message: str
-) -> None:
-    with pytest.raises(InputError, match=message):
-        Segmenter().update(picture(), likelihood, match(prior))
-
-
 def test_a_new_track_forgets_the_last_persons_shape() -> None:
     segmenter, fresh = Segmenter(), Segmenter()
     for stamp in range(1, 9):
@@ -315,11 +291,30 @@ def test_a_likelihood_from_outside_that_says_nothing_gives_a_mask_or_a_reason(va
     assert value or not result.mask.any()
 
 
-def test_a_body_that_makes_no_sense_is_refused() -> None:
-    segmenter = Segmenter()
-    image, likelihood = np.zeros((40, 60, 3), np.uint8), np.zeros((40, 60), np.uint8)
-    match = MatchResult(
-        1, 1, BodyFrame(30, 20, 1e7), None, 0, 0, 0.0, 1.0, 0.0, 1.0, 1.0, likelihood
-    )
-    with pytest.raises(InputError, match=r'at most 5760 pixels high .* height 1e'):
-        segmenter.update(image, likelihood, match)
+def test_the_window_holds_what_was_found_before_if_it_is_near() -> None:
+    body = BodyFrame(50.0, 50.0, 40.0, 0.0)
+    rows, columns = window_about(body, None, (100, 100))
+    assert rows.start < 30 < 70 < rows.stop
+    reaching = Box(55, 40, 44, 20)
+    assert window_about(body, reaching, (100, 100))[1].stop > max(columns.stop, 99)
+    assert window_about(body, Box(0, 0, 3, 3), (100, 100)) == (rows, columns)
+    outside = window_about(BodyFrame(500.0, 50.0, 40.0, 0.0), None, (100, 100))
+    assert outside[1].start >= outside[1].stop
+
+
+def test_a_working_window_covers_its_part_of_the_source() -> None:
+    window = (slice(5, 20), slice(0, 33))
+    assert source_window(window, 0.5, (60, 65)) == (slice(10, 40), slice(0, 65))
+
+
+def test_a_body_is_cut_out_no_finer_than_it_need_be() -> None:
+    maps = np.zeros((4000, 400), np.uint8), np.full((4000, 400), 255, np.uint8)
+    usual = BodyFrame(200.0, 200.0, 300.0)
+    assert all(a is b for a, b in zip(no_finer(*maps, usual, 400), maps, strict=True))
+    # Half the size of the image, and a body as tall as that allows.
+    tall = BodyFrame(400.0, 4000.0, 7800.0)
+    likelihood, prior = no_finer(*maps, tall, 800)
+    assert likelihood.shape == prior.shape
+    assert likelihood.size <= 1.1 * 2**18
+    assert likelihood.shape[0] == pytest.approx(10 * likelihood.shape[1], rel=0.01)
+    assert (prior == 255).all()

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, compose, invert, pixel_affine, template_to_image
-from gait_segmentation.segmentation.oriented_edges import silhouette_edges
+from gait_segmentation.segmentation.paper_prior import silhouette_edges
 from gait_segmentation.segmentation.vocabulary import Vocabulary
 from gait_tools.vocabulary_training import Silhouette
 

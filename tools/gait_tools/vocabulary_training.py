@@ -20,7 +20,7 @@ from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.segmentation.oriented_edges import silhouette_edges
+from gait_segmentation.segmentation.paper_prior import silhouette_edges
 from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
 from gait_tools.gait_model import FIGURES, BankSpec
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Colours of person and surroundings, learnt from a likelihood of whatever origin and from the cuts.
+What is learnt of a person from frame to frame: the colours, and what is carried.
 
 A likelihood from outside may be blurred, shifted and full of holes; but not everywhere and always
 in the same way, so that the colours learnt from it tell more than it does itself.
@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import BANDS, ColourModel, body_rows, colour_bins
-from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
 
-__all__ = ['LearntColours']
+__all__ = ['Carried', 'LearntColours']
 
 _BAND_SHARE = 0.6
 """Weight of a band and its neighbours beside the whole body."""
@@ -30,6 +30,13 @@ _LIMIT = 4.0
 
 _FROM_LIKELIHOOD = 0.3
 """Weight of the likelihood in what is learnt beside that of the cut."""
+
+_SIDE, _FILL = 96, 0.75
+"""Rows and columns of the map of the body, and the share of them that its height takes."""
+
+_RATE = 0.05
+"""Share of a frame in the running mean: what is likely from now on counts after fourteen frames,
+in which a wide thing that stays behind has moved on."""
 
 
 class LearntColours:
@@ -91,6 +98,39 @@ class LearntColours:
         return np.clip(np.log(own / other), -_LIMIT, _LIMIT)
 
 
+class Carried:
+    """
+    Running mean of the likelihood in the frame of the body.
+
+    What passes by, and what was taken for the person at first and stays behind, is soon at
+    another place on the body; a bag in the hand is not.
+    """
+
+    def __init__(self) -> None:
+        """Begin with somebody who carries nothing."""
+        self._mean = np.zeros((_SIDE, _SIDE), np.float32)
+
+    def at(self, body: BodyFrame, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+        """Return what was mostly likely until now, (h, w) bool, for a body in an image."""
+        matrix = _matrix(body)
+        return np.asarray(cv2.warpAffine(self._mean, matrix, (shape[1], shape[0])) > 0.5)
+
+    def learn(self, likelihood: NDArray[np.uint8], body: BodyFrame) -> None:
+        """
+        Take in a frame.
+
+        :param likelihood: (h, w) uint8, 255 = surely person.
+        :param body: the body in its pixels.
+        """
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        now = cv2.warpAffine(likelihood, _matrix(body), (_SIDE, _SIDE), flags=flags)
+        cv2.accumulateWeighted(now / np.float32(255), self._mean, _RATE)
+
+
 def _rows(lab: NDArray[np.uint8], body: BodyFrame) -> NDArray[np.float32]:
     center = (body.center_x, body.center_y)
     return body_rows((lab.shape[0], lab.shape[1]), (0, 0), center, body.height, body.angle)
+
+
+def _matrix(body: BodyFrame) -> NDArray[np.float64]:
+    return pixel_affine(template_to_image(body, _SIDE, _SIDE, _FILL))
