@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.tracking.records import Record
 
 __all__ = ['add_moving', 'moving_pixels']

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
-from gait_segmentation.scene.background.model import BackgroundModel
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.scene.working import WorkingImage
+from gait_segmentation.scene.world_motion import WorldMotion
 
 __all__ = ['Record', 'Shift', 'body_over']
 

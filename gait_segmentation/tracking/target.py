@@ -13,7 +13,7 @@ from gait_segmentation.colour import body_rows
 from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.images import Window, placed, shift_whole, shifted_part
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, TrackResult
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.competition import REACH, Claim
 from gait_segmentation.tracking.config import TrackingConfig

@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window, shifted_part
-from gait_segmentation.scene.background.model import BackgroundModel
-from gait_segmentation.scene.contrast import Contrast
-from gait_segmentation.scene.ego_motion.estimator import MotionEstimator
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
-from gait_segmentation.scene.light import Light
+from gait_segmentation.scene.background import BackgroundModel
+from gait_segmentation.scene.ego_motion import MotionEstimator
+from gait_segmentation.scene.light import Contrast, Light
 from gait_segmentation.scene.working import WorkingImage, working_scale, working_shape
+from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.tracking.competition import REACH
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.moving import add_moving

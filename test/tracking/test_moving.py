@@ -6,12 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.scene.background.model import BackgroundModel
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.scene.working import WorkingImage
+from gait_segmentation.scene.world_motion import WorldMotion, warp_window
 from gait_segmentation.tracking.moving import add_moving, moving_pixels
 from gait_segmentation.tracking.records import Record
-from gait_segmentation.warping import warp_window
 
 WINDOW = (slice(10, 70), slice(10, 90))
 STILL = WorldMotion()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from gait_segmentation.scene.background.model import BackgroundModel
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.scene.working import WorkingImage
+from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.tracking.records import Record, body_over
 
 

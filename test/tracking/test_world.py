@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.scene.background.model import BackgroundModel
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.background import BackgroundModel
+from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.tracking import TrackingConfig
 from gait_segmentation.tracking.world import World, windows_about
 from test.tracking.figures import wall

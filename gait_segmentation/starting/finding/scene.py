@@ -20,13 +20,11 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box, compose, invert, scaling
 from gait_segmentation.images import Window
-from gait_segmentation.scene.background.kernels import SURE_COUNT
-from gait_segmentation.scene.background.model import BackgroundModel
-from gait_segmentation.scene.contrast import Contrast
-from gait_segmentation.scene.ego_motion.estimator import MotionEstimator
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
-from gait_segmentation.scene.light import Light
+from gait_segmentation.scene.background import SURE_COUNT, BackgroundModel
+from gait_segmentation.scene.ego_motion import MotionEstimator
+from gait_segmentation.scene.light import Contrast, Light
 from gait_segmentation.scene.working import WorkingImage, working_shape
+from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.starting.finding.blobs import Blob, find_blobs
 
 __all__ = ['MotionScene', 'SceneFrame']

@@ -21,8 +21,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
+from gait_segmentation.scene.world_motion import warp_window
 from gait_segmentation.tracking.cues.cue import Cue, View
-from gait_segmentation.warping import warp_window
 
 __all__ = ['MotionCue']
 

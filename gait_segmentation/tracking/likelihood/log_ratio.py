@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import ColourModel
-from gait_segmentation.scene.background.model import BackgroundModel
+from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood.kernels import ratios, widen
 

@@ -9,7 +9,7 @@ import numpy as np
 from gait_segmentation.colour import ColourModel, colour_bins
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.images import Window
-from gait_segmentation.scene.background.model import BackgroundModel
+from gait_segmentation.scene.background import BackgroundModel
 
 SHAPE = (130, 160)
 ALL = (slice(0, 130), slice(0, 160))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel, colour_bins
-from gait_segmentation.scene.background.model import BackgroundModel
+from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image, log_ratio
 

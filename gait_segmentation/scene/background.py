@@ -11,20 +11,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window
+from gait_segmentation.kernels import kernel
 from gait_segmentation.lab import NO_CHROMA, gray_lab
 from gait_segmentation.medians import median
-from gait_segmentation.scene.background.kernels import (
-    LIMIT,
-    SAMPLE_STEP,
-    SURE_COUNT,
-    sample_residuals,
-    update_sums,
-    weigh,
-)
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
-from gait_segmentation.warping import warp_window
+from gait_segmentation.scene.world_motion import WorldMotion, warp_window
 
-__all__ = ['BackgroundModel']
+__all__ = ['SURE_COUNT', 'BackgroundModel']
+
+_LEAST_RATE, _HIDDEN_DECAY = 0.04, 0.995
+_SAMPLE_STEP = 3
+SURE_COUNT = 2.0
+"""Times a pixel was seen to be sure what is there."""
+
+_NEUTRAL, _GAIN, _LIMIT = 4.0, 0.75, 3.0
+"""
+Half the squared distance in ``sigma`` that says nothing, evidence per step, and its limit, which
+is reached four ``sigma`` away.
+"""
 
 _WARP_DECAY = 0.98
 _LEAST_SAMPLES = 50
@@ -55,6 +58,9 @@ class BackgroundModel:
     or a bad registration spoils the model, which makes the model safe there.  ``misplacement`` is
     how far the model lies off the frame, in pixels, measured where it is steep: sharp edges differ
     by that even if the camera's motion is known well, since each motion blurs the model.
+
+    In all methods ``lab`` is (h, w, 3) uint8 and ``person`` (h, w) uint8, non-zero where a person
+    may be; ``windows`` are the rows and columns to work on, disjoint, all if None.
     """
 
     def __init__(self, shape: tuple[int, int]) -> None:
@@ -83,12 +89,8 @@ class BackgroundModel:
     def contradicted(
         self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
     ) -> NDArray[np.uint8]:
-        """
-        Return where a frame surely does not look like the known background, (h, w) uint8 0/1.
-
-        :param lab, window, shadow_floor: see :meth:`evidence`.
-        """
-        strange = self._weighed(lab, window, shadow_floor) >= LIMIT
+        """Return where the :meth:`evidence` is sure not to be the background, (h, w) uint8 0/1."""
+        strange = self._weighed(lab, window, shadow_floor) >= _LIMIT
         return (strange & self.is_sure(window)).view(np.uint8)
 
     def evidence(
@@ -110,25 +112,19 @@ class BackgroundModel:
     def _weighed(
         self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
     ) -> NDArray[np.float32]:
-        """Return the evidence, however often pixels were seen, if they are known at all."""
+        """Return the evidence however often pixels were seen, if they are known at all."""
         out = np.empty(lab.shape[:2], np.float32)
         sums, top, left = self.part(window)
-        weigh(sums, lab, top, left, self.sigma, shadow_floor, out)
+        _weigh(sums, lab, top, left, self.sigma, shadow_floor, out)
         return out
 
     def agreement(
         self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
     ) -> float | None:
-        """
-        Return the share of what is sure to be there that a frame shows, None if that is little.
-
-        :param lab: (h, w, 3) uint8.
-        :param person: (h, w) uint8, non-zero where a person may be.
-        :param windows: the rows and columns to look at.
-        """
+        """Return the share of what is sure to be there that a frame shows, None if it is little."""
         total = other = 0
         for window in windows:
-            every = _every(window, SAMPLE_STEP)
+            every = _every(window, _SAMPLE_STEP)
             free = person[every] == 0
             strange = self.contradicted(np.ascontiguousarray(lab[every]), every, 1.0)
             total += np.count_nonzero(self.is_sure(every) & free)
@@ -140,11 +136,7 @@ class BackgroundModel:
         return self.count[window] >= np.float32(SURE_COUNT)
 
     def forget(self, where: NDArray[np.uint8]) -> None:
-        """
-        Forget some pixels.
-
-        :param where: (h, w) uint8, non-zero where to forget.
-        """
+        """Forget the pixels where an image, (h, w) uint8, is not zero."""
         self.sums[where > 0] = 0
 
     def fade(self, textured: bool) -> None:
@@ -186,7 +178,6 @@ class BackgroundModel:
         Return the model as it looks after some motions of the world; this one if it stays.
 
         :param steps: from each frame to the next, oldest first.
-        :param windows: the rows and columns to keep, all if None.
         """
         moves = sum(step.camera is not None for step in steps)
         if moves == 0:
@@ -211,28 +202,14 @@ class BackgroundModel:
         person: NDArray[np.uint8],
         windows: Sequence[Window] | None = None,
     ) -> None:
-        """
-        Take in one frame.
-
-        :param lab: (h, w, 3) uint8.
-        :param person: (h, w) uint8, non-zero where a person may be: not learnt.
-        :param windows: the rows and columns to learn, disjoint; all if None.
-        """
+        """Take in what a frame shows beside the person."""
         for part in self._all if windows is None else windows:
-            update_sums(self.sums, lab, person, *_bounds(part))
+            _update_sums(self.sums, lab, person, *_bounds(part))
 
     def measure_noise(
         self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
     ) -> None:
-        """
-        Update ``sigma`` and ``misplacement`` from the residuals about the person.
-
-        Before the frame is learnt.
-
-        :param lab: (h, w, 3) uint8.
-        :param person: (h, w) uint8, non-zero where a person may be.
-        :param windows: the rows and columns to look at.
-        """
+        """Update ``sigma`` and ``misplacement`` by a frame that is not learnt yet."""
         residuals, places = self._residuals(lab, person, windows)
         misplaced = _misplaced(places)
         if len(residuals):
@@ -249,8 +226,6 @@ class BackgroundModel:
 
         A camera that is knocked, or a film between whose frames something is missing, is off by
         more than in the frames before for one frame, in which all edges would be the person's.
-
-        :param lab, person, windows: see :meth:`measure_noise`.
         """
         misplaced = _misplaced(self._residuals(lab, person, windows)[1])
         if misplaced is not None and misplaced > self.misplacement + _JOLT:
@@ -260,11 +235,11 @@ class BackgroundModel:
         self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
     ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """Return by how many grey levels and pixels parts of a frame are off, none if few tell."""
-        size = sum(self.sums[_every(window, SAMPLE_STEP)].size for window in windows)
+        size = sum(self.sums[_every(window, _SAMPLE_STEP)].size for window in windows)
         residuals, places = np.empty(size, np.float32), np.empty(size, np.float32)
         found = steeps = 0
         for window in windows:
-            more, steeper = sample_residuals(
+            more, steeper = _sample_residuals(
                 self.sums,
                 lab,
                 person,
@@ -296,3 +271,128 @@ def _bounds(window: Window) -> tuple[int, int, int, int]:
     """Return the first row and the one after the last, and the same of the columns."""
     rows, columns = window
     return rows.start, rows.stop, columns.start, columns.stop
+
+
+@kernel('f4[:,:,::1], u1[:,:,::1], u1[:,::1], i8, i8, i8, i8', fastmath=True, error_model='numpy')
+def _update_sums(
+    sums: NDArray[np.float32],
+    lab: NDArray[np.uint8],
+    person: NDArray[np.uint8],
+    top: int,
+    bottom: int,
+    left: int,
+    right: int,
+) -> None:
+    """Take in the pixels of a window; by lines, so that the distances in memory are known."""
+    decay, zero, one = np.float32(_HIDDEN_DECAY), np.float32(0), np.float32(1)
+    rate, most = np.float32(_LEAST_RATE), np.float32(1 / _LEAST_RATE)
+    few = np.float32(1 / _LEAST_RATE - 1)
+    for row in range(top, bottom):
+        line = sums[row].reshape(-1)[4 * left : 4 * right]
+        pixels = lab[row].reshape(-1)[3 * left : 3 * right]
+        hidden = person[row, left:right]
+        for col in range(hidden.size):
+            count = line[4 * col + 3]
+            slow = count > few
+            after = min(count + one, most)
+            keep = (one - rate) * after / max(count, few) if slow else one
+            gain = rate * after if slow else one
+            if hidden[col] != 0:
+                keep, gain = decay, zero
+            for channel in range(3):
+                place = 4 * col + channel
+                line[place] = keep * line[place] + gain * np.float32(pixels[3 * col + channel])
+            line[4 * col + 3] = keep * count + gain
+
+
+@kernel(
+    'f4[:,:,::1], u1[:,:,::1], u1[:,::1], i8, i8, i8, i8, f8, f4[::1], f4[::1]',
+    error_model='numpy',
+)
+def _sample_residuals(
+    sums: NDArray[np.float32],
+    lab: NDArray[np.uint8],
+    person: NDArray[np.uint8],
+    top: int,
+    bottom: int,
+    left: int,
+    right: int,
+    steep: float,
+    residuals: NDArray[np.float32],
+    places: NDArray[np.float32],
+) -> tuple[int, int]:
+    """
+    Put residuals of known pixels one after the other, and those of lightness over its slope.
+
+    Without branches: what does not count is written over by what comes next.
+
+    :param steep: least slope per pixel that counts.
+    :returns: how many there are of each.
+    """
+    found = steeps = 0
+    one, least = np.float32(1), np.float32(steep * steep)
+    for row in range(top, bottom, _SAMPLE_STEP):
+        above, below = max(row - 1, top), min(row + 1, bottom - 1)
+        for col in range(left, right, _SAMPLE_STEP):
+            before, after = max(col - 1, left), min(col + 1, right - 1)
+            count = sums[row, col, 3]
+            for channel in range(3):
+                mean = sums[row, col, channel] / count
+                residuals[found + channel] = abs(np.float32(lab[row, col, channel]) - mean)
+            up, low = sums[above, col, 3], sums[below, col, 3]
+            near, far = sums[row, before, 3], sums[row, after, 3]
+            down = (sums[below, col, 0] / low - sums[above, col, 0] / up) / 2
+            across = (sums[row, after, 0] / far - sums[row, before, 0] / near) / 2
+            square = np.float32(down * down + across * across)
+            places[steeps] = residuals[found] / np.sqrt(square)
+            known = (person[row, col] == 0) & (count >= one)
+            inner = (above < row) & (row < below) & (before < col) & (col < after)
+            found += 3 * known
+            around = min(min(up, low), min(near, far)) >= one
+            steeps += known & inner & around & (square >= least)
+    return found, steeps
+
+
+@kernel('f4[:,:,::1], u1[:,:,::1], i8, i8, f8, f8, f4[:,::1]', fastmath=True, error_model='numpy')
+def _weigh(
+    sums: NDArray[np.float32],
+    lab: NDArray[np.uint8],
+    top: int,
+    left: int,
+    sigma: float,
+    shadow_floor: float,
+    out: NDArray[np.float32],
+) -> None:
+    """
+    Fill in log-odds that pixels are not the background, from a pixel of ``sums`` on.
+
+    Without branches, so that many pixels are done at once.
+    """
+    one, zero = np.float32(1), np.float32(0)
+    # Seen that often, though hidden for a time since.
+    sure = np.float32(SURE_COUNT - 0.5)
+    gain, neutral, limit = np.float32(_GAIN), np.float32(_NEUTRAL), np.float32(_LIMIT)
+    scale, floor = np.float32(1 / (2 * sigma * sigma)), np.float32(shadow_floor)
+    steepness, middle = np.float32(1 / max(1 - shadow_floor, 1e-6)), np.float32(128)
+    for row in range(out.shape[0]):
+        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + out.shape[1])]
+        pixels, result = lab[row].reshape(-1), out[row]
+        for col in range(result.size):
+            count = line[4 * col + 3]
+            share = one / max(count, sure)
+            base, light = line[4 * col] * share, np.float32(pixels[3 * col])
+            base_a, base_b = line[4 * col + 1] * share, line[4 * col + 2] * share
+            a, b = np.float32(pixels[3 * col + 1]), np.float32(pixels[3 * col + 2])
+            off_a, off_b, off = a - base_a, b - base_b, light - base
+            chroma = off_a * off_a + off_b * off_b
+            value = scale * (chroma + off * off) - neutral
+            # A shadow takes colour away in proportion to the light, or leaves it.
+            part = light / max(base, one)
+            less_a, less_b = a - middle - part * (base_a - middle), b - middle
+            less_b -= part * (base_b - middle)
+            shaded = scale * min(chroma, less_a * less_a + less_b * less_b)
+            shaded -= neutral * (one - (one - part) * steepness)
+            shaded = min(value, shaded)
+            value = shaded if (floor < part) & (part < one) else value
+            value = min(max(gain * value, -limit), limit)
+            result[col] = value if count >= sure else zero

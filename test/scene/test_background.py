@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gait_segmentation.lab import gray_lab
-from gait_segmentation.scene.background.model import BackgroundModel
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.background import BackgroundModel
+from gait_segmentation.scene.world_motion import WorldMotion
 
 
 def texture(seed: int = 0, shape: tuple[int, int] = (60, 80)) -> np.ndarray:
@@ -25,12 +25,6 @@ def test_it_learns_the_mean_where_nobody_is() -> None:
     assert model.mean[10, 10] == pytest.approx(lab[10, 10].astype(float))
     assert model.count[10, 10] == 3
     assert model.count[30, 40] == 0
-
-
-def test_a_still_camera_resamples_nothing() -> None:
-    model = BackgroundModel((60, 80))
-    model.learn(texture(), np.zeros((60, 80), np.uint8))
-    assert model.moved([WorldMotion()]) is model
 
 
 def test_it_moves_with_the_camera_and_forgets_what_left() -> None:
