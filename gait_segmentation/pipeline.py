@@ -15,14 +15,12 @@ from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import heat_map_of
-from gait_segmentation.held_frames import HeldFrames
-from gait_segmentation.images import check_image, check_map, check_stamp
+from gait_segmentation.images import check_image, check_map, same_proportions
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback, MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.segmentation import PeopleMasks, PeopleSegmenter, SegmentationConfig
-from gait_segmentation.sizes import same_proportions
-from gait_segmentation.stamps import Order, Stamps
+from gait_segmentation.stamps import HeldFrames, Order, Stamps, check_stamp
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 

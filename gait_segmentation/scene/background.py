@@ -10,10 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window
+from gait_segmentation.colour import NO_CHROMA, gray_lab
+from gait_segmentation.images import Window, median
 from gait_segmentation.kernels import kernel
-from gait_segmentation.lab import NO_CHROMA, gray_lab
-from gait_segmentation.medians import median
 from gait_segmentation.scene.world_motion import WorldMotion, warp_window
 
 __all__ = ['SURE_COUNT', 'BackgroundModel']
@@ -121,7 +120,7 @@ class BackgroundModel:
     def agreement(
         self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
     ) -> float | None:
-        """Return the share of what is sure to be there that a frame shows, None if it is little."""
+        """Return the share of what is sure to be there that a frame shows, None if few tell."""
         total = other = 0
         for window in windows:
             every = _every(window, _SAMPLE_STEP)

@@ -15,8 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, bounding_box
-from gait_segmentation.medians import median
+from gait_segmentation.images import Window, bounding_box, median
 from gait_segmentation.scene.working import Pyramid
 from gait_segmentation.scene.world_motion import WorldMotion
 

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import compose, scaling
-from gait_segmentation.medians import median
+from gait_segmentation.images import median
 from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.scene.world_motion import WorldMotion
 

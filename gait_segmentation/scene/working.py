@@ -11,10 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window
-from gait_segmentation.lab import gray_lab, is_gray
+from gait_segmentation.colour import gray_lab, is_gray
+from gait_segmentation.images import Window, shrink
 from gait_segmentation.scene.light import LEAST_RANGE, Contrast, Light
-from gait_segmentation.sizes import shrink
 
 __all__ = ['Pyramid', 'WorkingImage', 'working_scale', 'working_shape']
 
@@ -72,8 +71,7 @@ class WorkingImage:
 
     ``bgr`` is (h, w, 3) uint8, ``gray`` its brightness, (h, w) uint8, with which ``pyramid``
     begins; ``textured`` says that it has no colour and shows gradient energy in the place of a*
-    and b* (:func:`~gait_segmentation.lab.gray_lab`); ``faded`` that it has none although earlier
-    ones had.
+    and b* (:func:`.gray_lab`); ``faded`` that it has none although earlier ones had.
     """
 
     stamp_ns: int

@@ -18,14 +18,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.crew import Crew
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box, check_body
-from gait_segmentation.images import check_image, check_map
+from gait_segmentation.images import check_image, check_map, same_proportions
+from gait_segmentation.people import Crew
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.segmenter import Segmenter
-from gait_segmentation.sizes import same_proportions
 
 __all__ = ['PeopleMasks', 'PeopleSegmenter']
 

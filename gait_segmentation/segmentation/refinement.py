@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import distance_from
+from gait_segmentation.images import distance_from, shrink
 from gait_segmentation.segmentation.graph_cut import contrast_links, minimum_cut, open_graph
-from gait_segmentation.sizes import shrink
 
 __all__ = ['finest', 'keep_supported', 'refine', 'upsample']
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.heat_maps import Grades, says_something
-from gait_segmentation.images import Window, signed_distance, size_of
+from gait_segmentation.images import Window, shrink, signed_distance, size_of
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.graph_cut import (
@@ -26,7 +26,6 @@ from gait_segmentation.segmentation.learnt import Carried, LearntColours
 from gait_segmentation.segmentation.paper_prior import paper_terms
 from gait_segmentation.segmentation.refinement import finest, keep_supported, refine, upsample
 from gait_segmentation.segmentation.vocabulary import Vocabulary, default_vocabulary
-from gait_segmentation.sizes import shrink
 
 __all__ = ['Segmenter']
 

@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.colour import NO_CHROMA, NO_GRADIENT
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window, overlap, size_of, within
-from gait_segmentation.lab import NO_CHROMA, NO_GRADIENT
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.tracking.competition import Claim, compete
 from gait_segmentation.tracking.config import TrackingConfig

@@ -15,10 +15,10 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_body, check_start_box
 from gait_segmentation.heat_maps import HeatMap, HeatMaps
-from gait_segmentation.images import check_image, check_later, check_stamp
+from gait_segmentation.images import check_image, shrink
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.scene.working import working_scale, working_shape
-from gait_segmentation.sizes import shrink
+from gait_segmentation.stamps import check_later, check_stamp
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import group
 from gait_segmentation.tracking.adaptive_mean_shift import MeanShiftTarget

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.lab import gray_lab
+from gait_segmentation.colour import gray_lab
 from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.scene.world_motion import WorldMotion
 

@@ -11,8 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Bounds, bounding_box
-from gait_segmentation.medians import quantiles
+from gait_segmentation.images import Bounds, bounding_box, quantiles
 
 __all__ = ['Extent', 'axis_tilt', 'extent_of']
 

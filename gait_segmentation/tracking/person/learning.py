@@ -8,9 +8,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Bounds, Window, bounding_box, count_likely, distance_from
+from gait_segmentation.images import (
+    Bounds,
+    Window,
+    bounding_box,
+    count_likely,
+    distance_from,
+    shrink,
+)
 from gait_segmentation.results import Feedback
-from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.competition import REACH
 from gait_segmentation.tracking.person.person import Person
 

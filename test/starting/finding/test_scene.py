@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.colour import gray_lab
 from gait_segmentation.geometry import Box
-from gait_segmentation.lab import gray_lab
 from gait_segmentation.starting.finding.scene import MotionScene, SceneFrame
 
 SHAPE = (120, 160)

@@ -6,9 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.images import placed
+from gait_segmentation.images import placed, shrink
 from gait_segmentation.results import Feedback
-from gait_segmentation.sizes import shrink
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.person.learning import (
     WholeArea,

@@ -18,8 +18,8 @@ from gait_segmentation.errors import SequenceError
 from gait_segmentation.files.image_files import read_heat_map
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
-from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.results import TRACKED
+from gait_segmentation.stamps import HeldFrames
 from gait_tools.evaluation.metrics import FrameScore, jaccard, score_frame
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.truth import PERSON, read_mask

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from gait_segmentation.crew import Crew
+from gait_segmentation.people import Crew
 
 
 @pytest.mark.parametrize('threads', [1, 3])
