@@ -8,8 +8,12 @@ This needs scikit-learn; using a vocabulary does not.
 
 from __future__ import annotations
 
+import json
+import os
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import cv2
@@ -18,10 +22,16 @@ from numpy.typing import NDArray
 
 from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.errors import ConfigError
+from gait_segmentation.files.output_files import write_file
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.segmentation.paper_prior import silhouette_edges
-from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
+from gait_segmentation.segmentation.vocabulary import (
+    FORMAT,
+    FORMAT_VERSION,
+    Vocabulary,
+    VocabularyError,
+)
 from gait_tools.gait_model import FIGURES, BankSpec
 
 __all__ = [
@@ -32,6 +42,7 @@ __all__ = [
     'learn_vocabulary',
     'mask_silhouettes',
     'outline_features',
+    'write_vocabulary',
 ]
 
 _COVARIANCE_FLOOR = 1e-4
@@ -45,6 +56,8 @@ MODEL = BankSpec(azimuths=16, phases=6, builds=','.join(FIGURES), levels=256)
 """The bank whose silhouettes the shipped vocabulary is learnt from."""
 
 _POINTS_A_WORD = 10
+_DIGITS = 7
+_ROW = re.compile(r'\[\s+([-\d.e+,\s]+?)\s+\]')
 
 
 class Silhouette(NamedTuple):
@@ -235,3 +248,37 @@ def _estimators() -> tuple[Any, Any]:
             'learning a vocabulary needs scikit-learn: pip install scikit-learn'
         ) from error
     return KMeans, GaussianMixture
+
+
+def write_vocabulary(vocabulary: Vocabulary, path: str | os.PathLike[str]) -> None:
+    """
+    Write a vocabulary to a JSON file, numbers rounded to seven decimals, one row a line.
+
+    :raises VocabularyError: if the file cannot be written.
+    """
+    words = zip(vocabulary.weights, vocabulary.means, vocabulary.covariances, strict=True)
+    entries = {
+        'format': FORMAT,
+        'version': FORMAT_VERSION,
+        'provenance': vocabulary.provenance,
+        'fill': vocabulary.fill,
+        'aspect': vocabulary.aspect,
+        'orientation_scale': vocabulary.orientation_scale,
+        'words': [
+            {
+                'weight': round(float(weight), _DIGITS),
+                'mean': np.round(mean, _DIGITS).tolist(),
+                'covariance': np.round(covariance, _DIGITS).tolist(),
+            }
+            for weight, mean, covariance in words
+        ],
+    }
+    text = json.dumps(entries, indent=2)
+    text = _ROW.sub(lambda row: f'[{" ".join(row[1].split())}]', text) + '\n'
+    try:
+        write_file(Path(path), text.encode())
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise VocabularyError(
+            f'cannot write the vocabulary {os.fspath(path)}: {reason}'
+        ) from error
