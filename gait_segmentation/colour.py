@@ -25,19 +25,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 
-__all__ = [
-    'BANDS',
-    'BINS',
-    'BIN_VOLUME',
-    'NO_CHROMA',
-    'NO_GRADIENT',
-    'ColourModel',
-    'body_rows',
-    'colour_bins',
-    'gray_lab',
-    'is_gray',
-]
-
 BINS = 24
 """Bins along each axis of Lab."""
 

@@ -13,27 +13,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 
-__all__ = [
-    'Bounds',
-    'Window',
-    'bounding_box',
-    'check_image',
-    'check_map',
-    'count_likely',
-    'distance_from',
-    'median',
-    'overlap',
-    'placed',
-    'quantiles',
-    'same_proportions',
-    'shift_whole',
-    'shifted_part',
-    'shrink',
-    'signed_distance',
-    'size_of',
-    'within',
-]
-
 Window = tuple[slice, slice]
 """Rows and columns of a part of an image."""
 

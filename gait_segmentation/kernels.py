@@ -27,8 +27,6 @@ from numba.core.sigutils import normalize_signature
 
 from gait_segmentation.files.output_files import named
 
-__all__ = ['compile_kernels', 'compiling', 'kernel']
-
 _PACKAGE = __name__.partition('.')[0]
 _LOGGER = logging.getLogger(_PACKAGE)
 _PATIENCE_S = 5.0

@@ -11,8 +11,6 @@ from typing import TypeVar
 
 from gait_segmentation.config import StageConfig, parameter
 
-__all__ = ['MOST_PEOPLE', 'Crew', 'PeopleConfig', 'slot_name']
-
 MOST_PEOPLE = 16
 """Slots there can be."""
 

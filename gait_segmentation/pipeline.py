@@ -24,8 +24,6 @@ from gait_segmentation.stamps import HeldFrames, Order, Stamps, check_stamp
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 
-__all__ = ['FrameResult', 'PersonResult', 'Pipeline', 'PipelineConfig']
-
 
 @dataclass(frozen=True)
 class PipelineConfig:

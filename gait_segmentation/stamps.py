@@ -17,8 +17,6 @@ import numpy as np
 
 from gait_segmentation.errors import InputError
 
-__all__ = ['HeldFrames', 'Order', 'Stamps', 'check_later', 'check_stamp']
-
 _ANEW_S = 1.0
 """A step back that is longer is no late frame: time has been set back, or a bag begins again."""
 

@@ -15,8 +15,6 @@ from gait_segmentation.images import Window, median
 from gait_segmentation.kernels import kernel
 from gait_segmentation.scene.world_motion import WorldMotion, warp_window
 
-__all__ = ['SURE_COUNT', 'BackgroundModel']
-
 _LEAST_RATE, _HIDDEN_DECAY = 0.04, 0.995
 _SAMPLE_STEP = 3
 SURE_COUNT = 2.0

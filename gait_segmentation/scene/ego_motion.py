@@ -19,8 +19,6 @@ from gait_segmentation.images import Window, bounding_box, median
 from gait_segmentation.scene.working import Pyramid
 from gait_segmentation.scene.world_motion import WorldMotion
 
-__all__ = ['MotionEstimator', 'camera_motion', 'followed']
-
 _MOST_OF_WORLD, _ON_BODY = 64, 32
 """Corners that are sought of the world, and about how many points of a body are followed."""
 

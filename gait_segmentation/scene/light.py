@@ -26,8 +26,6 @@ from gait_segmentation.images import median
 from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.scene.world_motion import WorldMotion
 
-__all__ = ['LEAST_RANGE', 'Contrast', 'Light']
-
 LEAST_RANGE = 8
 """Grey levels between the darkest and the brightest cell below which nothing can be seen."""
 

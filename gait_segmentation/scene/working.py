@@ -15,8 +15,6 @@ from gait_segmentation.colour import gray_lab, is_gray
 from gait_segmentation.images import Window, shrink
 from gait_segmentation.scene.light import LEAST_RANGE, Contrast, Light
 
-__all__ = ['Pyramid', 'WorkingImage', 'working_scale', 'working_shape']
-
 _CELLS = 3
 """Halvings that make a cell a pixel."""
 

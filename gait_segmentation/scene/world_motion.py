@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import carry, compose, invert, pixel_affine, scaling
 from gait_segmentation.images import Window
 
-__all__ = ['WorldMotion', 'warp_window']
-
 _STILL = scaling(1.0)
 
 _Pixel = TypeVar('_Pixel', np.uint8, np.float32)

@@ -25,18 +25,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 
-__all__ = [
-    'CAPACITY',
-    'STEPS',
-    'OpenGraph',
-    'contrast_links',
-    'decided',
-    'distance_links',
-    'mean_contrast',
-    'minimum_cut',
-    'open_graph',
-]
-
 ARCS = 8
 """Arcs of a node; arc ``a`` of one end is arc ``a ^ 4`` of the other."""
 
@@ -82,16 +70,13 @@ def open_graph(given: NDArray[np.int8]) -> OpenGraph:
     """
     pixels = np.empty(given.size - cv2.countNonZero(given), np.int32)
     beside = np.full((len(pixels) + 1, ARCS), len(pixels), np.int32)
-    _find_open(given, STEPS, pixels, beside)
+    _find_open(given, pixels, beside)
     return OpenGraph(given, pixels, beside, np.zeros(beside.shape, np.int32))
 
 
-@kernel('i1[:,::1], i8[:,::1], i4[::1], i4[:,::1]')
+@kernel('i1[:,::1], i4[::1], i4[:,::1]')
 def _find_open(
-    given: NDArray[np.int8],
-    steps: NDArray[np.int64],
-    pixels: NDArray[np.int32],
-    beside: NDArray[np.int32],
+    given: NDArray[np.int8], pixels: NDArray[np.int32], beside: NDArray[np.int32]
 ) -> None:
     """Fill in places and neighbours of the open pixels, see :class:`OpenGraph`."""
     count = np.int32(len(pixels))
@@ -110,7 +95,7 @@ def _find_open(
     for node in range(count):
         row, col = divmod(pixels[node], given.shape[1])
         for arc in range(ARCS):
-            beside[node, arc] = place[row + 1 + steps[arc, 0], col + 1 + steps[arc, 1]]
+            beside[node, arc] = place[row + 1 + STEPS[arc, 0], col + 1 + STEPS[arc, 1]]
 
 
 def decided(logit: NDArray[np.float32]) -> NDArray[np.int8]:
@@ -129,12 +114,11 @@ def decided(logit: NDArray[np.float32]) -> NDArray[np.int8]:
     return sure.view(np.int8) - never.view(np.int8)
 
 
-@kernel('u1[:,:,::1], i4[::1], i4[:,::1], i8[:,::1], i4[:,::1]')
+@kernel('u1[:,:,::1], i4[::1], i4[:,::1], i4[:,::1]')
 def _squares(
     image: NDArray[np.uint8],
     pixels: NDArray[np.int32],
     beside: NDArray[np.int32],
-    steps: NDArray[np.int64],
     links: NDArray[np.int32],
 ) -> float:
     """Put squared contrasts into one of the two directions of each link; return their mean."""
@@ -149,7 +133,7 @@ def _squares(
             other = beside[node, arc]
             if other == count or (arc >= 4 and other < count):
                 continue
-            there = here + steps[arc, 0] * width + steps[arc, 1]
+            there = here + STEPS[arc, 0] * width + STEPS[arc, 1]
             square = 0
             for channel in range(3):
                 d = np.int32(flat[here, channel]) - np.int32(flat[there, channel])
@@ -160,18 +144,14 @@ def _squares(
     return total / max(pairs, 1)
 
 
-@kernel('i4[:,::1], f8, f8, f4[::1], i4[:,::1]')
+@kernel('i4[:,::1], f8, f8, i4[:,::1]')
 def _weigh(
-    beside: NDArray[np.int32],
-    mean: float,
-    weight: float,
-    table: NDArray[np.float32],
-    links: NDArray[np.int32],
+    beside: NDArray[np.int32], mean: float, weight: float, links: NDArray[np.int32]
 ) -> None:
     """Turn squared contrasts into capacities, in both directions."""
     count = len(beside) - 1
     beta = 1 / (2 * mean) if mean > 0 else 0.0
-    to_table = beta * (table.size - 1) / _TABLE_END
+    to_table = beta * (_EXP.size - 1) / _TABLE_END
     straight = weight * CAPACITY
     across = weight * CAPACITY / np.sqrt(2.0)
     for node in range(count):
@@ -179,8 +159,8 @@ def _weigh(
             other = beside[node, arc]
             if other == count or (arc >= 4 and other < count):
                 continue
-            entry = min(int(links[node, arc] * to_table), table.size - 1)
-            capacity = int((straight if arc & 2 == 0 else across) * table[entry])
+            entry = min(int(links[node, arc] * to_table), _EXP.size - 1)
+            capacity = int((straight if arc & 2 == 0 else across) * _EXP[entry])
             links[node, arc] = capacity
             if other < count:
                 links[other, arc ^ 4] = capacity
@@ -194,7 +174,7 @@ def mean_contrast(graph: OpenGraph, image: NDArray[np.uint8]) -> float:
     """
     links = np.empty_like(graph.links)
     image = np.ascontiguousarray(image)
-    return float(_squares(image, graph.pixels, graph.beside, STEPS, links))
+    return float(_squares(image, graph.pixels, graph.beside, links))
 
 
 def contrast_links(
@@ -208,16 +188,15 @@ def contrast_links(
     :param mean: mean squared contrast, for beta; that of the graph itself if None.
     """
     image = np.ascontiguousarray(image)
-    found = _squares(image, graph.pixels, graph.beside, STEPS, graph.links)
-    _weigh(graph.beside, found if mean is None else mean, weight, _EXP, graph.links)
+    found = _squares(image, graph.pixels, graph.beside, graph.links)
+    _weigh(graph.beside, found if mean is None else mean, weight, graph.links)
 
 
-@kernel('f4[:,::1], i4[::1], i4[:,::1], i8[:,::1], f8, i4[:,::1]')
+@kernel('f4[:,::1], i4[::1], i4[:,::1], f8, i4[:,::1]')
 def _distance(
     psi: NDArray[np.float32],
     pixels: NDArray[np.int32],
     beside: NDArray[np.int32],
-    steps: NDArray[np.int64],
     weight: float,
     links: NDArray[np.int32],
 ) -> None:
@@ -231,7 +210,7 @@ def _distance(
         for arc in range(8):
             if beside[node, arc] == count:
                 continue
-            there = here + steps[arc, 0] * width + steps[arc, 1]
+            there = here + STEPS[arc, 0] * width + STEPS[arc, 1]
             gain = straight if arc & 2 == 0 else across
             links[node, arc] += int(gain * (flat[here] + flat[there]))
 
@@ -244,7 +223,7 @@ def distance_links(graph: OpenGraph, psi: NDArray[np.float32], weight: float) ->
     :param weight: its weight in the energy.
     """
     psi = np.ascontiguousarray(psi)
-    _distance(psi, graph.pixels, graph.beside, STEPS, weight, graph.links)
+    _distance(psi, graph.pixels, graph.beside, weight, graph.links)
 
 
 def minimum_cut(graph: OpenGraph, logit: NDArray[np.float32]) -> NDArray[np.bool_]:

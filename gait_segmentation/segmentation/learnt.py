@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import BANDS, ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
 
-__all__ = ['Carried', 'LearntColours']
-
 _BAND_SHARE = 0.6
 """Weight of a band and its neighbours beside the whole body."""
 

@@ -26,16 +26,6 @@ from gait_segmentation.kernels import kernel
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.vocabulary import Vocabulary
 
-__all__ = [
-    'EdgePoints',
-    'Gradient',
-    'confirmed',
-    'image_gradient',
-    'oriented_distance',
-    'paper_terms',
-    'silhouette_edges',
-]
-
 _SOBEL_GAIN = 8.0
 """Response of a 3 x 3 Sobel filter to a ramp of one level a pixel."""
 

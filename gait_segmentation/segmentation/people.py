@@ -26,8 +26,6 @@ from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.segmenter import Segmenter
 
-__all__ = ['PeopleMasks', 'PeopleSegmenter']
-
 
 @dataclass(frozen=True)
 class PeopleMasks:

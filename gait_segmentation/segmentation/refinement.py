@@ -19,8 +19,6 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import distance_from, shrink
 from gait_segmentation.segmentation.graph_cut import contrast_links, minimum_cut, open_graph
 
-__all__ = ['finest', 'keep_supported', 'refine', 'upsample']
-
 _LEAST_OVERLAP = 0.04
 """Summed support of a part, as a share of the best one's, from which it may stay."""
 

@@ -27,8 +27,6 @@ from gait_segmentation.segmentation.paper_prior import paper_terms
 from gait_segmentation.segmentation.refinement import finest, keep_supported, refine, upsample
 from gait_segmentation.segmentation.vocabulary import Vocabulary, default_vocabulary
 
-__all__ = ['Segmenter']
-
 _MOST_PIXELS = 2**18
 """Pixels about a body in which it is cut out: three times what the tracker's working height asks
 for.  A cut takes 0.6 kB for each."""

@@ -25,8 +25,6 @@ from gait_segmentation.files.reading import regular
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.kernels import kernel
 
-__all__ = ['Vocabulary', 'VocabularyError', 'default_vocabulary']
-
 FORMAT = 'gait_segmentation vocabulary'
 FORMAT_VERSION = 1
 _DEFAULT_FILE = Path(__file__).with_name('vocabulary.json')
