@@ -51,18 +51,14 @@ NO_GRADIENT = 110.0
 
 
 @kernel('u1[:,:,::1]')
-def _is_gray(bgr: NDArray[np.uint8]) -> bool:
+def is_gray(bgr: NDArray[np.uint8]) -> bool:
+    """Tell whether the channels of a contiguous (h, w, 3) uint8 image are equal in every pixel."""
     for row in range(bgr.shape[0]):
         for col in range(bgr.shape[1]):
             blue, green, red = bgr[row, col, 0], bgr[row, col, 1], bgr[row, col, 2]
             if blue != green or green != red:
                 return False
     return True
-
-
-def is_gray(bgr: NDArray[np.uint8]) -> bool:
-    """Tell whether the channels of a (h, w, 3) uint8 image are equal in every pixel."""
-    return bool(_is_gray(bgr))
 
 
 def gray_lab(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:

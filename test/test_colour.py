@@ -51,15 +51,6 @@ def test_each_band_knows_its_own_colour_best() -> None:
     assert colours.table.sum(axis=0) == pytest.approx(np.full(BANDS, 1 + 1e-4 * BINS**3), rel=1e-3)
 
 
-def test_learning_moves_by_the_rate() -> None:
-    colours = model()
-    rows = np.full((1, 10), 0.5, np.float32)
-    ones = np.ones((1, 10), np.float32)
-    colours.learn(np.zeros((1, 10), np.uint16), rows, ones, 0.25)
-    colours.learn(np.ones((1, 10), np.uint16), rows, ones, 0.25)
-    assert colours.whole()[:2] == pytest.approx([0.75, 0.25])
-
-
 @pytest.mark.parametrize('angle', [0.0, 0.4, -1.2])
 def test_rows_count_down_the_axis_of_the_body_wherever_the_window_begins(angle: float) -> None:
     found = body_rows((5, 7), (30, 12), (33.0, 16.0), 20.0, angle)

@@ -196,32 +196,25 @@ class Contrast:
         """
         Return the curve that spreads the levels of a picture, (256,) uint8, None if it needs none.
 
+        What lies outside of the levels that count is squeezed, but stays apart: later pictures of
+        the stream may use it.
+
         :param image: (h, w, 3) uint8; only the first one is looked at.
         """
-        if not self._known:
-            self._curve, self._known = _contrast_curve(image), True
+        if self._known:
+            return self._curve
+        self._known = True
+        share = np.cumsum(np.bincount(image.reshape(-1), minlength=256)) / image.size
+        low, high = (int(level) for level in np.searchsorted(share, (_LEFT_OUT, 1 - _LEFT_OUT)))
+        span = high - low
+        wanted = min(_FULL, _MOST * span)
+        if span < wanted:
+            # The rest is shared out as it was, so that black stays black and white stays white.
+            bottom = (255 - wanted) * low / (255 - span)
+            ends = (0, bottom, bottom + wanted, 255)
+            levels = np.interp(np.arange(256), (0, low, high, 255), ends)
+            self._curve = np.round(levels).astype(np.uint8)
         return self._curve
-
-
-def _contrast_curve(image: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
-    """
-    Return the curve that spreads the levels of a picture, (256,) uint8, None if it needs none.
-
-    What lies outside of the levels that count is squeezed, but stays apart: later pictures of the
-    stream may use it.
-
-    :param image: uint8 of any shape, at least one pixel.
-    """
-    share = np.cumsum(np.bincount(image.reshape(-1), minlength=256)) / image.size
-    low, high = (int(level) for level in np.searchsorted(share, (_LEFT_OUT, 1 - _LEFT_OUT)))
-    span = high - low
-    wanted = min(_FULL, _MOST * span)
-    if span >= wanted:
-        return None
-    # The rest is shared out as it was, so that black stays black and white stays white.
-    bottom = (255 - wanted) * low / (255 - span)
-    levels = np.interp(np.arange(256), (0, low, high, 255), (0, bottom, bottom + wanted, 255))
-    return np.round(levels).astype(np.uint8)
 
 
 def _visible(levels: _Floats) -> NDArray[np.bool_]:

@@ -102,12 +102,17 @@ class PeopleSegmenter:
                 check_body(match.body, (image.shape[1], image.shape[0]))
         tasks = [
             partial(self._cut_out, group, image, likelihoods, matches, outside=outside)
-            for group in _groups(_by_depth(matches), matches)
+            for group in _groups(matches)
         ]
-        found: dict[int, SegmentationResult] = {}
-        for part in self._crew.run(tasks):
-            found |= part
-        return _put_together([found[slot] for slot in range(len(self._slots))])
+        found = {slot: each for part in self._crew.run(tasks) for slot, each in part.items()}
+        people = tuple(found[slot] for slot in range(len(self._slots)))
+        if len(people) == 1:
+            mask = people[0].mask
+            return PeopleMasks(people, mask, mask & np.uint8(1))
+        labels = np.zeros(image.shape[:2], np.uint8)
+        for slot, each in enumerate(people):
+            labels[each.mask > 0] = slot + 1
+        return PeopleMasks(people, np.where(labels > 0, np.uint8(255), np.uint8(0)), labels)
 
     def _cut_out(
         self,
@@ -157,14 +162,16 @@ def _check_sizes(
         )
 
 
-def _by_depth(matches: Sequence[MatchResult]) -> list[int]:
-    """Return the slots from the nearest person to the farthest, empty ones last."""
-    feet = [-math.inf if each.body is None else _feet(each.body) for each in matches]
-    return sorted(range(len(matches)), key=lambda slot: (-feet[slot], slot))
+def _groups(matches: Sequence[MatchResult]) -> list[list[int]]:
+    """Return the slots in groups that do not touch each other, in each the nearest first."""
 
+    def feet(slot: int) -> float:
+        body = matches[slot].body
+        if body is None:
+            return -math.inf
+        return body.center_y + 0.5 * body.height * math.cos(body.angle)
 
-def _groups(order: Sequence[int], matches: Sequence[MatchResult]) -> list[list[int]]:
-    """Return the slots in groups that do not touch each other, each in the order given."""
+    order = sorted(range(len(matches)), key=feet, reverse=True)
     groups: list[list[int]] = []
     for slot in order:
         touching = [group for group in groups if any(_touch(matches, slot, k) for k in group)]
@@ -176,27 +183,9 @@ def _groups(order: Sequence[int], matches: Sequence[MatchResult]) -> list[list[i
 
 def _touch(matches: Sequence[MatchResult], one: int, two: int) -> bool:
     first, second = matches[one].body, matches[two].body
-    if first is None or second is None:
-        return False
-    return _reach(first).iou(_reach(second)) > 0
-
-
-def _feet(body: BodyFrame) -> float:
-    return body.center_y + 0.5 * body.height * math.cos(body.angle)
+    return first is not None and second is not None and _reach(first).iou(_reach(second)) > 0
 
 
 def _reach(body: BodyFrame) -> Box:
     """Return the box that a person's mask may fill."""
     return Box.from_center(body.center_x, body.center_y, 1.4 * body.height, 1.4 * body.height)
-
-
-def _put_together(found: Sequence[SegmentationResult]) -> PeopleMasks:
-    """Make labels and the union of masks that do not overlap."""
-    if len(found) == 1:
-        mask = found[0].mask
-        return PeopleMasks((found[0],), mask, mask & np.uint8(1))
-    labels = np.zeros(found[0].mask.shape, np.uint8)
-    for slot, each in enumerate(found):
-        labels[each.mask > 0] = slot + 1
-    mask = np.where(labels > 0, 255, 0).astype(np.uint8)
-    return PeopleMasks(tuple(found), mask, labels)

@@ -80,16 +80,6 @@ def test_without_a_penalty_it_is_the_distance_of_freedman_and_zhang() -> None:
     np.testing.assert_allclose(found, np.minimum(plain_distance(points), 12), atol=1e-4)
 
 
-def test_a_penalty_only_adds_and_only_at_image_edges() -> None:
-    points, gradient = silhouette_edges(template(), HEIGHT), image_gradient(clutter())
-    plain = np.minimum(plain_distance(points), 12)
-    found = oriented_distance(default_vocabulary(), points, gradient, BODY, 3.0, 12.0)
-    assert (found >= plain - 1e-4).all()
-    assert (found <= plain + 3 + 1e-4).all()
-    np.testing.assert_allclose(found[~gradient.visible], plain[~gradient.visible], atol=1e-4)
-    assert found.max() <= 12
-
-
 def test_an_edge_of_the_right_orientation_is_nearer_than_one_of_the_wrong() -> None:
     points = silhouette_edges(template(), HEIGHT)
     visible = np.ones(SHAPE, bool)
@@ -124,13 +114,6 @@ def test_psi_is_saturated_and_far_pixels_are_background() -> None:
     np.testing.assert_array_equal(logit < 0, outside & (away > 10))
     # Inside nothing is forced, however far from the outline.
     assert (logit[~outside] == 0).all()
-
-
-def test_the_threshold_does_not_look_at_the_orientation() -> None:
-    prior = template()
-    edges, flat = (terms(prior, grey) for grey in (clutter(), np.full(SHAPE, 90, np.uint8)))
-    np.testing.assert_array_equal(edges[0] < 0, flat[0] < 0)
-    assert (edges[1] != flat[1]).any()
 
 
 def test_inside_psi_rises_as_fast_as_limbs_are_thin() -> None:

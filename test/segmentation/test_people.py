@@ -51,12 +51,6 @@ def test_the_order_of_slots_and_the_threads_change_nothing() -> None:
         np.testing.assert_array_equal(one.mask, two.mask)
 
 
-def test_empty_slots_have_empty_masks() -> None:
-    found = cut(None, Figure(100))
-    assert not found.people[0].mask.any()
-    assert set(np.unique(found.labels)) == {0, 2}
-
-
 def test_somebody_lost_has_a_reason() -> None:
     segmenter = PeopleSegmenter(max_people=2)
     black = np.zeros((180, 320), np.uint8)

@@ -25,11 +25,6 @@ def test_what_is_apart_from_the_body_goes() -> None:
     assert keep_supported(labels, np.ones(labels.shape, np.float32), body, 47.0)[49, 14]
 
 
-def test_nothing_stays_nothing() -> None:
-    labels = np.zeros((5, 5), np.bool_)
-    assert not keep_supported(labels, np.ones((5, 5), np.float32)).any()
-
-
 def parts_of(labels: np.ndarray) -> list[np.ndarray]:
     """Return each component of a mask, found by growing it step by step."""
     rest, found = labels.copy(), []

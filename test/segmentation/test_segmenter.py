@@ -15,7 +15,6 @@ from gait_segmentation.segmentation import SegmentationConfig
 from gait_segmentation.segmentation.segmenter import (
     Segmenter,
     no_finer,
-    source_window,
     window_about,
 )
 from gait_segmentation.segmentation.vocabulary import VocabularyError
@@ -100,14 +99,6 @@ def test_a_vocabulary_that_cannot_be_used_is_an_error_with_any_prior() -> None:
         Segmenter(SegmentationConfig(vocabulary='none.json'))
 
 
-def test_refinement_follows_the_full_resolution_better() -> None:
-    plain = SegmentationConfig(use_refinement=False)
-    large, body = picture(3), BODY.scaled(3)
-    coarse = Segmenter(plain).update(large, noisy(), match(body=body)).mask
-    fine = Segmenter().update(large, noisy(), match(body=body)).mask
-    assert iou(fine, person(3)) > iou(coarse, person(3))
-
-
 @pytest.mark.parametrize('use_refinement', [True, False])
 def test_outlines_are_true_at_many_times_the_working_size(use_refinement: bool) -> None:
     """Finer than the outline is cut it is interpolated; steps of the first cut would show."""
@@ -148,13 +139,6 @@ def test_nobody_and_outside_are_empty_with_the_reason() -> None:
     result = segmenter.update(picture(), noisy(), away)
     assert not result.mask.any()
     assert result.reason == 'the person is outside of the image'
-
-
-@pytest.mark.parametrize('height', [20, 2000])
-def test_tiny_and_huge_people_give_a_mask_or_a_reason(height: int) -> None:
-    result = Segmenter().update(picture(), noisy(), match(body=BodyFrame(60, 80, height)))
-    assert result.mask.shape == SHAPE
-    assert result.mask.any() == (result.reason == '')
 
 
 @pytest.mark.parametrize(
@@ -300,11 +284,6 @@ def test_the_window_holds_what_was_found_before_if_it_is_near() -> None:
     assert window_about(body, Box(0, 0, 3, 3), (100, 100)) == (rows, columns)
     outside = window_about(BodyFrame(500.0, 50.0, 40.0, 0.0), None, (100, 100))
     assert outside[1].start >= outside[1].stop
-
-
-def test_a_working_window_covers_its_part_of_the_source() -> None:
-    window = (slice(5, 20), slice(0, 33))
-    assert source_window(window, 0.5, (60, 65)) == (slice(10, 40), slice(0, 65))
 
 
 def test_a_body_is_cut_out_no_finer_than_it_need_be() -> None:
