@@ -154,8 +154,8 @@ def placed(part: NDArray[np.uint8], window: Window, shape: tuple[int, int]) -> N
 
 def _overlap(step: int, wanted: slice, size: int) -> tuple[slice, slice]:
     """Return where a part of a shifted range of a size is known, and which part of it that is."""
-    low = max(wanted.start, min(max(step, 0), size))
-    high = max(low, min(wanted.stop, max(size + step, 0)))
+    low = max(wanted.start, step)
+    high = max(low, min(wanted.stop, size + step))
     return slice(low, high), slice(low - step, high - step)
 
 

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -67,7 +67,5 @@ class Crew:
         if self._pool is None:
             self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix='crew')
         futures = [self._pool.submit(task) for task in tasks]
-        errors = [error for future in futures if (error := future.exception()) is not None]
-        if errors:
-            raise errors[0]
+        wait(futures)
         return [future.result() for future in futures]

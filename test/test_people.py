@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 
 import pytest
 
@@ -23,12 +24,18 @@ def test_tasks_run_at_the_same_time() -> None:
 
 
 def test_the_first_error_is_raised_when_all_tasks_are_done() -> None:
-    done = []
+    done, failed = [], threading.Event()
+
+    def slow() -> None:
+        failed.wait(60)
+        time.sleep(0.1)
+        done.append(1)
 
     def fail(word: str) -> None:
+        failed.set()
         raise ValueError(word)
 
-    tasks = [lambda: fail('first'), lambda: fail('second'), lambda: done.append(1)]
+    tasks = [lambda: fail('first'), lambda: fail('second'), slow]
     with pytest.raises(ValueError, match='first'):
         Crew(2).run(tasks)
     assert done == [1]

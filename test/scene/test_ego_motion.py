@@ -223,6 +223,14 @@ def test_points_that_stand_still_are_few_or_do_not_agree_have_no_motion(
     assert camera_motion(points(7), carried(points(7))) is None
 
 
+@pytest.mark.parametrize(('zoom', 'turn'), [(1.3, 0.0), (0.7, 0.0), (1.0, 0.3)])
+def test_no_camera_zooms_or_turns_as_much_from_frame_to_frame(zoom: float, turn: float) -> None:
+    sure = points() - np.float32([160, 120])
+    cos, sin = zoom * np.cos(turn), zoom * np.sin(turn)
+    moved_on = sure @ np.array([[cos, sin], [-sin, cos]], np.float32)
+    assert camera_motion(sure, moved_on) is None
+
+
 def test_points_that_do_not_come_back_are_left_out() -> None:
     small = np.random.default_rng(0).integers(0, 255, (14, 22)).astype(np.uint8)
     image = cv2.resize(small, (110, 70), interpolation=cv2.INTER_CUBIC)
@@ -237,3 +245,14 @@ def test_points_that_do_not_come_back_are_left_out() -> None:
     before, after = followed(*pair, kept, levels, step, astray=1.0)
     np.testing.assert_array_equal(before, kept)
     np.testing.assert_allclose(after - before, np.broadcast_to(step, kept.shape), atol=0.1)
+
+
+def test_faint_noise_is_no_corner_of_the_world() -> None:
+    estimator = MotionEstimator()
+    rng = np.random.default_rng(0)
+    slope = np.broadcast_to(np.linspace(60, 160, 240)[:, None], (240, 320))
+    noise = rng.normal(0, 2, (240, 320))
+    for shift in (0, 3):
+        frame = np.clip(slope + np.roll(noise, shift, 1), 0, 255).astype(np.uint8)
+        camera = estimator.update(Pyramid(frame), None).camera
+    assert camera is None

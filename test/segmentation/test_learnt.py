@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from gait_segmentation.colour import colour_bins
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.segmentation.learnt import Carried, LearntColours
 
@@ -112,3 +113,17 @@ def test_old_colours_are_forgotten() -> None:
     for _ in range(200):
         colours.learn(lab, BODY, 255 - likelihood)
     assert ((colours.odds(lab, BODY) < 0) == person).all()
+
+
+def test_after_two_frames_each_counts_about_half() -> None:
+    lab, person = coloured()
+    colours, coat, other = LearntColours(), lab.copy(), (20, 128, 128)
+    coat[person] = other
+    likelihood = np.where(person, 255, 0).astype(np.uint8)
+    for seen in (lab, coat):
+        colours.learn(seen, BODY, likelihood, person)
+    for colour in (PERSON, other):
+        plain = np.full_like(lab, colour)
+        assert colours.odds(plain, BODY)[30, 30] > 3
+    shares = [float(colours._models[1].whole()[colour_bins(each)[30, 30]]) for each in (lab, coat)]
+    assert shares == pytest.approx([0.47, 0.53], abs=0.01)

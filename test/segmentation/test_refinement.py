@@ -15,10 +15,12 @@ def test_what_is_apart_from_the_body_goes() -> None:
     labels[5:45, 10:25] = True
     labels[48:51, 12:17] = True  # a shoe
     labels[5:55, 40:70] = True  # a car
+    labels[5:35, 26:32] = True  # a bag, of which a third is apart
     body = np.zeros(labels.shape, np.bool_)
     body[5:52, 10:25] = True
     kept = keep_supported(labels, np.ones(labels.shape, np.float32), body, 47.0)
     assert not kept[:, 40:].any()
+    assert kept[20, 28]
     assert kept[20, 14]
     assert not kept[49, 14]
     labels[48:54, 10:20] = True
@@ -117,3 +119,14 @@ def test_only_the_band_about_the_outline_changes() -> None:
     found = refine(np.zeros((40, 60, 3), np.uint8), labels, logit, 0.0)
     assert found[15:25, 21:35].all()
     assert not found[:5].any()
+
+
+def test_corners_are_as_round_at_any_resolution() -> None:
+    """A working pixel's evidence is shared by the pixels that it becomes."""
+    labels = np.zeros((20, 30), np.bool_)
+    labels[5:15, 8:20] = True
+    logit = np.where(labels, 1.0, -1.0).astype(np.float32)
+    for factor in (2, 3, 4, 5):
+        flat = np.zeros((20 * factor, 30 * factor, 3), np.uint8)
+        area = refine(flat, labels, logit, 2.0).sum() / factor**2
+        assert 100 < area < 106

@@ -297,3 +297,18 @@ def test_a_body_is_cut_out_no_finer_than_it_need_be() -> None:
     assert likelihood.size <= 1.1 * 2**18
     assert likelihood.shape[0] == pytest.approx(10 * likelihood.shape[1], rel=0.01)
     assert (prior == 255).all()
+
+
+def test_what_is_taken_draws_nothing_to_it() -> None:
+    image = np.full((*SHAPE, 3), 77, np.uint8)
+    likelihood, taken = np.full(SHAPE, 5, np.uint8), np.zeros(SHAPE, np.uint8)
+    likelihood[40:120, 20:57] = likelihood[40:120, 60:100] = 250
+    likelihood[40:120, 57:60] = 100
+    taken[:, 60:] = 255
+    segmenter = Segmenter(SegmentationConfig(prior='none'))
+    alone, beside = (
+        segmenter.update(image, likelihood, match(), each).mask for each in (None, taken)
+    )
+    assert alone[80, 58]
+    assert not beside[80, 58:].any()
+    assert beside[80, 35]
