@@ -27,10 +27,7 @@ from numpy.typing import NDArray
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.starting.first_scene import FirstScene, first_scene
-from gait_segmentation.starting.hypothesis import Hypothesis
-from gait_segmentation.starting.templates import fit_views
-
-__all__ = ['Start', 'estimate_start', 'in_view']
+from gait_segmentation.starting.hypotheses import Hypothesis, fit_views
 
 _FIRST_SHARE, _LATER_SHARE, _FIRST_ROUNDS = 0.3, 0.7, 2
 _LIKELIHOOD_PRIOR, _CUT_PRIOR = 0.5, 0.45

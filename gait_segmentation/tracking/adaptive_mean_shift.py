@@ -22,13 +22,10 @@ from gait_segmentation.starting.estimate import in_view
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector, View
-from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.records import Record, Shift
 from gait_segmentation.tracking.target import Target
-from gait_segmentation.tracking.visibility import Sight
+from gait_segmentation.tracking.visibility import Sight, mean_shift
 from gait_segmentation.tracking.world import World
-
-__all__ = ['MeanShiftTarget', 'start_in']
 
 _LEAST_MASS = 1e-3
 """Mass by which nothing can be compared."""

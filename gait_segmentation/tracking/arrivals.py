@@ -5,9 +5,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,17 +17,16 @@ from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.results import LOST
-from gait_segmentation.starting import Start, StartingConfig, estimate_start
+from gait_segmentation.starting import Start, StartingConfig, WalkerFinder, estimate_start
+from gait_segmentation.starting.finding.finder import belongs
+from gait_segmentation.starting.finding.shapes import BodyShapes, normalised
 from gait_segmentation.tracking.adaptive_mean_shift import start_in
+from gait_segmentation.tracking.appearance import SAME_COLOURS
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
-from gait_segmentation.tracking.map_finder import MapFinder
-from gait_segmentation.tracking.person.appearance import SAME_COLOURS
-from gait_segmentation.tracking.person.person import WIDEST
+from gait_segmentation.tracking.person import WIDEST
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
-
-__all__ = ['Arrival', 'Arrivals', 'Found', 'slot_for_found']
 
 _ABOUT = 0.3
 """How far about somebody found the place is remembered, in body heights."""
@@ -62,9 +63,6 @@ class Arrivals:
 
     @config.setter
     def config(self, config: StartingConfig) -> None:
-        # Here, because the finder uses parts of this package.
-        from gait_segmentation.starting import WalkerFinder
-
         self._config = config
         self._finder = WalkerFinder(self._bank, config, self._people)
         self._map_finder = MapFinder(self._bank)
@@ -204,3 +202,103 @@ def slot_for_found(
     if lost:
         return max(lost, key=lambda slot: lost[slot].lost_s), None
     return None
+
+
+_LEVELS = 32, 127
+"""
+Values of a map from which regions are made: at an eighth what a network is unsure of is part of a
+body; at one half people who touch may be apart.
+"""
+
+_ALIKE, _ENOUGH = 0.3, 0.2
+"""
+Tanimoto similarity with the best template from which a region may be a body, and how much more it
+must be in sum over maps in a row: the clear shape of a body is enough at once.
+"""
+
+_SAME = 0.3
+"""Overlap (intersection over union) of the boxes of one person in two maps."""
+
+
+@dataclass(frozen=True)
+class _Region:
+    """A region of a map that may be a body, in source pixels, and how sure that is by now."""
+
+    box: Box
+    evidence: float
+
+
+class MapFinder:
+    """Finds people in heat maps."""
+
+    def __init__(self, bank: TemplateBank) -> None:
+        """Begin without having seen a map."""
+        self._shapes = BodyShapes(bank)
+        self._stamp_ns = 0
+        self._regions: list[_Region] = []
+
+    def reset(self) -> None:
+        """Forget what was seen."""
+        self._stamp_ns = 0
+        self._regions = []
+
+    def update(
+        self,
+        heat: HeatMap,
+        source: tuple[int, int],
+        occupied: Sequence[Box],
+        least_height: float,
+    ) -> list[Box]:
+        """
+        Take in a map, once, and return the boxes of people newly found, the tallest first.
+
+        :param source: (H, W) of the frames.
+        :param occupied: boxes of people known already, in source pixels.
+        :param least_height: of anybody who is found, in source pixels.
+        """
+        if heat.stamp_ns == self._stamp_ns:
+            return []
+        self._stamp_ns = heat.stamp_ns
+        before, self._regions = self._regions, []
+        for new in self._bodies(heat.values, source, occupied, least_height):
+            past = (each.evidence for each in before if each.box.iou(new.box) >= _SAME)
+            self._regions.append(_Region(new.box, new.evidence + max(past, default=0.0)))
+        found: list[Box] = []
+        for each in sorted(self._regions, key=lambda region: -region.box.height):
+            if each.evidence < _ENOUGH:
+                # A taller one may be sure with the next map, and there may be but one slot.
+                break
+            self._regions.remove(each)
+            found.append(each.box)
+        return found
+
+    def _bodies(
+        self,
+        values: NDArray[np.uint8],
+        source: tuple[int, int],
+        occupied: Sequence[Box],
+        least_height: float,
+    ) -> list[_Region]:
+        """Return the regions that may be a body, none of them a part of another one."""
+        across, down = source[1] / values.shape[1], source[0] / values.shape[0]
+        regions: list[tuple[float, Box]] = []
+        for level in _LEVELS:
+            # Not cv2.compare: that takes an image of one pixel for something else.
+            above = cv2.inRange(values, level + 1, 255)
+            _, labels, stats, _ = cv2.connectedComponentsWithStats(above)
+            # The first are the pixels below the level.
+            for number, (x, y, w, h, _) in enumerate(stats[1:].tolist(), 1):
+                box = Box(x * across, y * down, w * across, h * down)
+                if box.height < least_height or belongs(box, occupied):
+                    continue
+                region = cv2.inRange(labels[y : y + h, x : x + w], number, number)
+                shape = normalised(region, box.width / box.height)
+                likeness = 0.0 if shape is None else self._shapes.likeness(shape)
+                regions.append((likeness, box))
+        # Of a region and its parts the one that shows most of a body.
+        regions.sort(key=lambda region: -region[0] * region[1].height ** 2)
+        whole: list[tuple[float, Box]] = []
+        for likeness, box in regions:
+            if all(box.iou(other) == 0 for _, other in whole):
+                whole.append((likeness, box))
+        return [_Region(box, likeness - _ALIKE) for likeness, box in whole if likeness > _ALIKE]

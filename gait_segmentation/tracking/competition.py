@@ -26,8 +26,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, distance_from, overlap, within
 
-__all__ = ['REACH', 'Claim', 'beyond', 'compete']
-
 _FARTHEST = -6.0
 """Log ratio that falls off up to :data:`REACH`, where somebody ceases to compete."""
 

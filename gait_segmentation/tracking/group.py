@@ -16,14 +16,11 @@ from gait_segmentation.lab import NO_CHROMA, NO_GRADIENT
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.tracking.competition import Claim, compete
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.learner import learn as teach
-from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
-from gait_segmentation.tracking.person.learning import grown
+from gait_segmentation.tracking.learning import grown, learn as teach
+from gait_segmentation.tracking.likelihood import likelihood_image
 from gait_segmentation.tracking.redetection import recover
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
-
-__all__ = ['follow', 'judge', 'learn']
 
 _GAP_S = 0.5
 """Time between two frames from which on nobody is followed from one to the other."""

@@ -11,13 +11,11 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import body_rows, colour_bins
 from gait_segmentation.images import bounding_box
 from gait_segmentation.tracking.competition import REACH, Claim
-from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image, log_ratio
-from gait_segmentation.tracking.person.person import LEAST_SEEN
+from gait_segmentation.tracking.likelihood import likelihood_image, log_ratio
+from gait_segmentation.tracking.person import LEAST_SEEN
 from gait_segmentation.tracking.records import Shift
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.visibility import ALONE, Sight
-
-__all__ = ['find_silhouette', 'recover']
 
 _FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.12, 0.5, 0.35
 """

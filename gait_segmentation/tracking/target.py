@@ -9,26 +9,30 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import body_rows
+from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import Box, body_window
-from gait_segmentation.images import Window, placed, shift_whole, shifted_part
+from gait_segmentation.images import (
+    Window,
+    distance_from,
+    placed,
+    shift_whole,
+    shifted_part,
+    size_of,
+)
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, TrackResult
 from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
 from gait_segmentation.starting import Start
-from gait_segmentation.tracking.competition import REACH, Claim
+from gait_segmentation.tracking.appearance import Appearance, colour_signature
+from gait_segmentation.tracking.competition import REACH, Claim, beyond
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.cues import new_cues
+from gait_segmentation.tracking.cues import View
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
-from gait_segmentation.tracking.judgement import judge
-from gait_segmentation.tracking.mean_shift import mean_shift
-from gait_segmentation.tracking.person.appearance import Appearance, colour_signature
-from gait_segmentation.tracking.person.learning import WHOLE, WholeArea
-from gait_segmentation.tracking.person.person import LEAST_SEEN, Person, new_colours
+from gait_segmentation.tracking.cues.motion import MotionCue
+from gait_segmentation.tracking.likelihood import log_ratio
+from gait_segmentation.tracking.person import LEAST_SEEN, WHOLE, Person
 from gait_segmentation.tracking.records import Record, Shift
-from gait_segmentation.tracking.visibility import ALONE, Sight, visible_box
+from gait_segmentation.tracking.visibility import ALONE, Sight, mean_shift, visible_box
 from gait_segmentation.tracking.world import World
-
-__all__ = ['Target']
 
 Pixel = tuple[int, int]
 
@@ -83,8 +87,9 @@ class Target:
             max(start.body.center_x - start.box.x, 1.0),
             max(start.box.right - start.body.center_x, 1.0),
             start.mask,
-            *new_colours(config),
-            cues=new_cues(heat_map),
+            ColourModel(config.band_share, config.colour_floor),
+            ColourModel(config.band_share, config.colour_floor),
+            cues=(MotionCue(), heat_map or HeatMapCue()),
         )
         if config.use_tilt:
             self.person.tilt = self.person.angle = start.body.angle
@@ -94,7 +99,6 @@ class Target:
         self.seen = 1.0
         self._unseen_frames = 0
         self.lost_s = 0.0
-        self.area = WholeArea(self.person)
         self.whole = (start.mask, self._pixel)
         self.appearance = Appearance(self.look(start.mask, record))
         self.uncovered = True
@@ -135,13 +139,6 @@ class Target:
     def carried_part(self) -> NDArray[np.uint8]:
         """Return what of the person can be followed, as the last mask showed it, likewise."""
         return self.world.carried(self.person.part, self.track_id, self.window)
-
-    def carried_template(self, window: Window) -> NDArray[np.uint8] | None:
-        """Return the last matched body in a window, carried along likewise; None without one."""
-        template = self.person.template
-        if template is None:
-            return None
-        return self.world.carried(template, self.track_id, window)
 
     def follow(self, motion: WorldMotion, body: NDArray[np.uint8] | None) -> None:
         """
@@ -225,11 +222,36 @@ class Target:
         """Judge the pixels in a window about the person, None if all of it is outside."""
         person, seen = self.person, self.state == TRACKED
         expected = self.carried_mask()
-        judged = judge(person, self.world, expected, self.config, seen=seen)
-        if judged is None:
+        window, record, config = self.window, self.world.now, self.config
+        if not all(size_of(window)):
             return None
-        window, logit, away = judged
-        body = self.carried_template(window)
+        lab = record.image.lab_part(window)
+        away = distance_from(expected > 127)
+        strangers = None
+        if seen and person.template is not None:
+            strangers = np.float32(config.stranger_density) * beyond(away, person.height)
+        logit = log_ratio(
+            lab,
+            colour_bins(lab),
+            person.rows(window),
+            window,
+            record.background,
+            person.person,
+            person.surroundings,
+            config,
+            strangers,
+        )
+        center = (person.center_x, person.center_y)
+        for cue in person.cues:
+            view = View(
+                self.world, self.track_id, center, person.height, window, logit, seen, config
+            )
+            evidence = cue.evidence(view)
+            if evidence is not None:
+                logit += evidence
+        body = None
+        if person.template is not None:
+            body = self.world.carried(person.template, self.track_id, window)
         return Claim(window, logit, expected, away, self.feet, person.height, not seen, body)
 
     def assess(

@@ -28,8 +28,6 @@ from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.trial import Trial
 from gait_segmentation.tracking.world import World
 
-__all__ = ['PeopleTracker']
-
 _SAME_PERSON = 0.4
 """Overlap (intersection over union) from which a box is that of a person already tracked."""
 

@@ -23,10 +23,7 @@ from gait_segmentation.scene.light import Light
 from gait_segmentation.scene.working import WorkingImage, working_scale, working_shape
 from gait_segmentation.tracking.competition import REACH
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.moving import add_moving
-from gait_segmentation.tracking.records import Record, Shift, body_over
-
-__all__ = ['World', 'windows_about']
+from gait_segmentation.tracking.records import Record, Shift, add_moving, body_over
 
 _MOST_PENDING = 15
 """Frames kept that no feedback has come for."""

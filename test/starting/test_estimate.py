@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+from functools import cache
+
 import cv2
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from gait_segmentation.starting import Start, estimate_start
 from test.walkers import box_of, clip, overlap, small_bank
 
 
+@cache
 def start() -> tuple[SyntheticFrame, Start]:
     frame = clip()[0]
     lab = cv2.cvtColor(frame.image, cv2.COLOR_BGR2Lab)
@@ -44,10 +47,6 @@ def test_nothing_outside_of_the_box_is_person() -> None:
     rest = found.mask.copy()
     rest[rows, columns] = 0
     assert not rest.any()
-
-
-def test_it_is_deterministic() -> None:
-    assert np.array_equal(start()[1].mask, start()[1].mask)
 
 
 def leaning(degrees: float) -> tuple[Start, NDArray[np.uint8]]:
@@ -144,12 +143,6 @@ def test_a_body_thought_to_go_on_beyond_the_border_can_be_matched() -> None:
 def test_a_box_just_out_of_view_once_it_was_shrunk_gives_a_mask(box: Box) -> None:
     lab = np.full((100, 100, 3), 128, np.uint8)
     found = estimate_start(lab, box, small_bank(), rounds=1)
-    assert found.mask.shape == (100, 100)
-
-
-def test_a_constant_image_gives_a_mask() -> None:
-    lab = np.full((100, 100, 3), 128, np.uint8)
-    found = estimate_start(lab, Box(30, 20, 30, 70), small_bank(), rounds=2)
     assert found.mask.shape == (100, 100)
 
 

@@ -25,7 +25,6 @@ from test.tracking.figures import (
     Told,
     picture,
     walk,
-    wall,
 )
 
 BOARD = (130, 190)
@@ -268,32 +267,6 @@ def tracked(told: Told, path: list[Figure]) -> TrackResult:
     return result
 
 
-def test_a_wall_without_texture_does_not_hurt() -> None:
-    told = Told()
-    path = walk(Figure(60), 25)
-    told.start(path[0])
-    for figure in path:
-        image, masks = picture([figure])
-        image[masks[0] == 0] = 120
-        (result,) = told.see(image, masks)
-    assert result.state == 'tracked'
-    assert result.box is not None
-    assert result.box.iou(box_of(path[-1])) > 0.7
-
-
-def test_an_image_of_one_colour_loses_the_person_and_harms_nobody() -> None:
-    told = Told()
-    path = walk(Figure(60), 20)
-    tracked(told, path)
-    flat = np.full_like(wall(), 90)
-    for _ in range(5):
-        (result,) = told.see(flat, [])
-    assert np.isfinite(result.confidence)
-    for _ in range(12):
-        (result,) = told.show(path[-1])
-    assert (result.state, result.track_id) == ('tracked', 1)
-
-
 def test_repeated_frames_change_nothing() -> None:
     told = Told()
     path = walk(Figure(60), 20)
@@ -334,19 +307,6 @@ def test_a_camera_knocked_by_40_pixels_keeps_the_person(shift: tuple[int, int]) 
     assert result.state == 'tracked'
     assert result.box is not None
     assert result.box.iou(moved) > 0.7
-
-
-def test_a_grey_camera_is_enough() -> None:
-    told = Told()
-    path = walk(Figure(60, (30, 30, 60)), 30)
-    told.start(path[0])
-    for figure in path:
-        image, masks = picture([figure])
-        gray = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-        (result,) = told.see(cv2.cvtColor(gray, cv2.COLOR_GRAY2BGR), masks)
-    assert result.state == 'tracked'
-    assert result.box is not None
-    assert result.box.iou(box_of(path[-1])) > 0.7
 
 
 def test_the_box_of_somebody_at_the_border_ends_there_and_the_body_does_not() -> None:

@@ -103,32 +103,6 @@ def test_the_background_is_learnt_about_people_or_everywhere() -> None:
     assert known(advanced(1, True, area)).all()
 
 
-def test_a_flat_picture_is_spread() -> None:
-    made = world()
-    for number in range(2):
-        made.advance(wall() // 4, (number + 1) * 10**7, (), camera=True)
-    assert np.ptp(made.now.image.bgr) > 2 * np.ptp(wall() // 4)
-
-
-def test_what_is_learnt_everywhere_is_what_is_there() -> None:
-    made = advanced(1, True, (Box(20, 40, 30, 100),))
-    assert known(made).all()
-    assert np.abs(made.now.background.mean - made.now.image.lab).max() < 1
-
-
-def test_nothing_is_learnt_from_a_covered_lens() -> None:
-    made = advanced(3, True)
-    before = made.now.background.mean.copy()
-    blank = np.full_like(wall(), 90)
-    for stamp in (10**9, 2 * 10**9):
-        made.advance(blank, stamp, (), camera=True)
-        _, record = made.take(stamp)
-        assert record is not None
-        made.learn(record, np.zeros(made.shape, np.uint8), ())
-    made.advance(wall(), 3 * 10**9, (), camera=True)
-    np.testing.assert_array_equal(made.now.background.mean, before)
-
-
 def shown(made: World, image: np.ndarray, stamp_ns: int) -> bool:
     """Take in a frame and learn it; return whether it was taken for one that shows nothing."""
     made.advance(image, stamp_ns, (), camera=True)

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import cv2
@@ -12,9 +13,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import kernel
-from gait_segmentation.starting.finding.heads import columns_of_people
-
-__all__ = ['Blob', 'find_blobs']
 
 _TRIM_ROWS, _TRIM_COLUMNS = 0.005, 0.02
 _LEAST_AREA = 10
@@ -32,6 +30,15 @@ _CROWD, _SMALL = 4, 0.4
 """
 Number of such parts from which they are taken for several people rather than for pieces of one,
 and the height of a piece, as a share of that of what it is put to.
+"""
+
+_HEADS_FROM, _TWO_FROM = 36, 0.5
+"""Height in pixels from which heads can be told, and width over height from which of two."""
+
+_HIGH, _DEEP, _APART = 0.25, 0.18, 0.3
+"""
+How low a head may be below the highest one, how deep the gap between two, and how far apart they
+are at least, in heights.
 """
 
 
@@ -209,3 +216,45 @@ def _fill(
             filled[row, col] = 255
             columns[group, col] += 1
         rows[group, row] = max(last + 1 - first, 0)
+
+
+def columns_of_people(part: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """
+    Return the columns of each of the people in a part, from left to right.
+
+    Heads are peaks of the upper outline with a gap between.
+
+    :param part: (h, w) bool, true on what hangs together, with something in the outer rows and
+        columns.
+    :returns: first column and the one after the last; all columns if there is but one head.
+    """
+    height, width = part.shape
+    if height < _HEADS_FROM or width < _TWO_FROM * height:
+        return [(0, width)]
+    top = np.where(part.any(axis=0), part.argmax(axis=0), height)
+    heads: list[int] = []
+    cuts: list[int] = []
+    order = np.argsort(top, kind='stable')
+    for column in order[top[order] <= _HIGH * height].tolist():
+        gaps = [_gap(top, column, head, height) for head in heads]
+        if all(gap is not None for gap in gaps):
+            heads.append(column)
+    heads.sort()
+    for left, right in itertools.pairwise(heads):
+        gap = _gap(top, left, right, height)
+        assert gap is not None
+        cuts.append(gap)
+    bounds = [0, *cuts, width]
+    return list(itertools.pairwise(bounds))
+
+
+def _gap(top: NDArray[np.int64], one: int, two: int, height: int) -> int | None:
+    """Return the middle of the gap between two heads, None if there is none."""
+    left, right = min(one, two), max(one, two)
+    if right - left < _APART * height:
+        return None
+    between = top[left : right + 1]
+    lowest = int(between.max())
+    if lowest - max(int(top[left]), int(top[right])) < _DEEP * height:
+        return None
+    return left + round(float(np.flatnonzero(between == lowest).mean()))

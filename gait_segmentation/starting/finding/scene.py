@@ -29,8 +29,6 @@ from gait_segmentation.scene.light import Light
 from gait_segmentation.scene.working import WorkingImage, working_shape
 from gait_segmentation.starting.finding.blobs import Blob, find_blobs
 
-__all__ = ['MotionScene', 'SceneFrame']
-
 _LARGEST = 640
 """Longest side of what is learnt."""
 

@@ -21,10 +21,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
-from gait_segmentation.tracking.cues.cue import Cue, View
+from gait_segmentation.tracking.cues import Cue, View
 from gait_segmentation.warping import warp_window
-
-__all__ = ['MotionCue']
 
 _LEAST_MOTION = 0.02
 """Motion of the body against the world from which the better explanation counts, in heights."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.tracking import TrackingConfig
-from gait_segmentation.tracking.cues.cue import View
+from gait_segmentation.tracking.cues import View
 from gait_segmentation.tracking.cues.motion import MotionCue, explained
 from gait_segmentation.tracking.world import World
 from test.tracking.figures import HEIGHT, STEP_NS, WIDTH, wall

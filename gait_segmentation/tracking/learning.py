@@ -11,17 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.images import Window, bounding_box
+from gait_segmentation.images import Bounds, Window, bounding_box, count_likely, distance_from
 from gait_segmentation.results import LOST, Feedback
-from gait_segmentation.tracking.person.learning import (
-    grown,
-    without_parts_apart,
-    working_masks,
-)
+from gait_segmentation.sizes import shrink
+from gait_segmentation.tracking.competition import REACH
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.target import Target
-
-__all__ = ['Learnt', 'learn']
 
 
 @dataclass(frozen=True)
@@ -61,7 +56,7 @@ def learn(
     dx, dy = world.since_mask(target.track_id)
     person.shift(-dx, -dy)
     window = target.window
-    whole = target.area.update(mask, person)
+    whole = person.shows_all(mask)
     if whole:
         person.take(mask, prior)
         body = None if feedback.body is None else feedback.body.scaled(world.scale)
@@ -120,3 +115,71 @@ def _about_part(
     about = target.person.mask[window] | mask[window]
     where[window] = about | cv2.inRange(template[window], 128, 255)
     return grown(where, target.person.height)
+
+
+MARGIN = 0.02
+"""How far a mask may be off, in body heights: so far about it no background is learnt."""
+
+
+def working_masks(
+    feedback: Feedback, shape: tuple[int, int]
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return mask (0/255) and template at working size, (h, w) uint8, for the tracker alone."""
+    mask, prior = feedback.mask, feedback.shape_prior
+    # They are kept, and who else has them may draw on them.
+    if mask.shape == shape:
+        mask = mask.copy()
+    else:
+        mask = np.asarray(cv2.threshold(shrink(mask, shape), 127, 255, cv2.THRESH_BINARY)[1])
+    if prior.shape == shape:
+        return mask, prior.copy()
+    return mask, np.asarray(cv2.resize(prior, shape[::-1], interpolation=cv2.INTER_LINEAR))
+
+
+def grown(
+    mask: NDArray[np.uint8], height: float, bounds: Bounds | None = None
+) -> tuple[Window, NDArray[np.uint8]]:
+    """
+    Return a mask with a margin, where the person may be: a window and what is in it.
+
+    :param mask: (h, w) uint8.
+    :param height: of the body in pixels.
+    :param bounds: of the mask, if they are known.
+    """
+    size = 2 * max(1, round(MARGIN * height)) + 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    x, y, width, tall = bounding_box(mask) if bounds is None else bounds
+    part = (
+        slice(max(y - size, 0), min(y + tall + size, mask.shape[0])),
+        slice(max(x - size, 0), min(x + width + size, mask.shape[1])),
+    )
+    return part, np.asarray(cv2.dilate(mask[part], kernel))
+
+
+def without_parts_apart(
+    mask: NDArray[np.uint8], template: NDArray[np.uint8] | None, height: float
+) -> NDArray[np.uint8]:
+    """
+    Return a mask without the parts that lie mostly apart from the template, if any is near it.
+
+    :param mask: (h, w) uint8 0/255; the same is returned if nothing goes.
+    :param template: (h, w) uint8, above 127 on the body; None if that is not known.
+    :param height: of the body in pixels.
+    """
+    if template is None or not count_likely(template):
+        return mask
+    body = np.asarray(cv2.threshold(template, 127, 255, cv2.THRESH_BINARY)[1])
+    x, y, width, tall = bounding_box(mask | body)
+    part = slice(y, y + tall), slice(x, x + width)
+    count, parts = cv2.connectedComponents(np.ascontiguousarray(mask[part]), connectivity=4)
+    if count <= 2:
+        return mask
+    away = distance_from(body[part] > 0)
+    area = np.bincount(parts.ravel(), minlength=count)
+    near = 2 * np.bincount(parts.ravel(), (away > REACH * height).ravel(), count) <= area
+    near[0] = False
+    if not near.any() or near[1:].all():
+        return mask
+    own = np.zeros_like(mask)
+    own[part] = 255 * near[parts].astype(np.uint8)
+    return own

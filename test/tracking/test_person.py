@@ -6,10 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.colour import colour_bins
+from gait_segmentation.colour import ColourModel, colour_bins
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.person.person import Person, new_colours
+from gait_segmentation.tracking.person import Person, axis_tilt, extent_of, samples
 
 SHAPE = (240, 320)
 
@@ -22,7 +21,7 @@ def ellipse(x: float, y: float, height: float, degrees: float = 0.0) -> np.ndarr
 
 
 def person(x: float = 100, y: float = 120, height: float = 100) -> Person:
-    colours = new_colours(TrackingConfig())
+    colours = ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4)
     return Person(1, x, y, height, 20, 20, ellipse(x, y, height), *colours)
 
 
@@ -175,7 +174,7 @@ def test_what_may_be_either_counts_for_both_at_first() -> None:
     state.learn_first_colours(lab, votes)
     index = colour_bins(lab[150:151, 100:101])[0, 0]
     for model in (state.person, state.surroundings):
-        assert model.table[index].max() > 10 * TrackingConfig().colour_floor
+        assert model.table[index].max() > 10 * 1e-4
 
 
 def test_masks_of_another_size_teach_nothing() -> None:
@@ -185,3 +184,57 @@ def test_masks_of_another_size_teach_nothing() -> None:
     assert not state.teaches(ellipse(100, 120, 30), prior)
     assert not state.teaches(np.full(SHAPE, 255, np.uint8), prior)
     assert not state.teaches(np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8))
+
+
+def test_a_mask_is_measured_from_a_point() -> None:
+    mask = np.zeros((60, 80), np.uint8)
+    mask[10:50, 20:40] = 255
+    extent = extent_of(mask, (30, 30), 0.0)
+    assert (extent.top, extent.bottom, extent.left, extent.right) == (-20, 20, -10, 10)
+    assert extent.axis == pytest.approx(0, abs=0.5)
+    assert extent.middle == 0
+    assert not extent.at_bottom
+    mask[50:] = mask[49]
+    assert extent_of(mask, (30, 30), 0.0).at_bottom
+
+
+def test_along_a_tilted_body_the_extent_is_that_of_the_body() -> None:
+    mask = np.zeros((200, 200), np.uint8)
+    cv2.ellipse(mask, (100, 100), (20, 60), 20, 0, 360, 255, -1)
+    extent = extent_of(mask, (100, 100), np.radians(20))
+    assert extent.bottom - extent.top == pytest.approx(120, abs=3)
+    assert extent.right - extent.left == pytest.approx(40, abs=3)
+
+
+@pytest.mark.parametrize('degrees', [-30, 0, 12, 25])
+def test_the_tilt_is_that_of_the_main_axis(degrees: int) -> None:
+    mask = np.zeros((200, 200), np.uint8)
+    cv2.ellipse(mask, (100, 100), (20, 60), degrees, 0, 360, 255, -1)
+    assert axis_tilt(mask) == pytest.approx(np.radians(degrees), abs=0.01)
+    assert axis_tilt(np.zeros((5, 5), np.uint8)) == 0
+
+
+def blob(seed: int) -> np.ndarray:
+    noise = np.random.default_rng(seed).integers(0, 256, (50, 41), np.uint8)
+    smooth = cv2.GaussianBlur(noise, (0, 0), 3.0)
+    return np.where(smooth > np.quantile(smooth, 0.7), np.uint8(255), np.uint8(0))
+
+
+def test_a_template_elsewhere_leaves_nothing_and_none_leaves_all() -> None:
+    mask, template = np.zeros((60, 60), np.uint8), np.zeros((60, 60), np.uint8)
+    mask[5:20, 5:20] = 255
+    assert samples(mask, template, 3.0)[0].sum() == 15 * 15
+    template[45:55, 45:55] = 255
+    assert not samples(mask, template, 3.0)[0].any()
+    assert not samples(np.zeros_like(mask), template, 3.0)[0].any()
+
+
+def test_a_shadow_on_known_ground_is_the_persons_only_inside_the_template() -> None:
+    mask, template = blob(1), blob(2)
+    familiar = blob(5) > 0
+    every, outside = samples(mask, template, 3.0)
+    inside, still_outside = samples(mask, template, 3.0, familiar)
+    np.testing.assert_array_equal(inside, every & ~(familiar & (template == 0)))
+    np.testing.assert_array_equal(still_outside, outside)
+    assert inside.sum() < every.sum()
+    assert (inside & familiar).any()

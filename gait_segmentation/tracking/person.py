@@ -18,21 +18,82 @@ from gait_segmentation.images import (
     Window,
     bounding_box,
     count_likely,
+    distance_from,
     shift_whole,
     size_of,
 )
-from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.cues.cue import Cue
-from gait_segmentation.tracking.person.extent import axis_tilt, extent_of
-from gait_segmentation.tracking.person.samples import samples
+from gait_segmentation.medians import quantiles
+from gait_segmentation.tracking.cues import Cue
 
-__all__ = ['GUARD', 'LEAST_SEEN', 'WIDEST', 'Person', 'new_colours']
+_OUTERMOST = 0.005
+"""Share of the pixels at each end that does not count."""
+
+
+@dataclass(frozen=True)
+class Extent:
+    """
+    How far a mask reaches from a point, along and across the body, in pixels.
+
+    The outermost 0.5 % of the pixels do not count.  ``axis`` is the median across; ``at_bottom``
+    tells that the mask ends at the lower border.
+    """
+
+    top: float
+    bottom: float
+    left: float
+    right: float
+    axis: float
+    at_bottom: bool
+
+    @property
+    def middle(self) -> float:
+        """Return the middle between top and bottom."""
+        return (self.top + self.bottom) / 2
+
+
+def extent_of(
+    mask: NDArray[np.uint8],
+    center: tuple[float, float],
+    angle: float,
+    bounds: Bounds | None = None,
+) -> Extent:
+    """
+    Measure how far a mask reaches from a point, along and across a body of that tilt.
+
+    :param mask: (h, w) uint8, not all zero.
+    :param bounds: of the mask, if they are known.
+    """
+    first, upper, width, height = bounding_box(mask) if bounds is None else bounds
+    at_bottom = height > 0 and upper + height >= mask.shape[0] - 1
+    rows, columns = np.nonzero(mask[upper : upper + height, first : first + width])
+    right, down = columns + (first + 0.5 - center[0]), rows + (upper + 0.5 - center[1])
+    cos, sin = math.cos(angle), math.sin(angle)
+    along, across = cos * down - sin * right, cos * right + sin * down
+    top, bottom = quantiles(along, (_OUTERMOST, 1 - _OUTERMOST))
+    left, axis, far = quantiles(across, (_OUTERMOST, 0.5, 1 - _OUTERMOST))
+    return Extent(top - 0.5, bottom + 0.5, left - 0.5, far + 0.5, axis, at_bottom)
+
+
+def axis_tilt(mask: NDArray[np.uint8]) -> float:
+    """Return by how much the main axis of a mask leans to the right, in radians."""
+    moments = cv2.moments(mask, binaryImage=True)
+    return 0.5 * math.atan2(-2 * moments['mu11'], moments['mu02'] - moments['mu20'])
+
 
 GUARD = 0.05
 """How far outside of the last mask or the template pixels are the person's, in body heights."""
 
 LEAST_SEEN = 0.25
 """Share of a person below which nothing can be told: neither learnt nor followed."""
+
+WHOLE = 0.75
+"""Share of the usual area from which a mask shows all of the person, and so is followed."""
+
+_AREA_RATE = 0.02
+"""
+Share by which the usual area moves towards that of a mask: of one of all of the person or not, or
+nothing would be learnt after a first mask that was far too large.
+"""
 
 _MOST_SEEN = 4.0
 """Size of a mask, over that of the template, from which it is of more than the person."""
@@ -71,6 +132,7 @@ class Person:
     from; ``mask_height`` is the height at the last mask.  ``template`` is the template, (h, w)
     uint8, that came with ``mask``, None if none did; ``part`` is (h, w) uint8, what can be
     followed of what the very last mask showed, while ``mask`` is the last of all of the person;
+    ``usual_area`` is that of their masks in squared heights;
     ``rest`` is by how much they lag behind the body, in pixels.  ``moves`` counts the
     frames that the velocity was learnt from.
     """
@@ -94,11 +156,13 @@ class Person:
     rest: tuple[float, float] = (0.0, 0.0)
     moves: int = 0
     cues: tuple[Cue, ...] = ()
+    usual_area: float = field(init=False)
 
     def __post_init__(self) -> None:
         """Take the first height for that of the first mask, which is followed at first."""
         self.mask_height = self.height
         self.part = self.mask
+        self.usual_area = self._area_of(self.mask)
 
     @property
     def box(self) -> Box:
@@ -344,6 +408,18 @@ class Person:
         threshold = _TILT_OFF if self.angle else _TILT_ON
         self.angle = self.tilt if abs(self.tilt) > threshold else 0.0
 
+    def shows_all(self, mask: NDArray[np.uint8]) -> bool:
+        """Get used to the size of a mask; return whether it was large enough for all of them."""
+        area = self._area_of(mask)
+        share = area / max(self.usual_area, 1e-6)
+        self.usual_area += _AREA_RATE * (area - self.usual_area)
+        return share >= WHOLE
+
+    def _area_of(self, mask: NDArray[np.uint8]) -> float:
+        """Return the area of a mask in squared body heights, made up for what is outside."""
+        inside = max(self.share_inside(mask.shape), 0.1)
+        return count_likely(mask) / (inside * self.height**2)
+
     def teaches(self, mask: NDArray[np.uint8], prior: NDArray[np.uint8]) -> bool:
         """Return whether a mask is of the size of a person, beside the template."""
         window = self.window(mask.shape)
@@ -351,9 +427,31 @@ class Person:
         return max(LEAST_SEEN * template, 9) < area < _MOST_SEEN * max(template, 9)
 
 
-def new_colours(config: TrackingConfig) -> tuple[ColourModel, ColourModel]:
-    """Return empty models of person and surroundings."""
-    return (
-        ColourModel(config.band_share, config.colour_floor),
-        ColourModel(config.band_share, config.colour_floor),
-    )
+def samples(
+    mask: NDArray[np.uint8],
+    template: NDArray[np.uint8] | None,
+    guard: float,
+    familiar: NDArray[np.bool_] | None = None,
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """
+    Return which pixels of a window show the person, and which the surroundings.
+
+    The person's are those of the mask near the template, outside of which they must not look as
+    the surroundings do there, or as a shadow on them: a mask that takes in the shadow at the feet
+    would teach that it is the person's, and take in more of it.  The surroundings' are those that
+    do not touch the mask.
+
+    :param mask: (h, w) uint8 0/255, the person.
+    :param template: (h, w) uint8, above 127 on the body; None or without a body, all of the mask
+        is the person's.
+    :param guard: distance from the template in pixels up to which a pixel is near.
+    :param familiar: (h, w) bool, where the surroundings are known to look like this.
+    """
+    inside, outside = mask > 127, cv2.dilate(mask, np.ones((3, 3), np.uint8)) <= 127
+    if template is not None:
+        body = template > 127
+        if body.any():
+            inside &= distance_from(body) < guard
+        if familiar is not None:
+            inside &= body | ~familiar
+    return inside, outside
