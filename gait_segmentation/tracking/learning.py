@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -18,23 +16,13 @@ from gait_segmentation.tracking.competition import REACH
 from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.target import Target
 
-
-@dataclass(frozen=True)
-class Learnt:
-    """
-    What a mask that was learnt from told, in the frame it belongs to.
-
-    ``window`` is about the person, ``margin`` a window and (h, w) uint8 of it, the mask with a
-    margin: where the person may be.
-    """
-
-    window: Window
-    margin: tuple[Window, NDArray[np.uint8]]
+Part = tuple[Window, NDArray[np.uint8]]
+"""Rows and columns of an image, and (h, w) uint8 of these."""
 
 
 def learn(
     target: Target, record: Record, feedback: Feedback | None, *, alone: bool = True
-) -> Learnt | None:
+) -> tuple[Window, Part] | None:
     """
     Learn from the mask of a frame just taken out of the world, if one came back.
 
@@ -42,7 +30,8 @@ def learn(
     is not at the border, but the person is followed by that part.
 
     :param alone: whether nobody else who is tracked is near.
-    :returns: what it told; None if the mask says nothing.
+    :returns: the window about the person, and the mask with a margin, where the person may be, in
+        the frame it belongs to; None if the mask says nothing.
     """
     person, world = target.person, target.world
     if feedback is None or target.state == LOST or not target.learns_from_masks:
@@ -66,17 +55,10 @@ def learn(
         person.part = mask
         margin = _about_part(target, window, mask, prior)
     person.shift(dx, dy)
-    if not (whole or alone):
-        return None
-    return Learnt(window, margin)
+    return (window, margin) if whole or alone else None
 
 
-def _learn_all(
-    target: Target,
-    record: Record,
-    window: Window,
-    body: BodyFrame | None,
-) -> tuple[Window, NDArray[np.uint8]]:
+def _learn_all(target: Target, record: Record, window: Window, body: BodyFrame | None) -> Part:
     """
     Learn from a mask of all of the person, just taken.
 
@@ -105,7 +87,7 @@ def _learn_all(
 
 def _about_part(
     target: Target, window: Window, mask: NDArray[np.uint8], template: NDArray[np.uint8]
-) -> tuple[Window, NDArray[np.uint8]]:
+) -> Part:
     """
     Return where somebody half hidden may be: in this mask, the last whole one, the template.
 
@@ -136,9 +118,7 @@ def working_masks(
     return mask, np.asarray(cv2.resize(prior, shape[::-1], interpolation=cv2.INTER_LINEAR))
 
 
-def grown(
-    mask: NDArray[np.uint8], height: float, bounds: Bounds | None = None
-) -> tuple[Window, NDArray[np.uint8]]:
+def grown(mask: NDArray[np.uint8], height: float, bounds: Bounds | None = None) -> Part:
     """
     Return a mask with a margin, where the person may be: a window and what is in it.
 

@@ -34,17 +34,14 @@ from gait_segmentation.tracking.records import Record, Shift
 from gait_segmentation.tracking.visibility import ALONE, Sight, mean_shift, visible_box
 from gait_segmentation.tracking.world import World
 
-Pixel = tuple[int, int]
-
 _LOST_FRAMES = 2
 """Frames in a row in which too little is seen after which a person is lost."""
 
-_COAST_S, _STOP_S = 1.0, 0.5
-"""Time for which a hidden person is taken to walk on, and in which they are then to stop."""
-
-
-_MOST_LOST_S = 1.0
-"""Time for which a person is lost longer with a frame at most, however long it took to come."""
+_COAST_S, _STOP_S, _MOST_LOST_S = 1.0, 0.5, 1.0
+"""
+Time for which a hidden person is taken to walk on, in which they are then to stop, and for which
+they are lost longer with a frame at most, however long that took to come.
+"""
 
 
 class Target:
@@ -74,11 +71,8 @@ class Target:
         :param heat_map: what is known of the heat map, if anything.
         """
         record = world.now
-        self.track_id = track_id
-        self.world = world
-        self.config = config
-        self.state = TRACKED
-        self.confidence = 0.0
+        self.track_id, self.world, self.config = track_id, world, config
+        self.state, self.confidence = TRACKED, 0.0
         self.person = Person(
             track_id,
             start.body.center_x,
@@ -96,12 +90,10 @@ class Target:
         self.person.learn_first_colours(record.image.lab, start.votes)
         record.bodies[track_id] = (0.0, 0.0)
         self._box: Box | None = None
-        self.seen = 1.0
-        self._unseen_frames = 0
-        self.lost_s = 0.0
+        self.seen, self.uncovered = 1.0, True
+        self._unseen_frames, self.lost_s = 0, 0.0
         self.whole = (start.mask, self._pixel)
         self.appearance = Appearance(self.look(start.mask, record))
-        self.uncovered = True
 
     @property
     def box(self) -> Box:
@@ -162,7 +154,7 @@ class Target:
         self.world.now.bodies[self.track_id] = shift
 
     @property
-    def _pixel(self) -> Pixel:
+    def _pixel(self) -> tuple[int, int]:
         """Return the centre of the body in whole pixels."""
         return round(self.person.center_x), round(self.person.center_y)
 
@@ -291,23 +283,15 @@ class Target:
 
         :param values: (h, w) uint8 likelihood of the window of the claim.
         """
-        window = claim.window
+        person, window, gain = self.person, claim.window, self.config.mean_shift_gain
         if self.seen >= WHOLE:
-            self._shift_to_mean(values, sight.uncovered, window)
+            box = person.box.shifted(-window[1].start, -window[0].start)
+            shift = mean_shift(values, sight.uncovered, box)
+            self.shift_now(gain * shift.dx, gain * shift.dy)
+            if len(self.world.pending) > 1:
+                # The last mask is of an earlier frame: until a newer one comes, this is the size.
+                person.follow_scale(shift.scale)
         self._show(values, sight, claim)
-
-    def _shift_to_mean(
-        self, values: NDArray[np.uint8], reference: NDArray[np.uint8], window: Window
-    ) -> None:
-        """Move the person to where the likely pixels are."""
-        person = self.person
-        box = person.box.shifted(-window[1].start, -window[0].start)
-        shift = mean_shift(values, reference, box)
-        gain = self.config.mean_shift_gain
-        self.shift_now(gain * shift.dx, gain * shift.dy)
-        if len(self.world.pending) > 1:
-            # The last mask is not of the last frame: until a newer one comes, this is the size.
-            person.follow_scale(shift.scale)
 
     def _show(self, values: NDArray[np.uint8], sight: Sight, claim: Claim) -> None:
         """Take the likely pixels near the mask for what can be seen of the person."""

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -21,6 +22,9 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window
 from gait_segmentation.tracking.person import GUARD, LEAST_SEEN
+
+_ITERATIONS, _DONE_PX = 10, 0.25
+"""Most steps of mean shift, and the step that is the last."""
 
 _OUTERMOST = 0.005
 """Share of the likely pixels on each side that the box about them leaves out."""
@@ -125,17 +129,8 @@ def _ends(counts: NDArray[np.int32]) -> tuple[int, int]:
     return int(ends[0]), int(ends[1]) + 1
 
 
-_ITERATIONS = 10
-_DONE_PX = 0.25
-
-
-@dataclass(frozen=True)
-class WindowShift:
-    """
-    Where the weights went relative to the reference.
-
-    ``dx, dy`` are in pixels, ``scale`` is the ratio of sizes (square root of the mass's ratio).
-    """
+class WindowShift(NamedTuple):
+    """Where the weights went, in pixels, and the ratio of sizes: the root of the masses'."""
 
     dx: float = 0.0
     dy: float = 0.0
@@ -172,7 +167,7 @@ def _moments(weights: NDArray[np.uint8], window: Box) -> tuple[float, float, flo
     right, bottom = round(window.x) + round(window.width), round(window.y) + round(window.height)
     part = weights[top : max(bottom, 0), left : max(right, 0)]
     moments = cv2.moments(part) if part.size else {'m00': 0.0}
-    if not moments['m00']:
-        return 0.0, 0.0, 0.0
     mass = moments['m00']
+    if not mass:
+        return 0.0, 0.0, 0.0
     return mass, left + moments['m10'] / mass, top + moments['m01'] / mass

@@ -8,7 +8,7 @@ import pytest
 
 from gait_segmentation.colour import ColourModel, colour_bins
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.tracking.person import Person, axis_tilt, extent_of, samples
+from gait_segmentation.tracking.person import Person, axis_tilt, extent_of
 
 SHAPE = (240, 320)
 
@@ -192,7 +192,6 @@ def test_a_mask_is_measured_from_a_point() -> None:
     extent = extent_of(mask, (30, 30), 0.0)
     assert (extent.top, extent.bottom, extent.left, extent.right) == (-20, 20, -10, 10)
     assert extent.axis == pytest.approx(0, abs=0.5)
-    assert extent.middle == 0
     assert not extent.at_bottom
     mask[50:] = mask[49]
     assert extent_of(mask, (30, 30), 0.0).at_bottom
@@ -214,27 +213,30 @@ def test_the_tilt_is_that_of_the_main_axis(degrees: int) -> None:
     assert axis_tilt(np.zeros((5, 5), np.uint8)) == 0
 
 
-def blob(seed: int) -> np.ndarray:
-    noise = np.random.default_rng(seed).integers(0, 256, (50, 41), np.uint8)
-    smooth = cv2.GaussianBlur(noise, (0, 0), 3.0)
-    return np.where(smooth > np.quantile(smooth, 0.7), np.uint8(255), np.uint8(0))
-
-
-def test_a_template_elsewhere_leaves_nothing_and_none_leaves_all() -> None:
-    mask, template = np.zeros((60, 60), np.uint8), np.zeros((60, 60), np.uint8)
-    mask[5:20, 5:20] = 255
-    assert samples(mask, template, 3.0)[0].sum() == 15 * 15
-    template[45:55, 45:55] = 255
-    assert not samples(mask, template, 3.0)[0].any()
-    assert not samples(np.zeros_like(mask), template, 3.0)[0].any()
-
-
 def test_a_shadow_on_known_ground_is_the_persons_only_inside_the_template() -> None:
-    mask, template = blob(1), blob(2)
-    familiar = blob(5) > 0
-    every, outside = samples(mask, template, 3.0)
-    inside, still_outside = samples(mask, template, 3.0, familiar)
-    np.testing.assert_array_equal(inside, every & ~(familiar & (template == 0)))
-    np.testing.assert_array_equal(still_outside, outside)
-    assert inside.sum() < every.sum()
-    assert (inside & familiar).any()
+    state, template = person(), ellipse(100, 120, 100)
+    lab = np.full((*SHAPE, 3), 100, np.uint8)
+    lab[160:] = (40, 100, 100)
+    mask = template.copy()
+    mask[160:175, 90:125] = 255
+    window = state.window(SHAPE)
+    shaded = colour_bins(lab[170:171, 100:101])[0, 0]
+    shares = []
+    for familiar in (None, lab[window][..., 0] < 100):
+        rates = (1.0, 1.0)
+        state.learn_colours(lab[window], window, mask, template, rates, familiar)
+        shares.append(float(state.person.whole()[shaded]))
+    assert 0 < shares[1] < 0.7 * shares[0]
+
+
+def test_a_template_elsewhere_leaves_nothing_of_the_mask() -> None:
+    state = person()
+    lab = np.full((*SHAPE, 3), 100, np.uint8)
+    window = state.window(SHAPE)
+    elsewhere = np.zeros(SHAPE, np.uint8)
+    elsewhere[100:120, 40:50] = 255
+    before = state.person.table.copy()
+    mask = np.zeros(SHAPE, np.uint8)
+    mask[110:120, 120:130] = 255
+    state.learn_colours(lab[window], window, mask, elsewhere, (1.0, 1.0))
+    np.testing.assert_array_equal(state.person.table, before)
