@@ -136,8 +136,6 @@ class Arrivals:
             world.now.image.lab,
             box,
             self._bank,
-            height=config.start_height,
-            rounds=config.start_rounds,
             use_tilt=config.use_tilt,
             evidence=evidence,
         )

@@ -44,16 +44,6 @@ class TrackingConfig(StageConfig):
         minimum=0.0,
         maximum=0.2,
     )
-    start_height: int = parameter(
-        70,
-        'Height of the person in the image that the first mask is estimated on.',
-        unit='px',
-        minimum=40,
-        maximum=400,
-    )
-    start_rounds: int = parameter(
-        3, 'Rounds of the estimate of the first mask.', minimum=1, maximum=20
-    )
     heat_map_age: float = parameter(
         0.2,
         'Age up to which the newest heat map counts where a frame has none of its own; it is '
@@ -92,12 +82,6 @@ class TrackingConfig(StageConfig):
         'person is expected. Higher keeps the mask to the person when others pass.',
         minimum=0.0,
         maximum=0.1,
-    )
-    logit_limit: float = parameter(
-        6.0,
-        'Largest log-likelihood ratio that colours and background can give.',
-        minimum=1.0,
-        maximum=6.0,
     )
     use_background: bool = parameter(
         True, 'Learn the background pixel by pixel and use it in the likelihood ratio.'

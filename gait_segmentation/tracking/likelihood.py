@@ -40,6 +40,9 @@ How far the background is misplaced, in pixels, is added, since it may be anothe
 _LEAST_COUNT = 0.25
 """Background pixels seen less often than this, at the rim of what is known, are unknown."""
 
+_LIMIT = 6.0
+"""Largest log-likelihood ratio that colours and background can give."""
+
 _FARTHEST = 18.0
 """Exponents from which a density counts as nothing."""
 
@@ -141,7 +144,7 @@ def _look_up(
 
 @kernel(
     'u1[:,:,::1], u2[:,::1], f4[:,::1], f4[:,:,::1], i8, i8, f4[:,:,::1], f8, f4[:,::1], '
-    'f4[:,::1], f4[:,::1], f8, f8, f8, f8, f8, f4[:,::1]',
+    'f4[:,::1], f4[:,::1], f8, f8, f8, f8, f4[:,::1]',
     fastmath=True,
     error_model='numpy',
 )
@@ -161,7 +164,6 @@ def ratios(
     trust: float,
     shadow_share: float,
     shadow_floor: float,
-    limit: float,
     out: NDArray[np.float32],
 ) -> None:
     """
@@ -183,7 +185,7 @@ def ratios(
     cast_share, cast_floor = np.float32(shadow_share), np.float32(shadow_floor)
     most, least = np.float32(trust), np.float32(_LEAST_COUNT)
     ramp_from, ramp_slope = np.float32(_SHADOW_FROM), np.float32(1 / (_SHADOW_TO - _SHADOW_FROM))
-    bound = np.float32(limit)
+    bound = np.float32(_LIMIT)
     far = np.float32(_FARTHEST)
     width = out.shape[1]
     of_person, of_surroundings = np.empty(width, np.float32), np.empty(width, np.float32)
@@ -267,7 +269,6 @@ def log_ratio(
         config.background_trust if config.use_background else 0.0,
         config.shadow_share if config.use_shadow else 0.0,
         config.shadow_floor,
-        config.logit_limit,
         out,
     )
     return out

@@ -17,6 +17,7 @@ from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.images import (
     Bounds,
     Window,
+    axis_tilt,
     bounding_box,
     count_likely,
     distance_from,
@@ -68,12 +69,6 @@ def extent_of(
     top, bottom = quantiles(along, (_OUTERMOST, 1 - _OUTERMOST))
     left, axis, far = quantiles(across, (_OUTERMOST, 0.5, 1 - _OUTERMOST))
     return Extent(top - 0.5, bottom + 0.5, left - 0.5, far + 0.5, axis, at_bottom)
-
-
-def axis_tilt(mask: NDArray[np.uint8]) -> float:
-    """Return by how much the main axis of a mask leans to the right, in radians."""
-    moments = cv2.moments(mask, binaryImage=True)
-    return 0.5 * math.atan2(-2 * moments['mu11'], moments['mu02'] - moments['mu20'])
 
 
 GUARD = 0.05

@@ -80,7 +80,7 @@ def test_a_slight_lean_is_tried_as_well(degrees: float) -> None:
 )
 def test_boxes_at_borders_and_of_odd_sizes_give_a_mask(box: Box) -> None:
     lab = cv2.cvtColor(clip()[0].image, cv2.COLOR_BGR2Lab)
-    found = estimate_start(lab, box, small_bank(), rounds=2)
+    found = estimate_start(lab, box, small_bank())
     assert found.mask.shape == lab.shape[:2]
     assert found.body.height >= 1
 
@@ -133,7 +133,7 @@ def test_somebody_who_reaches_out_is_found_at_the_side_of_the_box(aside: int) ->
 def test_a_body_thought_to_go_on_beyond_the_border_can_be_matched() -> None:
     """Of the largest box that is taken, little more than the head is in the image."""
     lab = np.full((60, 60, 3), 128, np.uint8)
-    found = estimate_start(lab, Box(20, 51, 60, 237), small_bank(), rounds=1)
+    found = estimate_start(lab, Box(20, 51, 60, 237), small_bank())
     body = Box.from_center(found.body.center_x, found.body.center_y, 30, found.body.height)
     check_matched_box(body, (60, 60))
     assert found.body.height >= 237
@@ -142,7 +142,7 @@ def test_a_body_thought_to_go_on_beyond_the_border_can_be_matched() -> None:
 @pytest.mark.parametrize('box', [Box(50, 101, 20, 40), Box(50, -41, 20, 40), Box(120, 20, 9, 10)])
 def test_a_box_just_out_of_view_once_it_was_shrunk_gives_a_mask(box: Box) -> None:
     lab = np.full((100, 100, 3), 128, np.uint8)
-    found = estimate_start(lab, box, small_bank(), rounds=1)
+    found = estimate_start(lab, box, small_bank())
     assert found.mask.shape == (100, 100)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.hypotheses import Hypothesis, fit_views
+from gait_segmentation.starting.hypotheses import VIEWS, Hypothesis, fit_view
 from test.walkers import small_bank
 
 SHAPE = (120, 90)
@@ -15,7 +15,8 @@ SHAPE = (120, 90)
 def fit(
     box: Box, top: bool = False, bottom: bool = False, left: bool = False, right: bool = False
 ) -> list:
-    return fit_views(small_bank(), box, SHAPE, top, bottom, left, right)
+    cuts = (top, bottom, left, right)
+    return [fit_view(small_bank(), box, SHAPE, cuts, view) for view in VIEWS]
 
 
 def laid(hypothesis: Hypothesis) -> np.ndarray:
@@ -87,10 +88,9 @@ def test_at_a_side_bodies_go_on_beyond_the_border(left: bool) -> None:
 def test_leaning_templates_fill_the_box_and_keep_their_height() -> None:
     # A body of 100 pixels that leans by 0.35 is lower than 100 and wider than upright.
     box = Box(20, 12, 55, 96)
-    upright = fit_views(small_bank(), box, SHAPE, False, False, False, False, views=[0.0])[0]
-    leaning = fit_views(
-        small_bank(), box, SHAPE, False, False, False, False, views=[0.0], angle=0.35
-    )[0]
+    upright, leaning = (
+        fit_view(small_bank(), box, SHAPE, (False,) * 4, 0.0, angle) for angle in (0.0, 0.35)
+    )
     assert leaning.angle == pytest.approx(0.35)
     assert upright.angle == 0
     extents = [Box.around(template > 127) for template in laid(leaning)]

@@ -50,7 +50,7 @@ def known(colour: tuple[int, int, int]) -> BackgroundModel:
 def test_colour_alone_decides_and_is_limited() -> None:
     blank = BackgroundModel(SHAPE)
     assert np.all(ratio(image(RED), blank) == 6)
-    assert np.all(ratio(image(GREY), blank, logit_limit=4.0) == -4)
+    assert np.all(ratio(image(GREY), blank) == -6)
 
 
 def test_an_unknown_colour_says_nothing() -> None:
@@ -112,7 +112,7 @@ def _plainly(
         index, down = bins[place], rows[place]
         band = min(max(int(down * BANDS), 0), BANDS - 1)
         p_person, p_background = person.table[index, band], surroundings.table[index, band]
-        count, bound = model.count[place], config.logit_limit
+        count, bound = model.count[place], 6.0
         if count > 0.25:
             base, light = model.mean[place][0], float(lab[place][0])
             d_a, d_b = lab[place][1:] - model.mean[place][1:]

@@ -8,7 +8,8 @@ import pytest
 
 from gait_segmentation.colour import ColourModel, colour_bins
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.tracking.person import Person, axis_tilt, extent_of
+from gait_segmentation.images import axis_tilt
+from gait_segmentation.tracking.person import Person, extent_of
 
 SHAPE = (240, 320)
 

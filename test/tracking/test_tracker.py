@@ -22,7 +22,7 @@ class Tracker:
     def __init__(self, **changes) -> None:
         self.people = PeopleTracker(
             small_bank(),
-            TrackingConfig(start_rounds=3, **changes),
+            TrackingConfig(**changes),
             starting=StartingConfig(auto_init='none'),
         )
         self.initialize, self.reset = self.people.initialize, self.people.reset
