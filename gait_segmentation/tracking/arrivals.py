@@ -5,8 +5,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import partial
+from itertools import takewhile
 from typing import NamedTuple
 
 import cv2
@@ -70,7 +70,7 @@ class Arrivals:
     def reset(self) -> None:
         """Forget what was seen."""
         self._finder.reset()
-        self._map_finder.reset()
+        self._map_finder = MapFinder(self._bank)
 
     def find(
         self,
@@ -159,7 +159,7 @@ class Arrivals:
         self, source: tuple[int, int], height: float, stamp_ns: int, config: TrackingConfig
     ) -> World:
         """Make a world for a person of the given height, who is seen as the place was before."""
-        world = World.for_person(source, height, config)
+        world = World(source, height, config)
         past = self._finder.past(stamp_ns)
         if past is not None:
             world.see_as(*past.levels())
@@ -218,14 +218,6 @@ _SAME = 0.3
 """Overlap (intersection over union) of the boxes of one person in two maps."""
 
 
-@dataclass(frozen=True)
-class _Region:
-    """A region of a map that may be a body, in source pixels, and how sure that is by now."""
-
-    box: Box
-    evidence: float
-
-
 class MapFinder:
     """Finds people in heat maps."""
 
@@ -233,12 +225,8 @@ class MapFinder:
         """Begin without having seen a map."""
         self._shapes = BodyShapes(bank)
         self._stamp_ns = 0
-        self._regions: list[_Region] = []
-
-    def reset(self) -> None:
-        """Forget what was seen."""
-        self._stamp_ns = 0
-        self._regions = []
+        self._regions: list[tuple[Box, float]] = []
+        """What may be a body, in source pixels, and how sure that is by now."""
 
     def update(
         self,
@@ -258,17 +246,14 @@ class MapFinder:
             return []
         self._stamp_ns = heat.stamp_ns
         before, self._regions = self._regions, []
-        for new in self._bodies(heat.values, source, occupied, least_height):
-            past = (each.evidence for each in before if each.box.iou(new.box) >= _SAME)
-            self._regions.append(_Region(new.box, new.evidence + max(past, default=0.0)))
-        found: list[Box] = []
-        for each in sorted(self._regions, key=lambda region: -region.box.height):
-            if each.evidence < _ENOUGH:
-                # A taller one may be sure with the next map, and there may be but one slot.
-                break
-            self._regions.remove(each)
-            found.append(each.box)
-        return found
+        for box, evidence in self._bodies(heat.values, source, occupied, least_height):
+            past = (known for other, known in before if other.iou(box) >= _SAME)
+            self._regions.append((box, evidence + max(past, default=0.0)))
+        self._regions.sort(key=lambda region: -region[0].height)
+        # A taller one who is not sure yet may be so with the next map, and there may be one slot.
+        found = list(takewhile(lambda region: region[1] >= _ENOUGH, self._regions))
+        del self._regions[: len(found)]
+        return [box for box, _ in found]
 
     def _bodies(
         self,
@@ -276,7 +261,7 @@ class MapFinder:
         source: tuple[int, int],
         occupied: Sequence[Box],
         least_height: float,
-    ) -> list[_Region]:
+    ) -> list[tuple[Box, float]]:
         """Return the regions that may be a body, none of them a part of another one."""
         across, down = source[1] / values.shape[1], source[0] / values.shape[0]
         regions: list[tuple[float, Box]] = []
@@ -299,4 +284,4 @@ class MapFinder:
         for likeness, box in regions:
             if all(box.iou(other) == 0 for _, other in whole):
                 whole.append((likeness, box))
-        return [_Region(box, likeness - _ALIKE) for likeness, box in whole if likeness > _ALIKE]
+        return [(box, likeness - _ALIKE) for likeness, box in whole if likeness > _ALIKE]

@@ -54,20 +54,10 @@ class View:
     gray: NDArray[np.uint8]
     step: int = 1
 
-    def thin(self, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return every ``step``-th pixel, contiguous."""
-        return np.ascontiguousarray(values[:: self.step, :: self.step])
-
     @cached_property
     def colours(self) -> NDArray[np.uint8]:
         """Return blue, green and red of the pixels that are needed."""
-        return self.thin(self.bgr)
-
-    @cached_property
-    def total(self) -> NDArray[np.float32]:
-        """Return the sum of the three, at least 1."""
-        blue, green, red = cv2.split(self.colours.astype(np.float32))
-        return np.maximum(blue + green + red, np.float32(1))
+        return np.ascontiguousarray(self.bgr[:: self.step, :: self.step])
 
     @cached_property
     def hsv(self) -> NDArray[np.uint8]:
@@ -104,9 +94,10 @@ class Feature:
 
 def _shares(view: View) -> tuple[NDArray[np.uint8], ...]:
     """Return the shares of green and red in the sum of the three, which no brightness changes."""
-    _, green, red = cv2.split(view.colours)
+    blue, green, red = cv2.split(view.colours.astype(np.float32))
+    total = np.maximum(blue + green + red, np.float32(1))
     return tuple(
-        np.asarray(np.float32(255) * plane / view.total + 0.5).astype(np.uint8)
+        np.asarray(np.float32(255) * plane / total + 0.5).astype(np.uint8)
         for plane in (green, red)
     )
 
@@ -159,14 +150,6 @@ def class_histograms(
     return out
 
 
-def _variance_ratio(low: float, low_spread: float, high: float, high_spread: float) -> float:
-    """Return the variance ratio from means and variances of surroundings and person."""
-    if high <= low:
-        return 0.0
-    within = low_spread + high_spread
-    return (within / 2 + (high - low) ** 2 / 4) / (within + _LEAST_SPREAD)
-
-
 class FeatureModel:
     """What a feature looks like on the person and in the surroundings."""
 
@@ -204,16 +187,11 @@ class FeatureModel:
         if newest.sum(axis=1).min() <= 0:
             return 0.0
         means = newest @ self.table
-        spreads = newest @ self.table**2 - means**2
-        return float(
-            _variance_ratio(
-                means[SURROUNDINGS], spreads[SURROUNDINGS], means[PERSON], spreads[PERSON]
-            )
-        )
-
-    def log_ratio(self, places: NDArray[np.uint16]) -> NDArray[np.float32]:
-        """Return the log-likelihood ratios of the bins of pixels, (h, w) float32."""
-        return self.table[places]
+        apart = means[PERSON] - means[SURROUNDINGS]
+        if apart <= 0:
+            return 0.0
+        within = float((newest @ self.table**2 - means**2).sum())
+        return float((within / 2 + apart**2 / 4) / (within + _LEAST_SPREAD))
 
 
 _STEP = 2
@@ -273,6 +251,6 @@ class FeatureSelector:
         weights = {each.name: each.weight for each in self.features}
         for each in POOL:
             if weights.get(each.name):
-                ratios = self._models[each.name].log_ratio(each.places(view))
+                ratios = self._models[each.name].table[each.places(view)]
                 out += np.float32(weights[each.name]) * ratios
         return out

@@ -243,14 +243,10 @@ class PeopleTracker:
         best = max(overlap, key=lambda slot: overlap[slot], default=0)
         if overlap and overlap[best] >= _SAME_PERSON:
             return best
-        free = [slot for slot, target in enumerate(self._slots) if target is None]
-        if free:
-            return free[0]
-        return min(overlap or range(len(self._slots)), key=self._confidence)
-
-    def _confidence(self, slot: int) -> float:
-        target = self._slots[slot]
-        return 0.0 if target is None else target.confidence
+        if None in self._slots:
+            return self._slots.index(None)
+        confidences = [0.0 if each is None else each.confidence for each in self._slots]
+        return min(overlap or range(len(self._slots)), key=lambda slot: confidences[slot])
 
     def _watch(self, image: NDArray[np.uint8]) -> list[Found]:
         """
@@ -335,14 +331,14 @@ class PeopleTracker:
 
     def _judge(self) -> list[TrackResult]:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""
+        assert self._source is not None
         likelihoods: dict[int, NDArray[np.uint8]] = {}
         for world in self._worlds:
-            people = self._targets(world)
-            likelihoods |= group.judge(world, people)
+            likelihoods |= group.judge(world, self._targets(world))
         results = []
         for slot, target in enumerate(self._slots):
             if target is None:
-                results.append(self._empty())
+                results.append(self.nobody(self._stamp_ns, self._source))
                 continue
             likelihood = likelihoods.get(target.track_id)
             if likelihood is None or target.state == LOST:
@@ -351,10 +347,6 @@ class PeopleTracker:
             if target.state == LOST and target.lost_s > self._config.patience:
                 self._slots[slot] = None
         return results
-
-    def _empty(self) -> TrackResult:
-        assert self._source is not None
-        return self.nobody(self._stamp_ns, self._source)
 
     def nobody(self, stamp_ns: int, source: tuple[int, int]) -> TrackResult:
         """Return that nobody is tracked in a frame; ``source`` is (H, W) of the image."""

@@ -34,7 +34,6 @@ _MOTION_GAP = 4
 _SMALLEST, _LARGEST = 0.7, 2.0
 """Heights, over the working height, of the people who share a world."""
 
-
 _LEAST_SHOWN = 0.1
 """Share of the known background below which a frame shows something else."""
 
@@ -48,22 +47,24 @@ class World:
     one gets a model of its own, in one step for however many motions, since each step blurs.
     """
 
-    def __init__(
-        self, source: tuple[int, int], scale: float, largest: float, working_height: float
-    ) -> None:
+    def __init__(self, source: tuple[int, int], height: float, config: TrackingConfig) -> None:
         """
-        Make a world of which nothing is known.
+        Make a world of which nothing is known, for a person of some height in source pixels.
 
         :param source: (H, W) of the source images.
-        :param scale: working size over source size.
-        :param largest: the largest scale allowed.
-        :param working_height: height that people should have here, in working pixels.
         """
-        self.source = source
-        self.scale = scale
-        self.shape = working_shape(*source, scale)
-        self._at_largest = scale >= largest
-        self._working_height = working_height
+        self.scale, largest = (
+            working_scale(
+                *source,
+                working_size=config.working_size,
+                person_height=person_height,
+                working_height=config.working_height,
+            )
+            for person_height in (height, 1.0)
+        )
+        self.source, self.shape = source, working_shape(*source, self.scale)
+        self._at_largest = self.scale >= largest
+        self._working_height = config.working_height
         self._estimator = MotionEstimator()
         self._light = Light()
         self._contrast = Contrast()
@@ -73,20 +74,6 @@ class World:
 
         self.pending: deque[Record] = deque()
         self.history: deque[Record] = deque(maxlen=_MOTION_GAP + 1)
-
-    @classmethod
-    def for_person(cls, source: tuple[int, int], height: float, config: TrackingConfig) -> World:
-        """Make a world for a person of the given height in source pixels."""
-        scale, largest = (
-            working_scale(
-                *source,
-                working_size=config.working_size,
-                person_height=person_height,
-                working_height=config.working_height,
-            )
-            for person_height in (height, 1.0)
-        )
-        return cls(source, scale, largest, config.working_height)
 
     def see_as(self, light: Light, contrast: Contrast) -> None:
         """Take over light and levels of somebody who has seen the place before."""
@@ -101,11 +88,6 @@ class World:
     def now(self) -> Record:
         """Return the newest frame."""
         return self.history[-1]
-
-    @property
-    def _steps(self) -> list[WorldMotion]:
-        """Return the motions of the frames that wait for feedback, oldest first."""
-        return [each.motion for each in self.pending]
 
     @property
     def step_s(self) -> float:
@@ -154,15 +136,18 @@ class World:
             people[area.slices(self.shape[1], self.shape[0])] = 1
         motion = self._estimator.update(frame.pyramid, people, camera=camera)
         windows = windows_about([] if everywhere else areas, motion, self.shape)
-        background = self._background.moved([*self._steps, motion], windows)
-        blank = frame.pyramid.is_blank
-        if not blank and self._is_other(frame, background, people, windows):
+        steps = [each.motion for each in self.pending]
+        background = self._background.moved([*steps, motion], windows)
+        blank, shown = frame.pyramid.is_blank, None
+        if windows and not blank:
+            shown = background.agreement(frame.lab, people, windows)
+        if shown is not None and shown < _LEAST_SHOWN:
             if self.history and frame.pyramid.resembles(self.history[-1].image.pyramid):
                 self._begin_anew(background)
             else:
                 blank, motion = True, WorldMotion()
                 self._estimator.leave_out()
-                background = self._background.moved(self._steps, windows)
+                background = self._background.moved(steps, windows)
         if not blank:
             self._light.follow(motion, people)
         record = Record(frame, motion, background, windows, blank=blank)
@@ -181,19 +166,6 @@ class World:
         if stamp_ns < self.history[0].image.stamp_ns:
             return None
         return len(ages) - 1 - ages.index(min(ages))
-
-    def _is_other(
-        self,
-        frame: WorkingImage,
-        background: BackgroundModel,
-        people: NDArray[np.uint8],
-        windows: Sequence[Window],
-    ) -> bool:
-        """Return whether a frame shows (almost) nothing of the known background."""
-        if not windows:
-            return False
-        shown = background.agreement(frame.lab, people, windows)
-        return shown is not None and shown < _LEAST_SHOWN
 
     def _begin_anew(self, background: BackgroundModel) -> None:
         """Forget the place, for the camera shows another one from now on."""
@@ -234,7 +206,7 @@ class World:
         """
         self.now.background.adopt(known)
         if self.now.background is not self._background:
-            back = WorldMotion.over(self._steps).inverse()
+            back = WorldMotion.over(each.motion for each in self.pending).inverse()
             self._background.adopt(known.moved([back]))
         self._outdate()
 

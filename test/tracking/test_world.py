@@ -17,11 +17,11 @@ SOURCE = (180, 320)
 
 
 def world(height: float = 120.0, **changes) -> World:
-    return World.for_person(SOURCE, height, TrackingConfig(**changes))
+    return World(SOURCE, height, TrackingConfig(**changes))
 
 
 def test_people_of_about_one_size_fit_into_one_world() -> None:
-    large = World.for_person((960, 1280), 512.0, TrackingConfig())
+    large = World((960, 1280), 512.0, TrackingConfig())
     assert large.scale == pytest.approx(0.25)
     assert large.shape == (240, 320)
     assert large.fits(512)
@@ -34,7 +34,7 @@ def test_people_of_about_one_size_fit_into_one_world() -> None:
 def test_nobody_is_too_small_for_the_largest_scale() -> None:
     assert world(40.0).scale == 1
     assert world(40.0).fits(10)
-    limited = World.for_person((960, 1280), 60.0, TrackingConfig(working_size=320))
+    limited = World((960, 1280), 60.0, TrackingConfig(working_size=320))
     assert limited.scale == pytest.approx(0.25)
     assert limited.fits(60)
 

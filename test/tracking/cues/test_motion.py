@@ -22,7 +22,7 @@ class Walk:
 
     def __init__(self, step: int, **tracking) -> None:
         self.config = TrackingConfig(**tracking)
-        self.world = World.for_person((HEIGHT, WIDTH), 100.0, self.config)
+        self.world = World((HEIGHT, WIDTH), 100.0, self.config)
         self.cue = MotionCue()
         self.step, self.left, self.frames = step, 60, 0
 
