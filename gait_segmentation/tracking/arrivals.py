@@ -31,6 +31,21 @@ from gait_segmentation.tracking.world import World
 _ABOUT = 0.3
 """How far about somebody found the place is remembered, in body heights."""
 
+_LEVELS = 32, 127
+"""
+Values of a map from which regions are made: at an eighth what a network is unsure of is part of a
+body; at one half people who touch may be apart.
+"""
+
+_ALIKE, _ENOUGH = 0.3, 0.2
+"""
+Tanimoto similarity with the best template from which a region may be a body, and how much more it
+must be in sum over maps in a row: the clear shape of a body is enough at once.
+"""
+
+_SAME = 0.3
+"""Overlap (intersection over union) of the boxes of one person in two maps."""
+
 
 Arrival = tuple[Start, HeatMapCue]
 """The first mask of somebody, and what is known of the heat map."""
@@ -202,27 +217,10 @@ def slot_for_found(
     return None
 
 
-_LEVELS = 32, 127
-"""
-Values of a map from which regions are made: at an eighth what a network is unsure of is part of a
-body; at one half people who touch may be apart.
-"""
-
-_ALIKE, _ENOUGH = 0.3, 0.2
-"""
-Tanimoto similarity with the best template from which a region may be a body, and how much more it
-must be in sum over maps in a row: the clear shape of a body is enough at once.
-"""
-
-_SAME = 0.3
-"""Overlap (intersection over union) of the boxes of one person in two maps."""
-
-
 class MapFinder:
     """Finds people in heat maps."""
 
     def __init__(self, bank: TemplateBank) -> None:
-        """Begin without having seen a map."""
         self._shapes = BodyShapes(bank)
         self._stamp_ns = 0
         self._regions: list[tuple[Box, float]] = []

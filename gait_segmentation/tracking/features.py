@@ -40,6 +40,18 @@ Side in pixels of the neighbourhood whose gradients have an orientation, and the
 pixel of distance, below which nothing is said (12 grey levels).
 """
 
+PERSON, SURROUNDINGS = 1, 0
+"""Values of labels; any other is left out."""
+
+_DELTA = 1e-3
+"""Least share of a bin in the ratios, d."""
+
+_LEAST_SPREAD = 0.05
+"""Added to the variances within the classes, so that few pixels do not make a perfect feature."""
+
+_STEP = 2
+"""Every how many pixels are looked at to learn and to rank."""
+
 
 @dataclass(frozen=True)
 class View:
@@ -123,14 +135,6 @@ POOL: tuple[Feature, ...] = (
 """All features there are."""
 
 
-_DELTA = 1e-3
-_LEAST_SPREAD = 0.05
-"""Added to the variances within the classes, so that few pixels do not make a perfect feature."""
-
-PERSON, SURROUNDINGS = 1, 0
-"""Values of labels; any other is left out."""
-
-
 def class_histograms(
     places: NDArray[np.uint16], labels: NDArray[np.uint8], bins: int, *, has_neutral: bool
 ) -> NDArray[np.float64]:
@@ -194,10 +198,6 @@ class FeatureModel:
         return float((within / 2 + apart**2 / 4) / (within + _LEAST_SPREAD))
 
 
-_STEP = 2
-"""Every how many pixels are looked at to learn and to rank."""
-
-
 class FeatureSelector:
     """
     Learns the pool for one person and makes the likelihood of the best features.
@@ -206,7 +206,6 @@ class FeatureSelector:
     """
 
     def __init__(self, config: TrackingConfig) -> None:
-        """Know nothing yet."""
         self._config = config
         self._models = {
             each.name: FeatureModel(each.bins, has_neutral=each.has_neutral) for each in POOL

@@ -23,7 +23,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel
+from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel, colour_bins
+from gait_segmentation.images import Window
 from gait_segmentation.kernels import kernel
 from gait_segmentation.scene.background.model import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
@@ -45,6 +46,12 @@ _LIMIT = 6.0
 
 _FARTHEST = 18.0
 """Exponents from which a density counts as nothing."""
+
+_LEAST_MISPLACED = 0.05
+"""Misplacement of the background from which it counts, in pixels."""
+
+_CERTAIN = 8.0
+"""Log ratio beyond which an image of 8 bits shows no difference."""
 
 
 @njit(nogil=True, fastmath=True, inline='always')
@@ -220,18 +227,10 @@ def ratios(
             result[col] = min(max(value, -bound), bound)
 
 
-_LEAST_MISPLACED = 0.05
-"""Misplacement of the background from which it counts, in pixels."""
-
-_CERTAIN = 8.0
-"""Log ratio beyond which an image of 8 bits shows no difference."""
-
-
 def log_ratio(
     lab: NDArray[np.uint8],
-    bins: NDArray[np.uint16],
     rows: NDArray[np.float32],
-    window: tuple[slice, slice],
+    window: Window,
     background: BackgroundModel,
     person: ColourModel,
     surroundings: ColourModel,
@@ -242,20 +241,19 @@ def log_ratio(
     Return ln p(person) / p(surroundings) in a window, (h, w) float32.
 
     :param lab: (h, w, 3) uint8, the window of the working image.
-    :param bins: (h, w) joint colour bins of the window.
     :param rows: (h, w) position down the body.
     :param window: the window's rows and columns in the working image.
     :param strangers: (h, w) float32, probability of any colour of somebody else; None: nobody is.
     """
-    out = np.empty(bins.shape, np.float32)
+    out = np.empty(rows.shape, np.float32)
     misplacement = background.misplacement if background.misplacement > _LEAST_MISPLACED else 0.0
     sums, top, left = background.part(window)
-    wider = np.ones((2, *bins.shape), np.float32)
+    wider = np.ones((2, *rows.shape), np.float32)
     if misplacement:
         widen(sums, top, left, (misplacement / background.sigma) ** 2, wider)
     ratios(
         lab,
-        bins,
+        colour_bins(lab),
         rows,
         sums,
         top,
@@ -275,7 +273,7 @@ def log_ratio(
 
 
 def likelihood_image(
-    logit: NDArray[np.float32], window: tuple[slice, slice], shape: tuple[int, int]
+    logit: NDArray[np.float32], window: Window, shape: tuple[int, int]
 ) -> NDArray[np.uint8]:
     """
     Return the foreground likelihood image: P(person) as 0..255, zero outside the window.

@@ -19,6 +19,15 @@ from gait_segmentation.scene.working import WorkingImage
 
 Shift = tuple[float, float]
 
+_GAP = 3
+"""Frames between the two that are compared."""
+
+_LEVEL, _SPREADS = 6.0, 2.0
+"""Change that is motion: grey levels, and spreads of a still pixel on top."""
+
+_SIDE = 5
+"""Side in pixels of the squares that changes are averaged over and that motion is widened by."""
+
 
 @dataclass
 class Record:
@@ -61,16 +70,6 @@ def body_over(records: Iterable[Record], track_id: int) -> Shift:
     """Return how far a body went over several frames."""
     shifts = [each.bodies[track_id] for each in records if track_id in each.bodies]
     return sum(dx for dx, _ in shifts), sum(dy for _, dy in shifts)
-
-
-_GAP = 3
-"""Frames between the two that are compared."""
-
-_LEVEL, _SPREADS = 6.0, 2.0
-"""Change that is motion: grey levels, and spreads of a still pixel on top."""
-
-_SIDE = 5
-"""Side in pixels of the squares that changes are averaged over and that motion is widened by."""
 
 
 def add_moving(

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import body_rows, colour_bins
+from gait_segmentation.colour import body_rows
 from gait_segmentation.images import bounding_box
 from gait_segmentation.tracking.competition import REACH, Claim
 from gait_segmentation.tracking.likelihood import likelihood_image, log_ratio
@@ -116,7 +116,6 @@ def _search(target: Target, taken: NDArray[np.uint8]) -> Shift | None:
     center_x, center_y = person.center_x / step, person.center_y / step
     logit = log_ratio(
         lab,
-        colour_bins(lab),
         body_rows(shape, (0, 0), (center_x, center_y), height),
         every,
         record.background,

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import ColourModel, body_rows, colour_bins
+from gait_segmentation.colour import ColourModel, body_rows
 from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.images import (
     Window,
@@ -224,7 +224,6 @@ class Target:
             strangers = np.float32(config.stranger_density) * beyond(away, person.height)
         logit = log_ratio(
             lab,
-            colour_bins(lab),
             person.rows(window),
             window,
             record.background,

@@ -36,8 +36,7 @@ def ratio(
 ) -> np.ndarray:
     rows = np.repeat(np.linspace(0, 0.999, 20, dtype=np.float32)[:, None], 30, 1)
     config = TrackingConfig(**changes)
-    bins = colour_bins(lab)
-    return log_ratio(lab, bins, rows, WINDOW, background, *models(), config, strangers)
+    return log_ratio(lab, rows, WINDOW, background, *models(), config, strangers)
 
 
 def known(colour: tuple[int, int, int]) -> BackgroundModel:
@@ -147,6 +146,6 @@ def test_it_is_the_formula_pixel_by_pixel(misplacement: float) -> None:
     lab[..., 1:] = rng.integers(115, 145, (*SHAPE, 2))
     rows = rng.uniform(-0.2, 1.2, SHAPE).astype(np.float32)
     strangers = rng.choice([0, 1e-3], SHAPE).astype(np.float32)
-    found = log_ratio(lab, colour_bins(lab), rows, WINDOW, model, *models(), config, strangers)
+    found = log_ratio(lab, rows, WINDOW, model, *models(), config, strangers)
     expected = _plainly(lab, rows, model, config, strangers)
     np.testing.assert_allclose(found, expected, atol=2e-3)

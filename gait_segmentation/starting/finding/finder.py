@@ -28,14 +28,11 @@ _FINEST, _LARGEST = 0.375, 480
 _STEP = 2
 """Of the views of the bank one of so many is compared with."""
 
-_PAUSE_S = 0.5
-"""A pause in which too much may have changed."""
-
-_LEAST_PERIOD_S = 0.025
-"""Frames that come faster are left out."""
-
-_LATE_S = 0.12
-"""Time for which one frame speaks at most."""
+_LEAST_PERIOD_S, _LATE_S, _PAUSE_S = 0.025, 0.12, 0.5
+"""
+Frames that come faster are left out; one frame speaks for so long at most; and a pause in which
+too much may have changed.
+"""
 
 _SAME = 0.4
 """Share of the smaller of two boxes that is common to boxes of the same person."""
@@ -46,24 +43,20 @@ By how much more evidence is asked for after each who was found and was nobody, 
 come close to it in some seconds.
 """
 
-_MOST = 24
-"""Candidates followed at a time."""
-
-_LOST_S = 0.3
-"""Time for which a candidate may go unseen."""
+_MOST, _LOST_S = 24, 0.3
+"""Candidates followed at a time, and time for which one may go unseen."""
 
 _GAIN_PLACE, _GAIN = 0.6, 0.3
 """Share of a sighting in the place, and in speed and size."""
 
 _LEAST_OVERLAP = 0.25
-_MOST_ASPECT = 1.3
-"""Largest width over height of a new candidate."""
+"""Intersection over union with where a candidate is expected from which a blob may be it."""
+
+_MOST_ASPECT, _LEAST_MOVING = 1.3, 0.05
+"""Largest width over height of a new candidate, and share of its blob that must move now."""
 
 _STEADY_S = 0.1, 0.4
 """Least and longest time after which a shape is compared with an earlier one."""
-
-_LEAST_MOVING = 0.05
-"""Share of a blob that must move now for it to be followed."""
 
 
 @dataclass
@@ -73,8 +66,8 @@ class Candidate:
 
     ``box`` is its smoothed box in the newest frame, ``speed`` that of its centre against the
     world in pixels a second.  ``blob`` is what was seen of it last, at ``seen`` seconds.
-    ``shapes`` holds (seconds, normalised shape) of the last frames, ``evidence`` the sum of the log-odds that
-    it walks, in seconds, as of ``judged``.
+    ``shapes`` holds (seconds, normalised shape) of the last frames, ``evidence`` the sum of the
+    log-odds that it walks, in seconds, as of ``judged``.
     """
 
     box: Box

@@ -59,7 +59,6 @@ class HeatMapCue(Cue):
     """What the values of a heat map say of one person."""
 
     def __init__(self) -> None:
-        """Begin without having seen a map."""
         self._grades = Grades(_FLOOR)
         self._fit: NDArray[np.float64] | None = None
         self._off: Shift = (0.0, 0.0)

@@ -54,7 +54,6 @@ class MotionCue(Cue):
     """What the motion of the pixels says of one person."""
 
     def __init__(self) -> None:
-        """Begin without having seen the person move."""
         self._shares = np.zeros((2, 2 * _KINDS))
         """Of person and surroundings, the share of pixels of each pair of differences."""
 
