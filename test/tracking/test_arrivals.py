@@ -75,7 +75,7 @@ def finder() -> Finder:
 
 def finding(finder: Finder, slots: int = 1, **options) -> Told:
     told = Told(slots, 'motion', **options)
-    told.tracker._arrivals._finder = finder
+    told.tracker._finder = finder
     return told
 
 
@@ -142,7 +142,8 @@ def test_of_several_people_others_are_followed_without_a_free_slot(finder: Finde
 
 def test_the_place_of_somebody_known_is_no_wider_than_a_body(finder: Finder) -> None:
     told = finding(finder)
-    told.tracker._arrivals.find(np.zeros((240, 320, 3), np.uint8), 1, [Box(10, 20, 150, 100)])
+    image = np.zeros((240, 320, 3), np.uint8)
+    told.tracker._find(image, [Box(10, 20, 150, 100)], [], None, wanted=True)
     assert finder.asked[-1] == [Box(55, 20, 60, 100)]
 
 
@@ -162,10 +163,10 @@ def test_nobody_is_looked_for_once_boxes_are_given_until_a_reset(finder: Finder)
 
 def test_the_search_can_be_switched_off_and_on() -> None:
     told = Told(1, 'none')
-    finder = told.tracker._arrivals._finder
+    finder = told.tracker._finder
     assert finder.config.auto_init == 'none'
     told.tracker.starting = StartingConfig(auto_init='motion')
-    finder = told.tracker._arrivals._finder
+    finder = told.tracker._finder
     assert finder.config.auto_init == 'motion'
 
 

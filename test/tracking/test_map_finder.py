@@ -74,7 +74,7 @@ def test_what_is_less_clear_must_be_seen_in_several_maps(bank):
     found = [len(finder.update(heat(n, (20 + n, 30, square)), SOURCE, [], 20)) for n in range(8)]
     assert found[0] == 0
     assert sum(found) >= 1
-    finder = MapFinder(bank)
+    finder.reset()
     jumping = [(20 + 70 * (n % 2), 30, square) for n in range(8)]
     assert not any(finder.update(heat(n, each), SOURCE, [], 20) for n, each in enumerate(jumping))
 
