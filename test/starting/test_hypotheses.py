@@ -127,11 +127,6 @@ def test_similarity_counts_the_whole_window() -> None:
     assert laid.similarities(whole[1] / np.float32(255))[1] == 1
 
 
-def test_nothing_is_alike_to_nothing() -> None:
-    laid, _ = hypothesis()
-    assert not laid.similarities(np.zeros(WINDOW, np.float32)).any()
-
-
 def test_the_average_is_weighted_and_blurred() -> None:
     laid, whole = hypothesis()
     mean = laid.average(np.array([1, 3, 0], np.float32), WINDOW, 0.0)

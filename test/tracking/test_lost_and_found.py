@@ -182,17 +182,6 @@ def test_somebody_else_is_not_taken_for_the_one_who_left() -> None:
     assert {result.state for result in results} == {'lost'}
 
 
-def test_somebody_who_stands_still_stays_tracked() -> None:
-    told = Told()
-    path = walk(Figure(60), 20)
-    told.start(path[0])
-    results = [told.show(figure)[0] for figure in path + 60 * [path[-1]]]
-    assert {result.state for result in results} == {'tracked'}
-    assert results[-1].box is not None
-    assert results[-1].box.iou(box_of(path[-1])) > 0.8
-    assert results[-1].confidence > 0.6
-
-
 def test_two_who_cross_keep_their_ids_and_share_the_pixels_out() -> None:
     told = Told(slots=2)
     far = walk(Figure(60, RED, height=92.0), 62)

@@ -115,13 +115,6 @@ def test_without_a_measurement_the_person_moves_on_with_the_camera() -> None:
     assert state.move((-2.0, 0.0), None, 0.04) == pytest.approx((1.0, 0.0), abs=0.01)
 
 
-def test_frames_too_close_do_not_change_the_pace() -> None:
-    state = person()
-    state.move((0.0, 0.0), (4.0, 0.0), 0.04)
-    state.move((0.0, 0.0), (4.0, 0.0), 0.001)
-    assert state.velocity[0] == pytest.approx(100)
-
-
 def test_a_pace_that_is_forgotten_begins_anew() -> None:
     state = person()
     state.move((0.0, 0.0), (4.0, 0.0), 0.04)

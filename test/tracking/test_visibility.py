@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
-import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -97,11 +96,3 @@ def test_nothing_to_see_is_no_shift(now: int, before: int) -> None:
 
 def test_a_window_outside_of_the_image_is_no_shift() -> None:
     assert mean_shift(likely(), likely(), Box(500, 500, 10, 10)) == WindowShift(0.0, 0.0, 1.0)
-
-
-def test_a_likelihood_of_any_grey_counts_by_its_value() -> None:
-    rng = np.random.default_rng(2)
-    weights = rng.integers(0, 256, (120, 110), np.uint8)
-    moments, before = (cv2.moments(each[30:90, 40:80]) for each in (weights, likely()))
-    shift = mean_shift(weights, likely(), WINDOW)
-    assert shift.scale == pytest.approx((moments['m00'] / before['m00']) ** 0.5, rel=0.05)
