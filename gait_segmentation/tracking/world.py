@@ -226,9 +226,9 @@ class World:
         frames = [each for each in self.history if track_id in each.bodies]
         if len(frames) < 2 or frames[0].blank:
             return None
-        since = frames[1:]
+        first, *since = frames
         motion = WorldMotion.over(each.motion for each in since)
-        return frames[0], motion, body_over(since, track_id)
+        return first, motion, body_over(since, track_id)
 
     def body_since(self, track_id: int, frames: int) -> Shift:
         """Return how far a body went over the last frames, at most those that are kept."""
@@ -283,27 +283,23 @@ class World:
         around: Sequence[Window],
         *,
         gate: bool = True,
-    ) -> NDArray[np.uint8] | None:
+    ) -> None:
         """
         Learn the background from a frame just taken, unless nothing can be seen in it.
 
         :param people: (h, w) uint8, non-zero where people may be.
         :param around: windows about people, in which the noise is measured.
         :param gate: whether to leave out what moves against the world.
-        :returns: (h, w) uint8, non-zero on people and what else moves, and is not learnt; None
-            if that is not known.
         """
         record.people = people
         if record.blank:
-            return None
-        lab = record.image.lab
-        background = self._background
+            return
+        lab, background = record.image.lab, self._background
         background.measure_noise(lab, people, around)
         if gate:
             people = people.copy()
             add_moving(people, record, self.history, background.sigma)
         background.learn(lab, people, record.windows)
-        return people if gate else None
 
     def _skip(self) -> Record:
         record = self.pending.popleft()

@@ -17,11 +17,11 @@ from gait_segmentation.kernels import kernel
 _TRIM_ROWS, _TRIM_COLUMNS = 0.005, 0.02
 _LEAST_AREA = 10
 _MOST_PARTS = 48
-_OVERLAP = 0.4
-"""Share of the narrower part's width that two parts above each other must have in common."""
-
-_DISTANCE = 0.25
-"""Most that they may be apart, in heights of both together."""
+_OVERLAP, _DISTANCE = 0.4, 0.25
+"""
+Share of the narrower part's width that two parts above each other must have in common, and most
+that they may be apart, in heights of both together.
+"""
 
 _LEAST_BODY, _LEAST_ASPECT, _MOST_ASPECT = 14, 1.5, 5.0
 """Height in pixels, and height over width, of parts that may be whole bodies."""
@@ -69,6 +69,7 @@ def find_blobs(
         between its outermost moving pixels; and (h, w) uint8, the number of the blob of each
         pixel of the evidence, 0 for none.
     """
+    size = evidence.shape[1], evidence.shape[0]
     closed = cv2.morphologyEx(evidence, cv2.MORPH_CLOSE, np.ones((5, 3), np.uint8))
     # Labels of 16 bits are three times as fast; 480 x 480 pixels cannot hold more.
     count, labels, stats, _ = cv2.connectedComponentsWithStats(
@@ -79,33 +80,22 @@ def find_blobs(
     parts = parts[:_MOST_PARTS]
     boxes = [Box(*(float(v) for v in stats[k, :4])) for k in parts]
     count = _split(labels, parts, boxes, count)
-    groups = _merged(boxes)
     table = np.zeros(count, np.int32)
-    for number, members in enumerate(groups):
-        for member in members:
-            table[parts[member]] = number + 1
     filled, owners = np.zeros_like(evidence), np.zeros_like(evidence)
-    rows = np.zeros((len(groups) + 1, evidence.shape[0]), np.int32)
-    columns = np.zeros((len(groups) + 1, evidence.shape[1]), np.int32)
-    measures = np.zeros((len(groups) + 1, 2), np.int32)
-    for number, members in enumerate(groups):
-        around = boxes[members[0]]
-        for member in members[1:]:
-            around = around.union(boxes[member])
-        window = around.slices(evidence.shape[1], evidence.shape[0])
-        bounds = (window[0].start, window[0].stop, window[1].start, window[1].stop)
+    blobs = []
+    for number, (members, around) in enumerate(_merged(boxes), start=1):
+        for member in members:
+            table[parts[member]] = number
+        rows, columns, measures = (np.zeros(n, np.int32) for n in (*evidence.shape, 2))
+        (up, down), (left, right) = ((part.start, part.stop) for part in around.slices(*size))
         _fill(
-            labels, table, evidence, moving, number + 1, bounds,
+            labels, table, evidence, moving, number, (up, down, left, right),
             filled, owners, rows, columns, measures,
         )  # fmt: skip
-    blobs = []
-    for group in range(1, len(groups) + 1):
-        area, moved = (int(v) for v in measures[group])
-        if moved == 0:
-            continue
-        top, bottom = _range(rows[group], _TRIM_ROWS)
-        left, right = _range(columns[group], _TRIM_COLUMNS)
-        blobs.append(Blob(Box(left, top, right - left, bottom - top), area, moved, group))
+        area, moved = measures.tolist()
+        if moved:
+            (up, down), (left, right) = _range(rows, _TRIM_ROWS), _range(columns, _TRIM_COLUMNS)
+            blobs.append(Blob(Box(left, up, right - left, down - up), area, moved, number))
     return sorted(blobs, key=lambda blob: -blob.area), filled, owners
 
 
@@ -147,9 +137,13 @@ def _range(counts: NDArray[np.int32], trim: float) -> tuple[int, int]:
     return first, last + 1
 
 
-def _merged(boxes: list[Box]) -> list[list[int]]:
-    """Group parts that lie above each other."""
-    crowd = sum(_upright(box) for box in boxes) >= _CROWD
+def _merged(boxes: list[Box]) -> list[tuple[list[int], Box]]:
+    """Group parts that lie above each other; return those of each group and the box of all."""
+    upright = [
+        box.height >= _LEAST_BODY and _LEAST_ASPECT <= box.height / box.width <= _MOST_ASPECT
+        for box in boxes
+    ]
+    crowd = sum(upright) >= _CROWD
     groups = [([index], box) for index, box in enumerate(boxes)]
     merged = True
     while merged:
@@ -160,7 +154,7 @@ def _merged(boxes: list[Box]) -> list[list[int]]:
                     members, box = groups.pop(second)
                     groups[first] = (groups[first][0] + members, groups[first][1].union(box))
                     merged = True
-    return [members for members, _ in groups]
+    return groups
 
 
 def _belong(a: Box, b: Box, crowd: bool) -> bool:
@@ -177,15 +171,9 @@ def _belong(a: Box, b: Box, crowd: bool) -> bool:
     return apart < _DISTANCE * both.height
 
 
-def _upright(box: Box) -> bool:
-    """Tell whether a part may be a whole body."""
-    aspect = box.height / box.width
-    return box.height >= _LEAST_BODY and _LEAST_ASPECT <= aspect <= _MOST_ASPECT
-
-
 @kernel(
     'u2[:,::1], i4[::1], u1[:,::1], u1[:,::1], i8, UniTuple(i8, 4), u1[:,::1], u1[:,::1], '
-    'i4[:,::1], i4[:,::1], i4[:,::1]'
+    'i4[::1], i4[::1], i4[::1]'
 )
 def _fill(
     labels: NDArray[np.uint16],
@@ -206,16 +194,16 @@ def _fill(
         for col in range(bounds[2], bounds[3]):
             if evidence[row, col] == 0 or table[labels[row, col]] != group:
                 continue
-            measures[group, 0] += 1
+            measures[0] += 1
             owners[row, col] = group
             if moving[row, col]:
-                measures[group, 1] += 1
+                measures[1] += 1
                 first = min(first, col)
                 last = col
         for col in range(first, last + 1):
             filled[row, col] = 255
-            columns[group, col] += 1
-        rows[group, row] = max(last + 1 - first, 0)
+            columns[col] += 1
+        rows[row] = max(last + 1 - first, 0)
 
 
 def columns_of_people(part: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -233,19 +221,12 @@ def columns_of_people(part: NDArray[np.bool_]) -> list[tuple[int, int]]:
         return [(0, width)]
     top = np.where(part.any(axis=0), part.argmax(axis=0), height)
     heads: list[int] = []
-    cuts: list[int] = []
     order = np.argsort(top, kind='stable')
     for column in order[top[order] <= _HIGH * height].tolist():
-        gaps = [_gap(top, column, head, height) for head in heads]
-        if all(gap is not None for gap in gaps):
+        if all(_gap(top, column, head, height) is not None for head in heads):
             heads.append(column)
-    heads.sort()
-    for left, right in itertools.pairwise(heads):
-        gap = _gap(top, left, right, height)
-        assert gap is not None
-        cuts.append(gap)
-    bounds = [0, *cuts, width]
-    return list(itertools.pairwise(bounds))
+    gaps = [_gap(top, *pair, height) for pair in itertools.pairwise(sorted(heads))]
+    return list(itertools.pairwise([0, *(gap for gap in gaps if gap is not None), width]))
 
 
 def _gap(top: NDArray[np.int64], one: int, two: int, height: int) -> int | None:
