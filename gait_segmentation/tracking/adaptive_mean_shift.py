@@ -55,7 +55,7 @@ class MeanShiftTarget(Target):
     def __init__(self, track_id: int, world: World, start: Start, config: TrackingConfig) -> None:
         """Begin with the box of a start in the world's newest frame; see :func:`start_in`."""
         super().__init__(track_id, world, start, config)
-        self._selector = FeatureSelector(config)
+        self._selector = FeatureSelector()
         self._usual, self._frames = 1.0, 0
         self._learn(world.now)
 

@@ -132,19 +132,6 @@ class TrackingConfig(StageConfig):
         minimum=0.0,
         maximum=1.0,
     )
-    chosen_features: int = parameter(
-        3,
-        'Features of adaptive_mean_shift that the likelihood is made of.',
-        minimum=1,
-        maximum=5,
-    )
-    drift_gate: float = parameter(
-        0.6,
-        "Mean similarity (0..1) of the features with the first frame's below which "
-        'adaptive_mean_shift learns nothing of a frame.',
-        minimum=0.0,
-        maximum=1.0,
-    )
     patience: float = parameter(
         3.0,
         'How long a lost person (occluded or gone) is searched for before the track ends.',

@@ -25,7 +25,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.results import FeatureWeight
-from gait_segmentation.tracking.config import TrackingConfig
 
 NEUTRAL = 0
 """Bin of the pixels that say nothing, in features that have such pixels."""
@@ -48,6 +47,12 @@ _DELTA = 1e-3
 
 _LEAST_SPREAD = 0.05
 """Added to the variances within the classes, so that few pixels do not make a perfect feature."""
+
+_CHOSEN, _DRIFT_GATE = 3, 0.6
+"""
+Features that the likelihood is made of, and mean similarity (0..1) with the first frame's below
+which nothing is learnt of a frame.
+"""
 
 _STEP = 2
 """Every how many pixels are looked at to learn and to rank."""
@@ -205,8 +210,7 @@ class FeatureSelector:
     ``features`` holds all features as they were ranked last, best first.
     """
 
-    def __init__(self, config: TrackingConfig) -> None:
-        self._config = config
+    def __init__(self) -> None:
         self._models = {
             each.name: FeatureModel(each.bins, has_neutral=each.has_neutral) for each in POOL
         }
@@ -230,14 +234,14 @@ class FeatureSelector:
             for each in POOL
         }
         alike = [model.similarity(newest[name]) for name, model in self._models.items()]
-        if sum(alike) < self._config.drift_gate * len(alike):
+        if sum(alike) < _DRIFT_GATE * len(alike):
             return
         ratios: dict[str, float] = {}
         for name, model in self._models.items():
             model.learn(newest[name])
             ratios[name] = model.variance_ratio(newest[name])
         ranked = sorted(ratios, key=lambda name: -ratios[name])
-        chosen = ranked[: self._config.chosen_features]
+        chosen = ranked[:_CHOSEN]
         total = max(sum(ratios[name] for name in chosen), 1e-6)
         weights = {name: ratios[name] / total for name in chosen}
         self.features = tuple(
