@@ -48,7 +48,7 @@ class Blob:
     Moving pixels that hang together.
 
     ``box`` is the box of those that move now, ``area`` the number of all pixels and ``moving``
-    that of those that move now.  ``number`` is that of its pixels in the owners of the frame.
+    that of those that move now.  ``number`` tells it from the others of the frame.
     """
 
     box: Box
@@ -59,15 +59,14 @@ class Blob:
 
 def find_blobs(
     evidence: NDArray[np.uint8], moving: NDArray[np.uint8]
-) -> tuple[list[Blob], NDArray[np.uint8], NDArray[np.uint8]]:
+) -> tuple[list[Blob], NDArray[np.uint8]]:
     """
     Find the blobs of a frame.  People who touch are a blob each if their heads are apart.
 
     :param evidence: (h, w) uint8, non-zero where something is that is no background.
     :param moving: (h, w) uint8, non-zero where something moves now.
-    :returns: the blobs, largest first; (h, w) uint8, 255 where a blob moves, filled row by row
-        between its outermost moving pixels; and (h, w) uint8, the number of the blob of each
-        pixel of the evidence, 0 for none.
+    :returns: the blobs, largest first; and (h, w) uint8, 255 where a blob moves, filled row by
+        row between its outermost moving pixels.
     """
     size = evidence.shape[1], evidence.shape[0]
     closed = cv2.morphologyEx(evidence, cv2.MORPH_CLOSE, np.ones((5, 3), np.uint8))
@@ -81,7 +80,7 @@ def find_blobs(
     boxes = [Box(*(float(v) for v in stats[k, :4])) for k in parts]
     count = _split(labels, parts, boxes, count)
     table = np.zeros(count, np.int32)
-    filled, owners = np.zeros_like(evidence), np.zeros_like(evidence)
+    filled = np.zeros_like(evidence)
     blobs = []
     for number, (members, around) in enumerate(_merged(boxes), start=1):
         for member in members:
@@ -90,13 +89,13 @@ def find_blobs(
         (up, down), (left, right) = ((part.start, part.stop) for part in around.slices(*size))
         _fill(
             labels, table, evidence, moving, number, (up, down, left, right),
-            filled, owners, rows, columns, measures,
+            filled, rows, columns, measures,
         )  # fmt: skip
         area, moved = measures.tolist()
         if moved:
             (up, down), (left, right) = _range(rows, _TRIM_ROWS), _range(columns, _TRIM_COLUMNS)
             blobs.append(Blob(Box(left, up, right - left, down - up), area, moved, number))
-    return sorted(blobs, key=lambda blob: -blob.area), filled, owners
+    return sorted(blobs, key=lambda blob: -blob.area), filled
 
 
 def _split(labels: NDArray[np.uint16], parts: list[int], boxes: list[Box], count: int) -> int:
@@ -172,7 +171,7 @@ def _belong(a: Box, b: Box, crowd: bool) -> bool:
 
 
 @kernel(
-    'u2[:,::1], i4[::1], u1[:,::1], u1[:,::1], i8, UniTuple(i8, 4), u1[:,::1], u1[:,::1], '
+    'u2[:,::1], i4[::1], u1[:,::1], u1[:,::1], i8, UniTuple(i8, 4), u1[:,::1], '
     'i4[::1], i4[::1], i4[::1]'
 )
 def _fill(
@@ -183,7 +182,6 @@ def _fill(
     group: int,
     bounds: tuple[int, int, int, int],
     filled: NDArray[np.uint8],
-    owners: NDArray[np.uint8],
     rows: NDArray[np.int32],
     columns: NDArray[np.int32],
     measures: NDArray[np.int32],
@@ -195,7 +193,6 @@ def _fill(
             if evidence[row, col] == 0 or table[labels[row, col]] != group:
                 continue
             measures[0] += 1
-            owners[row, col] = group
             if moving[row, col]:
                 measures[1] += 1
                 first = min(first, col)

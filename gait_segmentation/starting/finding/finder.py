@@ -287,7 +287,7 @@ class WalkerFinder:
         found: list[Box] = []
         needed = self._needed * self.config.least_evidence
         seen = [each for each in self._candidates if each.seen == seconds]
-        size = frame.owners.shape[::-1]
+        size = frame.silhouettes.shape[::-1]
         shapes = [normalised(frame.silhouettes[each.blob.box.slices(*size)]) for each in seen]
         likeness = [0.0 if shape is None else self._shapes.likeness(shape) for shape in shapes]
         clutter = {blob.number: float(blob.area) for blob in frame.blobs}
@@ -307,7 +307,7 @@ class WalkerFinder:
                 'moving': blob.moving / blob.area,
                 'height': math.log(blob.box.height),
                 'steadiness': float(tanimoto(earlier, shape)),
-                'clutter': (total - clutter[blob.number]) / frame.owners.size,
+                'clutter': (total - clutter[blob.number]) / frame.silhouettes.size,
             }
             self._judged.append((blob.box, measures))
             passed = min(seconds - each.judged, _LATE_S) if each.judged else 0.0

@@ -208,6 +208,23 @@ def test_with_more_evidence_asked_for_a_walker_is_found_later() -> None:
     assert later > usual
 
 
+def test_what_spoke_against_a_walker_is_made_up_for_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    judged: list[float] = []
+
+    def log_odds(measures: dict[str, float]) -> float:
+        judged.append(-4.0 if len(judged) < 12 else 4.0)
+        return judged[-1]
+
+    monkeypatch.setattr('gait_segmentation.starting.finding.finder.log_odds', log_odds)
+    finder = WalkerFinder(small_bank())
+    for number, image in enumerate(walk()):
+        if finder.update(image, 10**9 + number * PERIOD_NS):
+            break
+    assert 1 <= judged.count(4.0) <= 4
+
+
 def test_who_is_on_trial_is_looked_at_but_not_found() -> None:
     finder = WalkerFinder(small_bank())
     tried: list[Box] = []

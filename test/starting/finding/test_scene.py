@@ -139,9 +139,9 @@ def test_who_is_known_is_no_blob_and_is_not_learnt(pan: float) -> None:
 
 
 @pytest.mark.parametrize('pan', [0.0, 1.3])
-def test_blobs_have_pixels(pan: float) -> None:
+def test_the_silhouette_is_that_of_the_walker(pan: float) -> None:
     frame = play(16, pan=pan)[1][-1]
-    found = 255 * (frame.owners == frame.blobs[0].number)
+    found = frame.silhouettes
     assert (found[inside(block(15))] > 0).mean() > 0.9
     assert (found[:, 74:] > 0).mean() < 0.02
 
