@@ -73,15 +73,14 @@ class Start:
     The first estimate of a person.
 
     ``mask`` is (h, w) uint8 0/255 of the working image, ``votes`` (h, w) float32 in 0..1 says how
-    sure it is, ``box`` is the box it was started from, ``body`` the body frame and ``azimuth`` the
-    direction of walking that explained it best.  All in working pixels.
+    sure it is, ``box`` is the box it was started from and ``body`` the body frame.  All in working
+    pixels.
     """
 
     mask: NDArray[np.uint8]
     votes: NDArray[np.float32]
     box: Box
     body: BodyFrame
-    azimuth: float
 
 
 @dataclass(frozen=True)
@@ -157,7 +156,7 @@ def estimate_start(
         tall,
         hypothesis.angle,
     )
-    return Start(mask, votes, box, body, hypothesis.azimuth)
+    return Start(mask, votes, box, body)
 
 
 def _vote(results: Sequence[_Result]) -> NDArray[np.float32]:

@@ -44,7 +44,7 @@ def start_in(box: Box, shape: tuple[int, int]) -> Start:
     box = in_view(box, shape)
     mask = _ellipse(box, (slice(0, shape[0]), slice(0, shape[1])))
     body = BodyFrame(box.center_x, box.center_y, max(box.height, 1.0))
-    return Start(mask, mask / np.float32(255), box, body, 0.0)
+    return Start(mask, mask / np.float32(255), box, body)
 
 
 class MeanShiftTarget(Target):

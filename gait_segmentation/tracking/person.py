@@ -128,7 +128,6 @@ class Person:
     frames that the velocity was learnt from.
     """
 
-    track_id: int
     center_x: float
     center_y: float
     height: float

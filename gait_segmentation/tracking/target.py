@@ -74,7 +74,6 @@ class Target:
         self.track_id, self.world, self.config = track_id, world, config
         self.state, self.confidence = TRACKED, 0.0
         self.person = Person(
-            track_id,
             start.body.center_x,
             start.body.center_y,
             start.body.height,

@@ -77,7 +77,7 @@ def block(left: int, top: int, right: int, bottom: int) -> np.ndarray:
 
 
 def broad(mask: np.ndarray) -> Person:
-    return Person(1, 30, 30, 40, 8, 8, mask, ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4))
+    return Person(30, 30, 40, 8, 8, mask, ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4))
 
 
 @pytest.mark.parametrize(('size', 'shape'), [((240, 320), SMALL), ((90, 100), (61, 68))])

@@ -245,6 +245,18 @@ def test_who_left_is_waited_for_a_little_beyond_the_border(
     assert (person.center_x, person.center_y) == pytest.approx(place)
 
 
+def test_who_is_hidden_walks_on_for_a_while_and_stops() -> None:
+    told = Told()
+    told.start(Figure(60))
+    told.show(Figure(60))
+    (target,) = told.tracker._targets()
+    target.person.velocity = (20.0, 0.0)
+    before = target.person.center_x
+    for _ in range(50):
+        target._coast((0.0, 0.0), 0.1)
+    assert target.person.center_x - before == pytest.approx(20 * (1.0 + 0.5), abs=2)
+
+
 # Input that is no good.
 
 

@@ -23,7 +23,7 @@ def ellipse(x: float, y: float, height: float, degrees: float = 0.0) -> np.ndarr
 
 def person(x: float = 100, y: float = 120, height: float = 100) -> Person:
     colours = ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4)
-    return Person(1, x, y, height, 20, 20, ellipse(x, y, height), *colours)
+    return Person(x, y, height, 20, 20, ellipse(x, y, height), *colours)
 
 
 def test_place_and_size_follow_the_masks() -> None:
