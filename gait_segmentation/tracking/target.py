@@ -168,8 +168,7 @@ class Target:
         # In a gap nobody was looked for.
         self.lost_s += min(seconds, _MOST_LOST_S)
         share = math.exp(-max(self.lost_s - _COAST_S, 0.0) / _STOP_S)
-        dx = world[0] + share * seconds * person.velocity[0]
-        dy = world[1] + share * seconds * person.velocity[1]
+        dx, dy = (w + share * seconds * v for w, v in zip(world, person.velocity, strict=True))
         person.shift(dx, dy)
         x, y = person.keep_near(self.world.shape)
         return dx + x, dy + y
@@ -204,10 +203,9 @@ class Target:
 
     def _measured(self, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
         """Return how far the body went as its pixels say, None if they may be somebody else's."""
-        person = self.person
-        if not (self.seen >= WHOLE or self.uncovered):
-            return None
-        return self.world.body_shift(body, self.window, person.way(seconds))
+        if self.seen >= WHOLE or self.uncovered:
+            return self.world.body_shift(body, self.window, self.person.way(seconds))
+        return None
 
     def judge(self) -> Claim | None:
         """Judge the pixels in a window about the person, None if all of it is outside."""

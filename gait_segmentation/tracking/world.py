@@ -153,19 +153,13 @@ class World:
         record = Record(frame, motion, background, windows, blank=blank)
         self.pending.append(record)
         self.history.append(record)
-        frames = None if heat is None else self._frames_since(heat.stamp_ns)
-        if heat is not None and frames is not None:
+        if heat is not None and heat.stamp_ns >= self.history[0].image.stamp_ns:
             size = self.shape[::-1]
             record.heat = np.asarray(cv2.resize(heat.values, size, interpolation=cv2.INTER_LINEAR))
-            record.heat_frames = frames
+            # It is of the frame that is nearest to its stamp.
+            ages = [abs(each.image.stamp_ns - heat.stamp_ns) for each in self.history]
+            record.heat_frames = len(ages) - 1 - ages.index(min(ages))
         return motion
-
-    def _frames_since(self, stamp_ns: int) -> int | None:
-        """Return how many frames came after that nearest to a stamp, None if it is not kept."""
-        ages = [abs(each.image.stamp_ns - stamp_ns) for each in self.history]
-        if stamp_ns < self.history[0].image.stamp_ns:
-            return None
-        return len(ages) - 1 - ages.index(min(ages))
 
     def _begin_anew(self, background: BackgroundModel) -> None:
         """Forget the place, for the camera shows another one from now on."""
