@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -53,6 +54,12 @@ def count_likely(image: NDArray[np.uint8]) -> int:
     if image.size == 0:
         return 0
     return cv2.countNonZero(cv2.threshold(image, 127, 1, cv2.THRESH_BINARY)[1])
+
+
+def axis_tilt(mask: NDArray[np.uint8]) -> float:
+    """Return by how much the main axis of a mask leans to the right, in radians."""
+    moments = cv2.moments(mask, binaryImage=True)
+    return 0.5 * math.atan2(-2 * moments['mu11'], moments['mu02'] - moments['mu20'])
 
 
 def check_image(image: NDArray[np.uint8]) -> None:

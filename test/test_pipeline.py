@@ -18,7 +18,7 @@ from test.walkers import box_of, clip, couple, overlap, small_bank
 
 
 def pipeline(lag: int = 0) -> Pipeline:
-    config = PipelineConfig(TrackingConfig(start_rounds=3), MatchingConfig(lag=lag))
+    config = PipelineConfig(TrackingConfig(), MatchingConfig(lag=lag))
     return Pipeline(config, small_bank())
 
 
@@ -270,7 +270,7 @@ SECOND = 4
 
 def several(lag: int = 0, slots: int = 3, threads: int = 2, people: int = 2) -> list[FrameResult]:
     config = PipelineConfig(
-        TrackingConfig(start_rounds=3),
+        TrackingConfig(),
         MatchingConfig(lag=lag),
         people=PeopleConfig(max_people=slots, people_threads=threads),
         starting=StartingConfig(auto_init='none'),

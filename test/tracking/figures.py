@@ -104,8 +104,6 @@ class Told:
             starting=StartingConfig(auto_init=auto),
         )
         self.frames = 0
-        self.people: dict[int, int] = {}
-        """Slot -> place of the figure in the list."""
 
     @property
     def stamp_ns(self) -> int:
@@ -122,14 +120,11 @@ class Told:
         image: np.ndarray,
         masks: Sequence[np.ndarray],
         bodies: Sequence[np.ndarray] | None = None,
-        *,
-        nearest: bool = False,
     ) -> list[TrackResult]:
         """
         Give an image, and the true masks of those who are tracked back.
 
         :param bodies: the masks with what is hidden, for templates; the masks if None.
-        :param nearest: whether to give the mask of whoever is nearest, as a cut would.
         """
         results = self.tracker.update(image, self.stamp_ns)
         self.frames += 1
@@ -138,10 +133,9 @@ class Told:
             if result.track_id == 0:
                 continue
             mask = whole = np.zeros(image.shape[:2], np.uint8)
-            place = _nearest(result, masks) if nearest else self.people.get(slot, slot)
-            if result.state == 'tracked' and place < len(masks):
-                mask = masks[place]
-                whole = mask if bodies is None else bodies[place]
+            if result.state == 'tracked' and slot < len(masks):
+                mask = masks[slot]
+                whole = mask if bodies is None else bodies[slot]
             box = Box.around(whole)
             body = None if box is None else BodyFrame(box.center_x, box.center_y, box.height)
             size = result.likelihood.shape[::-1]
@@ -153,14 +147,6 @@ class Told:
     def show(self, *figures: Figure, **options) -> list[TrackResult]:
         """Give a picture of some figures, from the farthest to the nearest."""
         return self.see(*picture(figures, **options))
-
-
-def _nearest(result: TrackResult, masks: Sequence[np.ndarray]) -> int:
-    if result.body is None:
-        return len(masks)
-    boxes = [Box.around(mask) for mask in masks]
-    off = [np.inf if box is None else abs(box.center_x - result.body.center_x) for box in boxes]
-    return int(np.argmin(off))
 
 
 def walk(figure: Figure, frames: int, speed: float = 3.0) -> list[Figure]:

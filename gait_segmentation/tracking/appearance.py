@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 
-__all__ = ['SAME_COLOURS', 'Appearance', 'colour_signature']
-
 SAME_COLOURS = 0.65
 """Least similarity of the colours of the same person."""
 

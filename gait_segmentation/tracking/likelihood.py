@@ -1,17 +1,33 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The pass over all pixels of a log-likelihood ratio, compiled."""
+"""
+The log-likelihood ratio of person against surroundings, pixel by pixel.
+
+One formula covers what is known of a background pixel and what is not::
+
+    p_bg = a [(1 - s) N(c; B, sigma) + s S(c; B, sigma)] + (1 - a) p_bg,hist
+    L    = ln(p_fg,hist / (p_bg + p_others))
+
+with the background's mean B, trust a = a_max n / (n + 1/10 + m) in a pixel seen n times if the
+background is misplaced by m pixels, and the density S of a cast shadow: any lightness from
+``floor`` to 1 of the background's, same chroma (Horprasert, Harwood and Davis, ICCV Frame-Rate
+Workshop 1999), near the feet.
+Somebody else may have any colour, away from where the person is expected.
+Where the background is steep, sigma grows by what a misplaced background would differ there.
+"""
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import BANDS, BIN_VOLUME
+from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel, colour_bins
+from gait_segmentation.images import Window
 from gait_segmentation.kernels import kernel
-
-__all__ = ['ratios', 'widen']
+from gait_segmentation.scene.background import BackgroundModel
+from gait_segmentation.tracking.config import TrackingConfig
 
 _SHADOW_FROM, _SHADOW_TO = 0.60, 0.85
 """Where down the body cast shadows begin and are full."""
@@ -25,8 +41,17 @@ How far the background is misplaced, in pixels, is added, since it may be anothe
 _LEAST_COUNT = 0.25
 """Background pixels seen less often than this, at the rim of what is known, are unknown."""
 
+_LIMIT = 6.0
+"""Largest log-likelihood ratio that colours and background can give."""
+
 _FARTHEST = 18.0
 """Exponents from which a density counts as nothing."""
+
+_LEAST_MISPLACED = 0.05
+"""Misplacement of the background from which it counts, in pixels."""
+
+_CERTAIN = 8.0
+"""Log ratio beyond which an image of 8 bits shows no difference."""
 
 
 @njit(nogil=True, fastmath=True, inline='always')
@@ -126,7 +151,7 @@ def _look_up(
 
 @kernel(
     'u1[:,:,::1], u2[:,::1], f4[:,::1], f4[:,:,::1], i8, i8, f4[:,:,::1], f8, f4[:,::1], '
-    'f4[:,::1], f4[:,::1], f8, f8, f8, f8, f8, f4[:,::1]',
+    'f4[:,::1], f4[:,::1], f8, f8, f8, f8, f4[:,::1]',
     fastmath=True,
     error_model='numpy',
 )
@@ -146,7 +171,6 @@ def ratios(
     trust: float,
     shadow_share: float,
     shadow_floor: float,
-    limit: float,
     out: NDArray[np.float32],
 ) -> None:
     """
@@ -168,7 +192,7 @@ def ratios(
     cast_share, cast_floor = np.float32(shadow_share), np.float32(shadow_floor)
     most, least = np.float32(trust), np.float32(_LEAST_COUNT)
     ramp_from, ramp_slope = np.float32(_SHADOW_FROM), np.float32(1 / (_SHADOW_TO - _SHADOW_FROM))
-    bound = np.float32(limit)
+    bound = np.float32(_LIMIT)
     far = np.float32(_FARTHEST)
     width = out.shape[1]
     of_person, of_surroundings = np.empty(width, np.float32), np.empty(width, np.float32)
@@ -201,3 +225,64 @@ def ratios(
             unknown = (every - known) * of_surroundings[col] + every * strange[col]
             value = _log(every * of_person[col] / (known * seen + unknown))
             result[col] = min(max(value, -bound), bound)
+
+
+def log_ratio(
+    lab: NDArray[np.uint8],
+    rows: NDArray[np.float32],
+    window: Window,
+    background: BackgroundModel,
+    person: ColourModel,
+    surroundings: ColourModel,
+    config: TrackingConfig,
+    strangers: NDArray[np.float32] | None = None,
+) -> NDArray[np.float32]:
+    """
+    Return ln p(person) / p(surroundings) in a window, (h, w) float32.
+
+    :param lab: (h, w, 3) uint8, the window of the working image.
+    :param rows: (h, w) position down the body.
+    :param window: the window's rows and columns in the working image.
+    :param strangers: (h, w) float32, probability of any colour of somebody else; None: nobody is.
+    """
+    out = np.empty(rows.shape, np.float32)
+    misplacement = background.misplacement if background.misplacement > _LEAST_MISPLACED else 0.0
+    sums, top, left = background.part(window)
+    wider = np.ones((2, *rows.shape), np.float32)
+    if misplacement:
+        widen(sums, top, left, (misplacement / background.sigma) ** 2, wider)
+    ratios(
+        lab,
+        colour_bins(lab),
+        rows,
+        sums,
+        top,
+        left,
+        wider,
+        misplacement,
+        person.table,
+        surroundings.table,
+        np.zeros_like(rows) if strangers is None else strangers,
+        background.sigma,
+        config.background_trust if config.use_background else 0.0,
+        config.shadow_share if config.use_shadow else 0.0,
+        config.shadow_floor,
+        out,
+    )
+    return out
+
+
+def likelihood_image(
+    logit: NDArray[np.float32], window: Window, shape: tuple[int, int]
+) -> NDArray[np.uint8]:
+    """
+    Return the foreground likelihood image: P(person) as 0..255, zero outside the window.
+
+    :param logit: (h, w) float32 log-likelihood ratio in the window.
+    :param window: the window's rows and columns.
+    :param shape: (h, w) of the working image.
+    """
+    image = np.zeros(shape, np.uint8)
+    odds = cv2.exp(np.clip(-logit, -_CERTAIN, _CERTAIN))
+    image[window] = np.rint(255 / (1 + odds))
+    return image

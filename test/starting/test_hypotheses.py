@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.hypothesis import Hypothesis
-from gait_segmentation.starting.templates import fit_views
+from gait_segmentation.starting.hypotheses import VIEWS, Hypothesis, fit_view
 from test.walkers import small_bank
 
 SHAPE = (120, 90)
@@ -16,7 +15,8 @@ SHAPE = (120, 90)
 def fit(
     box: Box, top: bool = False, bottom: bool = False, left: bool = False, right: bool = False
 ) -> list:
-    return fit_views(small_bank(), box, SHAPE, top, bottom, left, right)
+    cuts = (top, bottom, left, right)
+    return [fit_view(small_bank(), box, SHAPE, cuts, view) for view in VIEWS]
 
 
 def laid(hypothesis: Hypothesis) -> np.ndarray:
@@ -88,10 +88,9 @@ def test_at_a_side_bodies_go_on_beyond_the_border(left: bool) -> None:
 def test_leaning_templates_fill_the_box_and_keep_their_height() -> None:
     # A body of 100 pixels that leans by 0.35 is lower than 100 and wider than upright.
     box = Box(20, 12, 55, 96)
-    upright = fit_views(small_bank(), box, SHAPE, False, False, False, False, views=[0.0])[0]
-    leaning = fit_views(
-        small_bank(), box, SHAPE, False, False, False, False, views=[0.0], angle=0.35
-    )[0]
+    upright, leaning = (
+        fit_view(small_bank(), box, SHAPE, (False,) * 4, 0.0, angle) for angle in (0.0, 0.35)
+    )
     assert leaning.angle == pytest.approx(0.35)
     assert upright.angle == 0
     extents = [Box.around(template > 127) for template in laid(leaning)]
@@ -103,3 +102,37 @@ def test_leaning_templates_fill_the_box_and_keep_their_height() -> None:
     template = laid(leaning)[int(leaning.weight.argmax())] > 127
     head, feet = np.nonzero(template[12:30])[1].mean(), np.nonzero(template[85:108])[1].mean()
     assert head > feet + 15
+
+
+WINDOW = (30, 20)
+PART = (slice(4, 24), slice(3, 15))
+
+
+def hypothesis() -> tuple[Hypothesis, np.ndarray]:
+    """Return a hypothesis of three templates and these in the whole window."""
+    rng = np.random.default_rng(1)
+    whole = np.zeros((3, *WINDOW), np.uint8)
+    whole[(slice(None), *PART)] = rng.integers(0, 256, (3, 20, 12))
+    own = np.ascontiguousarray(whole[(slice(None), *PART)])
+    numbers = np.ones(3, np.float32)
+    return Hypothesis(0.0, 0.0, PART, own, numbers, numbers, numbers, numbers), whole
+
+
+def test_similarity_counts_the_whole_window() -> None:
+    laid, whole = hypothesis()
+    likelihood = np.random.default_rng(2).random(WINDOW).astype(np.float32)
+    image = np.round(255 * likelihood)
+    expected = [np.minimum(each, image).sum() / np.maximum(each, image).sum() for each in whole]
+    assert laid.similarities(likelihood) == pytest.approx(expected, rel=1e-5)
+    assert laid.similarities(whole[1] / np.float32(255))[1] == 1
+
+
+def test_the_average_is_weighted_and_blurred() -> None:
+    laid, whole = hypothesis()
+    mean = laid.average(np.array([1, 3, 0], np.float32), WINDOW, 0.0)
+    expected = (whole[0] + 3.0 * whole[1]) / 4 / 255
+    assert mean.shape == WINDOW
+    assert np.abs(mean - expected).max() < 0.02
+    blurred = laid.average(np.array([1, 3, 0], np.float32), WINDOW, 2.0)
+    assert blurred.std() < 0.9 * mean.std()
+    assert blurred.sum() == pytest.approx(mean.sum(), rel=0.02)

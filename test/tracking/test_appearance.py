@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.tracking.person.appearance import (
+from gait_segmentation.tracking.appearance import (
     Appearance,
     colour_signature,
 )

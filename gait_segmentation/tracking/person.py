@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -16,23 +17,74 @@ from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.images import (
     Bounds,
     Window,
+    axis_tilt,
     bounding_box,
     count_likely,
+    distance_from,
+    quantiles,
     shift_whole,
     size_of,
 )
-from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.cues.cue import Cue
-from gait_segmentation.tracking.person.extent import axis_tilt, extent_of
-from gait_segmentation.tracking.person.samples import samples
+from gait_segmentation.tracking.cues import Cue
+from gait_segmentation.tracking.records import Shift
 
-__all__ = ['GUARD', 'LEAST_SEEN', 'WIDEST', 'Person', 'new_colours']
+_OUTERMOST = 0.005
+"""Share of the pixels at each end that does not count."""
+
+
+class Extent(NamedTuple):
+    """
+    How far a mask reaches from a point, along and across the body, in pixels.
+
+    The outermost 0.5 % of the pixels do not count.  ``axis`` is the median across; ``at_bottom``
+    tells that the mask ends at the lower border.
+    """
+
+    top: float
+    bottom: float
+    left: float
+    right: float
+    axis: float
+    at_bottom: bool
+
+
+def extent_of(
+    mask: NDArray[np.uint8],
+    center: tuple[float, float],
+    angle: float,
+    bounds: Bounds | None = None,
+) -> Extent:
+    """
+    Measure how far a mask reaches from a point, along and across a body of that tilt.
+
+    :param mask: (h, w) uint8, not all zero.
+    :param bounds: of the mask, if they are known.
+    """
+    first, upper, width, height = bounding_box(mask) if bounds is None else bounds
+    at_bottom = height > 0 and upper + height >= mask.shape[0] - 1
+    rows, columns = np.nonzero(mask[upper : upper + height, first : first + width])
+    right, down = columns + (first + 0.5 - center[0]), rows + (upper + 0.5 - center[1])
+    cos, sin = math.cos(angle), math.sin(angle)
+    along, across = cos * down - sin * right, cos * right + sin * down
+    top, bottom = quantiles(along, (_OUTERMOST, 1 - _OUTERMOST))
+    left, axis, far = quantiles(across, (_OUTERMOST, 0.5, 1 - _OUTERMOST))
+    return Extent(top - 0.5, bottom + 0.5, left - 0.5, far + 0.5, axis, at_bottom)
+
 
 GUARD = 0.05
 """How far outside of the last mask or the template pixels are the person's, in body heights."""
 
 LEAST_SEEN = 0.25
 """Share of a person below which nothing can be told: neither learnt nor followed."""
+
+WHOLE = 0.75
+"""Share of the usual area from which a mask shows all of the person, and so is followed."""
+
+_AREA_RATE = 0.02
+"""
+Share by which the usual area moves towards that of a mask: of one of all of the person or not, or
+nothing would be learnt after a first mask that was far too large.
+"""
 
 _MOST_SEEN = 4.0
 """Size of a mask, over that of the template, from which it is of more than the person."""
@@ -71,11 +123,11 @@ class Person:
     from; ``mask_height`` is the height at the last mask.  ``template`` is the template, (h, w)
     uint8, that came with ``mask``, None if none did; ``part`` is (h, w) uint8, what can be
     followed of what the very last mask showed, while ``mask`` is the last of all of the person;
+    ``usual_area`` is that of their masks in squared heights;
     ``rest`` is by how much they lag behind the body, in pixels.  ``moves`` counts the
     frames that the velocity was learnt from.
     """
 
-    track_id: int
     center_x: float
     center_y: float
     height: float
@@ -84,21 +136,23 @@ class Person:
     mask: NDArray[np.uint8]
     person: ColourModel
     surroundings: ColourModel
-    velocity: tuple[float, float] = (0.0, 0.0)
+    velocity: Shift = (0.0, 0.0)
     tilt: float = 0.0
     angle: float = 0.0
     masks: int = 0
     mask_height: float = 0.0
     template: NDArray[np.uint8] | None = None
     part: NDArray[np.uint8] = field(init=False)
-    rest: tuple[float, float] = (0.0, 0.0)
+    rest: Shift = (0.0, 0.0)
     moves: int = 0
     cues: tuple[Cue, ...] = ()
+    usual_area: float = field(init=False)
 
     def __post_init__(self) -> None:
         """Take the first height for that of the first mask, which is followed at first."""
         self.mask_height = self.height
         self.part = self.mask
+        self.usual_area = self._area_of(self.mask)
 
     @property
     def box(self) -> Box:
@@ -120,30 +174,24 @@ class Person:
         around = body_window(self.center_x, self.center_y, self.height, self.box)
         return around.slices(shape[1], shape[0])
 
-    def rows(self, window: Window, since: tuple[float, float] = (0.0, 0.0)) -> NDArray[np.float32]:
-        """
-        Return how far down the body each pixel of a window lies.
-
-        :param since: how far the person went since the frame of the window, in pixels.
-        """
-        origin = (window[1].start, window[0].start)
-        center = (self.center_x - since[0], self.center_y - since[1])
+    def rows(self, window: Window) -> NDArray[np.float32]:
+        """Return how far down the body each pixel of a window lies, 0 to 1."""
+        origin, center = (window[1].start, window[0].start), (self.center_x, self.center_y)
         return body_rows(size_of(window), origin, center, self.height, self.angle)
 
     def share_inside(self, shape: tuple[int, int]) -> float:
         """Return the share of the body's box that lies in an image of the given (h, w)."""
-        left, top = self.center_x - self.left, self.center_y - self.height / 2
-        width, height = self.left + self.right, self.height
-        across = min(left + width, shape[1]) - max(left, 0.0)
-        down = min(top + height, shape[0]) - max(top, 0.0)
-        return 0.0 if min(across, down) <= 0 else across * down / (width * height)
+        box = self.box
+        across = min(box.right, shape[1]) - max(box.x, 0.0)
+        down = min(box.bottom, shape[0]) - max(box.y, 0.0)
+        return 0.0 if min(across, down) <= 0 else across * down / (box.width * box.height)
 
     def shift(self, dx: float, dy: float) -> None:
         """Move the person."""
         self.center_x += dx
         self.center_y += dy
 
-    def keep_near(self, shape: tuple[int, int]) -> tuple[float, float]:
+    def keep_near(self, shape: tuple[int, int]) -> Shift:
         """
         Move the person back to where somebody outside of an image can be at most.
 
@@ -165,31 +213,17 @@ class Person:
         if self.template is not None:
             self.template = shift_whole(self.template, *whole)
 
-    def take(
-        self,
-        mask: NDArray[np.uint8],
-        template: NDArray[np.uint8] | None,
-    ) -> None:
-        """
-        Take over a mask of all of the person.
+    def take(self, mask: NDArray[np.uint8], template: NDArray[np.uint8] | None) -> None:
+        """Take over a mask (0/255) of all of the person and its template, (h, w) uint8."""
+        self.mask = self.part = mask
+        self.template, self.rest = template, (0.0, 0.0)
 
-        :param mask, template: (h, w) uint8, the mask 0/255.
-        """
-        self.mask, self.template = mask, template
-        self.part = mask
-        self.rest = (0.0, 0.0)
-
-    def way(self, seconds: float) -> tuple[float, float]:
+    def way(self, seconds: float) -> Shift:
         """Return how far the person goes against the still world in a time, in pixels."""
         seconds = max(seconds, _LEAST_STEP_S)
         return self.velocity[0] * seconds, self.velocity[1] * seconds
 
-    def move(
-        self,
-        world: tuple[float, float],
-        body: tuple[float, float] | None,
-        seconds: float,
-    ) -> tuple[float, float]:
+    def move(self, world: Shift, body: Shift | None, seconds: float) -> Shift:
         """
         Move the person by the measured shift of the body, or as it moved before.
 
@@ -210,12 +244,7 @@ class Person:
         """Take the person for standing until steps are seen again."""
         self.velocity, self.moves = (0.0, 0.0), 0
 
-    def learn_pace(
-        self,
-        world: tuple[float, float],
-        body: tuple[float, float],
-        seconds: float,
-    ) -> None:
+    def learn_pace(self, world: Shift, body: Shift, seconds: float) -> None:
         """Learn the velocity from a shift of the body; see :meth:`move`."""
         if seconds < _LEAST_STEP_S:
             return
@@ -229,24 +258,33 @@ class Person:
         lab: NDArray[np.uint8],
         window: Window,
         mask: NDArray[np.uint8],
-        prior: NDArray[np.uint8] | None,
+        template: NDArray[np.uint8] | None,
         rates: tuple[float, float],
         familiar: NDArray[np.bool_] | None = None,
     ) -> None:
         """
         Learn the colours of person and surroundings from a mask.
 
+        The person's are those of the mask near the template, outside of which they must not look
+        as the surroundings do there, or as a shadow on them: a mask that takes in the shadow at
+        the feet would teach that it is the person's, and take in more of it.  The surroundings'
+        are those that do not touch the mask.
+
         :param lab: (h, w, 3) uint8, the person's window of the working image.
-        :param window: its rows and columns.
         :param mask: (H, W) uint8 0/255.
-        :param prior: (H, W) uint8, the template; what of the mask lies far outside is not learnt.
+        :param template: (H, W) uint8, above 127 on the body; None, or without a body: not known.
         :param rates: shares of this frame, for the person and for the surroundings.
         :param familiar: (h, w) bool, where the surroundings are known to look like this.
         """
         part = mask[window]
         bins, rows = colour_bins(np.ascontiguousarray(lab)), self.rows(window)
-        template = None if prior is None else prior[window]
-        inside, outside = samples(part, template, GUARD * self.height, familiar)
+        inside, outside = part > 127, cv2.dilate(part, np.ones((3, 3), np.uint8)) <= 127
+        if template is not None:
+            body = template[window] > 127
+            if body.any():
+                inside &= distance_from(body) < GUARD * self.height
+            if familiar is not None:
+                inside &= body | ~familiar
         self.person.learn(bins, rows, inside, rates[0])
         self.surroundings.learn(bins, rows, outside, rates[1])
 
@@ -260,8 +298,7 @@ class Person:
         :param votes: (h, w) float32, P(person) in 0..1.
         """
         window = self.window(votes.shape)
-        bins = colour_bins(np.ascontiguousarray(lab[window]))
-        rows = self.rows(window)
+        bins, rows = colour_bins(np.ascontiguousarray(lab[window])), self.rows(window)
         inside = np.ascontiguousarray(votes[window])
         self.person.learn(bins, rows, inside, 1.0)
         outside = cv2.erode(1 - inside, np.ones((3, 3), np.uint8))
@@ -282,27 +319,24 @@ class Person:
         """
         extent = extent_of(mask, (self.center_x, self.center_y), self.angle, bounds)
         cos, sin = math.cos(self.angle), math.sin(self.angle)
-        tall = extent.bottom - extent.top
-        template_height, template_across, template_along = tall, extent.axis, extent.middle
+        tall, middle = extent.bottom - extent.top, (extent.top + extent.bottom) / 2
+        template_height, template_across, template_along = tall, extent.axis, middle
         if body is not None:
             dx, dy = body.center_x - self.center_x, body.center_y - self.center_y
             template_height = body.height
             template_across = cos * dx + sin * dy
             template_along = cos * dy - sin * dx
-        if extent.at_bottom:
-            goal = max(template_height, tall)
-        else:
-            goal = 0.5 * template_height + 0.5 * tall
+        mean = 0.5 * template_height + 0.5 * tall
+        goal = max(template_height, tall) if extent.at_bottom else mean
         goal = min(max(goal, self.height / _MOST_GROWTH), _MOST_GROWTH * self.height)
         self.height += _POSE_RATE * (goal - self.height)
         if extent.at_bottom:
             # More of the body is below the border: it is at least as tall as that.
             least = max(tall, (extent.right - extent.left) / WIDEST)
             self.height = max(self.height, min(least, _MOST_GROWTH * self.mask_height))
-        if extent.at_bottom:
             along = extent.top + self.height / 2
         else:
-            along = 0.5 * extent.middle + 0.25 * template_along
+            along = 0.5 * middle + 0.25 * template_along
         across = 0.3 * template_across + 0.3 * extent.axis
         self.shift(cos * across - sin * along, sin * across + cos * along)
         self.mask_height = self.height
@@ -310,11 +344,7 @@ class Person:
         self.right = max(extent.right - across, 1.0)
 
     def follow_scale(self, scale: float) -> None:
-        """
-        Follow the size that mean shift measured, while no newer mask has come.
-
-        :param scale: size now over size in the last mask.
-        """
+        """Follow the size that mean shift measured, over that in the last mask."""
         self.grow(self.mask_height * min(max(scale, 1 / _MOST_GROWTH), _MOST_GROWTH) / self.height)
 
     def grow(self, ratio: float) -> None:
@@ -344,16 +374,20 @@ class Person:
         threshold = _TILT_OFF if self.angle else _TILT_ON
         self.angle = self.tilt if abs(self.tilt) > threshold else 0.0
 
+    def shows_all(self, mask: NDArray[np.uint8]) -> bool:
+        """Get used to the size of a mask; return whether it was large enough for all of them."""
+        area = self._area_of(mask)
+        share = area / max(self.usual_area, 1e-6)
+        self.usual_area += _AREA_RATE * (area - self.usual_area)
+        return share >= WHOLE
+
+    def _area_of(self, mask: NDArray[np.uint8]) -> float:
+        """Return the area of a mask in squared body heights, made up for what is outside."""
+        inside = max(self.share_inside(mask.shape), 0.1)
+        return count_likely(mask) / (inside * self.height**2)
+
     def teaches(self, mask: NDArray[np.uint8], prior: NDArray[np.uint8]) -> bool:
         """Return whether a mask is of the size of a person, beside the template."""
         window = self.window(mask.shape)
         area, template = cv2.countNonZero(mask[window]), count_likely(prior[window])
         return max(LEAST_SEEN * template, 9) < area < _MOST_SEEN * max(template, 9)
-
-
-def new_colours(config: TrackingConfig) -> tuple[ColourModel, ColourModel]:
-    """Return empty models of person and surroundings."""
-    return (
-        ColourModel(config.band_share, config.colour_floor),
-        ColourModel(config.band_share, config.colour_floor),
-    )

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.colour import colour_bins
+from gait_segmentation.colour import ColourModel, colour_bins
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.person.person import Person, new_colours
+from gait_segmentation.images import axis_tilt
+from gait_segmentation.tracking.person import Person, extent_of
 
 SHAPE = (240, 320)
 
@@ -22,8 +22,8 @@ def ellipse(x: float, y: float, height: float, degrees: float = 0.0) -> np.ndarr
 
 
 def person(x: float = 100, y: float = 120, height: float = 100) -> Person:
-    colours = new_colours(TrackingConfig())
-    return Person(1, x, y, height, 20, 20, ellipse(x, y, height), *colours)
+    colours = ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4)
+    return Person(x, y, height, 20, 20, ellipse(x, y, height), *colours)
 
 
 def test_place_and_size_follow_the_masks() -> None:
@@ -115,13 +115,6 @@ def test_without_a_measurement_the_person_moves_on_with_the_camera() -> None:
     assert state.move((-2.0, 0.0), None, 0.04) == pytest.approx((1.0, 0.0), abs=0.01)
 
 
-def test_frames_too_close_do_not_change_the_pace() -> None:
-    state = person()
-    state.move((0.0, 0.0), (4.0, 0.0), 0.04)
-    state.move((0.0, 0.0), (4.0, 0.0), 0.001)
-    assert state.velocity[0] == pytest.approx(100)
-
-
 def test_a_pace_that_is_forgotten_begins_anew() -> None:
     state = person()
     state.move((0.0, 0.0), (4.0, 0.0), 0.04)
@@ -175,7 +168,7 @@ def test_what_may_be_either_counts_for_both_at_first() -> None:
     state.learn_first_colours(lab, votes)
     index = colour_bins(lab[150:151, 100:101])[0, 0]
     for model in (state.person, state.surroundings):
-        assert model.table[index].max() > 10 * TrackingConfig().colour_floor
+        assert model.table[index].max() > 10 * 1e-4
 
 
 def test_masks_of_another_size_teach_nothing() -> None:
@@ -185,3 +178,59 @@ def test_masks_of_another_size_teach_nothing() -> None:
     assert not state.teaches(ellipse(100, 120, 30), prior)
     assert not state.teaches(np.full(SHAPE, 255, np.uint8), prior)
     assert not state.teaches(np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8))
+
+
+def test_a_mask_is_measured_from_a_point() -> None:
+    mask = np.zeros((60, 80), np.uint8)
+    mask[10:50, 20:40] = 255
+    extent = extent_of(mask, (30, 30), 0.0)
+    assert (extent.top, extent.bottom, extent.left, extent.right) == (-20, 20, -10, 10)
+    assert extent.axis == pytest.approx(0, abs=0.5)
+    assert not extent.at_bottom
+    mask[50:] = mask[49]
+    assert extent_of(mask, (30, 30), 0.0).at_bottom
+
+
+def test_along_a_tilted_body_the_extent_is_that_of_the_body() -> None:
+    mask = np.zeros((200, 200), np.uint8)
+    cv2.ellipse(mask, (100, 100), (20, 60), 20, 0, 360, 255, -1)
+    extent = extent_of(mask, (100, 100), np.radians(20))
+    assert extent.bottom - extent.top == pytest.approx(120, abs=3)
+    assert extent.right - extent.left == pytest.approx(40, abs=3)
+
+
+@pytest.mark.parametrize('degrees', [-30, 0, 12, 25])
+def test_the_tilt_is_that_of_the_main_axis(degrees: int) -> None:
+    mask = np.zeros((200, 200), np.uint8)
+    cv2.ellipse(mask, (100, 100), (20, 60), degrees, 0, 360, 255, -1)
+    assert axis_tilt(mask) == pytest.approx(np.radians(degrees), abs=0.01)
+    assert axis_tilt(np.zeros((5, 5), np.uint8)) == 0
+
+
+def test_a_shadow_on_known_ground_is_the_persons_only_inside_the_template() -> None:
+    state, template = person(), ellipse(100, 120, 100)
+    lab = np.full((*SHAPE, 3), 100, np.uint8)
+    lab[160:] = (40, 100, 100)
+    mask = template.copy()
+    mask[160:175, 90:125] = 255
+    window = state.window(SHAPE)
+    shaded = colour_bins(lab[170:171, 100:101])[0, 0]
+    shares = []
+    for familiar in (None, lab[window][..., 0] < 100):
+        rates = (1.0, 1.0)
+        state.learn_colours(lab[window], window, mask, template, rates, familiar)
+        shares.append(float(state.person.whole()[shaded]))
+    assert 0 < shares[1] < 0.7 * shares[0]
+
+
+def test_a_template_elsewhere_leaves_nothing_of_the_mask() -> None:
+    state = person()
+    lab = np.full((*SHAPE, 3), 100, np.uint8)
+    window = state.window(SHAPE)
+    elsewhere = np.zeros(SHAPE, np.uint8)
+    elsewhere[100:120, 40:50] = 255
+    before = state.person.table.copy()
+    mask = np.zeros(SHAPE, np.uint8)
+    mask[110:120, 120:130] = 255
+    state.learn_colours(lab[window], window, mask, elsewhere, (1.0, 1.0))
+    np.testing.assert_array_equal(state.person.table, before)
