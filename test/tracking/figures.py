@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import cycle
 
 import cv2
 import numpy as np
@@ -19,6 +20,9 @@ from test.walkers import small_bank
 
 WIDTH, HEIGHT = 320, 180
 STEP_NS = 40_000_000
+
+STRIDES = [0.1, 0.11, 0.12, 0.13, 0.14, 0.15, 0.16, 0.15, 0.14, 0.13, 0.12, 0.11]
+"""How far the feet are apart in the frames of a step, in heights of the figure."""
 
 RED, BLUE, GREEN = (40, 40, 200), (190, 60, 30), (50, 170, 60)
 
@@ -38,6 +42,7 @@ class Figure:
     coat: tuple[int, int, int] = RED
     y: float = 90.0
     height: float = 100.0
+    stride: float = 0.1
 
     def mask(self) -> np.ndarray:
         mask = np.zeros((HEIGHT, WIDTH), np.uint8)
@@ -47,7 +52,7 @@ class Figure:
             mask, (x, round(y - 0.12 * h)), (round(0.13 * h), round(0.24 * h)), 0, 0, 360, 255, -1
         )
         for side in (-1, 1):
-            foot = (round(x + side * 0.1 * h), round(y + 0.48 * h))
+            foot = (round(x + side * self.stride * h), round(y + 0.48 * h))
             cv2.line(mask, (x, y), foot, 255, round(0.1 * h))
         return mask
 
@@ -152,3 +157,11 @@ class Told:
 def walk(figure: Figure, frames: int, speed: float = 3.0) -> list[Figure]:
     """Return a figure in each frame of a walk."""
     return [replace(figure, x=figure.x + speed * number) for number in range(frames)]
+
+
+def step(figures: Iterable[Figure]) -> list[Figure]:
+    """Return a figure in each frame with feet that come together and apart."""
+    return [
+        replace(figure, stride=stride)
+        for figure, stride in zip(figures, cycle(STRIDES), strict=False)
+    ]

@@ -16,7 +16,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.results import LOST, TRACKED, TrackResult
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking.arrivals import slot_for_found
-from test.tracking.figures import GREEN, RED, STEP_NS, Figure, Told, picture, walk
+from test.tracking.figures import GREEN, RED, STEP_NS, Figure, Told, picture, step, walk
 from test.walkers import small_bank
 
 ON_TRIAL = 26
@@ -53,8 +53,7 @@ class Finder:
         return found
 
     def evidence(self, box: Box) -> float:
-        """Be sure of them: figures that do not walk have the same shape all the time."""
-        return 30.0
+        return 1.0
 
     def refute(self, box: Box) -> None:
         self.refuted.append(box)
@@ -86,8 +85,8 @@ def test_people_found_get_free_slots_and_are_told_to_the_finder(finder: Finder) 
     told = finding(finder, 2)
     assert ids(told.show(Figure(60))) == [0, 0]
     finder.find(Figure(60))
-    for _ in range(ON_TRIAL):
-        assert ids(told.show(Figure(60))) == [1, 0]
+    for figure in step([Figure(60)] * ON_TRIAL):
+        assert ids(told.show(figure)) == [1, 0]
     told.show(Figure(60))
     (occupied,) = finder.asked[-1]
     found = Box.around(Figure(60).mask())
@@ -98,8 +97,8 @@ def test_people_found_get_free_slots_and_are_told_to_the_finder(finder: Finder) 
 def test_nobody_is_looked_for_without_a_free_slot(finder: Finder) -> None:
     told = finding(finder)
     finder.find(Figure(60))
-    for _ in range(ON_TRIAL):
-        told.show(Figure(60))
+    for figure in step([Figure(60)] * ON_TRIAL):
+        told.show(figure)
     count = len(finder.asked)
     told.show(Figure(60))
     assert len(finder.asked) == count
@@ -110,7 +109,7 @@ def test_who_was_found_leaves_the_slot_after_a_second_without_the_shape_of_a_bod
     finder: Finder, fits: bool
 ) -> None:
     told = finding(finder)
-    figures = walk(Figure(60), 40)
+    figures = step(walk(Figure(60), 40))
     finder.find(figures[0])
     slots = []
     for number, figure in enumerate(figures):
@@ -135,8 +134,8 @@ def test_of_several_people_others_are_followed_without_a_free_slot(finder: Finde
     figures = [Figure(60), Figure(200, GREEN)]
     for figure in figures:
         finder.find(figure)
-    for _ in range(ON_TRIAL):
-        told.show(*figures)
+    for each in zip(*(step([figure] * ON_TRIAL) for figure in figures), strict=True):
+        told.show(*each)
         assert finder.wanted
     told.show(*figures)
     assert not finder.wanted
