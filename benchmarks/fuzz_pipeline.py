@@ -54,8 +54,7 @@ Shape = tuple[int, int]
 WALK = 50
 """Frames in which somebody walks past, at 25 frames/s."""
 
-DEAR = {'working_height': 200, 'start_height': 120, 'shifts_x': 8, 'shifts_y': 8, 'scales': 3,
-        'lag': 8}  # fmt: skip
+DEAR = {'working_height': 200, 'shifts_x': 8, 'shifts_y': 8, 'scales': 3, 'lag': 8}
 """Largest values of what costs much time and leads nowhere else."""
 
 LARGE = 4e5

@@ -7,26 +7,23 @@ One joint Lab histogram per horizontal band of the body and per class.  The hist
 smoothed over colour: a colour never seen must give a ratio of one, not an extrapolation of the
 tails of its neighbours.  (After the object and background densities of Collins and Liu, ICCV
 2003; bands and joint bins are ours.)
+
+In a grey image only the brightness would tell a person from the surroundings.  There the local
+energy of the gradient, across and down (:func:`gray_lab`), stands where a colour image has a* and
+b*: even cloth is told from a wall of the same brightness that has a texture.  (Shape-texture
+beside colour after Wang and Yagi, IEEE Transactions on Image Processing 17(2), 2008.)
 """
 
 from __future__ import annotations
 
 import math
 
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
-
-__all__ = [
-    'BANDS',
-    'BINS',
-    'BIN_VOLUME',
-    'ColourModel',
-    'body_rows',
-    'colour_bins',
-]
 
 BINS = 24
 """Bins along each axis of Lab."""
@@ -39,6 +36,46 @@ BIN_VOLUME = (256 / BINS) ** 3
 
 _LEAST_MASS = 1e-7
 """Share of the pixels below which a colour counts as never seen."""
+
+_ENERGY_SIGMA = 0.8
+"""Of the Gaussian over which energy is gathered, in pixels."""
+
+_ENERGY_GAIN = 0.3
+"""Levels of a* or b* that a mean gradient of one level a pixel counts."""
+
+NO_CHROMA = 128.0
+"""Level of a* or b* that stands for no colour."""
+
+NO_GRADIENT = 110.0
+"""Level of a* or b* that stands for no gradient."""
+
+
+@kernel('u1[:,:,::1]')
+def is_gray(bgr: NDArray[np.uint8]) -> bool:
+    """Tell whether the channels of a contiguous (h, w, 3) uint8 image are equal in every pixel."""
+    for row in range(bgr.shape[0]):
+        for col in range(bgr.shape[1]):
+            blue, green, red = bgr[row, col, 0], bgr[row, col, 1], bgr[row, col, 2]
+            if blue != green or green != red:
+                return False
+    return True
+
+
+def gray_lab(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """
+    Return brightness and gradient energy of a grey image in the place of L*, a* and b*.
+
+    :param gray: (h, w) uint8.
+    :returns: (h, w, 3) uint8: L* as OpenCV stores it, root mean square of the gradient across
+        and of that down.
+    """
+    bgr = cv2.cvtColor(gray, cv2.COLOR_GRAY2BGR)
+    lab = cv2.cvtColor(bgr, cv2.COLOR_BGR2Lab)
+    for channel, (across, down) in enumerate(((1, 0), (0, 1)), 1):
+        slope = cv2.Sobel(gray, cv2.CV_32F, across, down, ksize=3, scale=0.25)
+        energy = cv2.sqrt(cv2.GaussianBlur(cv2.multiply(slope, slope), (0, 0), _ENERGY_SIGMA))
+        lab[..., channel] = cv2.convertScaleAbs(energy, alpha=_ENERGY_GAIN, beta=NO_GRADIENT)
+    return np.asarray(lab)
 
 
 @kernel('u1[:,:,::1], u2[:,::1]')

@@ -20,16 +20,6 @@ from typing import Any, TypeVar
 
 from gait_segmentation.errors import ConfigError
 
-__all__ = [
-    'Parameter',
-    'StageConfig',
-    'overridden',
-    'parameter',
-    'parameters_of',
-    'replaced',
-    'stages_of',
-]
-
 Config = TypeVar('Config')
 
 _KEY = 'gait_segmentation.parameter'

@@ -19,22 +19,6 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
 
-__all__ = [
-    'BACKDROP',
-    'REFINED_COLOUR',
-    'TRACKED_COLOUR',
-    'Colour',
-    'Image',
-    'draw_box',
-    'draw_label',
-    'draw_match',
-    'draw_outline',
-    'draw_person',
-    'draw_phase_dial',
-    'track_colour',
-    'view_word',
-]
-
 Colour = tuple[int, int, int]
 """Blue, green, red, 0..255."""
 

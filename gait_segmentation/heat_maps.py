@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 
-__all__ = ['Grades', 'HeatMap', 'HeatMaps', 'heat_map_of', 'says_something']
-
 _MOST_KEPT = 16
 """Maps kept whose frames have not come."""
 

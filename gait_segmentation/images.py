@@ -1,33 +1,18 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Small image operations more than one stage needs."""
+"""Small operations on images and their values that more than one stage needs."""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
-
-__all__ = [
-    'Bounds',
-    'Window',
-    'bounding_box',
-    'check_image',
-    'check_later',
-    'check_map',
-    'check_stamp',
-    'count_likely',
-    'distance_from',
-    'overlap',
-    'placed',
-    'shift_whole',
-    'shifted_part',
-    'signed_distance',
-    'size_of',
-    'within',
-]
 
 Window = tuple[slice, slice]
 """Rows and columns of a part of an image."""
@@ -71,6 +56,12 @@ def count_likely(image: NDArray[np.uint8]) -> int:
     return cv2.countNonZero(cv2.threshold(image, 127, 1, cv2.THRESH_BINARY)[1])
 
 
+def axis_tilt(mask: NDArray[np.uint8]) -> float:
+    """Return by how much the main axis of a mask leans to the right, in radians."""
+    moments = cv2.moments(mask, binaryImage=True)
+    return 0.5 * math.atan2(-2 * moments['mu11'], moments['mu02'] - moments['mu20'])
+
+
 def check_image(image: NDArray[np.uint8]) -> None:
     """
     Refuse what is no BGR image.
@@ -100,30 +91,6 @@ def check_map(array: NDArray[np.uint8], name: str) -> None:
         raise InputError(f'{name} must be an array, got {type(array).__name__}')
     if array.ndim != 2 or array.dtype != np.uint8:
         raise InputError(f'{name} must be (height, width) uint8, got {array.shape} {array.dtype}')
-
-
-def check_later(stamp_ns: int, before_ns: int) -> None:
-    """
-    Refuse a stamp that is not later than that of the frame before, 0 without one.
-
-    :raises InputError: if it is not, or is none, see :func:`check_stamp`.
-    """
-    check_stamp(stamp_ns)
-    if stamp_ns <= before_ns:
-        raise InputError(f'stamps must increase without a reset, got {stamp_ns} after {before_ns}')
-
-
-def check_stamp(stamp_ns: int) -> None:
-    """
-    Refuse the stamp zero, which would make all frames the same.
-
-    :raises InputError: if the stamp is no integer, or not positive.
-    """
-    if not isinstance(stamp_ns, int | np.integer):
-        # Seconds would be taken for frames at the same time, nearly.
-        raise InputError(f'stamp must be whole nanoseconds, got {stamp_ns!r}')
-    if stamp_ns <= 0:
-        raise InputError(f'stamp must be positive nanoseconds, got {stamp_ns}')
 
 
 def size_of(window: Window) -> tuple[int, int]:
@@ -194,6 +161,64 @@ def placed(part: NDArray[np.uint8], window: Window, shape: tuple[int, int]) -> N
 
 def _overlap(step: int, wanted: slice, size: int) -> tuple[slice, slice]:
     """Return where a part of a shifted range of a size is known, and which part of it that is."""
-    low = max(wanted.start, min(max(step, 0), size))
-    high = max(low, min(wanted.stop, max(size + step, 0)))
+    low = max(wanted.start, step)
+    high = max(low, min(wanted.stop, size + step))
     return slice(low, high), slice(low - step, high - step)
+
+
+def same_proportions(shape: tuple[int, ...], source: tuple[int, ...]) -> bool:
+    """
+    Tell whether one size can be another one scaled, to a pixel.
+
+    :param shape: (h, w).
+    :param source: (H, W).
+    """
+    lowest = max((size - 1) / whole for size, whole in zip(shape, source, strict=True))
+    highest = min((size + 1) / whole for size, whole in zip(shape, source, strict=True))
+    return lowest <= highest
+
+
+def shrink(image: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
+    """
+    Return an image at a smaller size, without aliasing.
+
+    It is halved by averaging 2 x 2 pixels, which OpenCV does far faster than any other area, as
+    often as that leaves it large enough, and interpolated for the rest.
+
+    :param image: (H, W) or (H, W, 3) uint8.
+    :param shape: (h, w) of the result.
+    """
+    while image.shape[0] >= 2 * shape[0] and image.shape[1] >= 2 * shape[1]:
+        half = (image.shape[1] // 2, image.shape[0] // 2)
+        whole = image[: 2 * half[1], : 2 * half[0]]
+        image = np.asarray(cv2.resize(whole, half, interpolation=cv2.INTER_AREA))
+    if image.shape[:2] != shape:
+        image = cv2.resize(image, shape[::-1], interpolation=cv2.INTER_LINEAR)
+    return image
+
+
+def median(values: NDArray[np.floating]) -> Any:
+    """
+    Return the median along the first axis of an array without NaN, which is not empty.
+
+    As NumPy's, but sooner: dozens are asked for in every frame.
+    """
+    middle = len(values) // 2
+    # Of one place only, for which NumPy has a way that is much faster than that for two.
+    ordered = np.partition(values, middle, axis=0)
+    if len(values) % 2:
+        return ordered[middle]
+    return (ordered[:middle].max(axis=0) + ordered[middle]) / 2
+
+
+def quantiles(values: NDArray[np.floating], shares: Sequence[float]) -> list[float]:
+    """
+    Return quantiles, interpolated.
+
+    :param values: (n,), not empty.
+    :param shares: (0..1) of the values that are smaller.
+    """
+    places = (len(values) - 1) * np.array(shares)
+    low, high = np.floor(places).astype(int), np.ceil(places).astype(int)
+    ordered = np.partition(values, np.concatenate([low, high]))
+    return (ordered[low] + (places - low) * (ordered[high] - ordered[low])).tolist()

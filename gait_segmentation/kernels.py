@@ -11,26 +11,21 @@ by the modules of its stage.  What only other kernels call is compiled into them
 
 from __future__ import annotations
 
+import functools
 import logging
-import os
-import stat
-import tempfile
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
-from numba import config, njit
+from numba import njit
 from numba.core.dispatcher import Dispatcher
 from numba.core.sigutils import normalize_signature
 
 from gait_segmentation.files.output_files import named
-
-__all__ = ['compile_kernels', 'compiling', 'kernel']
 
 _PACKAGE = __name__.partition('.')[0]
 _LOGGER = logging.getLogger(_PACKAGE)
@@ -66,14 +61,20 @@ def kernel(*calls: str, **options: Any) -> Callable[[Callable[..., Any]], Any]:
         try:
             compiled.enable_caching()
         except RuntimeError:
-            # Numba has found no folder that can be written.
-            _cache_elsewhere()
-            compiled.enable_caching()
+            _warn_uncached()
         _kernels.append(compiled)
         _declared.extend(_Declared(compiled, types) for types in calls)
         return compiled
 
     return made
+
+
+@functools.cache
+def _warn_uncached() -> None:
+    _LOGGER.warning(
+        'kernels are compiled at each start, for no folder can be written to keep them in: set '
+        'NUMBA_CACHE_DIR to one'
+    )
 
 
 def compile_kernels(
@@ -115,22 +116,6 @@ def _compile(declared: _Declared) -> None:
         for each in _kernels:
             each._cache.flush()
         declared.function.compile(types)
-
-
-def _cache_elsewhere() -> None:
-    folder = Path(tempfile.gettempdir()) / f'gait_segmentation_{os.getuid()}'
-    folder.mkdir(mode=0o700, exist_ok=True)
-    about = folder.lstat()
-    if not stat.S_ISDIR(about.st_mode) or about.st_uid != os.getuid() or about.st_mode & 0o022:
-        # Not what somebody else may have put there: it is code.
-        folder = Path(tempfile.mkdtemp(prefix='gait_segmentation_'))
-    _LOGGER.warning(
-        'compiled kernels are kept in %s, for no other folder can be written: set NUMBA_CACHE_DIR '
-        'to one that stays',
-        folder,
-    )
-    # For processes begun by this one as well.
-    config.CACHE_DIR = os.environ['NUMBA_CACHE_DIR'] = str(folder)
 
 
 def _compiled() -> int:

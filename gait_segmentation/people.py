@@ -1,17 +1,20 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How many people are looked after at a time."""
+"""Several people: how many are looked after at a time, and threads that share the work."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from typing import TypeVar
 
 from gait_segmentation.config import StageConfig, parameter
 
-__all__ = ['MOST_PEOPLE', 'PeopleConfig', 'slot_name']
-
 MOST_PEOPLE = 16
 """Slots there can be."""
+
+Result = TypeVar('Result')
 
 
 @dataclass(frozen=True)
@@ -38,3 +41,31 @@ class PeopleConfig(StageConfig):
 def slot_name(slot: int) -> str:
     """Return the name of a slot, a place for one tracked person at a time."""
     return f'person_{slot}'
+
+
+class Crew:
+    """
+    Runs tasks, several at a time if there are several.
+
+    The kernels and OpenCV let go of the interpreter's lock while they compute.  Tasks must not
+    touch what others touch; the results then do not depend on who was first.
+    """
+
+    def __init__(self, threads: int) -> None:
+        """Prepare for a number of threads; with one, everything is done by the caller."""
+        self._threads = threads
+        self._pool: ThreadPoolExecutor | None = None
+
+    def run(self, tasks: Sequence[Callable[[], Result]]) -> list[Result]:
+        """
+        Return the results of all tasks in their order, when all are done.
+
+        An error of a task is raised then; of several, that of the first in the order.
+        """
+        if self._threads < 2 or len(tasks) < 2:
+            return [task() for task in tasks]
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix='crew')
+        futures = [self._pool.submit(task) for task in tasks]
+        wait(futures)
+        return [future.result() for future in futures]

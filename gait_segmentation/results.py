@@ -17,17 +17,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box, Placement
 
-__all__ = [
-    'EMPTY',
-    'LOST',
-    'TRACKED',
-    'FeatureWeight',
-    'Feedback',
-    'MatchResult',
-    'SegmentationResult',
-    'TrackResult',
-]
-
 EMPTY, TRACKED, LOST = 'empty', 'tracked', 'lost'
 """States of a slot."""
 

@@ -1,13 +1,21 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How the stamp of a frame stands to those before: the one place that decides it."""
+"""
+Stamps of frames: how one stands to those before, and which frame a result belongs to.
+
+Stamps are positive nanoseconds.
+"""
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable, Iterator
 from enum import Enum
+from typing import Generic, Protocol, TypeVar
 
-__all__ = ['Order', 'Stamps']
+import numpy as np
+
+from gait_segmentation.errors import InputError
 
 _ANEW_S = 1.0
 """A step back that is longer is no late frame: time has been set back, or a bag begins again."""
@@ -83,3 +91,91 @@ class Stamps:
         """Note that a frame has come that cannot be used: another with its stamp comes again."""
         if stamp_ns not in self._come:
             self._come.append(stamp_ns)
+
+
+def check_stamp(stamp_ns: int) -> None:
+    """
+    Refuse the stamp zero, which would make all frames the same.
+
+    :raises InputError: if the stamp is no integer, or not positive.
+    """
+    if not isinstance(stamp_ns, int | np.integer):
+        # Seconds would be taken for frames at the same time, nearly.
+        raise InputError(f'stamp must be whole nanoseconds, got {stamp_ns!r}')
+    if stamp_ns <= 0:
+        raise InputError(f'stamp must be positive nanoseconds, got {stamp_ns}')
+
+
+def check_later(stamp_ns: int, before_ns: int) -> None:
+    """
+    Refuse a stamp that is not later than that of the frame before, 0 without one.
+
+    :raises InputError: if it is not, or is none, see :func:`check_stamp`.
+    """
+    check_stamp(stamp_ns)
+    if stamp_ns <= before_ns:
+        raise InputError(f'stamps must increase without a reset, got {stamp_ns} after {before_ns}')
+
+
+class Stamped(Protocol):
+    """What says to which frame it belongs."""
+
+    @property
+    def stamp_ns(self) -> int:
+        """Return the stamp of the frame."""
+
+
+Frame = TypeVar('Frame')
+Result = TypeVar('Result', bound=Stamped)
+
+
+class HeldFrames(Generic[Frame]):
+    """
+    A queue of frames by stamp, from which results take theirs.
+
+    Results come in the order of the frames; one that has none is passed over by the next.
+    """
+
+    def __init__(self) -> None:
+        """Hold nothing."""
+        self._frames: deque[tuple[int | None, Frame]] = deque()
+
+    def __len__(self) -> int:
+        """Return the number of frames held."""
+        return len(self._frames)
+
+    def hold(self, stamp_ns: int | None, frame: Frame) -> None:
+        """Keep a frame by the stamp that its result will have, None if there will be none."""
+        self._frames.append((stamp_ns, frame))
+
+    def take(self, stamp_ns: int) -> Frame:
+        """
+        Return the frame of a stamp and let go of it and of all before.
+
+        :raises IndexError: if it is not held.
+        """
+        held_ns, frame = self._frames.popleft()
+        while held_ns != stamp_ns:
+            held_ns, frame = self._frames.popleft()
+        return frame
+
+    def answered(
+        self, results: Iterable[Result], *, last: bool = False
+    ) -> Iterator[tuple[Frame, Result | None]]:
+        """
+        Yield frames in their order with their results, None for those that are passed over.
+
+        Results of frames that are not held, such as a second one, are left out.
+
+        :param last: whether nothing more comes, so that all that are left have no result.
+        """
+        for result in results:
+            while any(stamp_ns == result.stamp_ns for stamp_ns, _ in self._frames):
+                stamp_ns, frame = self._frames.popleft()
+                yield frame, result if stamp_ns == result.stamp_ns else None
+        while self._frames and (last or self._frames[0][0] is None):
+            yield self._frames.popleft()[1], None
+
+    def clear(self) -> None:
+        """Let go of all frames."""
+        self._frames.clear()

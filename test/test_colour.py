@@ -2,10 +2,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.colour import BANDS, BINS, ColourModel, body_rows, colour_bins
+from gait_segmentation.colour import (
+    BANDS,
+    BINS,
+    ColourModel,
+    body_rows,
+    colour_bins,
+    gray_lab,
+    is_gray,
+)
 
 
 def test_bins_are_joint_and_complete() -> None:
@@ -42,15 +51,6 @@ def test_each_band_knows_its_own_colour_best() -> None:
     assert colours.table.sum(axis=0) == pytest.approx(np.full(BANDS, 1 + 1e-4 * BINS**3), rel=1e-3)
 
 
-def test_learning_moves_by_the_rate() -> None:
-    colours = model()
-    rows = np.full((1, 10), 0.5, np.float32)
-    ones = np.ones((1, 10), np.float32)
-    colours.learn(np.zeros((1, 10), np.uint16), rows, ones, 0.25)
-    colours.learn(np.ones((1, 10), np.uint16), rows, ones, 0.25)
-    assert colours.whole()[:2] == pytest.approx([0.75, 0.25])
-
-
 @pytest.mark.parametrize('angle', [0.0, 0.4, -1.2])
 def test_rows_count_down_the_axis_of_the_body_wherever_the_window_begins(angle: float) -> None:
     found = body_rows((5, 7), (30, 12), (33.0, 16.0), 20.0, angle)
@@ -72,3 +72,39 @@ def test_faded_colours_are_told_by_their_lightness(chroma: int) -> None:
     empty = model()
     empty.fade(chroma)
     assert np.all(empty.table == np.float32(1e-4))
+
+
+def test_one_coloured_pixel_makes_a_colour_image() -> None:
+    image = np.repeat(np.arange(24, dtype=np.uint8).reshape(4, 6, 1), 3, axis=2)
+    assert is_gray(image)
+    for channel in range(3):
+        tinted = image.copy()
+        tinted[3, 5, channel] += 1
+        assert not is_gray(tinted)
+
+
+def test_brightness_is_that_of_lab() -> None:
+    gray = np.random.default_rng(0).integers(0, 256, (20, 30)).astype(np.uint8)
+    lab = cv2.cvtColor(cv2.cvtColor(gray, cv2.COLOR_GRAY2BGR), cv2.COLOR_BGR2Lab)
+    assert np.array_equal(gray_lab(gray)[..., 0], lab[..., 0])
+
+
+def test_stripes_are_told_from_an_even_area_and_by_their_direction() -> None:
+    gray = np.full((40, 90), 100, np.uint8)
+    gray[:, :30] += (np.arange(30, dtype=np.uint8) // 2 % 2) * 60
+    gray[:, 30:60] += (np.arange(40, dtype=np.uint8) // 2 % 2)[:, None] * 60
+    upright, level, even = (
+        gray_lab(gray)[10:30, x : x + 20, 1:].mean((0, 1)) for x in (5, 35, 65)
+    )
+    assert upright[0] > even[0] + 5
+    assert level[1] > even[1] + 5
+    assert upright[1] == pytest.approx(even[1], abs=0.5)
+    assert level[0] == pytest.approx(even[0], abs=0.5)
+
+
+def test_learning_moves_by_the_rate() -> None:
+    colours = model()
+    rows = np.full((1, 10), 0.5, np.float32)
+    for colour in (0, 1):
+        colours.learn(np.full((1, 10), colour, np.uint16), rows, np.ones((1, 10)), 0.25)
+    assert colours.whole()[:2] == pytest.approx([0.75, 0.25])

@@ -10,8 +10,6 @@ from gait_segmentation.config import (
     StageConfig,
     overridden,
     parameter,
-    replaced,
-    stages_of,
 )
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from test.tools.evaluation.fakes import FakePipelineConfig
@@ -105,10 +103,3 @@ def test_settings_are_applied_in_order():
 def test_settings_that_cannot_be_used_are_refused(setting, message):
     with pytest.raises(ConfigError, match=message):
         overridden(FakePipelineConfig(), [setting])
-
-
-def test_replaced_leaves_the_other_stages_alone():
-    config = FakePipelineConfig()
-    changed = replaced(config, 'matching', 'lag', 2)
-    assert stages_of(changed)['tracking'] is config.tracking
-    assert changed.matching.lag == 2

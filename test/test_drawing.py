@@ -14,7 +14,6 @@ from gait_segmentation.drawing import (
     draw_outline,
     draw_person,
     draw_phase_dial,
-    track_colour,
     view_word,
 )
 from gait_segmentation.errors import InputError
@@ -61,15 +60,6 @@ def test_an_empty_mask_draws_nothing_and_a_wrong_one_is_refused():
     assert not changed(image).any()
     with pytest.raises(InputError, match=r'\(20, 20\), got \(10, 20\)'):
         draw_outline(image, np.zeros((10, 20), np.uint8), GREEN)
-
-
-def test_the_box_encloses_its_pixels():
-    image = grey(40, 40)
-    draw_box(image, Box(10.5, 8.5, 20, 25), GREEN)
-    assert is_green(image[20, 10])
-    assert is_green(image[8, 20])
-    assert is_green(image[20, 30])
-    assert not changed(image)[15:25, 15:25].any()
 
 
 def test_a_turned_box_leans_to_the_right():
@@ -129,13 +119,6 @@ def test_a_person_is_drawn():
     bare = grey(60, 80)
     draw_person(bare, mask=np.zeros((60, 80), np.uint8), box=None, track_id=0)
     assert not changed(bare).any()
-
-
-def test_neighbouring_tracks_differ_in_colour():
-    colours = [np.array(track_colour(track)) for track in range(1, 6)]
-    for first in range(5):
-        for second in range(first):
-            assert np.abs(colours[first] - colours[second]).max() > 60
 
 
 def test_views_have_words():

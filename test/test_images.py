@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 
-import cv2
 import numpy as np
 import pytest
 
@@ -13,11 +12,14 @@ from gait_segmentation.images import (
     bounding_box,
     check_image,
     check_map,
-    check_stamp,
+    median,
     overlap,
     placed,
+    quantiles,
+    same_proportions,
     shift_whole,
     shifted_part,
+    shrink,
     signed_distance,
 )
 
@@ -35,22 +37,6 @@ from gait_segmentation.images import (
 def test_what_is_no_bgr_image_is_refused(image: object) -> None:
     with pytest.raises(InputError, match='image must'):
         check_image(image)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    ('stamp', 'said'),
-    [
-        (0, 'positive nanoseconds, got 0'),
-        (-1, 'positive nanoseconds, got -1'),
-        (0.033, 'whole nanoseconds, got 0.033'),
-        ('7', "whole nanoseconds, got '7'"),
-        (None, 'whole nanoseconds, got None'),
-    ],
-)
-def test_stamps_must_be_positive_integers(stamp: object, said: str) -> None:
-    check_stamp(np.int64(7))  # type: ignore[arg-type]
-    with pytest.raises(InputError, match=said):
-        check_stamp(stamp)  # type: ignore[arg-type]
 
 
 def test_signed_distance_is_positive_inside_and_the_diagonal_without_an_edge() -> None:
@@ -98,29 +84,64 @@ def test_what_has_not_one_byte_a_pixel_is_no_map(array: np.ndarray) -> None:
         check_map([array], 'likelihood')  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize('density', [0.0, 0.001, 0.5])
-def test_the_bounds_are_those_of_opencv(density: float) -> None:
-    rng = np.random.default_rng(7)
-    for shape in ((1, 1), (7, 40), (60, 33)):
-        mask = np.where(rng.random(shape) < density, 255, 0).astype(np.uint8)
-        assert bounding_box(mask) == cv2.boundingRect(mask)
-        assert bounding_box(mask[1:, 2:]) == (
-            cv2.boundingRect(mask[1:, 2:]) if mask[1:, 2:].size else (0, 0, 0, 0)
-        )
-
-
-@pytest.mark.parametrize('shape', [(40, 53), (64, 64), (1, 2000), (2000, 1), (33, 512)])
-def test_few_pixels_and_parts_of_masks_are_bounded(shape: tuple[int, int]) -> None:
-    rng = np.random.default_rng(0)
-    for count in range(4):
-        for _ in range(50):
-            mask = np.zeros(shape, np.uint8)
-            mask.reshape(-1)[rng.integers(0, mask.size, count)] = rng.integers(1, 256)
-            for part in (mask, mask.T, mask[::-1, ::2], mask[:, :1]):
-                assert bounding_box(part) == cv2.boundingRect(np.ascontiguousarray(part))
-
-
 def test_windows_overlap_in_what_they_share() -> None:
     one, two = (slice(0, 10), slice(5, 20)), (slice(4, 30), slice(0, 9))
     assert overlap(one, two) == (slice(4, 10), slice(5, 9))
     assert overlap(one, (slice(0, 10), slice(20, 30))) is None
+
+
+def test_bounds_hold_what_is_not_zero() -> None:
+    mask = np.zeros((20, 30), np.uint8)
+    assert bounding_box(mask)[2:] == (0, 0)
+    assert bounding_box(mask[:0]) == (0, 0, 0, 0)
+    mask[4, 7] = mask[9, 12] = 1
+    assert bounding_box(mask) == (7, 4, 6, 6)
+
+
+@pytest.mark.parametrize('channels', [(), (3,)])
+def test_shrinking_by_powers_of_two_is_the_mean_over_areas(channels: tuple[int, ...]) -> None:
+    image = np.random.default_rng(0).integers(0, 256, (32, 48, *channels), np.uint8)
+    mean = image.reshape(8, 4, 12, 4, *channels).mean(axis=(1, 3))
+    # Rounded once for each halving.
+    assert np.abs(shrink(image, (8, 12)) - mean).max() <= 1
+
+
+@pytest.mark.parametrize('shape', [(50, 70), (37, 52), (33, 47), (25, 35), (12, 17), (4, 5)])
+def test_shrinking_keeps_places_and_does_not_alias(shape: tuple[int, int]) -> None:
+    rows, columns = np.mgrid[0:101, 0:141]
+    ramp = (rows + columns).astype(np.uint8)
+    small = shrink(ramp, shape)
+    assert small.shape == shape
+    y, x = (np.arange(n) + 0.5 for n in shape)
+    expected = (y * 101 / shape[0])[:, None] + x * 141 / shape[1] - 1
+    # Odd sizes lose a row and a column at each halving, so less than a pixel of the result.
+    assert np.abs(small - expected).max() < 101 / shape[0] + 141 / shape[1]
+    stripes = np.where(columns % 2, 255, 0).astype(np.uint8)
+    if shape[0] < 50:
+        assert np.abs(shrink(stripes, shape).astype(int) - 127.5).max() < 2
+
+
+@pytest.mark.parametrize(
+    ('shape', 'source', 'same'),
+    [
+        ((240, 320), (480, 640), True),
+        ((206, 367), (480, 854), True),
+        ((1, 1), (1, 1), True),
+        ((192, 1), (300, 1), True),
+        ((1, 1), (3, 200), True),
+        ((240, 330), (480, 640), False),
+        ((10, 90), (160, 120), False),
+        ((100, 100), (100, 103), False),
+    ],
+)
+def test_sizes_are_compared_to_a_pixel(shape: tuple[int, int], source: tuple, same: bool) -> None:
+    assert same_proportions(shape, source) == same
+
+
+@pytest.mark.parametrize('count', [1, 2, 7, 50])
+def test_medians_and_quantiles_are_those_of_numpy(count: int) -> None:
+    values = np.random.default_rng(count).normal(size=(count, 3)).astype(np.float32)
+    np.testing.assert_array_equal(median(values), np.median(values, axis=0))
+    assert median(values[:, 0]) == np.median(values[:, 0])
+    shares = (0.005, 0.5, 0.995)
+    assert quantiles(values[:, 0], shares) == pytest.approx(np.quantile(values[:, 0], shares))

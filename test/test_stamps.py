@@ -2,10 +2,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 
-from gait_segmentation.stamps import Order, Stamps
+from gait_segmentation.errors import InputError
+from gait_segmentation.stamps import HeldFrames, Order, Stamps, check_later, check_stamp
 
 MS, S = 1_000_000, 1_000_000_000
 FIRST = 1_700_000_000 * S
@@ -69,3 +73,56 @@ def test_a_frame_that_cannot_be_used_does_not_move_time() -> None:
     assert stamps.take(FIRST + 500 * S) is Order.AGAIN
     stamps.reset()
     assert stamps.take(FIRST + 500 * S) is Order.NEXT
+
+
+@pytest.mark.parametrize(
+    ('stamp', 'said'),
+    [
+        (0, 'positive nanoseconds, got 0'),
+        (-1, 'positive nanoseconds, got -1'),
+        (0.033, 'whole nanoseconds, got 0.033'),
+        ('7', "whole nanoseconds, got '7'"),
+        (None, 'whole nanoseconds, got None'),
+    ],
+)
+def test_stamps_must_be_positive_integers(stamp: object, said: str) -> None:
+    check_stamp(np.int64(7))  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=said):
+        check_stamp(stamp)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match='must increase without a reset, got 7 after 7'):
+        check_later(7, 7)
+
+
+def test_results_take_their_frames_and_pass_over_those_without() -> None:
+    held: HeldFrames[str] = HeldFrames()
+    for stamp_ns, frame in enumerate('abcd'):
+        held.hold(stamp_ns, frame)
+    assert (held.take(0), held.take(2), len(held)) == ('a', 'c', 1)
+    with pytest.raises(IndexError):
+        held.take(1)
+    assert len(held) == 0
+    held.hold(5, 'a')
+    held.clear()
+    held.hold(3, 'b')
+    assert held.take(3) == 'b'
+
+
+def test_frames_are_answered_in_order_also_those_passed_over() -> None:
+    held: HeldFrames[str] = HeldFrames()
+    for stamp_ns, frame in enumerate('abcd'):
+        held.hold(stamp_ns, frame)
+    second, unasked = SimpleNamespace(stamp_ns=1), SimpleNamespace(stamp_ns=9)
+    assert list(held.answered([unasked, second, second])) == [('a', None), ('b', second)]
+    assert list(held.answered([])) == []
+    assert list(held.answered([], last=True)) == [('c', None), ('d', None)]
+
+
+def test_frames_that_nothing_comes_for_wait_only_for_those_before() -> None:
+    held: HeldFrames[str] = HeldFrames()
+    held.hold(None, 'a')
+    assert list(held.answered([])) == [('a', None)]
+    held.hold(1, 'b')
+    held.hold(None, 'c')
+    assert list(held.answered([])) == []
+    second = SimpleNamespace(stamp_ns=1)
+    assert list(held.answered([second])) == [('b', second), ('c', None)]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.reading import regular
-from gait_segmentation.sizes import shrink
+from gait_segmentation.images import shrink
 
 __all__ = [
     'DEFAULT_FPS',

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, Placement, check_matched_box
-from gait_segmentation.images import check_later, check_stamp
+from gait_segmentation.images import same_proportions
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.path import UNIT, PathSearch, State
 from gait_segmentation.matching.phase import NearLeg, PhaseFinder, phase_near
@@ -24,7 +24,7 @@ from gait_segmentation.matching.sampling import refined_box, warp_template
 from gait_segmentation.matching.similarities import SimilarityMaps, coded_bank
 from gait_segmentation.matching.views import Views
 from gait_segmentation.results import MatchResult
-from gait_segmentation.sizes import same_proportions
+from gait_segmentation.stamps import check_later, check_stamp
 
 __all__ = ['SequenceMatcher', 'check_frame']
 

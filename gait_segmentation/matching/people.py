@@ -11,13 +11,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.crew import Crew
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.images import check_later
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.matcher import SequenceMatcher, check_frame
 from gait_segmentation.matching.sampling import warp_template
+from gait_segmentation.people import Crew
 from gait_segmentation.results import TRACKED, MatchResult, TrackResult
+from gait_segmentation.stamps import check_later
 
 __all__ = ['PeopleMatcher']
 

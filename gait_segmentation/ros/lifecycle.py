@@ -21,7 +21,6 @@ from std_srvs.srv import SetBool, Trigger
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.gait_model import TemplateBank, open_bank
-from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.kernels import compile_kernels, compiling
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.ros.diagnostics import Diagnostics
@@ -34,7 +33,7 @@ from gait_segmentation.ros.endpoints import (
     subscription,
 )
 from gait_segmentation.ros.parameters import NodeParameters, state_of
-from gait_segmentation.stamps import Order, Stamps
+from gait_segmentation.stamps import HeldFrames, Order, Stamps
 from gait_segmentation.streams.backlog import Backlog, Worker
 from gait_segmentation.streams.config import (
     BankConfig,

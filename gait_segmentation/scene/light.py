@@ -7,6 +7,10 @@ Exposure, white balance and lamps that flicker multiply the levels of a channel,
 or by rows, as a rolling shutter reads them.  The factors are measured against what the still
 world is remembered to look like, not against the last frame, so that slow changes add up as jumps
 do, and errors do not.
+
+In the dark, in haze and behind glass pictures use few of the 256 levels.  The bins of histograms
+and the least noise that models allow for are made for pictures that use many of them: such levels
+are spread.
 """
 
 from __future__ import annotations
@@ -18,12 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import compose, scaling
-from gait_segmentation.medians import median
-from gait_segmentation.scene.background.model import BackgroundModel
-from gait_segmentation.scene.ego_motion.pyramid import LEAST_RANGE
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.images import median
+from gait_segmentation.scene.background import BackgroundModel
+from gait_segmentation.scene.world_motion import WorldMotion
 
-__all__ = ['Light']
+LEAST_RANGE = 8
+"""Grey levels between the darkest and the brightest cell below which nothing can be seen."""
 
 _CELL = 8
 """Pixels across the cells that are compared, in which noise and small motions count little."""
@@ -51,6 +55,15 @@ than a period is not told from a shade.
 
 _GRAY = np.array([0.114, 0.587, 0.299], np.float32)
 """Weights of blue, green and red in the brightness, as OpenCV has them."""
+
+_LEFT_OUT = 0.005
+"""Share of the levels at either end that does not count."""
+
+_FULL = 128.0
+"""Levels that a picture which needs no spreading uses at least."""
+
+_MOST = 4.0
+"""Largest factor; beyond it noise is most of what is spread."""
 
 _Floats = NDArray[np.float32]
 _Wave = tuple[float, float, float]
@@ -169,6 +182,39 @@ class Light:
         factors = np.exp(_along(self.wave, image.shape[0]))[:, None, None] * self.gain
         every = cv2.resize(factors, image.shape[1::-1], interpolation=cv2.INTER_NEAREST)
         return np.asarray(cv2.multiply(image, every, dtype=cv2.CV_8U))
+
+
+class Contrast:
+    """Spreads the levels of a stream as its first picture needs it, so that models stay valid."""
+
+    def __init__(self) -> None:
+        """Begin without having seen a picture."""
+        self._curve: NDArray[np.uint8] | None = None
+        self._known = False
+
+    def curve_for(self, image: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
+        """
+        Return the curve that spreads the levels of a picture, (256,) uint8, None if it needs none.
+
+        What lies outside of the levels that count is squeezed, but stays apart: later pictures of
+        the stream may use it.
+
+        :param image: (h, w, 3) uint8; only the first one is looked at.
+        """
+        if self._known:
+            return self._curve
+        self._known = True
+        share = np.cumsum(np.bincount(image.reshape(-1), minlength=256)) / image.size
+        low, high = (int(level) for level in np.searchsorted(share, (_LEFT_OUT, 1 - _LEFT_OUT)))
+        span = high - low
+        wanted = min(_FULL, _MOST * span)
+        if span < wanted:
+            # The rest is shared out as it was, so that black stays black and white stays white.
+            bottom = (255 - wanted) * low / (255 - span)
+            ends = (0, bottom, bottom + wanted, 255)
+            levels = np.interp(np.arange(256), (0, low, high, 255), ends)
+            self._curve = np.round(levels).astype(np.uint8)
+        return self._curve
 
 
 def _visible(levels: _Floats) -> NDArray[np.bool_]:

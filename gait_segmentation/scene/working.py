@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The working image: the source scaled down once, in Lab, shared by all cues."""
+"""The working image, shared by all cues: the source scaled down once, in Lab and at half sizes."""
 
 from __future__ import annotations
 
@@ -11,14 +11,55 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window
-from gait_segmentation.lab import gray_lab, is_gray
-from gait_segmentation.scene.contrast import Contrast
-from gait_segmentation.scene.ego_motion.pyramid import Pyramid
-from gait_segmentation.scene.light import Light
-from gait_segmentation.sizes import shrink
+from gait_segmentation.colour import gray_lab, is_gray
+from gait_segmentation.images import Window, shrink
+from gait_segmentation.scene.light import LEAST_RANGE, Contrast, Light
 
-__all__ = ['WorkingImage', 'working_scale', 'working_shape']
+_CELLS = 3
+"""Halvings that make a cell a pixel."""
+
+_ALIKE = 0.5
+"""Correlation of the cells of two pictures from which they may show the same place."""
+
+
+class Pyramid:
+    """
+    A grey image and smaller ones, each half the size of the one before.
+
+    They are made when they are asked for.  A position in the image times ``0.5**level`` is that
+    in the image of a level.
+    """
+
+    def __init__(self, gray: NDArray[np.uint8]) -> None:
+        """Begin with the image at full size, (h, w) uint8."""
+        self._images = [gray]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Return (h, w) of the image at full size."""
+        return self._images[0].shape
+
+    def image(self, level: int) -> NDArray[np.uint8]:
+        """Return the image halved as often as ``level`` says."""
+        while len(self._images) <= level:
+            self._images.append(_halved(self._images[-1]))
+        return self._images[level]
+
+    @property
+    def cells(self) -> NDArray[np.uint8]:
+        """Return means of cells, in which noise and texture are far less: (h, w) uint8."""
+        return self.image(_CELLS)
+
+    @cached_property
+    def is_blank(self) -> bool:
+        """Return whether nothing can be seen, as when something covers the lens."""
+        darkest, brightest, *_ = cv2.minMaxLoc(self.cells)
+        return brightest - darkest < LEAST_RANGE
+
+    def resembles(self, other: Pyramid) -> bool:
+        """Return whether another picture, of the same size, may show the same place."""
+        score = cv2.matchTemplate(self.cells, other.cells, cv2.TM_CCOEFF_NORMED)
+        return float(score[0, 0]) > _ALIKE
 
 
 @dataclass(frozen=True)
@@ -28,8 +69,7 @@ class WorkingImage:
 
     ``bgr`` is (h, w, 3) uint8, ``gray`` its brightness, (h, w) uint8, with which ``pyramid``
     begins; ``textured`` says that it has no colour and shows gradient energy in the place of a*
-    and b* (:func:`~gait_segmentation.lab.gray_lab`); ``faded`` that it has none although earlier
-    ones had.
+    and b* (:func:`.gray_lab`); ``faded`` that it has none although earlier ones had.
     """
 
     stamp_ns: int
@@ -119,3 +159,10 @@ def working_scale(
 def working_shape(height: int, width: int, scale: float) -> tuple[int, int]:
     """Return (h, w) of the working image of a source of the given size."""
     return max(1, round(height * scale)), max(1, round(width * scale))
+
+
+def _halved(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return means of 2 x 2 pixels, without the last row or column of an odd number."""
+    size = (max(gray.shape[1] // 2, 1), max(gray.shape[0] // 2, 1))
+    part = gray[: 2 * size[1], : 2 * size[0]]
+    return np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA))

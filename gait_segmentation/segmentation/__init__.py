@@ -4,6 +4,5 @@
 
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.people import PeopleMasks, PeopleSegmenter
-from gait_segmentation.segmentation.segmenter import Segmenter
 
-__all__ = ['PeopleMasks', 'PeopleSegmenter', 'SegmentationConfig', 'Segmenter']
+__all__ = ['PeopleMasks', 'PeopleSegmenter', 'SegmentationConfig']

@@ -1,7 +1,11 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-The minimum cut of a grid graph in which only some pixels are open.
+The energy of a labelling (paper, Eq. 2), and its minimum where only some pixels are open.
+
+The contrast term is that of Boykov and Jolly, exp(-beta |I_p - I_q|^2) / dist(p, q) with beta from
+the mean contrast of the window; the shape term is that of Freedman and Zhang (CVPR 2005): a cut
+link costs what it is away from the template's outline, saturated.
 
 Capacities are integers; pixels whose label is given are not nodes but are folded into the t-links
 of their neighbours.  All work is on the open pixels, which are few, and most of these are settled
@@ -21,13 +25,15 @@ from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 
-__all__ = ['CAPACITY', 'STEPS', 'OpenGraph', 'decided', 'minimum_cut', 'open_graph']
-
 ARCS = 8
 """Arcs of a node; arc ``a`` of one end is arc ``a ^ 4`` of the other."""
 
 CAPACITY = 256
 """Integer capacity of an energy of one."""
+
+_TABLE_END = 8.0
+_EXP = np.exp(-np.linspace(0, _TABLE_END, 1024, dtype=np.float32))
+"""exp(-x) for x up to its end."""
 
 _FORWARD = ((0, 1), (1, 0), (1, 1), (1, -1))
 STEPS = np.array([*_FORWARD, *((-row, -column) for row, column in _FORWARD)], np.int64)
@@ -64,16 +70,13 @@ def open_graph(given: NDArray[np.int8]) -> OpenGraph:
     """
     pixels = np.empty(given.size - cv2.countNonZero(given), np.int32)
     beside = np.full((len(pixels) + 1, ARCS), len(pixels), np.int32)
-    _find_open(given, STEPS, pixels, beside)
+    _find_open(given, pixels, beside)
     return OpenGraph(given, pixels, beside, np.zeros(beside.shape, np.int32))
 
 
-@kernel('i1[:,::1], i8[:,::1], i4[::1], i4[:,::1]')
+@kernel('i1[:,::1], i4[::1], i4[:,::1]')
 def _find_open(
-    given: NDArray[np.int8],
-    steps: NDArray[np.int64],
-    pixels: NDArray[np.int32],
-    beside: NDArray[np.int32],
+    given: NDArray[np.int8], pixels: NDArray[np.int32], beside: NDArray[np.int32]
 ) -> None:
     """Fill in places and neighbours of the open pixels, see :class:`OpenGraph`."""
     count = np.int32(len(pixels))
@@ -92,7 +95,7 @@ def _find_open(
     for node in range(count):
         row, col = divmod(pixels[node], given.shape[1])
         for arc in range(ARCS):
-            beside[node, arc] = place[row + 1 + steps[arc, 0], col + 1 + steps[arc, 1]]
+            beside[node, arc] = place[row + 1 + STEPS[arc, 0], col + 1 + STEPS[arc, 1]]
 
 
 def decided(logit: NDArray[np.float32]) -> NDArray[np.int8]:
@@ -109,6 +112,118 @@ def decided(logit: NDArray[np.float32]) -> NDArray[np.int8]:
     sure = cv2.erode((logit > _SURE).view(np.uint8), kernel)
     never = cv2.erode((logit < -_SURE).view(np.uint8), kernel)
     return sure.view(np.int8) - never.view(np.int8)
+
+
+@kernel('u1[:,:,::1], i4[::1], i4[:,::1], i4[:,::1]')
+def _squares(
+    image: NDArray[np.uint8],
+    pixels: NDArray[np.int32],
+    beside: NDArray[np.int32],
+    links: NDArray[np.int32],
+) -> float:
+    """Put squared contrasts into one of the two directions of each link; return their mean."""
+    width = image.shape[1]
+    flat = image.reshape(-1, 3)
+    count = len(pixels)
+    total = 0
+    pairs = 0
+    for node in range(count):
+        here = pixels[node]
+        for arc in range(8):
+            other = beside[node, arc]
+            if other == count or (arc >= 4 and other < count):
+                continue
+            there = here + STEPS[arc, 0] * width + STEPS[arc, 1]
+            square = 0
+            for channel in range(3):
+                d = np.int32(flat[here, channel]) - np.int32(flat[there, channel])
+                square += d * d
+            links[node, arc] = square
+            total += square
+            pairs += 1
+    return total / max(pairs, 1)
+
+
+@kernel('i4[:,::1], f8, f8, i4[:,::1]')
+def _weigh(
+    beside: NDArray[np.int32], mean: float, weight: float, links: NDArray[np.int32]
+) -> None:
+    """Turn squared contrasts into capacities, in both directions."""
+    count = len(beside) - 1
+    beta = 1 / (2 * mean) if mean > 0 else 0.0
+    to_table = beta * (_EXP.size - 1) / _TABLE_END
+    straight = weight * CAPACITY
+    across = weight * CAPACITY / np.sqrt(2.0)
+    for node in range(count):
+        for arc in range(8):
+            other = beside[node, arc]
+            if other == count or (arc >= 4 and other < count):
+                continue
+            entry = min(int(links[node, arc] * to_table), _EXP.size - 1)
+            capacity = int((straight if arc & 2 == 0 else across) * _EXP[entry])
+            links[node, arc] = capacity
+            if other < count:
+                links[other, arc ^ 4] = capacity
+
+
+def mean_contrast(graph: OpenGraph, image: NDArray[np.uint8]) -> float:
+    """
+    Return the mean squared contrast of the links.
+
+    :param image: (h, w, 3) uint8.
+    """
+    links = np.empty_like(graph.links)
+    image = np.ascontiguousarray(image)
+    return float(_squares(image, graph.pixels, graph.beside, links))
+
+
+def contrast_links(
+    graph: OpenGraph, image: NDArray[np.uint8], weight: float, mean: float | None = None
+) -> None:
+    """
+    Set the links of a graph to their contrast term.
+
+    :param image: (h, w, 3) uint8 in a space whose distances mean something (Lab or BGR).
+    :param weight: its weight in the energy.
+    :param mean: mean squared contrast, for beta; that of the graph itself if None.
+    """
+    image = np.ascontiguousarray(image)
+    found = _squares(image, graph.pixels, graph.beside, graph.links)
+    _weigh(graph.beside, found if mean is None else mean, weight, graph.links)
+
+
+@kernel('f4[:,::1], i4[::1], i4[:,::1], f8, i4[:,::1]')
+def _distance(
+    psi: NDArray[np.float32],
+    pixels: NDArray[np.int32],
+    beside: NDArray[np.int32],
+    weight: float,
+    links: NDArray[np.int32],
+) -> None:
+    width = psi.shape[1]
+    flat = psi.reshape(-1)
+    count = len(pixels)
+    straight = weight * CAPACITY / 2
+    across = weight * CAPACITY / (2 * np.sqrt(2.0))
+    for node in range(count):
+        here = pixels[node]
+        for arc in range(8):
+            if beside[node, arc] == count:
+                continue
+            there = here + STEPS[arc, 0] * width + STEPS[arc, 1]
+            gain = straight if arc & 2 == 0 else across
+            links[node, arc] += int(gain * (flat[here] + flat[there]))
+
+
+def distance_links(graph: OpenGraph, psi: NDArray[np.float32], weight: float) -> None:
+    """
+    Add the shape term to the links of a graph: (psi_p + psi_q) / (2 dist(p, q)) each.
+
+    :param psi: (h, w) float32 >= 0, what a cut costs at each pixel.
+    :param weight: its weight in the energy.
+    """
+    psi = np.ascontiguousarray(psi)
+    _distance(psi, graph.pixels, graph.beside, weight, graph.links)
 
 
 def minimum_cut(graph: OpenGraph, logit: NDArray[np.float32]) -> NDArray[np.bool_]:

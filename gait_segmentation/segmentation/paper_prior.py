@@ -15,6 +15,7 @@ n-links.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -23,17 +24,23 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.kernels import kernel
 from gait_segmentation.segmentation.config import SegmentationConfig
-from gait_segmentation.segmentation.inputs import in_window
-from gait_segmentation.segmentation.oriented_edges import (
-    EdgePoints,
-    Gradient,
-    image_gradient,
-    silhouette_edges,
-)
-from gait_segmentation.segmentation.shape_prior import ShapeTerms
 from gait_segmentation.segmentation.vocabulary import Vocabulary
 
-__all__ = ['confirmed', 'oriented_distance', 'paper_terms', 'word_distances']
+_SOBEL_GAIN = 8.0
+"""Response of a 3 x 3 Sobel filter to a ramp of one level a pixel."""
+
+_SILHOUETTE_LOW, _SILHOUETTE_HIGH = 15.0, 40.0
+"""Canny's thresholds on a silhouette's gradient, levels a pixel."""
+
+_IMAGE_LOW, _IMAGE_HIGH = 0.66, 1.33
+"""Canny's thresholds on an image over its median grey level."""
+
+_NOISE = 1.0
+"""Gradients of fewer levels a pixel are noise, also in the dark."""
+
+_SMOOTH_SHARE, _SMOOTH_LEAST, _SMOOTH_MOST = 0.012, 0.5, 1.5
+"""Sigma of the Gaussian over a silhouette: a share of the body's height, within limits in pixels.
+"""
 
 _WRONG_WORD = 0.03
 """What an edge of a wrong word is further away, in body heights (times paper_orientation)."""
@@ -46,27 +53,49 @@ _LINKS = 4 + 4 / math.sqrt(2)
 """Sum of 1 / distance over the eight neighbours."""
 
 
+class EdgePoints(NamedTuple):
+    """``rows`` and ``columns``, (n,) int64, and ``orientation``, (n,) float32 in [0, pi)."""
+
+    rows: NDArray[np.int64]
+    columns: NDArray[np.int64]
+    orientation: NDArray[np.float32]
+
+
+class Gradient(NamedTuple):
+    """
+    The gradient of an image and its edges.
+
+    ``orientation`` is (h, w) float32 in [0, pi); ``visible`` (h, w) bool says where the gradient
+    is strong enough to have one and ``edges`` (h, w) bool where Canny's edges are.
+    """
+
+    orientation: NDArray[np.float32]
+    visible: NDArray[np.bool_]
+    edges: NDArray[np.bool_]
+
+
 def paper_terms(
     prior: NDArray[np.uint8],
     grey: NDArray[np.uint8],
     body: BodyFrame,
     vocabulary: Vocabulary,
     config: SegmentationConfig,
-) -> ShapeTerms:
+) -> tuple[NDArray[np.float32], NDArray[np.float32]] | None:
     """
     Return the terms of a warped template.
 
     :param prior: (h, w) uint8, the template in the window, 255 inside.
     :param grey: (h, w) uint8, the image in the window.
     :param body: the body in the window's pixels.
-    :returns: ``psi`` in 0..1, and a ``logit`` that is 0 or makes a pixel background whatever
-        else speaks for it; neither if the template is empty.
+    :returns: log-odds, (h, w) float32, that are 0 or make a pixel background whatever else speaks
+        for it, and what a cut costs at each pixel, (h, w) float32 in 0..1; None if the template
+        has no outline.
     """
     height = body.height
     inside = prior > 127
     around = Box.around(inside)
     if around is None:
-        return ShapeTerms(None, None)
+        return None
     search = max(1.0, config.paper_search * height)
     reach, depth = config.paper_reach * height, config.paper_depth * height
     # Further away the cost is saturated.
@@ -74,18 +103,20 @@ def paper_terms(
     part = around.padded(margin, margin).slices(prior.shape[1], prior.shape[0])
     points = silhouette_edges(prior[part], height)
     if points.rows.size == 0:
-        return ShapeTerms(None, None)
+        return None
     gradient = image_gradient(grey[part])
     near = oriented_distance(
         vocabulary,
         points,
         gradient,
-        in_window(body, part),
+        body.shifted(-part[1].start, -part[0].start),
         config.paper_orientation * _WRONG_WORD * height,
         search + max(reach, depth),
     )
+    elsewhere = np.ones(near.shape, np.uint8)
+    elsewhere[points.rows, points.columns] = 0
     far = ~inside
-    far[part] &= _outline_distance(points, near.shape) > reach
+    far[part] &= cv2.distanceTransform(elsewhere, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) > reach
     side = 2 * round(search) + 1
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     near = np.asarray(cv2.erode(near, disk), np.float32)
@@ -93,12 +124,12 @@ def paper_terms(
     near *= np.where(inside[part], np.float32(1 / depth), np.float32(1 / reach))
     np.clip(near, 0, 1, out=near)
     supported = confirmed(points, gradient, max(1.0, _CONFIRM_REACH * height))
-    near[~_of_nearest(points, supported, near.shape)] *= np.float32(config.paper_unconfirmed)
+    near[~_of_nearest(elsewhere, points, supported)] *= np.float32(config.paper_unconfirmed)
     psi = np.ones(prior.shape, np.float32)
     psi[part] = near
     # No evidence and no cut link can outweigh it.
     never = -(_LARGEST_EVIDENCE + _LINKS * (config.contrast + config.paper_weight))
-    return ShapeTerms(np.where(far, np.float32(never), np.float32(0)), psi)
+    return np.where(far, np.float32(never), np.float32(0)), psi
 
 
 def oriented_distance(
@@ -126,9 +157,10 @@ def oriented_distance(
     :returns: (h, w) float32 in pixels.
     """
     own = vocabulary.features(points.columns + 0.5, points.rows + 0.5, points.orientation, body)
-    distances = word_distances(
-        points, vocabulary.nearest(own), vocabulary.words, gradient.visible.shape, cap
-    )
+    squares = np.full((vocabulary.words, *gradient.visible.shape), cap * cap, np.float32)
+    steps = np.arange(-math.floor(cap), math.floor(cap) + 1, dtype=np.float32)
+    _stamp(points.rows, points.columns, vocabulary.nearest(own), steps * steps, squares)
+    distances = np.sqrt(squares, out=squares)
     result = distances.min(axis=0)
     rows, columns = np.nonzero(gradient.visible & (result < np.float32(cap)))
     z = vocabulary.features(columns + 0.5, rows + 0.5, gradient.orientation[rows, columns], body)
@@ -136,30 +168,6 @@ def oriented_distance(
     least = (distances[:, rows, columns] + wrong.T).min(axis=0)
     result[rows, columns] = np.minimum(least, np.float32(cap))
     return np.asarray(result)
-
-
-def word_distances(
-    points: EdgePoints,
-    words: NDArray[np.int64],
-    count: int,
-    shape: tuple[int, int],
-    cap: float,
-) -> NDArray[np.float32]:
-    """
-    Return the exact Euclidean distance transform of each word's outline points.
-
-    :param points: the outline, n points.
-    :param words: (n,) the word of each point.
-    :param count: K, number of words.
-    :param shape: (h, w) of the result.
-    :param cap: largest distance, which words without points have everywhere.
-    :returns: (K, h, w) float32 in pixels.
-    """
-    squares = np.full((count, *shape), cap * cap, np.float32)
-    reach = math.floor(cap)
-    steps = np.arange(-reach, reach + 1, dtype=np.float32)
-    _stamp(points.rows, points.columns, words, steps * steps, squares)
-    return np.sqrt(squares, out=squares)
 
 
 @kernel('i8[:], i8[:], i8[::1], f4[::1], f4[:,:,::1]')
@@ -213,26 +221,68 @@ def confirmed(points: EdgePoints, gradient: Gradient, reach: float) -> NDArray[n
 
 
 def _of_nearest(
-    points: EdgePoints, flags: NDArray[np.bool_], shape: tuple[int, int]
+    elsewhere: NDArray[np.uint8], points: EdgePoints, flags: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
     """Give every pixel the flag of the outline point nearest to it, (h, w) bool."""
     _, labels = cv2.distanceTransformWithLabels(
-        _elsewhere(points, shape), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+        elsewhere, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
     by_label = np.zeros(int(labels.max()) + 1, np.bool_)
     by_label[labels[points.rows, points.columns]] = flags
     return np.asarray(by_label[labels])
 
 
-def _outline_distance(points: EdgePoints, shape: tuple[int, int]) -> NDArray[np.float32]:
-    """Return the exact distance to the outline, which is the least of the words' distances."""
-    elsewhere = _elsewhere(points, shape)
-    distance = cv2.distanceTransform(elsewhere, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.asarray(distance, np.float32)
+def silhouette_edges(silhouette: NDArray[np.uint8], height: float) -> EdgePoints:
+    """
+    Return the edge points of a silhouette: Canny on the smoothed mask.
+
+    The image's border is no edge of a silhouette that reaches it.
+
+    :param silhouette: (h, w) uint8, 255 inside, soft edge allowed.
+    :param height: height of the body in pixels.
+    """
+    dx, dy = _sobel(silhouette, min(max(_SMOOTH_SHARE * height, _SMOOTH_LEAST), _SMOOTH_MOST))
+    edges = _canny(dx, dy, _SILHOUETTE_LOW, _SILHOUETTE_HIGH)
+    rows, columns = np.nonzero(edges)
+    return EdgePoints(rows, columns, _orientation(dx[rows, columns], dy[rows, columns]))
 
 
-def _elsewhere(points: EdgePoints, shape: tuple[int, int]) -> NDArray[np.uint8]:
-    """Return 0 at the outline and 1 elsewhere, (h, w) uint8."""
-    mask = np.ones(shape, np.uint8)
-    mask[points.rows, points.columns] = 0
-    return mask
+def image_gradient(grey: NDArray[np.uint8]) -> Gradient:
+    """
+    Return the gradient of an image, smoothed with a Gaussian of one pixel, and Canny's edges.
+
+    Canny's thresholds are 0.66 and 1.33 times the median grey level, on Sobel's scale; the lower
+    one also is that of a visible gradient.
+
+    :param grey: (h, w) uint8.
+    """
+    dx, dy = _sobel(grey, 1.0)
+    counts = np.bincount(grey.ravel(), minlength=256)
+    median = int(np.searchsorted(np.cumsum(counts), grey.size / 2)) / _SOBEL_GAIN
+    low, high = max(_IMAGE_LOW * median, _NOISE), max(_IMAGE_HIGH * median, 2 * _NOISE)
+    x, y = dx.astype(np.float32), dy.astype(np.float32)
+    visible = x * x + y * y > np.float32((_SOBEL_GAIN * low) ** 2)
+    return Gradient(_orientation(dx, dy), visible, _canny(dx, dy, low, high))
+
+
+def _sobel(image: NDArray[np.uint8], sigma: float) -> tuple[NDArray[np.int16], NDArray[np.int16]]:
+    smooth = cv2.GaussianBlur(image, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
+    dx = cv2.Sobel(smooth, cv2.CV_16S, 1, 0, borderType=cv2.BORDER_REPLICATE)
+    dy = cv2.Sobel(smooth, cv2.CV_16S, 0, 1, borderType=cv2.BORDER_REPLICATE)
+    return dx, dy
+
+
+def _canny(
+    dx: NDArray[np.int16], dy: NDArray[np.int16], low: float, high: float
+) -> NDArray[np.bool_]:
+    low, high = _SOBEL_GAIN * low, _SOBEL_GAIN * high
+    return np.asarray(cv2.Canny(dx, dy, low, high, L2gradient=True) > 0)
+
+
+def _orientation(dx: NDArray[np.int16], dy: NDArray[np.int16]) -> NDArray[np.float32]:
+    if dx.size == 0:
+        return np.zeros(dx.shape, np.float32)
+    # cv2.phase is many times faster than arctan2, and exact to 0.01 degrees.
+    angle = cv2.phase(dx.astype(np.float32), dy.astype(np.float32)).reshape(dx.shape)
+    half = np.float32(np.pi)
+    return np.asarray(np.where(angle >= half, angle - half, angle))

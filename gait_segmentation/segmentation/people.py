@@ -9,23 +9,22 @@ next cannot have: each pixel has one owner.  Nearer is who has the lower feet.
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.crew import Crew
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box, check_body
-from gait_segmentation.images import check_image
+from gait_segmentation.images import check_image, check_map, same_proportions
+from gait_segmentation.people import Crew
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.segmenter import Segmenter
-
-__all__ = ['PeopleMasks', 'PeopleSegmenter']
 
 
 @dataclass(frozen=True)
@@ -96,18 +95,24 @@ class PeopleSegmenter:
                 f'there must be {len(self._slots)} likelihoods and matches, one a slot, got '
                 f'{len(likelihoods)} and {len(matches)}'
             )
-        for match in matches:
+        for likelihood, match in zip(likelihoods, matches, strict=True):
             # Before anybody's state is changed.
+            _check_sizes(image, likelihood, match.shape_prior)
             if match.body is not None:
                 check_body(match.body, (image.shape[1], image.shape[0]))
         tasks = [
             partial(self._cut_out, group, image, likelihoods, matches, outside=outside)
-            for group in _groups(by_depth(matches), matches)
+            for group in _groups(matches)
         ]
-        found: dict[int, SegmentationResult] = {}
-        for part in self._crew.run(tasks):
-            found |= part
-        return put_together([found[slot] for slot in range(len(self._slots))])
+        found = {slot: each for part in self._crew.run(tasks) for slot, each in part.items()}
+        people = tuple(found[slot] for slot in range(len(self._slots)))
+        if len(people) == 1:
+            mask = people[0].mask
+            return PeopleMasks(people, mask, mask & np.uint8(1))
+        labels = np.zeros(image.shape[:2], np.uint8)
+        for slot, each in enumerate(people):
+            labels[each.mask > 0] = slot + 1
+        return PeopleMasks(people, np.where(labels > 0, np.uint8(255), np.uint8(0)), labels)
 
     def _cut_out(
         self,
@@ -118,24 +123,55 @@ class PeopleSegmenter:
         *,
         outside: bool,
     ) -> dict[int, SegmentationResult]:
-        """Cut out slots one after the other."""
+        """Cut out slots one after the other; what those before have got is taken."""
         found: dict[int, SegmentationResult] = {}
         for slot in group:
-            taken = _taken(slot, matches, found)
+            masks = [each.mask for other, each in found.items() if _touch(matches, slot, other)]
+            taken = functools.reduce(np.bitwise_or, masks) if masks else None
             found[slot] = self._slots[slot].update(
                 image, likelihoods[slot], matches[slot], taken, outside=outside
             )
         return found
 
 
-def by_depth(matches: Sequence[MatchResult]) -> list[int]:
-    """Return the slots from the nearest person to the farthest, empty ones last."""
-    feet = [-math.inf if each.body is None else _feet(each.body) for each in matches]
-    return sorted(range(len(matches)), key=lambda slot: (-feet[slot], slot))
+def _check_sizes(
+    image: NDArray[np.uint8], likelihood: NDArray[np.uint8], prior: NDArray[np.uint8]
+) -> None:
+    """
+    Refuse a likelihood and a shape prior that do not fit the image or each other.
+
+    :param image: (H, W, 3) uint8.
+    :param likelihood: (h, w) uint8, of its proportions and no larger.
+    :param prior: (h, w) uint8.
+    :raises InputError: if shapes or types do not fit.
+    """
+    for name, array in (('likelihood', likelihood), ('shape prior', prior)):
+        check_map(array, name)
+    if likelihood.shape != prior.shape:
+        raise InputError(
+            f'likelihood and shape prior must have the same size, got {likelihood.shape} '
+            f'and {prior.shape}'
+        )
+    smaller = all(
+        size <= whole for size, whole in zip(likelihood.shape, image.shape[:2], strict=True)
+    )
+    if not smaller or not same_proportions(likelihood.shape, image.shape[:2]):
+        raise InputError(
+            f'likelihood must have the proportions of the image {image.shape[:2]} and be no '
+            f'larger, got {likelihood.shape}'
+        )
 
 
-def _groups(order: Sequence[int], matches: Sequence[MatchResult]) -> list[list[int]]:
-    """Return the slots in groups that do not touch each other, each in the order given."""
+def _groups(matches: Sequence[MatchResult]) -> list[list[int]]:
+    """Return the slots in groups that do not touch each other, in each the nearest first."""
+
+    def feet(slot: int) -> float:
+        body = matches[slot].body
+        if body is None:
+            return -math.inf
+        return body.center_y + 0.5 * body.height * math.cos(body.angle)
+
+    order = sorted(range(len(matches)), key=feet, reverse=True)
     groups: list[list[int]] = []
     for slot in order:
         touching = [group for group in groups if any(_touch(matches, slot, k) for k in group)]
@@ -147,38 +183,9 @@ def _groups(order: Sequence[int], matches: Sequence[MatchResult]) -> list[list[i
 
 def _touch(matches: Sequence[MatchResult], one: int, two: int) -> bool:
     first, second = matches[one].body, matches[two].body
-    if first is None or second is None:
-        return False
-    return _reach(first).iou(_reach(second)) > 0
-
-
-def _feet(body: BodyFrame) -> float:
-    return body.center_y + 0.5 * body.height * math.cos(body.angle)
-
-
-def _taken(
-    slot: int, matches: Sequence[MatchResult], found: Mapping[int, SegmentationResult]
-) -> NDArray[np.uint8] | None:
-    """Return what people cut out before have got about a person, None if they are elsewhere."""
-    taken: NDArray[np.uint8] | None = None
-    for other, result in found.items():
-        if _touch(matches, slot, other):
-            taken = result.mask if taken is None else taken | result.mask
-    return taken
+    return first is not None and second is not None and _reach(first).iou(_reach(second)) > 0
 
 
 def _reach(body: BodyFrame) -> Box:
     """Return the box that a person's mask may fill."""
     return Box.from_center(body.center_x, body.center_y, 1.4 * body.height, 1.4 * body.height)
-
-
-def put_together(found: Sequence[SegmentationResult]) -> PeopleMasks:
-    """Make labels and the union of masks that do not overlap."""
-    if len(found) == 1:
-        mask = found[0].mask
-        return PeopleMasks((found[0],), mask, mask & np.uint8(1))
-    labels = np.zeros(found[0].mask.shape, np.uint8)
-    for slot, each in enumerate(found):
-        labels[each.mask > 0] = slot + 1
-    mask = np.where(labels > 0, 255, 0).astype(np.uint8)
-    return PeopleMasks(tuple(found), mask, labels)

@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-The outline at full resolution: a second cut in a narrow band about the first (banded cuts).
+What becomes of the first cut: the parts that are the person's, and the outline at full resolution.
 
-Its cost follows the length of the outline, not the area of the image.
+The outline is cut again in a narrow band about the first (banded cuts), at a cost that follows its
+length, not the area of the image.
 """
 
 from __future__ import annotations
@@ -15,14 +16,45 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.segmentation.energy import contrast_links
-from gait_segmentation.segmentation.graph_cut import minimum_cut, open_graph
-from gait_segmentation.sizes import shrink
+from gait_segmentation.images import distance_from, shrink
+from gait_segmentation.segmentation.graph_cut import contrast_links, minimum_cut, open_graph
 
-__all__ = ['finest', 'refine', 'upsample']
+_LEAST_OVERLAP = 0.04
+"""Summed support of a part, as a share of the best one's, from which it may stay."""
+
+_APART = 0.12
+"""Distance from the template, in body heights, beyond which nothing supports a part."""
 
 _FINEST = 2.5
 """Most that the second cut is finer than the first: 320 px for a person at the standard size."""
+
+
+def keep_supported(
+    labels: NDArray[np.bool_],
+    support: NDArray[np.float32],
+    body: NDArray[np.bool_] | None = None,
+    height: float = 0.0,
+) -> NDArray[np.bool_]:
+    """
+    Keep the components with more than 4 % of the largest one's support.
+
+    Of a part that lies mostly apart from the body nothing counts: that is somebody who passes by.
+
+    :param labels: (h, w) bool, the cut.
+    :param support: (h, w) float32 in 0..1, where the person is expected.
+    :param body: (h, w) bool, where the template is; None if that is not known.
+    :param height: height of the body in pixels.
+    """
+    count, parts = cv2.connectedComponents(labels.view(np.uint8), connectivity=4)
+    if count <= 2:
+        return labels
+    overlap = np.bincount(parts.ravel(), support.ravel(), count)
+    overlap[0] = 0
+    if body is not None and body.any():
+        away = distance_from(body)
+        apart = np.bincount(parts.ravel(), (away > _APART * height).ravel(), count)
+        overlap[2 * apart > np.bincount(parts.ravel(), minlength=count)] = 0
+    return np.asarray((overlap > _LEAST_OVERLAP * overlap.max())[parts])
 
 
 def finest(image: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:

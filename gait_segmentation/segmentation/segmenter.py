@@ -10,31 +10,26 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import BodyFrame, Box, check_body
+from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.heat_maps import Grades, says_something
-from gait_segmentation.images import check_image
+from gait_segmentation.images import Window, shrink, signed_distance, size_of
 from gait_segmentation.results import MatchResult, SegmentationResult
-from gait_segmentation.segmentation.carried import Carried
-from gait_segmentation.segmentation.components import keep_supported
 from gait_segmentation.segmentation.config import SegmentationConfig
-from gait_segmentation.segmentation.energy import contrast_links, distance_links
-from gait_segmentation.segmentation.graph_cut import decided, minimum_cut, open_graph
-from gait_segmentation.segmentation.inputs import (
-    check_sizes,
-    in_window,
-    no_finer,
-    source_window,
-    window_about,
-    without,
+from gait_segmentation.segmentation.graph_cut import (
+    contrast_links,
+    decided,
+    distance_links,
+    minimum_cut,
+    open_graph,
 )
-from gait_segmentation.segmentation.learnt_colours import LearntColours
+from gait_segmentation.segmentation.learnt import Carried, LearntColours
 from gait_segmentation.segmentation.paper_prior import paper_terms
-from gait_segmentation.segmentation.refinement import finest, refine, upsample
-from gait_segmentation.segmentation.shape_prior import ShapeTerms, shape_terms
+from gait_segmentation.segmentation.refinement import finest, keep_supported, refine, upsample
 from gait_segmentation.segmentation.vocabulary import Vocabulary, default_vocabulary
-from gait_segmentation.sizes import shrink
 
-__all__ = ['Segmenter']
+_MOST_PIXELS = 2**18
+"""Pixels about a body in which it is cut out: three times what the tracker's working height asks
+for.  A cut takes 0.6 kB for each."""
 
 _LARGEST = 8.0
 """Height of a body, in the image's longer sides, from which nothing of its outline can be told."""
@@ -47,6 +42,9 @@ _FLOOR = 0.01
 outside: it cannot say more than 4.6 for or against the person."""
 
 _NOBODY = 'the cut found no person'
+
+_LARGEST_ODDS = 3.0
+"""Largest log-odds that the default prior gives, before its weight."""
 
 _LOGIT = np.log((np.arange(256) + 0.5) / (255.5 - np.arange(256))).astype(np.float32)
 
@@ -95,19 +93,14 @@ class Segmenter:
         outside: bool = False,
     ) -> SegmentationResult:
         """
-        Segment one frame.
+        Segment one frame, which :class:`PeopleSegmenter` has checked.
 
         :param image: (H, W, 3) uint8 BGR, the source frame with the stamp of ``match``.
         :param likelihood: (h, w) uint8, its foreground likelihood image at working size.
         :param match: the matched template of that frame.
         :param taken: (H, W) uint8, non-zero where pixels belong to somebody else, if any.
         :param outside: whether the likelihood comes from outside, not from the tracker.
-        :raises InputError: if shapes or types do not fit, or the body makes no sense.
         """
-        check_image(image)
-        check_sizes(image, likelihood, match.shape_prior)
-        if match.body is not None:
-            check_body(match.body, (image.shape[1], image.shape[0]))
         if match.track_id != self._track_id:
             self.reset()
             self._track_id = match.track_id
@@ -121,22 +114,21 @@ class Segmenter:
         scale = likelihood.shape[1] / width
         body = match.body.scaled(scale)
         window = window_about(body, self._last, likelihood.shape)
-        if window[0].start >= window[0].stop or window[1].start >= window[1].stop:
+        if min(size_of(window)) <= 0:
             return self._empty(image, match, 'the person is outside of the image')
         crop = source_window(window, scale, (height, width))
-        size = (crop[0].stop - crop[0].start, crop[1].stop - crop[1].start)
         # What is finer than the outline is cut is scaled down once, and all work on that.
         source = finest(image[crop], likelihood[window].shape)
+        given = likelihood[window]
         if taken is not None:
-            likelihood = without(likelihood, window, taken[crop])
-        lab = cv2.cvtColor(shrink(source, likelihood[window].shape), cv2.COLOR_BGR2Lab)
-        evidence = given = likelihood[window]
+            given = given.copy()
+            given[shrink(taken[crop], given.shape) > 127] = 0
+        lab = cv2.cvtColor(shrink(source, given.shape), cv2.COLOR_BGR2Lab)
         # What sees nobody at all, or nothing else, is believed.
         learns = (outside or self.config.outside) and self.config.use_colours
         learns = learns and says_something(given)
-        if learns:
-            evidence = self._calibrated(given)
-        prior, place = whole_prior[window], in_window(body, window)
+        evidence = self._calibrated(given) if learns else given
+        prior, place = whole_prior[window], body.shifted(-window[1].start, -window[0].start)
         labels, logit = self._cut(lab, evidence, prior, place, learns=learns)
         if learns:
             self._grades.learn(np.ascontiguousarray(given), labels.view(np.uint8))
@@ -150,7 +142,7 @@ class Segmenter:
         if self.config.use_refinement:
             labels = refine(source, labels, logit, self.config.contrast)
         mask = np.zeros((height, width), np.uint8)
-        fine = upsample(labels, size)
+        fine = upsample(labels, size_of(crop))
         np.multiply(fine.view(np.uint8), np.uint8(255), out=mask[crop])
         if taken is not None:
             mask[crop][taken[crop] > 0] = 0
@@ -175,17 +167,17 @@ class Segmenter:
 
         :param learns: whether colours are learnt and used.
         """
-        terms = self._terms(prior, lab, body)
+        odds, psi = self._prior_terms(prior, lab, body)
         logit = _LOGIT[evidence]
-        if terms.logit is not None:
-            logit = logit + terms.logit
+        if odds is not None:
+            logit = logit + odds
         if learns:
-            labels, logit = self._cut_by_colours(lab, evidence, logit, terms, body)
+            labels, logit = self._cut_by_colours(lab, evidence, logit, psi, body)
         else:
-            labels = self._solve(lab, logit, terms)
+            labels = self._solve(lab, logit, psi)
         support = evidence.astype(np.float32) / np.float32(255)
         known = None
-        if terms.some:
+        if odds is not None:
             support = (support + prior / np.float32(255)) / 2
             known = (prior > 127) | self._carried.at(body, prior.shape)
         return keep_supported(labels, support, known, body.height), logit
@@ -202,48 +194,54 @@ class Segmenter:
         lab: NDArray[np.uint8],
         evidence: NDArray[np.uint8],
         logit: NDArray[np.float32],
-        terms: ShapeTerms,
+        psi: NDArray[np.float32] | None,
         place: BodyFrame,
     ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
         """Cut twice, the second time with the colours of the first cut."""
         if not self._colours.ready:
             self._colours.learn(lab, place, evidence)
-        first = self._solve(lab, logit + self._colours.odds(lab, place), terms)
+        first = self._solve(lab, logit + self._colours.odds(lab, place), psi)
         tried = deepcopy(self._colours)
         tried.learn(lab, place, evidence, first)
         logit = logit + tried.odds(lab, place)
-        labels = self._solve(lab, logit, terms)
+        labels = self._solve(lab, logit, psi)
         self._colours.learn(lab, place, evidence, labels)
         return labels, logit
 
     def _solve(
-        self, lab: NDArray[np.uint8], logit: NDArray[np.float32], terms: ShapeTerms
+        self, lab: NDArray[np.uint8], logit: NDArray[np.float32], psi: NDArray[np.float32] | None
     ) -> NDArray[np.bool_]:
         """Return the cut of least energy."""
         graph = open_graph(decided(logit))
         contrast_links(graph, lab, self.config.contrast)
-        if terms.psi is not None:
-            distance_links(graph, terms.psi, self.config.paper_weight)
+        if psi is not None:
+            distance_links(graph, psi, self.config.paper_weight)
         return minimum_cut(graph, logit.reshape(-1)[graph.pixels])
 
-    def _terms(
-        self,
-        prior: NDArray[np.uint8],
-        lab: NDArray[np.uint8],
-        body: BodyFrame,
-    ) -> ShapeTerms:
-        """Return the shape prior's terms in the window."""
-        if self.config.prior == 'paper':
-            return paper_terms(prior, lab[:, :, 0], body, self._vocabulary, self.config)
-        return shape_terms(prior, body.height, self.config, self._trust)
+    def _prior_terms(
+        self, prior: NDArray[np.uint8], lab: NDArray[np.uint8], body: BodyFrame
+    ) -> tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]:
+        """
+        Return the shape prior's log-odds and what a cut costs by it, (h, w) float32.
 
-    @property
-    def _trust(self) -> float:
-        """Return the share (0..1) of the default prior's weight."""
-        low, high = self.config.fit_low, self.config.fit_high
-        if self.config.prior != 'default' or high <= low:
-            return 1.0
-        return min(max((self._fit - low) / (high - low), 0.0), 1.0)
+        Either is None where the prior says nothing.
+        """
+        config, inside = self.config, prior > 127
+        if config.prior == 'paper':
+            found = paper_terms(prior, lab[:, :, 0], body, self._vocabulary, config)
+            return (None, None) if found is None else found
+        trust = 1.0
+        if config.fit_low < config.fit_high:
+            trust = (self._fit - config.fit_low) / (config.fit_high - config.fit_low)
+            trust = min(max(trust, 0.0), 1.0)
+        if config.prior == 'none' or not trust or not inside.any():
+            return None, None
+        # Linear in the distance, as PoseCut's (Bray, Kohli, Torr, ECCV 2006).  As steep inside:
+        # limbs are thin, so that what hides a leg or where it is a phase ahead is for the
+        # likelihood to say.
+        steps = signed_distance(inside) / np.float32(config.template_slope * body.height)
+        odds = np.clip(steps, -_LARGEST_ODDS, _LARGEST_ODDS)
+        return np.float32(trust * config.template_weight) * odds, None
 
     def _judge(
         self, similarity: float, labels: NDArray[np.bool_], evidence: NDArray[np.uint8]
@@ -269,3 +267,45 @@ class Segmenter:
 
 def _vocabulary(config: SegmentationConfig) -> Vocabulary:
     return Vocabulary.load(config.vocabulary) if config.vocabulary else default_vocabulary()
+
+
+def no_finer(
+    likelihood: NDArray[np.uint8], prior: NDArray[np.uint8], body: BodyFrame, width: int
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """
+    Return a likelihood and a shape prior, smaller if they show a body finer than it is cut out.
+
+    :param likelihood, prior: (h, w) uint8.
+    :param body: in pixels of the image.
+    :param width: of the image.
+    """
+    rows, columns = window_about(body.scaled(likelihood.shape[1] / width), None, likelihood.shape)
+    pixels = max(rows.stop - rows.start, 0) * max(columns.stop - columns.start, 0)
+    if pixels <= _MOST_PIXELS:
+        return likelihood, prior
+    factor = (_MOST_PIXELS / pixels) ** 0.5
+    height, across = (max(1, round(factor * size)) for size in likelihood.shape)
+    return shrink(likelihood, (height, across)), shrink(prior, (height, across))
+
+
+def window_about(body: BodyFrame, last: Box | None, shape: tuple[int, int]) -> Window:
+    """
+    Return the window in which a body is cut out, which may be empty.
+
+    :param body: the body in working pixels.
+    :param last: what was found of it in the frame before, which the window then holds as well.
+    :param shape: (h, w) of the working image.
+    """
+    box = body_window(body.center_x, body.center_y, body.height)
+    if last is not None and last.iou(box) > 0:
+        box = body_window(body.center_x, body.center_y, body.height, last)
+    return box.slices(shape[1], shape[0])
+
+
+def source_window(window: Window, scale: float, shape: tuple[int, int]) -> Window:
+    """Return the rows and columns of the source that a working window covers."""
+    rows, columns = (
+        slice(min(round(part.start / scale), size), min(round(part.stop / scale), size))
+        for part, size in zip(window, shape, strict=True)
+    )
+    return rows, columns

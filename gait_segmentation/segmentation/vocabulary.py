@@ -14,29 +14,20 @@ import functools
 import json
 import math
 import os
-import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import GaitSegmentationError
-from gait_segmentation.files.output_files import write_file
 from gait_segmentation.files.reading import regular
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.kernels import kernel
 
-__all__ = ['Vocabulary', 'VocabularyError', 'default_vocabulary']
-
 FORMAT = 'gait_segmentation vocabulary'
 FORMAT_VERSION = 1
 _DEFAULT_FILE = Path(__file__).with_name('vocabulary.json')
-_DIGITS = 7
-_KEYS = ('format', 'version', 'fill', 'aspect', 'orientation_scale', 'words', 'provenance')
-_ROW = re.compile(r'\[\s+([-\d.e+,\s]+?)\s+\]')
-_WORD_KEYS = ('weight', 'mean', 'covariance')
 
 
 class VocabularyError(GaitSegmentationError):
@@ -98,7 +89,13 @@ class Vocabulary:
         ):
             if not 0 < value <= most or not math.isfinite(value):
                 raise VocabularyError(f'{name} must be in (0, {most:g}], got {value!r}')
-        object.__setattr__(self, '_density', self._prepared())
+        # Whitening (K, 4, 4), lower triangular, its offset (K, 4) and logs of the factors (K,).
+        whitening = np.linalg.inv(np.linalg.cholesky(self.covariances))
+        offset = np.einsum('kij,kj->ki', whitening, self.means)
+        diagonal = np.einsum('kii->ki', whitening)
+        factors = np.log(self.weights) + np.log(diagonal).sum(axis=1)
+        density = tuple(each.astype(np.float32) for each in (whitening, offset, factors))
+        object.__setattr__(self, '_density', density)
 
     @property
     def words(self) -> int:
@@ -149,18 +146,6 @@ class Vocabulary:
         """Return the most probable word of each point, (n,), for (n, 4) float32 features."""
         return np.asarray(self._log_densities(features).argmax(axis=1))
 
-    def _prepared(self) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-        """Return whitening (K, 4, 4), lower triangular, its offset (K, 4), log factors (K,)."""
-        whitening = np.linalg.inv(np.linalg.cholesky(self.covariances))
-        offset = np.einsum('kij,kj->ki', whitening, self.means)
-        diagonal = np.einsum('kii->ki', whitening)
-        constant = np.log(self.weights) + np.log(diagonal).sum(axis=1)
-        return (
-            whitening.astype(np.float32),
-            offset.astype(np.float32),
-            constant.astype(np.float32),
-        )
-
     def _log_densities(self, features: NDArray[np.float32]) -> NDArray[np.float32]:
         logs = np.empty((len(features), self.words), np.float32)
         _fill_log_densities(features, *self._density, logs)  # type: ignore[attr-defined]
@@ -169,7 +154,7 @@ class Vocabulary:
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Vocabulary:
         """
-        Read a vocabulary from a JSON file made by :meth:`save`.
+        Read a vocabulary from a JSON file made by ``gait_bank vocabulary``.
 
         :raises VocabularyError: if the file is missing, damaged or of another version.
         """
@@ -181,72 +166,27 @@ class Vocabulary:
             raise VocabularyError(f'cannot read the vocabulary {name}: {reason}') from error
         except (ValueError, RecursionError) as error:
             raise VocabularyError(f'{name} is not a JSON file: {error}') from error
-        try:
-            return cls._from_entries(entries)
-        except VocabularyError as error:
-            raise VocabularyError(f'{name}: {error}') from error
-
-    @classmethod
-    def _from_entries(cls, entries: Any) -> Vocabulary:
         if not isinstance(entries, dict) or entries.get('format') != FORMAT:
-            raise VocabularyError(f"format must be '{FORMAT}', this is another kind of file")
+            raise VocabularyError(f"{name}: format must be '{FORMAT}', another kind of file")
         if entries.get('version') != FORMAT_VERSION:
             raise VocabularyError(
-                f'version must be {FORMAT_VERSION}, got {entries.get("version")!r}; make it anew '
-                'with gait_bank vocabulary'
+                f'{name}: version must be {FORMAT_VERSION}, got {entries.get("version")!r}; make '
+                'it anew with gait_bank vocabulary'
             )
-        _need(entries, _KEYS, 'a vocabulary')
-        words = entries['words']
-        provenance = entries['provenance']
-        if not isinstance(words, list) or not isinstance(provenance, dict):
-            raise VocabularyError(
-                'words must be a list and provenance an object, got '
-                f'{type(words).__name__} and {type(provenance).__name__}'
-            )
-        for word in words:
-            _need(word, _WORD_KEYS, 'a word')
         try:
             weights, means, covariances = (
-                np.array([word[key] for word in words], np.float64) for key in _WORD_KEYS
+                np.array([word[key] for word in entries['words']], np.float64)
+                for key in ('weight', 'mean', 'covariance')
             )
             scale, fill, aspect = (
                 float(entries[key]) for key in ('orientation_scale', 'fill', 'aspect')
             )
-        except (TypeError, ValueError) as error:
-            raise VocabularyError(f'words must hold numbers: {error}') from error
-        provenance = {str(key): str(value) for key, value in entries['provenance'].items()}
-        return cls(weights, means, covariances, scale, fill, aspect, provenance)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """
-        Write the vocabulary to a JSON file, numbers rounded to seven decimals.
-
-        :raises VocabularyError: if the file cannot be written.
-        """
-        words = zip(self.weights, self.means, self.covariances, strict=True)
-        entries = {
-            'format': FORMAT,
-            'version': FORMAT_VERSION,
-            'provenance': self.provenance,
-            'fill': self.fill,
-            'aspect': self.aspect,
-            'orientation_scale': self.orientation_scale,
-            'words': [
-                {
-                    'weight': round(float(weight), _DIGITS),
-                    'mean': np.round(mean, _DIGITS).tolist(),
-                    'covariance': np.round(covariance, _DIGITS).tolist(),
-                }
-                for weight, mean, covariance in words
-            ],
-        }
-        try:
-            write_file(Path(path), _readable(entries).encode())
-        except OSError as error:
-            reason = error.strerror or str(error)
-            raise VocabularyError(
-                f'cannot write the vocabulary {os.fspath(path)}: {reason}'
-            ) from error
+            provenance = {str(key): str(value) for key, value in entries['provenance'].items()}
+            return cls(weights, means, covariances, scale, fill, aspect, provenance)
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            raise VocabularyError(f'{name} is no complete vocabulary: {error!r}') from error
+        except VocabularyError as error:
+            raise VocabularyError(f'{name}: {error}') from error
 
 
 @functools.cache
@@ -278,15 +218,3 @@ def _fill_log_densities(
                     white += whitening[word, row, column] * z[column]
                 square += white * white
             logs[point, word] = constant[word] - np.float32(0.5) * square
-
-
-def _need(entries: Any, keys: tuple[str, ...], what: str) -> None:
-    missing = [key for key in keys if not isinstance(entries, dict) or key not in entries]
-    if missing:
-        raise VocabularyError(f'{what} must have {", ".join(keys)}, missing: {missing}')
-
-
-def _readable(entries: dict[str, Any]) -> str:
-    """Return JSON with one vector or matrix row a line."""
-    text = json.dumps(entries, indent=2)
-    return _ROW.sub(lambda row: f'[{" ".join(row[1].split())}]', text) + '\n'

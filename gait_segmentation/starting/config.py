@@ -8,8 +8,6 @@ from dataclasses import dataclass
 
 from gait_segmentation.config import StageConfig, parameter
 
-__all__ = ['StartingConfig']
-
 
 @dataclass(frozen=True)
 class StartingConfig(StageConfig):

@@ -15,7 +15,6 @@ directions are tried once more with templates that lean as much.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -26,13 +25,19 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import BodyFrame, Box, body_window
+from gait_segmentation.images import axis_tilt, size_of
 from gait_segmentation.starting.first_scene import FirstScene, first_scene
-from gait_segmentation.starting.hypothesis import Hypothesis
-from gait_segmentation.starting.templates import fit_views
+from gait_segmentation.starting.hypotheses import VIEWS, Hypothesis, fit_view
 
-__all__ = ['Start', 'estimate_start', 'in_view']
+_HEIGHT = 70
+"""
+Height in pixels to which a taller person is scaled down for the estimate, and a broader one until
+its width is 0.75 of that.
+"""
 
-_FIRST_SHARE, _LATER_SHARE, _FIRST_ROUNDS = 0.3, 0.7, 2
+_FIRST_SHARE, _SHARES = 0.3, (0.3, 0.7, 0.7)
+"""Weight of the colours of the own height band before and after each round."""
+
 _LIKELIHOOD_PRIOR, _CUT_PRIOR = 0.5, 0.45
 _TEMPERATURE = 0.03
 _MASK_SHARE = 0.9
@@ -68,15 +73,14 @@ class Start:
     The first estimate of a person.
 
     ``mask`` is (h, w) uint8 0/255 of the working image, ``votes`` (h, w) float32 in 0..1 says how
-    sure it is, ``box`` is the box it was started from, ``body`` the body frame and ``azimuth`` the
-    direction of walking that explained it best.  All in working pixels.
+    sure it is, ``box`` is the box it was started from and ``body`` the body frame.  All in working
+    pixels.
     """
 
     mask: NDArray[np.uint8]
     votes: NDArray[np.float32]
     box: Box
     body: BodyFrame
-    azimuth: float
 
 
 @dataclass(frozen=True)
@@ -94,8 +98,6 @@ def estimate_start(
     box: Box,
     bank: TemplateBank,
     *,
-    height: int = 70,
-    rounds: int = 3,
     use_tilt: bool = True,
     evidence: NDArray[np.float32] | None = None,
 ) -> Start:
@@ -105,20 +107,18 @@ def estimate_start(
     :param lab: (h, w, 3) uint8 Lab working image.
     :param box: tight box of the person in working pixels; it may reach out of the image.
     :param bank: templates; all directions are tried.
-    :param height: height in pixels to which a taller person is scaled down for the estimate,
-        and a broader one until its width is 0.75 of that.
-    :param rounds: rounds of expectation maximisation.
     :param use_tilt: whether the body may lean.
     :param evidence: (h, w) float32, log-likelihood ratios of the person from elsewhere, 0 where
         nothing is known.
     """
     shape = lab.shape[:2]
     box = in_view(box, shape)
-    box, (cut_top, cut_bottom, cut_left, cut_right) = _at_borders(box, shape)
-    window = _window(box, shape)
+    box, cuts = _at_borders(box, shape)
+    area = body_window(box.center_x, box.center_y, box.height, box)
+    window = area.slices(shape[1], shape[0])
     part = lab[window]
     # A box broader than a body shows a part of one that is taller than the box.
-    scale = min(1.0, height / max(box.height, box.width / _BROAD))
+    scale = min(1.0, _HEIGHT / max(box.height, box.width / _BROAD))
     size = (max(4, round(part.shape[0] * scale)), max(4, round(part.shape[1] * scale)))
     if size != part.shape[:2]:
         part = cv2.resize(part, size[::-1], interpolation=cv2.INTER_AREA)
@@ -127,35 +127,26 @@ def estimate_start(
     if evidence is not None:
         known = cv2.resize(evidence[window], size[::-1], interpolation=cv2.INTER_AREA)
     scene = first_scene(np.ascontiguousarray(part), small, known)
-    fit = partial(
-        fit_views,
-        bank,
-        small,
-        size,
-        cut_top=cut_top,
-        cut_bottom=cut_bottom,
-        cut_left=cut_left,
-        cut_right=cut_right,
-    )
-    hypotheses = fit()
+    fit = partial(fit_view, bank, small, size, cuts)
+    hypotheses = [fit(view) for view in VIEWS]
     if box.width > _STANCES_FROM * box.height:
         for taller, aside in _STANCES:
             # How far a body goes on beyond a border of the image is tried in any case.
-            if aside or not (cut_top or cut_bottom):
-                hypotheses += fit(taller=taller, aside=aside)
-    results = [_maximise(hypothesis, scene, rounds) for hypothesis in hypotheses]
-    tilt = _tilt(_vote(results) > 0.5)
+            if aside or not any(cuts[:2]):
+                hypotheses += [fit(view, taller=taller, aside=aside) for view in VIEWS]
+    results = [_maximise(hypothesis, scene) for hypothesis in hypotheses]
+    tilt = axis_tilt((_vote(results) > 0.5).astype(np.uint8))
+    tilt = min(max(tilt, -_MOST_TILT), _MOST_TILT)
     if use_tilt and abs(tilt) > _TILTED:
         # Only now, because upright people would be mistaken for leaning ones.
         likely = sorted(results, key=lambda result: -result.score)[:_TILTED_VIEWS]
-        leaning = fit(views=[result.hypothesis.azimuth for result in likely], angle=tilt)
         scene = scene.turned(small, tilt)
-        results += [_maximise(hypothesis, scene, rounds) for hypothesis in leaning]
+        results += [_maximise(fit(each.hypothesis.azimuth, tilt), scene) for each in likely]
     best = max(results, key=lambda result: result.score)
     hypothesis, template = best.hypothesis, best.template
     votes = np.zeros(shape, np.float32)
-    area = (window[0].stop - window[0].start, window[1].stop - window[1].start)
-    votes[window] = cv2.resize(_vote(results), area[::-1], interpolation=cv2.INTER_LINEAR)
+    across = size_of(window)[::-1]
+    votes[window] = cv2.resize(_vote(results), across, interpolation=cv2.INTER_LINEAR)
     mask = np.where(votes > 0.5, 255, 0).astype(np.uint8)
     tall = float(hypothesis.height[template]) / scale
     tall = min(max(tall, 1.0), _TALLEST * max(shape))
@@ -165,7 +156,7 @@ def estimate_start(
         tall,
         hypothesis.angle,
     )
-    return Start(mask, votes, box, body, hypothesis.azimuth)
+    return Start(mask, votes, box, body)
 
 
 def _vote(results: Sequence[_Result]) -> NDArray[np.float32]:
@@ -178,18 +169,6 @@ def _vote(results: Sequence[_Result]) -> NDArray[np.float32]:
         votes += weight * result.labels
     # Rounded, the weights of all may come to a little more than one.
     return np.minimum(votes, np.float32(1))
-
-
-def _tilt(labels: NDArray[np.bool_]) -> float:
-    """Return how far the main axis of a mask leans in radians, positive to the right."""
-    moments = cv2.moments(labels.astype(np.uint8), binaryImage=True)
-    tilt = 0.5 * math.atan2(-2 * moments['mu11'], moments['mu02'] - moments['mu20'])
-    return min(max(tilt, -_MOST_TILT), _MOST_TILT)
-
-
-def _window(box: Box, shape: tuple[int, int]) -> tuple[slice, slice]:
-    area = body_window(box.center_x, box.center_y, box.height, box)
-    return area.slices(shape[1], shape[0])
 
 
 def in_view(box: Box, shape: tuple[int, int]) -> Box:
@@ -221,15 +200,13 @@ def _at_borders(box: Box, shape: tuple[int, int]) -> tuple[Box, tuple[bool, bool
     return Box(x, y, end - x, low - y), (top, bottom, left, right)
 
 
-def _maximise(hypothesis: Hypothesis, scene: FirstScene, rounds: int) -> _Result:
+def _maximise(hypothesis: Hypothesis, scene: FirstScene) -> _Result:
     """Return what comes of one hypothesis."""
     soft = hypothesis.average(hypothesis.weight, scene.shape, 0.015 * scene.height)
     rest = (~scene.inside).astype(np.float32)
     logit = scene.logit(soft * soft * scene.inside, rest, _FIRST_SHARE)
     prior = _logit_of(soft)
-    labels = scene.inside
-    best = 0
-    for number in range(rounds):
+    for share in _SHARES:
         known = logit + scene.evidence
         likelihood = _sigmoid(known + np.float32(_LIKELIHOOD_PRIOR) * prior)
         similarity = hypothesis.similarities(likelihood)
@@ -238,7 +215,6 @@ def _maximise(hypothesis: Hypothesis, scene: FirstScene, rounds: int) -> _Result
         soft = hypothesis.average(weights, scene.shape, 0.01 * scene.height)
         prior = _logit_of(soft)
         labels = scene.cut(known + np.float32(_CUT_PRIOR) * prior)
-        share = _LATER_SHARE if number + 1 >= _FIRST_ROUNDS else _FIRST_SHARE
         weight = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft
         logit = scene.logit(weight, 1 - weight, share)
     sure = float(np.abs(logit[scene.inside]).mean()) if scene.inside.any() else 0.0

@@ -22,13 +22,10 @@ from gait_segmentation.starting.estimate import in_view
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.features import FeatureSelector, View
-from gait_segmentation.tracking.mean_shift import mean_shift
 from gait_segmentation.tracking.records import Record, Shift
 from gait_segmentation.tracking.target import Target
-from gait_segmentation.tracking.visibility import Sight
+from gait_segmentation.tracking.visibility import Sight, mean_shift
 from gait_segmentation.tracking.world import World
-
-__all__ = ['MeanShiftTarget', 'start_in']
 
 _LEAST_MASS = 1e-3
 """Mass by which nothing can be compared."""
@@ -47,7 +44,7 @@ def start_in(box: Box, shape: tuple[int, int]) -> Start:
     box = in_view(box, shape)
     mask = _ellipse(box, (slice(0, shape[0]), slice(0, shape[1])))
     body = BodyFrame(box.center_x, box.center_y, max(box.height, 1.0))
-    return Start(mask, mask / np.float32(255), box, body, 0.0)
+    return Start(mask, mask / np.float32(255), box, body)
 
 
 class MeanShiftTarget(Target):
@@ -58,7 +55,7 @@ class MeanShiftTarget(Target):
     def __init__(self, track_id: int, world: World, start: Start, config: TrackingConfig) -> None:
         """Begin with the box of a start in the world's newest frame; see :func:`start_in`."""
         super().__init__(track_id, world, start, config)
-        self._selector = FeatureSelector(config)
+        self._selector = FeatureSelector()
         self._usual, self._frames = 1.0, 0
         self._learn(world.now)
 

@@ -6,8 +6,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import NamedTuple
+from itertools import takewhile
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,169 +16,86 @@ from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.results import LOST
-from gait_segmentation.starting import Start, StartingConfig, estimate_start
+from gait_segmentation.starting import Start, estimate_start
+from gait_segmentation.starting.finding.finder import belongs
+from gait_segmentation.starting.finding.scene import MotionScene
+from gait_segmentation.starting.finding.shapes import BodyShapes, normalised
 from gait_segmentation.tracking.adaptive_mean_shift import start_in
+from gait_segmentation.tracking.appearance import SAME_COLOURS
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
-from gait_segmentation.tracking.map_finder import MapFinder
-from gait_segmentation.tracking.person.appearance import SAME_COLOURS
-from gait_segmentation.tracking.person.person import WIDEST
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
 
-__all__ = ['Arrival', 'Arrivals', 'Found', 'slot_for_found']
-
 _ABOUT = 0.3
 """How far about somebody found the place is remembered, in body heights."""
+
+_LEVELS = 32, 127
+"""
+Values of a map from which regions are made: at an eighth what a network is unsure of is part of a
+body; at one half people who touch may be apart.
+"""
+
+_ALIKE, _ENOUGH = 0.3, 0.2
+"""
+Tanimoto similarity with the best template from which a region may be a body, and how much more it
+must be in sum over maps in a row: the clear shape of a body is enough at once.
+"""
+
+_SAME = 0.3
+"""Overlap (intersection over union) of the boxes of one person in two maps."""
 
 
 Arrival = tuple[Start, HeatMapCue]
 """The first mask of somebody, and what is known of the heat map."""
 
 
-class Found(NamedTuple):
-    """The box of somebody found, in source pixels, and whether by the walk or in a heat map."""
+def look_at(
+    world: World, box: Box, past: MotionScene | None, bank: TemplateBank, config: TrackingConfig
+) -> Arrival:
+    """
+    Estimate a first mask before what the camera has seen of the place; the box may be off.
 
-    box: Box
-    by_walk: bool
-
-
-class Arrivals:
-    """Finds people, and estimates their first masks from what was there before."""
-
-    def __init__(self, bank: TemplateBank, config: StartingConfig, people: int = 1) -> None:
-        """
-        Begin without anything seen.
-
-        :param bank: the templates that people are found and their first masks estimated with.
-        :param people: how many are looked for at most.
-        """
-        self._bank, self._people = bank, people
-        self.config = config
-
-    @property
-    def config(self) -> StartingConfig:
-        """Return how people are found; another configuration begins anew."""
-        return self._config
-
-    @config.setter
-    def config(self, config: StartingConfig) -> None:
-        # Here, because the finder uses parts of this package.
-        from gait_segmentation.starting import WalkerFinder
-
-        self._config = config
-        self._finder = WalkerFinder(self._bank, config, self._people)
-        self._map_finder = MapFinder(self._bank)
-
-    def reset(self) -> None:
-        """Forget what was seen."""
-        self._finder.reset()
-        self._map_finder.reset()
-
-    def find(
-        self,
-        image: NDArray[np.uint8],
-        stamp_ns: int,
-        occupied: Sequence[Box],
-        heat_map: HeatMap | None = None,
-        *,
-        tried: Sequence[Box] = (),
-        wanted: bool = True,
-    ) -> list[Found]:
-        """
-        Take in a frame and return the people newly found.
-
-        :param image: (H, W, 3) uint8 BGR.
-        :param occupied: boxes of people known already, in source pixels.
-        :param heat_map: where people are as others see it, if of this frame.
-        :param tried: boxes of people found by their walk who are still on trial.
-        :param wanted: whether there is a slot for anybody; if not, what moves is followed only.
-        """
-        taken, doubtful = [_bodies(boxes) for boxes in (occupied, tried)]
-        boxes = self._finder.update(image, stamp_ns, taken, tried=doubtful, wanted=wanted)
-        found = [Found(box, by_walk=True) for box in boxes]
-        if heat_map is None or not wanted or self.config.auto_init == 'none':
-            return found
-        longest = max(image.shape[:2])
-        least = self.config.least_height * max(1.0, longest / self.config.search_size)
-        known = [*occupied, *tried, *boxes]
-        shown = self._map_finder.update(heat_map, image.shape[:2], known, least)
-        return [*found, *(Found(box, by_walk=False) for box in shown)]
-
-    def evidence(self, box: Box) -> float:
-        """Return how surely somebody walks in a box, in times of what people are found at."""
-        return self._finder.evidence(box)
-
-    def refute(self, box: Box) -> None:
-        """Take in that somebody found, now in a box in source pixels, was nobody."""
-        self._finder.refute(box)
-
-    def look_at(self, world: World, box: Box, config: TrackingConfig) -> Arrival:
-        """
-        Estimate a first mask before what the camera has seen of the place; the box may be off.
-
-        :param world: in which the person is well seen; it forgets what is under the mask and
-            takes over what is remembered of the place.
-        :param box: in working pixels, in the world's newest frame.
-        :returns: it, and what the box says of a heat map of that frame.
-        """
-        cue, heat = HeatMapCue(), world.now.heat
-        if config.method == 'adaptive_mean_shift':
-            return start_in(box, world.shape), cue
-        area = body_window(box.center_x, box.center_y, box.height, box)
-        area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
-        window = area.slices(world.shape[1], world.shape[0])
-        past = self._finder.past(world.now.image.stamp_ns)
-        known = None if past is None else past.background(world.shape)
-        evidence = np.zeros(world.shape, np.float32)
-        if known is not None:
-            lab = world.now.image.lab_part(window)
-            evidence[window] = known.evidence(lab, window, config.shadow_floor)
-        estimate = partial(
-            estimate_start,
-            world.now.image.lab,
-            box,
-            self._bank,
-            height=config.start_height,
-            rounds=config.start_rounds,
-            use_tilt=config.use_tilt,
-            evidence=evidence,
-        )
-        start = estimate()
-        if heat is not None and not world.now.heat_frames:
-            # The box tells as much of where the person is as a first mask that may be poor.
-            likely = np.float32(0.5) * start.votes
-            there = box.slices(world.shape[1], world.shape[0])
-            likely[there] += heat[there] / np.float32(2 * 255)
-            cue.place(heat, window, likely[window], box.height)
-            cue.begin(heat, box, window)
-            if cue.weight:
-                evidence[window] += cue.evidence_of(cue.part(heat, window))
-                start = estimate()
-        world.clear(start.mask)
-        if known is not None:
-            world.adopt(known)
-        return start, cue
-
-    def new_world(
-        self, source: tuple[int, int], height: float, stamp_ns: int, config: TrackingConfig
-    ) -> World:
-        """Make a world for a person of the given height, who is seen as the place was before."""
-        world = World.for_person(source, height, config)
-        past = self._finder.past(stamp_ns)
-        if past is not None:
-            world.see_as(*past.levels())
-        return world
-
-
-def _bodies(boxes: Sequence[Box]) -> list[Box]:
-    """Return boxes no wider than one body."""
-    return [
-        Box.from_center(
-            box.center_x, box.center_y, min(box.width, WIDEST * box.height), box.height
-        )
-        for box in boxes
-    ]
+    :param world: in which the person is well seen; it forgets what is under the mask and takes
+        over what is remembered of the place.
+    :param box: in working pixels, in the world's newest frame.
+    :param past: the place as it was before that frame, if it is known.
+    :returns: it, and what the box says of a heat map of that frame.
+    """
+    cue, heat = HeatMapCue(), world.now.heat
+    if config.method == 'adaptive_mean_shift':
+        return start_in(box, world.shape), cue
+    area = body_window(box.center_x, box.center_y, box.height, box)
+    area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
+    window = area.slices(world.shape[1], world.shape[0])
+    known = None if past is None else past.background(world.shape)
+    evidence = np.zeros(world.shape, np.float32)
+    if known is not None:
+        lab = world.now.image.lab_part(window)
+        evidence[window] = known.evidence(lab, window, config.shadow_floor)
+    estimate = partial(
+        estimate_start,
+        world.now.image.lab,
+        box,
+        bank,
+        use_tilt=config.use_tilt,
+        evidence=evidence,
+    )
+    start = estimate()
+    if heat is not None and not world.now.heat_frames:
+        # The box tells as much of where the person is as a first mask that may be poor.
+        likely = np.float32(0.5) * start.votes
+        there = box.slices(world.shape[1], world.shape[0])
+        likely[there] += heat[there] / np.float32(2 * 255)
+        cue.place(heat, window, likely[window], box.height)
+        cue.begin(heat, box, window)
+        if cue.weight:
+            evidence[window] += cue.evidence_of(cue.part(heat, window))
+            start = estimate()
+    world.clear(start.mask)
+    if known is not None:
+        world.adopt(known)
+    return start, cue
 
 
 def slot_for_found(
@@ -204,3 +122,75 @@ def slot_for_found(
     if lost:
         return max(lost, key=lambda slot: lost[slot].lost_s), None
     return None
+
+
+class MapFinder:
+    """Finds people in heat maps."""
+
+    def __init__(self, bank: TemplateBank) -> None:
+        self._shapes = BodyShapes(bank)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget what was seen."""
+        self._stamp_ns = 0
+        self._regions: list[tuple[Box, float]] = []
+        """What may be a body, in source pixels, and how sure that is by now."""
+
+    def update(
+        self,
+        heat: HeatMap,
+        source: tuple[int, int],
+        occupied: Sequence[Box],
+        least_height: float,
+    ) -> list[Box]:
+        """
+        Take in a map, once, and return the boxes of people newly found, the tallest first.
+
+        :param source: (H, W) of the frames.
+        :param occupied: boxes of people known already, in source pixels.
+        :param least_height: of anybody who is found, in source pixels.
+        """
+        if heat.stamp_ns == self._stamp_ns:
+            return []
+        self._stamp_ns = heat.stamp_ns
+        before, self._regions = self._regions, []
+        for box, evidence in self._bodies(heat.values, source, occupied, least_height):
+            past = (known for other, known in before if other.iou(box) >= _SAME)
+            self._regions.append((box, evidence + max(past, default=0.0)))
+        self._regions.sort(key=lambda region: -region[0].height)
+        # A taller one who is not sure yet may be so with the next map, and there may be one slot.
+        found = list(takewhile(lambda region: region[1] >= _ENOUGH, self._regions))
+        del self._regions[: len(found)]
+        return [box for box, _ in found]
+
+    def _bodies(
+        self,
+        values: NDArray[np.uint8],
+        source: tuple[int, int],
+        occupied: Sequence[Box],
+        least_height: float,
+    ) -> list[tuple[Box, float]]:
+        """Return the regions that may be a body, none of them a part of another one."""
+        across, down = source[1] / values.shape[1], source[0] / values.shape[0]
+        regions: list[tuple[float, Box]] = []
+        for level in _LEVELS:
+            # Not cv2.compare: that takes an image of one pixel for something else.
+            above = cv2.inRange(values, level + 1, 255)
+            _, labels, stats, _ = cv2.connectedComponentsWithStats(above)
+            # The first are the pixels below the level.
+            for number, (x, y, w, h, _) in enumerate(stats[1:].tolist(), 1):
+                box = Box(x * across, y * down, w * across, h * down)
+                if box.height < least_height or belongs(box, occupied):
+                    continue
+                region = cv2.inRange(labels[y : y + h, x : x + w], number, number)
+                shape = normalised(region, box.width / box.height)
+                likeness = 0.0 if shape is None else self._shapes.likeness(shape)
+                regions.append((likeness, box))
+        # Of a region and its parts the one that shows most of a body.
+        regions.sort(key=lambda region: -region[0] * region[1].height ** 2)
+        whole: list[tuple[float, Box]] = []
+        for likeness, box in regions:
+            if all(box.iou(other) == 0 for _, other in whole):
+                whole.append((likeness, box))
+        return [(box, likeness - _ALIKE) for likeness, box in whole if likeness > _ALIKE]

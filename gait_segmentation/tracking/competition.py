@@ -26,8 +26,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, distance_from, overlap, within
 
-__all__ = ['REACH', 'Claim', 'beyond', 'compete']
-
 _FARTHEST = -6.0
 """Log ratio that falls off up to :data:`REACH`, where somebody ceases to compete."""
 
@@ -96,21 +94,13 @@ def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
         for k, claim in enumerate(claims)
     ]
     for one, two, shared in pairs:
+        # Of pixels that two find likely the one who finds them less so is refused.
         here, there = (within(shared, claims[k].window) for k in (one, two))
-        _settle(logits[one][here], near[one][here], logits[two][there], near[two][there])
+        mine, yours = logits[one][here], logits[two][there]
+        both, first = (mine > 0) & (yours > 0), mine + near[one][here] >= yours + near[two][there]
+        yours[both & first] = _REFUSED
+        mine[both & ~first] = _REFUSED
     return logits
-
-
-def _settle(
-    one: NDArray[np.float32],
-    near_one: NDArray[np.float32],
-    two: NDArray[np.float32],
-    near_two: NDArray[np.float32],
-) -> None:
-    """Refuse pixels that two find likely to the one who finds them less so."""
-    both, first = (one > 0) & (two > 0), one + near_one >= two + near_two
-    two[both & first] = _REFUSED
-    one[both & ~first] = _REFUSED
 
 
 def beyond(away: NDArray[np.float32], height: float) -> NDArray[np.float32]:

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 
 from gait_segmentation.config import StageConfig, parameter
 
-__all__ = ['TrackingConfig']
-
 
 @dataclass(frozen=True)
 class TrackingConfig(StageConfig):
@@ -45,16 +43,6 @@ class TrackingConfig(StageConfig):
         'Share of the given first box that is surroundings, on each side.',
         minimum=0.0,
         maximum=0.2,
-    )
-    start_height: int = parameter(
-        70,
-        'Height of the person in the image that the first mask is estimated on.',
-        unit='px',
-        minimum=40,
-        maximum=400,
-    )
-    start_rounds: int = parameter(
-        3, 'Rounds of the estimate of the first mask.', minimum=1, maximum=20
     )
     heat_map_age: float = parameter(
         0.2,
@@ -94,12 +82,6 @@ class TrackingConfig(StageConfig):
         'person is expected. Higher keeps the mask to the person when others pass.',
         minimum=0.0,
         maximum=0.1,
-    )
-    logit_limit: float = parameter(
-        6.0,
-        'Largest log-likelihood ratio that colours and background can give.',
-        minimum=1.0,
-        maximum=6.0,
     )
     use_background: bool = parameter(
         True, 'Learn the background pixel by pixel and use it in the likelihood ratio.'
@@ -147,19 +129,6 @@ class TrackingConfig(StageConfig):
     mean_shift_gain: float = parameter(
         0.5,
         'Share of the mean shift on the likelihood that moves the box.',
-        minimum=0.0,
-        maximum=1.0,
-    )
-    chosen_features: int = parameter(
-        3,
-        'Features of adaptive_mean_shift that the likelihood is made of.',
-        minimum=1,
-        maximum=5,
-    )
-    drift_gate: float = parameter(
-        0.6,
-        "Mean similarity (0..1) of the features with the first frame's below which "
-        'adaptive_mean_shift learns nothing of a frame.',
         minimum=0.0,
         maximum=1.0,
     )

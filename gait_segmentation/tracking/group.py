@@ -10,20 +10,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.colour import NO_CHROMA, NO_GRADIENT
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window, overlap, size_of, within
-from gait_segmentation.lab import NO_CHROMA, NO_GRADIENT
 from gait_segmentation.results import LOST, TRACKED, Feedback
-from gait_segmentation.tracking.competition import Claim, compete
+from gait_segmentation.tracking.competition import compete
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.learner import learn as teach
-from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image
-from gait_segmentation.tracking.person.learning import grown
+from gait_segmentation.tracking.learning import grown, learn as teach
+from gait_segmentation.tracking.likelihood import likelihood_image
 from gait_segmentation.tracking.redetection import recover
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.world import World
-
-__all__ = ['follow', 'judge', 'learn']
 
 _GAP_S = 0.5
 """Time between two frames from which on nobody is followed from one to the other."""
@@ -65,7 +62,7 @@ def follow(
         [target.person.area for target in targets],
         camera=config.use_ego_motion,
         texture=config.use_texture,
-        everywhere=bool(_lost(targets)),
+        everywhere=len(seen) < len(targets),
         heat=heat,
     )
     for target in targets:
@@ -101,10 +98,19 @@ def judge(world: World, targets: Sequence[Target]) -> Likelihoods:
         if target.state == TRACKED:
             cover = _cover(target, masks, claim.window)
             target.assess(likelihoods[target.track_id], claim, cover)
-    lost = [each for each in _lost(targets) if each.lost_s > 0]
+    lost = [each for each in targets if each.state == LOST and each.lost_s > 0]
     if lost:
+        taken = np.zeros(world.shape, np.uint8)
+        for target in targets:
+            if target.state == TRACKED:
+                _take(taken, target, likelihoods[target.track_id])
         claims = {target.track_id: claim for target, claim in present}
-        _recover(world, targets, lost, claims, likelihoods)
+        for target in lost:
+            likelihood = likelihoods.get(target.track_id)
+            found = recover(target, claims.get(target.track_id), likelihood, taken)
+            if found is not None:
+                likelihoods[target.track_id] = found
+                _take(taken, target, found)
     return likelihoods
 
 
@@ -150,9 +156,9 @@ def learn(
         if learnt is None:
             people[target.person.area.slices(world.shape[1], world.shape[0])] = 255
         else:
-            where, margin = learnt.margin
+            window, (where, margin) = learnt
             people[where] |= margin
-            around.append(learnt.window)
+            around.append(window)
     if around and config.use_background:
         world.learn(record, people, around, gate=config.use_motion_gate)
 
@@ -161,16 +167,11 @@ def _cover(target: Target, masks: Sequence[Place], window: Window) -> NDArray[np
     """Return where in a window a person is hidden by those who stand nearer, None if nowhere."""
     cover = None
     for other, about, mask in masks:
-        if other is target or other.state == LOST:
-            continue
-        if other.feet <= target.feet:
-            continue
-        shared = overlap(about, window)
-        if shared is None:
-            continue
-        if cover is None:
-            cover = np.zeros(size_of(window), np.uint8)
-        cover[within(shared, window)] |= mask[within(shared, about)]
+        nearer = other is not target and other.state != LOST and other.feet > target.feet
+        if nearer and (shared := overlap(about, window)) is not None:
+            if cover is None:
+                cover = np.zeros(size_of(window), np.uint8)
+            cover[within(shared, window)] |= mask[within(shared, about)]
     return cover
 
 
@@ -180,31 +181,6 @@ def _uncovered(
     """Return the mask about a person without what others hide of it."""
     cover = _cover(target, masks, target.window)
     return mask if cover is None else np.asarray(cv2.bitwise_and(mask, cv2.bitwise_not(cover)))
-
-
-def _lost(targets: Sequence[Target]) -> list[Target]:
-    """Return who is lost and waited for."""
-    return [each for each in targets if each.state == LOST]
-
-
-def _recover(
-    world: World,
-    targets: Sequence[Target],
-    lost: Sequence[Target],
-    claims: dict[int, Claim],
-    likelihoods: Likelihoods,
-) -> None:
-    """Look for those who are lost, where nobody else is."""
-    taken = np.zeros(world.shape, np.uint8)
-    for target in targets:
-        if target.state == TRACKED:
-            _take(taken, target, likelihoods[target.track_id])
-    for target in lost:
-        likelihood = likelihoods.get(target.track_id)
-        found = recover(target, claims.get(target.track_id), likelihood, taken)
-        if found is not None:
-            likelihoods[target.track_id] = found
-            _take(taken, target, found)
 
 
 def _take(taken: NDArray[np.uint8], target: Target, likelihood: NDArray[np.uint8]) -> None:

@@ -8,16 +8,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import body_rows, colour_bins
+from gait_segmentation.colour import body_rows
 from gait_segmentation.images import bounding_box
 from gait_segmentation.tracking.competition import REACH, Claim
-from gait_segmentation.tracking.likelihood.log_ratio import likelihood_image, log_ratio
-from gait_segmentation.tracking.person.person import LEAST_SEEN
+from gait_segmentation.tracking.likelihood import likelihood_image, log_ratio
+from gait_segmentation.tracking.person import LEAST_SEEN
 from gait_segmentation.tracking.records import Shift
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.visibility import ALONE, Sight
-
-__all__ = ['find_silhouette', 'recover']
 
 _FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.12, 0.5, 0.35
 """
@@ -118,7 +116,6 @@ def _search(target: Target, taken: NDArray[np.uint8]) -> Shift | None:
     center_x, center_y = person.center_x / step, person.center_y / step
     logit = log_ratio(
         lab,
-        colour_bins(lab),
         body_rows(shape, (0, 0), (center_x, center_y), height),
         every,
         record.background,

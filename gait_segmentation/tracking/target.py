@@ -9,38 +9,39 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import body_rows
+from gait_segmentation.colour import ColourModel, body_rows
 from gait_segmentation.geometry import Box, body_window
-from gait_segmentation.images import Window, placed, shift_whole, shifted_part
+from gait_segmentation.images import (
+    Window,
+    distance_from,
+    placed,
+    shift_whole,
+    shifted_part,
+    size_of,
+)
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, TrackResult
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.starting import Start
-from gait_segmentation.tracking.competition import REACH, Claim
+from gait_segmentation.tracking.appearance import Appearance, colour_signature
+from gait_segmentation.tracking.competition import REACH, Claim, beyond
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.cues import new_cues
+from gait_segmentation.tracking.cues import View
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
-from gait_segmentation.tracking.judgement import judge
-from gait_segmentation.tracking.mean_shift import mean_shift
-from gait_segmentation.tracking.person.appearance import Appearance, colour_signature
-from gait_segmentation.tracking.person.learning import WHOLE, WholeArea
-from gait_segmentation.tracking.person.person import LEAST_SEEN, Person, new_colours
+from gait_segmentation.tracking.cues.motion import MotionCue
+from gait_segmentation.tracking.likelihood import log_ratio
+from gait_segmentation.tracking.person import LEAST_SEEN, WHOLE, Person
 from gait_segmentation.tracking.records import Record, Shift
-from gait_segmentation.tracking.visibility import ALONE, Sight, visible_box
+from gait_segmentation.tracking.visibility import ALONE, Sight, mean_shift, visible_box
 from gait_segmentation.tracking.world import World
-
-__all__ = ['Target']
-
-Pixel = tuple[int, int]
 
 _LOST_FRAMES = 2
 """Frames in a row in which too little is seen after which a person is lost."""
 
-_COAST_S, _STOP_S = 1.0, 0.5
-"""Time for which a hidden person is taken to walk on, and in which they are then to stop."""
-
-
-_MOST_LOST_S = 1.0
-"""Time for which a person is lost longer with a frame at most, however long it took to come."""
+_COAST_S, _STOP_S, _MOST_LOST_S = 1.0, 0.5, 1.0
+"""
+Time for which a hidden person is taken to walk on, in which they are then to stop, and for which
+they are lost longer with a frame at most, however long that took to come.
+"""
 
 
 class Target:
@@ -70,34 +71,28 @@ class Target:
         :param heat_map: what is known of the heat map, if anything.
         """
         record = world.now
-        self.track_id = track_id
-        self.world = world
-        self.config = config
-        self.state = TRACKED
-        self.confidence = 0.0
+        self.track_id, self.world, self.config = track_id, world, config
+        self.state, self.confidence = TRACKED, 0.0
         self.person = Person(
-            track_id,
             start.body.center_x,
             start.body.center_y,
             start.body.height,
             max(start.body.center_x - start.box.x, 1.0),
             max(start.box.right - start.body.center_x, 1.0),
             start.mask,
-            *new_colours(config),
-            cues=new_cues(heat_map),
+            ColourModel(config.band_share, config.colour_floor),
+            ColourModel(config.band_share, config.colour_floor),
+            cues=(MotionCue(), heat_map or HeatMapCue()),
         )
         if config.use_tilt:
             self.person.tilt = self.person.angle = start.body.angle
         self.person.learn_first_colours(record.image.lab, start.votes)
         record.bodies[track_id] = (0.0, 0.0)
         self._box: Box | None = None
-        self.seen = 1.0
-        self._unseen_frames = 0
-        self.lost_s = 0.0
-        self.area = WholeArea(self.person)
+        self.seen, self.uncovered = 1.0, True
+        self._unseen_frames, self.lost_s = 0, 0.0
         self.whole = (start.mask, self._pixel)
         self.appearance = Appearance(self.look(start.mask, record))
-        self.uncovered = True
 
     @property
     def box(self) -> Box:
@@ -136,13 +131,6 @@ class Target:
         """Return what of the person can be followed, as the last mask showed it, likewise."""
         return self.world.carried(self.person.part, self.track_id, self.window)
 
-    def carried_template(self, window: Window) -> NDArray[np.uint8] | None:
-        """Return the last matched body in a window, carried along likewise; None without one."""
-        template = self.person.template
-        if template is None:
-            return None
-        return self.world.carried(template, self.track_id, window)
-
     def follow(self, motion: WorldMotion, body: NDArray[np.uint8] | None) -> None:
         """
         Follow the body into the world's newest frame.
@@ -165,7 +153,7 @@ class Target:
         self.world.now.bodies[self.track_id] = shift
 
     @property
-    def _pixel(self) -> Pixel:
+    def _pixel(self) -> tuple[int, int]:
         """Return the centre of the body in whole pixels."""
         return round(self.person.center_x), round(self.person.center_y)
 
@@ -180,8 +168,7 @@ class Target:
         # In a gap nobody was looked for.
         self.lost_s += min(seconds, _MOST_LOST_S)
         share = math.exp(-max(self.lost_s - _COAST_S, 0.0) / _STOP_S)
-        dx = world[0] + share * seconds * person.velocity[0]
-        dy = world[1] + share * seconds * person.velocity[1]
+        dx, dy = (w + share * seconds * v for w, v in zip(world, person.velocity, strict=True))
         person.shift(dx, dy)
         x, y = person.keep_near(self.world.shape)
         return dx + x, dy + y
@@ -216,20 +203,43 @@ class Target:
 
     def _measured(self, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
         """Return how far the body went as its pixels say, None if they may be somebody else's."""
-        person = self.person
-        if not (self.seen >= WHOLE or self.uncovered):
-            return None
-        return self.world.body_shift(body, self.window, person.way(seconds))
+        if self.seen >= WHOLE or self.uncovered:
+            return self.world.body_shift(body, self.window, self.person.way(seconds))
+        return None
 
     def judge(self) -> Claim | None:
         """Judge the pixels in a window about the person, None if all of it is outside."""
         person, seen = self.person, self.state == TRACKED
         expected = self.carried_mask()
-        judged = judge(person, self.world, expected, self.config, seen=seen)
-        if judged is None:
+        window, record, config = self.window, self.world.now, self.config
+        if not all(size_of(window)):
             return None
-        window, logit, away = judged
-        body = self.carried_template(window)
+        lab = record.image.lab_part(window)
+        away = distance_from(expected > 127)
+        strangers = None
+        if seen and person.template is not None:
+            strangers = np.float32(config.stranger_density) * beyond(away, person.height)
+        logit = log_ratio(
+            lab,
+            person.rows(window),
+            window,
+            record.background,
+            person.person,
+            person.surroundings,
+            config,
+            strangers,
+        )
+        center = (person.center_x, person.center_y)
+        for cue in person.cues:
+            view = View(
+                self.world, self.track_id, center, person.height, window, logit, seen, config
+            )
+            evidence = cue.evidence(view)
+            if evidence is not None:
+                logit += evidence
+        body = None
+        if person.template is not None:
+            body = self.world.carried(person.template, self.track_id, window)
         return Claim(window, logit, expected, away, self.feet, person.height, not seen, body)
 
     def assess(
@@ -269,23 +279,15 @@ class Target:
 
         :param values: (h, w) uint8 likelihood of the window of the claim.
         """
-        window = claim.window
+        person, window, gain = self.person, claim.window, self.config.mean_shift_gain
         if self.seen >= WHOLE:
-            self._shift_to_mean(values, sight.uncovered, window)
+            box = person.box.shifted(-window[1].start, -window[0].start)
+            shift = mean_shift(values, sight.uncovered, box)
+            self.shift_now(gain * shift.dx, gain * shift.dy)
+            if len(self.world.pending) > 1:
+                # The last mask is of an earlier frame: until a newer one comes, this is the size.
+                person.follow_scale(shift.scale)
         self._show(values, sight, claim)
-
-    def _shift_to_mean(
-        self, values: NDArray[np.uint8], reference: NDArray[np.uint8], window: Window
-    ) -> None:
-        """Move the person to where the likely pixels are."""
-        person = self.person
-        box = person.box.shifted(-window[1].start, -window[0].start)
-        shift = mean_shift(values, reference, box)
-        gain = self.config.mean_shift_gain
-        self.shift_now(gain * shift.dx, gain * shift.dy)
-        if len(self.world.pending) > 1:
-            # The last mask is not of the last frame: until a newer one comes, this is the size.
-            person.follow_scale(shift.scale)
 
     def _show(self, values: NDArray[np.uint8], sight: Sight, claim: Claim) -> None:
         """Take the likely pixels near the mask for what can be seen of the person."""

@@ -15,20 +15,19 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_body, check_start_box
 from gait_segmentation.heat_maps import HeatMap, HeatMaps
-from gait_segmentation.images import check_image, check_later, check_stamp
+from gait_segmentation.images import check_image, shrink
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.scene.working import working_scale, working_shape
-from gait_segmentation.sizes import shrink
-from gait_segmentation.starting import StartingConfig
+from gait_segmentation.stamps import check_later, check_stamp
+from gait_segmentation.starting import StartingConfig, WalkerFinder
 from gait_segmentation.tracking import group
 from gait_segmentation.tracking.adaptive_mean_shift import MeanShiftTarget
-from gait_segmentation.tracking.arrivals import Arrival, Arrivals, Found, slot_for_found
+from gait_segmentation.tracking.arrivals import Arrival, MapFinder, look_at, slot_for_found
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.person import WIDEST
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.trial import Trial
 from gait_segmentation.tracking.world import World
-
-__all__ = ['PeopleTracker']
 
 _SAME_PERSON = 0.4
 """Overlap (intersection over union) from which a box is that of a person already tracked."""
@@ -61,9 +60,10 @@ class PeopleTracker:
         :param starting: how people are found without a box.
         """
         self._config = tracking or TrackingConfig()
-        self._arrivals = Arrivals(bank, starting or StartingConfig(), max_people)
+        self._bank = bank
         self._ids = count(1)
         self._slots: list[Target | None] = [None] * max_people
+        self.starting = starting or StartingConfig()
         self._boxes: list[Box] = []
         self._given = False
         self._heat_maps = HeatMaps()
@@ -90,12 +90,14 @@ class PeopleTracker:
 
     @property
     def starting(self) -> StartingConfig:
-        """Return how people are found; it may be exchanged between frames."""
-        return self._arrivals.config
+        """Return how people are found; another configuration begins the search anew."""
+        return self._starting
 
     @starting.setter
     def starting(self, config: StartingConfig) -> None:
-        self._arrivals.config = config
+        self._starting = config
+        self._finder = WalkerFinder(self._bank, config, len(self._slots))
+        self._map_finder = MapFinder(self._bank)
 
     def reset(self) -> None:
         """Forget everything but the track ids given so far."""
@@ -107,7 +109,8 @@ class PeopleTracker:
     def begin_anew(self) -> None:
         """Forget everybody and the place, but not what waits for the next frame."""
         self._forget()
-        self._arrivals.reset()
+        self._finder.reset()
+        self._map_finder.reset()
 
     def initialize(self, box: Box) -> None:
         """
@@ -175,9 +178,7 @@ class PeopleTracker:
             self._start(slot, image, box)
         for box, by_walk in found:
             world = self._world_for(image, box)
-            inside = box.scaled(world.scale)
-            arrival = self._arrivals.look_at(world, inside, self._config)
-            self._welcome(world, arrival, by_walk=by_walk)
+            self._welcome(world, self._look_at(world, box.scaled(world.scale)), by_walk=by_walk)
         results = self._judge()
         for world in self._worlds:
             for record in world.drop_old():
@@ -245,18 +246,14 @@ class PeopleTracker:
         best = max(overlap, key=lambda slot: overlap[slot], default=0)
         if overlap and overlap[best] >= _SAME_PERSON:
             return best
-        free = [slot for slot, target in enumerate(self._slots) if target is None]
-        if free:
-            return free[0]
-        return min(overlap or range(len(self._slots)), key=self._confidence)
+        if None in self._slots:
+            return self._slots.index(None)
+        confidences = [0.0 if each is None else each.confidence for each in self._slots]
+        return min(overlap or range(len(self._slots)), key=lambda slot: confidences[slot])
 
-    def _confidence(self, slot: int) -> float:
-        target = self._slots[slot]
-        return 0.0 if target is None else target.confidence
-
-    def _watch(self, image: NDArray[np.uint8]) -> list[Found]:
+    def _watch(self, image: NDArray[np.uint8]) -> list[tuple[Box, bool]]:
         """
-        Remember what the place looks like, and return who is found for free slots.
+        Remember what the place looks like; return who is found for free slots, see :meth:`_find`.
 
         Who was found by the walk is on trial at first, and looked at by the search until then.
         """
@@ -273,11 +270,45 @@ class PeopleTracker:
         wanted = bool(free or self._trials) and not self._given
         heat = self._heat_map
         heat = heat if free and heat is not None and heat.stamp_ns == self._stamp_ns else None
-        found = self._arrivals.find(
-            image, self._stamp_ns, occupied, heat, tried=tried, wanted=wanted
-        )
+        found = self._find(image, occupied, tried, heat, wanted=wanted)
         self._end_trials()
         return found if free else []
+
+    def _find(
+        self,
+        image: NDArray[np.uint8],
+        occupied: Sequence[Box],
+        tried: Sequence[Box],
+        heat: HeatMap | None,
+        *,
+        wanted: bool,
+    ) -> list[tuple[Box, bool]]:
+        """
+        Return the boxes of people newly found, and whether by the walk or in a heat map.
+
+        :param occupied: boxes of people known already, in source pixels.
+        :param tried: those of people found by their walk who are still on trial.
+        :param heat: where people are as others see it, if of this frame.
+        :param wanted: whether there is a slot for anybody; if not, what moves is followed only.
+        """
+        # No wider than one body: somebody else may be beside it.
+        taken, doubtful = (
+            [
+                Box.from_center(
+                    box.center_x, box.center_y, min(box.width, WIDEST * box.height), box.height
+                )
+                for box in boxes
+            ]
+            for boxes in (occupied, tried)
+        )
+        walkers = self._finder.update(image, self._stamp_ns, taken, tried=doubtful, wanted=wanted)
+        found = [(box, True) for box in walkers]
+        if heat is None or not wanted or self._starting.auto_init == 'none':
+            return found
+        searched = max(1.0, max(image.shape[:2]) / self._starting.search_size)
+        least, known = self._starting.least_height * searched, [*occupied, *tried, *walkers]
+        shown = self._map_finder.update(heat, image.shape[:2], known, least)
+        return [*found, *((box, False) for box in shown)]
 
     def _end_trials(self) -> None:
         """Free the slots of those who were found and proved to be nobody."""
@@ -287,12 +318,12 @@ class PeopleTracker:
             if target is None or trial is None:
                 continue
             if target.state == TRACKED:
-                trial.see(self._arrivals.evidence(target.body))
+                trial.see(self._finder.evidence(target.body))
             if not trial.is_over(self._stamp_ns):
                 self._trials[target.track_id] = trial
             elif not trial.is_passed():
                 self._slots[slot] = None
-                self._arrivals.refute(target.body)
+                self._finder.refute(target.body)
         self._drop_empty_worlds()
 
     def _welcome(self, world: World, arrival: Arrival, *, by_walk: bool) -> None:
@@ -318,8 +349,12 @@ class PeopleTracker:
         self._drop_empty_worlds()
         world, margin = self._world_for(image, box), self._config.box_margin
         inner = box.padded(-margin * box.width, -margin * box.height).scaled(world.scale)
-        arrival = self._arrivals.look_at(world, inner, self._config)
-        self._slots[slot] = self._new_target(world, arrival)
+        self._slots[slot] = self._new_target(world, self._look_at(world, inner))
+
+    def _look_at(self, world: World, box: Box) -> Arrival:
+        """Estimate a first mask in a box in working pixels."""
+        past = self._finder.past(self._stamp_ns)
+        return look_at(world, box, past, self._bank, self._config)
 
     def _world_for(self, image: NDArray[np.uint8], box: Box) -> World:
         """Return a world in which a person is well seen, already in the newest frame."""
@@ -327,7 +362,10 @@ class PeopleTracker:
             if world.fits(box.height):
                 return world
         assert self._source is not None
-        world = self._arrivals.new_world(self._source, box.height, self._stamp_ns, self._config)
+        world = World(self._source, box.height, self._config)
+        past = self._finder.past(self._stamp_ns)
+        if past is not None:
+            world.see_as(*past.levels())
         world.advance(image, self._stamp_ns, (), camera=False, heat=self._heat_map)
         self._worlds.append(world)
         return world
@@ -337,14 +375,14 @@ class PeopleTracker:
 
     def _judge(self) -> list[TrackResult]:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""
+        assert self._source is not None
         likelihoods: dict[int, NDArray[np.uint8]] = {}
         for world in self._worlds:
-            people = self._targets(world)
-            likelihoods |= group.judge(world, people)
+            likelihoods |= group.judge(world, self._targets(world))
         results = []
         for slot, target in enumerate(self._slots):
             if target is None:
-                results.append(self._empty())
+                results.append(self.nobody(self._stamp_ns, self._source))
                 continue
             likelihood = likelihoods.get(target.track_id)
             if likelihood is None or target.state == LOST:
@@ -353,10 +391,6 @@ class PeopleTracker:
             if target.state == LOST and target.lost_s > self._config.patience:
                 self._slots[slot] = None
         return results
-
-    def _empty(self) -> TrackResult:
-        assert self._source is not None
-        return self.nobody(self._stamp_ns, self._source)
 
     def nobody(self, stamp_ns: int, source: tuple[int, int]) -> TrackResult:
         """Return that nobody is tracked in a frame; ``source`` is (H, W) of the image."""

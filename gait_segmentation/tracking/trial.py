@@ -17,8 +17,8 @@ _TRIAL_NS = 1_000_000_000
 _LEAST_FIT = 0.68
 """Mean similarity of the masks with their templates that proves a person by itself."""
 
-_WORTH = 0.02
-"""Similarity that may be missing for each time the evidence that somebody is found at."""
+_WORTH, _MOST_EVIDENCE = 0.02, 10.0
+"""Similarity that may be missing for each time the evidence that somebody is found at; at most."""
 
 _STEP_NS = 300_000_000, 450_000_000
 """Time in which who walks takes on another shape: about half a step."""
@@ -48,7 +48,7 @@ class Trial:
 
     def see(self, evidence: float) -> None:
         """Take in what the search says by now, in times of what it finds people at."""
-        self._evidence = max(self._evidence, evidence)
+        self._evidence = min(max(self._evidence, evidence), _MOST_EVIDENCE)
 
     def learn(self, stamp_ns: int, mask: NDArray[np.uint8], template: NDArray[np.uint8]) -> None:
         """Take in a mask, 0/255, and its template, (h, w) uint8, and the stamp of their frame."""

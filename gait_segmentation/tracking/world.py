@@ -15,18 +15,14 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window, shifted_part
-from gait_segmentation.scene.background.model import BackgroundModel
-from gait_segmentation.scene.contrast import Contrast
-from gait_segmentation.scene.ego_motion.estimator import MotionEstimator
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
-from gait_segmentation.scene.light import Light
+from gait_segmentation.scene.background import BackgroundModel
+from gait_segmentation.scene.ego_motion import MotionEstimator
+from gait_segmentation.scene.light import Contrast, Light
 from gait_segmentation.scene.working import WorkingImage, working_scale, working_shape
+from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.tracking.competition import REACH
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.moving import add_moving
-from gait_segmentation.tracking.records import Record, Shift, body_over
-
-__all__ = ['World', 'windows_about']
+from gait_segmentation.tracking.records import Record, Shift, add_moving, body_over
 
 _MOST_PENDING = 15
 """Frames kept that no feedback has come for."""
@@ -36,7 +32,6 @@ _MOTION_GAP = 4
 
 _SMALLEST, _LARGEST = 0.7, 2.0
 """Heights, over the working height, of the people who share a world."""
-
 
 _LEAST_SHOWN = 0.1
 """Share of the known background below which a frame shows something else."""
@@ -51,22 +46,24 @@ class World:
     one gets a model of its own, in one step for however many motions, since each step blurs.
     """
 
-    def __init__(
-        self, source: tuple[int, int], scale: float, largest: float, working_height: float
-    ) -> None:
+    def __init__(self, source: tuple[int, int], height: float, config: TrackingConfig) -> None:
         """
-        Make a world of which nothing is known.
+        Make a world of which nothing is known, for a person of some height in source pixels.
 
         :param source: (H, W) of the source images.
-        :param scale: working size over source size.
-        :param largest: the largest scale allowed.
-        :param working_height: height that people should have here, in working pixels.
         """
-        self.source = source
-        self.scale = scale
-        self.shape = working_shape(*source, scale)
-        self._at_largest = scale >= largest
-        self._working_height = working_height
+        self.scale, largest = (
+            working_scale(
+                *source,
+                working_size=config.working_size,
+                person_height=person_height,
+                working_height=config.working_height,
+            )
+            for person_height in (height, 1.0)
+        )
+        self.source, self.shape = source, working_shape(*source, self.scale)
+        self._at_largest = self.scale >= largest
+        self._working_height = config.working_height
         self._estimator = MotionEstimator()
         self._light = Light()
         self._contrast = Contrast()
@@ -76,20 +73,6 @@ class World:
 
         self.pending: deque[Record] = deque()
         self.history: deque[Record] = deque(maxlen=_MOTION_GAP + 1)
-
-    @classmethod
-    def for_person(cls, source: tuple[int, int], height: float, config: TrackingConfig) -> World:
-        """Make a world for a person of the given height in source pixels."""
-        scale, largest = (
-            working_scale(
-                *source,
-                working_size=config.working_size,
-                person_height=person_height,
-                working_height=config.working_height,
-            )
-            for person_height in (height, 1.0)
-        )
-        return cls(source, scale, largest, config.working_height)
 
     def see_as(self, light: Light, contrast: Contrast) -> None:
         """Take over light and levels of somebody who has seen the place before."""
@@ -104,11 +87,6 @@ class World:
     def now(self) -> Record:
         """Return the newest frame."""
         return self.history[-1]
-
-    @property
-    def _steps(self) -> list[WorldMotion]:
-        """Return the motions of the frames that wait for feedback, oldest first."""
-        return [each.motion for each in self.pending]
 
     @property
     def step_s(self) -> float:
@@ -157,46 +135,30 @@ class World:
             people[area.slices(self.shape[1], self.shape[0])] = 1
         motion = self._estimator.update(frame.pyramid, people, camera=camera)
         windows = windows_about([] if everywhere else areas, motion, self.shape)
-        background = self._background.moved([*self._steps, motion], windows)
-        blank = frame.pyramid.is_blank
-        if not blank and self._is_other(frame, background, people, windows):
+        steps = [each.motion for each in self.pending]
+        background = self._background.moved([*steps, motion], windows)
+        blank, shown = frame.pyramid.is_blank, None
+        if windows and not blank:
+            shown = background.agreement(frame.lab, people, windows)
+        if shown is not None and shown < _LEAST_SHOWN:
             if self.history and frame.pyramid.resembles(self.history[-1].image.pyramid):
                 self._begin_anew(background)
             else:
                 blank, motion = True, WorldMotion()
                 self._estimator.leave_out()
-                background = self._background.moved(self._steps, windows)
+                background = self._background.moved(steps, windows)
         if not blank:
             self._light.follow(motion, people)
         record = Record(frame, motion, background, windows, blank=blank)
         self.pending.append(record)
         self.history.append(record)
-        frames = None if heat is None else self._frames_since(heat.stamp_ns)
-        if heat is not None and frames is not None:
+        if heat is not None and heat.stamp_ns >= self.history[0].image.stamp_ns:
             size = self.shape[::-1]
             record.heat = np.asarray(cv2.resize(heat.values, size, interpolation=cv2.INTER_LINEAR))
-            record.heat_frames = frames
+            # It is of the frame that is nearest to its stamp.
+            ages = [abs(each.image.stamp_ns - heat.stamp_ns) for each in self.history]
+            record.heat_frames = len(ages) - 1 - ages.index(min(ages))
         return motion
-
-    def _frames_since(self, stamp_ns: int) -> int | None:
-        """Return how many frames came after that nearest to a stamp, None if it is not kept."""
-        ages = [abs(each.image.stamp_ns - stamp_ns) for each in self.history]
-        if stamp_ns < self.history[0].image.stamp_ns:
-            return None
-        return len(ages) - 1 - ages.index(min(ages))
-
-    def _is_other(
-        self,
-        frame: WorkingImage,
-        background: BackgroundModel,
-        people: NDArray[np.uint8],
-        windows: Sequence[Window],
-    ) -> bool:
-        """Return whether a frame shows (almost) nothing of the known background."""
-        if not windows:
-            return False
-        shown = background.agreement(frame.lab, people, windows)
-        return shown is not None and shown < _LEAST_SHOWN
 
     def _begin_anew(self, background: BackgroundModel) -> None:
         """Forget the place, for the camera shows another one from now on."""
@@ -237,7 +199,7 @@ class World:
         """
         self.now.background.adopt(known)
         if self.now.background is not self._background:
-            back = WorldMotion.over(self._steps).inverse()
+            back = WorldMotion.over(each.motion for each in self.pending).inverse()
             self._background.adopt(known.moved([back]))
         self._outdate()
 
@@ -257,9 +219,9 @@ class World:
         frames = [each for each in self.history if track_id in each.bodies]
         if len(frames) < 2 or frames[0].blank:
             return None
-        since = frames[1:]
+        first, *since = frames
         motion = WorldMotion.over(each.motion for each in since)
-        return frames[0], motion, body_over(since, track_id)
+        return first, motion, body_over(since, track_id)
 
     def body_since(self, track_id: int, frames: int) -> Shift:
         """Return how far a body went over the last frames, at most those that are kept."""
@@ -314,27 +276,23 @@ class World:
         around: Sequence[Window],
         *,
         gate: bool = True,
-    ) -> NDArray[np.uint8] | None:
+    ) -> None:
         """
         Learn the background from a frame just taken, unless nothing can be seen in it.
 
         :param people: (h, w) uint8, non-zero where people may be.
         :param around: windows about people, in which the noise is measured.
         :param gate: whether to leave out what moves against the world.
-        :returns: (h, w) uint8, non-zero on people and what else moves, and is not learnt; None
-            if that is not known.
         """
         record.people = people
         if record.blank:
-            return None
-        lab = record.image.lab
-        background = self._background
+            return
+        lab, background = record.image.lab, self._background
         background.measure_noise(lab, people, around)
         if gate:
             people = people.copy()
             add_moving(people, record, self.history, background.sigma)
         background.learn(lab, people, record.windows)
-        return people if gate else None
 
     def _skip(self) -> Record:
         record = self.pending.popleft()

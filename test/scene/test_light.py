@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
-from gait_segmentation.scene.light import Light
+from gait_segmentation.scene.light import Contrast, Light
+from gait_segmentation.scene.world_motion import WorldMotion
 
 SHAPE = (240, 320)
 STILL = WorldMotion()
@@ -192,3 +192,51 @@ def test_an_image_smaller_than_a_cell_says_nothing() -> None:
     for value in (200, 50):
         image = np.full((5, 40, 3), value, np.uint8)
         assert shown(light, image, people=np.zeros((5, 40), np.uint8)) is image
+
+
+def picture(low: int, high: int, seed: int = 1) -> np.ndarray:
+    return np.random.default_rng(seed).integers(low, high + 1, (60, 80, 3)).astype(np.uint8)
+
+
+def curve_of(image: np.ndarray) -> np.ndarray:
+    curve = Contrast().curve_for(image)
+    assert curve is not None
+    return curve
+
+
+@pytest.mark.parametrize(('low', 'high'), [(0, 255), (20, 230), (50, 185)])
+def test_pictures_that_use_many_levels_stay_as_they_are(low: int, high: int) -> None:
+    assert Contrast().curve_for(picture(low, high)) is None
+
+
+@pytest.mark.parametrize('level', [0, 128, 255])
+def test_a_picture_of_one_level_decides_nothing(level: int) -> None:
+    assert Contrast().curve_for(np.full((8, 8, 3), level, np.uint8)) is None
+
+
+def test_no_order_of_levels_changes_and_none_is_lost_at_the_ends() -> None:
+    curve = curve_of(picture(100, 140))
+    assert curve[0] == 0
+    assert curve[255] == 255
+    assert (np.diff(curve.astype(int)) >= 0).all()
+    # What is brighter than all that was seen at first can still be told apart.
+    assert curve[255] > curve[200] > curve[150]
+
+
+def test_levels_that_count_are_spread_evenly_and_the_rest_keeps_its_shares() -> None:
+    curve = curve_of(np.repeat(np.arange(100, 141, dtype=np.uint8), 9).reshape(-1, 9, 1))
+    # 40 levels become 128; of the 127 left 100 / 215 lie below.
+    expected = 127 * 100 / 215 + 3.2 * np.arange(41)
+    assert curve[100:141] == pytest.approx(expected, abs=0.51)
+    assert curve[50] == pytest.approx(127 * 50 / 215, abs=0.51)
+
+
+def test_the_first_picture_decides_for_all_that_follow() -> None:
+    contrast = Contrast()
+    first = contrast.curve_for(picture(40, 100))
+    assert first is not None
+    later = picture(0, 255, 2)
+    assert contrast.curve_for(later) is first
+    contrast = Contrast()
+    contrast.curve_for(later)
+    assert contrast.curve_for(picture(40, 100)) is None

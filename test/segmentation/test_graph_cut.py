@@ -9,8 +9,14 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from numpy.typing import NDArray
 
-from gait_segmentation.segmentation.graph_cut import CAPACITY, open_graph
-from test.segmentation.grids import NEIGHBOURS, cut
+from gait_segmentation.segmentation.graph_cut import (
+    CAPACITY,
+    contrast_links,
+    distance_links,
+    mean_contrast,
+    open_graph,
+)
+from test.segmentation.grids import NEIGHBOURS, cut, links_of
 
 
 def energy(labels: NDArray, logit: NDArray, links: NDArray) -> NDArray:
@@ -60,18 +66,6 @@ def test_given_labels_hold_and_the_rest_is_optimal(seed: int) -> None:
     assert energy(labels, logit, links) == energy(allowed, logit, links).min()
 
 
-def test_everything_given_needs_no_graph() -> None:
-    fixed = np.array([[1, -1], [-1, 1]], np.int8)
-    labels = cut(np.zeros((2, 2), np.float32), np.zeros((4, 2, 2), np.int32), fixed)
-    assert labels.tolist() == [[True, False], [False, True]]
-
-
-@pytest.mark.parametrize('sign', [1, -1])
-def test_one_pixel_follows_its_data_term(sign: int) -> None:
-    logit = np.full((1, 1), sign * 2.0, np.float32)
-    assert cut(logit, np.zeros((4, 1, 1), np.int32))[0, 0] == (sign > 0)
-
-
 def test_of_equal_labellings_the_one_with_the_most_ones_wins() -> None:
     flat = np.zeros((2, 3), np.float32)
     assert cut(flat, np.zeros((4, 2, 3), np.int32)).all()
@@ -89,3 +83,70 @@ def test_a_graph_knows_what_is_beside_its_pixels() -> None:
     assert graph.beside[2].tolist() == [3, 4, 4, 4, 5, 6, 0, 1]
     assert (graph.beside[4] == 4).all()
     assert not graph.links.any()
+
+
+def contrast_of(image: np.ndarray, weight: float, given: np.ndarray | None = None) -> np.ndarray:
+    graph = open_graph(np.zeros(image.shape[:2], np.int8) if given is None else given)
+    contrast_links(graph, image, weight)
+    return links_of(graph)
+
+
+def test_flat_images_cost_the_full_weight_over_the_distance() -> None:
+    links = contrast_of(np.full((3, 3, 3), 100, np.uint8), 2.0)
+    for direction, (d_row, d_col) in enumerate(NEIGHBOURS):
+        expected = int(2 * CAPACITY / np.hypot(d_row, d_col))
+        inner = links[direction, 0, 1] if d_col <= 0 else links[direction, 0, 0]
+        assert inner == expected
+
+
+def test_links_out_of_the_image_are_zero() -> None:
+    graph = open_graph(np.zeros((3, 4), np.int8))
+    contrast_links(graph, np.full((3, 4, 3), 7, np.uint8), 1.0)
+    distance_links(graph, np.ones((3, 4), np.float32), 1.0)
+    beyond = graph.beside == len(graph.pixels)
+    assert not graph.links[beyond].any()
+    assert graph.links[~beyond].all()
+
+
+def test_contrast_follows_boykov_and_jolly() -> None:
+    rng = np.random.default_rng(0)
+    image = rng.integers(0, 255, (6, 5, 3)).astype(np.uint8)
+    links = contrast_of(image, 2.0)
+    values = image.astype(float)
+    squares = [
+        ((values[:, 1:] - values[:, :-1]) ** 2).sum(2),
+        ((values[1:] - values[:-1]) ** 2).sum(2),
+        ((values[1:, 1:] - values[:-1, :-1]) ** 2).sum(2),
+        ((values[1:, :-1] - values[:-1, 1:]) ** 2).sum(2),
+    ]
+    mean = np.mean(np.concatenate([square.ravel() for square in squares]))
+    assert mean_contrast(open_graph(np.zeros((6, 5), np.int8)), image) == pytest.approx(mean)
+    beta = 1 / (2 * mean)
+    assert links[0, :, :-1] == pytest.approx(2 * CAPACITY * np.exp(-beta * squares[0]), abs=6)
+    assert links[3, :-1, 1:] == pytest.approx(
+        2 * CAPACITY / np.sqrt(2) * np.exp(-beta * squares[3]), abs=6
+    )
+
+
+def test_the_mean_contrast_may_be_that_of_another_graph() -> None:
+    rng = np.random.default_rng(0)
+    image = rng.integers(0, 255, (6, 5, 3)).astype(np.uint8)
+    whole = open_graph(np.zeros((6, 5), np.int8))
+    given = np.ones((6, 5), np.int8)
+    given[2:4, 1:3] = 0
+    contrast_links(whole, image, 2.0)
+    part = open_graph(given)
+    contrast_links(part, image, 2.0, mean_contrast(whole, image))
+    found = links_of(part)
+    assert (found == np.where(found > 0, links_of(whole), 0)).all()
+
+
+def test_the_shape_term_is_the_mean_of_both_ends() -> None:
+    psi = np.array([[0.0, 1.0], [0.5, 0.0]], np.float32)
+    graph = open_graph(np.zeros((2, 2), np.int8))
+    distance_links(graph, psi, 2.0)
+    links = links_of(graph)
+    assert links[0, 0, 0] == int(2 * CAPACITY * 0.5)
+    assert links[1, 0, 0] == int(2 * CAPACITY * 0.25)
+    assert links[2, 0, 0] == 0
+    assert links[3, 0, 1] == int(2 * CAPACITY * 0.75 / np.sqrt(2))

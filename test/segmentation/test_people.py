@@ -12,7 +12,6 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.results import MatchResult
 from gait_segmentation.segmentation import PeopleMasks, PeopleSegmenter
-from gait_segmentation.segmentation.people import by_depth
 from test.tracking.figures import BLUE, Figure, picture
 
 
@@ -30,11 +29,6 @@ def cut(*figures: Figure | None, threads: int = 2) -> PeopleMasks:
     likelihoods = [cv2.GaussianBlur(each.shape_prior, (0, 0), 1) for each in matches]
     segmenter = PeopleSegmenter(max_people=len(figures), threads=threads)
     return segmenter.update(image, likelihoods, matches)
-
-
-def test_the_nearest_come_first_and_empty_slots_last() -> None:
-    far, near = Figure(100, y=85.0), Figure(110, y=95.0)
-    assert by_depth([match(None), match(far), match(near)]) == [2, 1, 0]
 
 
 def test_each_pixel_has_one_owner_and_labels_agree() -> None:
@@ -57,12 +51,6 @@ def test_the_order_of_slots_and_the_threads_change_nothing() -> None:
         np.testing.assert_array_equal(one.mask, two.mask)
 
 
-def test_empty_slots_have_empty_masks() -> None:
-    found = cut(None, Figure(100))
-    assert not found.people[0].mask.any()
-    assert set(np.unique(found.labels)) == {0, 2}
-
-
 def test_somebody_lost_has_a_reason() -> None:
     segmenter = PeopleSegmenter(max_people=2)
     black = np.zeros((180, 320), np.uint8)
@@ -77,6 +65,24 @@ def test_somebody_lost_has_a_reason() -> None:
 def test_every_slot_must_be_given() -> None:
     with pytest.raises(InputError, match='2 likelihoods'):
         PeopleSegmenter(max_people=2).update(np.zeros((9, 9, 3), np.uint8), [], [])
+
+
+@pytest.mark.parametrize(
+    ('likelihood', 'prior', 'message'),
+    [
+        (np.zeros((30, 40)), np.zeros((30, 40), np.uint8), 'likelihood must be .*float64'),
+        (np.zeros((30, 40), np.uint8), np.zeros((30, 40, 1), np.uint8), 'shape prior must be'),
+        (np.zeros((30, 40), np.uint8), np.zeros((30, 41), np.uint8), 'must have the same size'),
+        (np.zeros((30, 30), np.uint8), np.zeros((30, 30), np.uint8), 'proportions'),
+        (np.zeros((120, 160), np.uint8), np.zeros((120, 160), np.uint8), 'no larger'),
+    ],
+)
+def test_maps_that_do_not_fit_are_refused(
+    likelihood: np.ndarray, prior: np.ndarray, message: str
+) -> None:
+    given = replace(match(None), shape_prior=prior)
+    with pytest.raises(InputError, match=message):
+        PeopleSegmenter().update(np.zeros((60, 80, 3), np.uint8), [likelihood], [given])
 
 
 @pytest.mark.parametrize(

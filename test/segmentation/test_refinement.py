@@ -4,12 +4,60 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+from hypothesis import assume, given, settings, strategies as st
+from hypothesis.extra.numpy import arrays
 
-from gait_segmentation.segmentation.refinement import (
-    finest,
-    refine,
-    upsample,
-)
+from gait_segmentation.segmentation.refinement import finest, keep_supported, refine, upsample
+
+
+def test_what_is_apart_from_the_body_goes() -> None:
+    labels = np.zeros((60, 80), np.bool_)
+    labels[5:45, 10:25] = True
+    labels[48:51, 12:17] = True  # a shoe
+    labels[5:55, 40:70] = True  # a car
+    labels[5:35, 26:32] = True  # a bag, of which a third is apart
+    body = np.zeros(labels.shape, np.bool_)
+    body[5:52, 10:25] = True
+    kept = keep_supported(labels, np.ones(labels.shape, np.float32), body, 47.0)
+    assert not kept[:, 40:].any()
+    assert kept[20, 28]
+    assert kept[20, 14]
+    assert not kept[49, 14]
+    labels[48:54, 10:20] = True
+    assert keep_supported(labels, np.ones(labels.shape, np.float32), body, 47.0)[49, 14]
+
+
+def parts_of(labels: np.ndarray) -> list[np.ndarray]:
+    """Return each component of a mask, found by growing it step by step."""
+    rest, found = labels.copy(), []
+    kernel = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    while rest.any():
+        part = np.zeros(labels.shape, np.uint8)
+        part.flat[int(rest.argmax())] = 1
+        while not np.array_equal(part, grown := cv2.dilate(part, kernel) & labels):
+            part = grown
+        found.append(part > 0)
+        rest &= part == 0
+    return found
+
+
+SEVERAL = arrays(np.bool_, st.tuples(st.integers(3, 7), st.integers(3, 7)), fill=st.nothing())
+
+
+@settings(max_examples=60)
+@given(SEVERAL, st.integers(0, 2**32))
+def test_parts_are_kept_by_their_support(labels: np.ndarray, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    support = (rng.integers(0, 9, labels.shape) / 8).astype(np.float32)
+    parts = parts_of(labels)
+    assume(len(parts) > 1)
+    worth = [float(support[part].sum()) for part in parts]
+    assume(worth.count(max(worth)) == 1)
+    expected = np.zeros_like(labels)
+    for part, own in zip(parts, worth, strict=True):
+        if own > 0.04 * max(worth) or own == max(worth):
+            expected |= part
+    assert np.array_equal(keep_supported(labels, support), expected)
 
 
 def test_upsampling_interpolates_the_outline() -> None:
@@ -71,3 +119,14 @@ def test_only_the_band_about_the_outline_changes() -> None:
     found = refine(np.zeros((40, 60, 3), np.uint8), labels, logit, 0.0)
     assert found[15:25, 21:35].all()
     assert not found[:5].any()
+
+
+def test_corners_are_as_round_at_any_resolution() -> None:
+    """A working pixel's evidence is shared by the pixels that it becomes."""
+    labels = np.zeros((20, 30), np.bool_)
+    labels[5:15, 8:20] = True
+    logit = np.where(labels, 1.0, -1.0).astype(np.float32)
+    for factor in (2, 3, 4, 5):
+        flat = np.zeros((20 * factor, 30 * factor, 3), np.uint8)
+        area = refine(flat, labels, logit, 2.0).sum() / factor**2
+        assert 100 < area < 106

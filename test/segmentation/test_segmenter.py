@@ -9,10 +9,14 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.errors import InputError
-from gait_segmentation.geometry import BodyFrame, Placement
+from gait_segmentation.geometry import BodyFrame, Box, Placement
 from gait_segmentation.results import MatchResult
-from gait_segmentation.segmentation import SegmentationConfig, Segmenter
+from gait_segmentation.segmentation import SegmentationConfig
+from gait_segmentation.segmentation.segmenter import (
+    Segmenter,
+    no_finer,
+    window_about,
+)
 from gait_segmentation.segmentation.vocabulary import VocabularyError
 
 SHAPE = (160, 120)
@@ -95,21 +99,6 @@ def test_a_vocabulary_that_cannot_be_used_is_an_error_with_any_prior() -> None:
         Segmenter(SegmentationConfig(vocabulary='none.json'))
 
 
-def test_the_mask_has_the_sources_size() -> None:
-    large = picture(3)
-    result = Segmenter().update(large, noisy(), match(body=BODY.scaled(3)))
-    assert result.mask.shape == large.shape[:2]
-    assert iou(result.mask, person(3)) > 0.95
-
-
-def test_refinement_follows_the_full_resolution_better() -> None:
-    plain = SegmentationConfig(use_refinement=False)
-    large, body = picture(3), BODY.scaled(3)
-    coarse = Segmenter(plain).update(large, noisy(), match(body=body)).mask
-    fine = Segmenter().update(large, noisy(), match(body=body)).mask
-    assert iou(fine, person(3)) > iou(coarse, person(3))
-
-
 @pytest.mark.parametrize('use_refinement', [True, False])
 def test_outlines_are_true_at_many_times_the_working_size(use_refinement: bool) -> None:
     """Finer than the outline is cut it is interpolated; steps of the first cut would show."""
@@ -150,13 +139,6 @@ def test_nobody_and_outside_are_empty_with_the_reason() -> None:
     result = segmenter.update(picture(), noisy(), away)
     assert not result.mask.any()
     assert result.reason == 'the person is outside of the image'
-
-
-@pytest.mark.parametrize('height', [20, 2000])
-def test_tiny_and_huge_people_give_a_mask_or_a_reason(height: int) -> None:
-    result = Segmenter().update(picture(), noisy(), match(body=BodyFrame(60, 80, height)))
-    assert result.mask.shape == SHAPE
-    assert result.mask.any() == (result.reason == '')
 
 
 @pytest.mark.parametrize(
@@ -241,28 +223,6 @@ def test_where_somebody_was_seen_is_forgotten_while_nobody_is() -> None:
     assert reach(4) == first
 
 
-def test_a_constant_image_is_no_problem() -> None:
-    image = np.full((*SHAPE, 3), 77, np.uint8)
-    assert iou(Segmenter().update(image, noisy(), match()).mask, person()) > 0.9
-
-
-@pytest.mark.parametrize(
-    ('likelihood', 'prior', 'message'),
-    [
-        (np.zeros(SHAPE, np.float32), None, 'likelihood must be'),
-        (np.zeros((*SHAPE, 3), np.uint8), None, 'likelihood must be'),
-        (np.zeros((10, 10), np.uint8), None, 'same size'),
-        (np.zeros((10, 90), np.uint8), np.zeros((10, 90), np.uint8), 'proportions'),
-        (np.zeros((320, 240), np.uint8), np.zeros((320, 240), np.uint8), 'no larger'),
-    ],
-)
-def test_what_does_not_fit_is_refused(
-    likelihood: np.ndarray, prior: np.ndarray | None, message: str
-) -> None:
-    with pytest.raises(InputError, match=message):
-        Segmenter().update(picture(), likelihood, match(prior))
-
-
 def test_a_new_track_forgets_the_last_persons_shape() -> None:
     segmenter, fresh = Segmenter(), Segmenter()
     for stamp in range(1, 9):
@@ -315,11 +275,40 @@ def test_a_likelihood_from_outside_that_says_nothing_gives_a_mask_or_a_reason(va
     assert value or not result.mask.any()
 
 
-def test_a_body_that_makes_no_sense_is_refused() -> None:
-    segmenter = Segmenter()
-    image, likelihood = np.zeros((40, 60, 3), np.uint8), np.zeros((40, 60), np.uint8)
-    match = MatchResult(
-        1, 1, BodyFrame(30, 20, 1e7), None, 0, 0, 0.0, 1.0, 0.0, 1.0, 1.0, likelihood
+def test_the_window_holds_what_was_found_before_if_it_is_near() -> None:
+    body = BodyFrame(50.0, 50.0, 40.0, 0.0)
+    rows, columns = window_about(body, None, (100, 100))
+    assert rows.start < 30 < 70 < rows.stop
+    reaching = Box(55, 40, 44, 20)
+    assert window_about(body, reaching, (100, 100))[1].stop > max(columns.stop, 99)
+    assert window_about(body, Box(0, 0, 3, 3), (100, 100)) == (rows, columns)
+    outside = window_about(BodyFrame(500.0, 50.0, 40.0, 0.0), None, (100, 100))
+    assert outside[1].start >= outside[1].stop
+
+
+def test_a_body_is_cut_out_no_finer_than_it_need_be() -> None:
+    maps = np.zeros((4000, 400), np.uint8), np.full((4000, 400), 255, np.uint8)
+    usual = BodyFrame(200.0, 200.0, 300.0)
+    assert all(a is b for a, b in zip(no_finer(*maps, usual, 400), maps, strict=True))
+    # Half the size of the image, and a body as tall as that allows.
+    tall = BodyFrame(400.0, 4000.0, 7800.0)
+    likelihood, prior = no_finer(*maps, tall, 800)
+    assert likelihood.shape == prior.shape
+    assert likelihood.size <= 1.1 * 2**18
+    assert likelihood.shape[0] == pytest.approx(10 * likelihood.shape[1], rel=0.01)
+    assert (prior == 255).all()
+
+
+def test_what_is_taken_draws_nothing_to_it() -> None:
+    image = np.full((*SHAPE, 3), 77, np.uint8)
+    likelihood, taken = np.full(SHAPE, 5, np.uint8), np.zeros(SHAPE, np.uint8)
+    likelihood[40:120, 20:57] = likelihood[40:120, 60:100] = 250
+    likelihood[40:120, 57:60] = 100
+    taken[:, 60:] = 255
+    segmenter = Segmenter(SegmentationConfig(prior='none'))
+    alone, beside = (
+        segmenter.update(image, likelihood, match(), each).mask for each in (None, taken)
     )
-    with pytest.raises(InputError, match=r'at most 5760 pixels high .* height 1e'):
-        segmenter.update(image, likelihood, match)
+    assert alone[80, 58]
+    assert not beside[80, 58:].any()
+    assert beside[80, 35]

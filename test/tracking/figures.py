@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import cycle
 
 import cv2
 import numpy as np
@@ -19,6 +20,9 @@ from test.walkers import small_bank
 
 WIDTH, HEIGHT = 320, 180
 STEP_NS = 40_000_000
+
+STRIDES = [0.1, 0.11, 0.12, 0.13, 0.14, 0.15, 0.16, 0.15, 0.14, 0.13, 0.12, 0.11]
+"""How far the feet are apart in the frames of a step, in heights of the figure."""
 
 RED, BLUE, GREEN = (40, 40, 200), (190, 60, 30), (50, 170, 60)
 
@@ -38,6 +42,7 @@ class Figure:
     coat: tuple[int, int, int] = RED
     y: float = 90.0
     height: float = 100.0
+    stride: float = 0.1
 
     def mask(self) -> np.ndarray:
         mask = np.zeros((HEIGHT, WIDTH), np.uint8)
@@ -47,7 +52,7 @@ class Figure:
             mask, (x, round(y - 0.12 * h)), (round(0.13 * h), round(0.24 * h)), 0, 0, 360, 255, -1
         )
         for side in (-1, 1):
-            foot = (round(x + side * 0.1 * h), round(y + 0.48 * h))
+            foot = (round(x + side * self.stride * h), round(y + 0.48 * h))
             cv2.line(mask, (x, y), foot, 255, round(0.1 * h))
         return mask
 
@@ -104,8 +109,6 @@ class Told:
             starting=StartingConfig(auto_init=auto),
         )
         self.frames = 0
-        self.people: dict[int, int] = {}
-        """Slot -> place of the figure in the list."""
 
     @property
     def stamp_ns(self) -> int:
@@ -122,14 +125,11 @@ class Told:
         image: np.ndarray,
         masks: Sequence[np.ndarray],
         bodies: Sequence[np.ndarray] | None = None,
-        *,
-        nearest: bool = False,
     ) -> list[TrackResult]:
         """
         Give an image, and the true masks of those who are tracked back.
 
         :param bodies: the masks with what is hidden, for templates; the masks if None.
-        :param nearest: whether to give the mask of whoever is nearest, as a cut would.
         """
         results = self.tracker.update(image, self.stamp_ns)
         self.frames += 1
@@ -138,10 +138,9 @@ class Told:
             if result.track_id == 0:
                 continue
             mask = whole = np.zeros(image.shape[:2], np.uint8)
-            place = _nearest(result, masks) if nearest else self.people.get(slot, slot)
-            if result.state == 'tracked' and place < len(masks):
-                mask = masks[place]
-                whole = mask if bodies is None else bodies[place]
+            if result.state == 'tracked' and slot < len(masks):
+                mask = masks[slot]
+                whole = mask if bodies is None else bodies[slot]
             box = Box.around(whole)
             body = None if box is None else BodyFrame(box.center_x, box.center_y, box.height)
             size = result.likelihood.shape[::-1]
@@ -155,14 +154,14 @@ class Told:
         return self.see(*picture(figures, **options))
 
 
-def _nearest(result: TrackResult, masks: Sequence[np.ndarray]) -> int:
-    if result.body is None:
-        return len(masks)
-    boxes = [Box.around(mask) for mask in masks]
-    off = [np.inf if box is None else abs(box.center_x - result.body.center_x) for box in boxes]
-    return int(np.argmin(off))
-
-
 def walk(figure: Figure, frames: int, speed: float = 3.0) -> list[Figure]:
     """Return a figure in each frame of a walk."""
     return [replace(figure, x=figure.x + speed * number) for number in range(frames)]
+
+
+def step(figures: Iterable[Figure]) -> list[Figure]:
+    """Return a figure in each frame with feet that come together and apart."""
+    return [
+        replace(figure, stride=stride)
+        for figure, stride in zip(figures, cycle(STRIDES), strict=False)
+    ]

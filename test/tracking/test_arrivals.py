@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -12,9 +13,11 @@ import pytest
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
-from gait_segmentation.results import TrackResult
+from gait_segmentation.results import LOST, TRACKED, TrackResult
 from gait_segmentation.starting import StartingConfig
-from test.tracking.figures import GREEN, RED, Figure, Told, picture, walk
+from gait_segmentation.tracking.arrivals import slot_for_found
+from test.tracking.figures import GREEN, RED, STEP_NS, Figure, Told, picture, step, walk
+from test.walkers import small_bank
 
 ON_TRIAL = 26
 """Frames until it is settled whether somebody found is a person."""
@@ -50,8 +53,7 @@ class Finder:
         return found
 
     def evidence(self, box: Box) -> float:
-        """Be sure of them: figures that do not walk have the same shape all the time."""
-        return 30.0
+        return 1.0
 
     def refute(self, box: Box) -> None:
         self.refuted.append(box)
@@ -75,7 +77,7 @@ def finder() -> Finder:
 
 def finding(finder: Finder, slots: int = 1, **options) -> Told:
     told = Told(slots, 'motion', **options)
-    told.tracker._arrivals._finder = finder
+    told.tracker._finder = finder
     return told
 
 
@@ -83,8 +85,8 @@ def test_people_found_get_free_slots_and_are_told_to_the_finder(finder: Finder) 
     told = finding(finder, 2)
     assert ids(told.show(Figure(60))) == [0, 0]
     finder.find(Figure(60))
-    for _ in range(ON_TRIAL):
-        assert ids(told.show(Figure(60))) == [1, 0]
+    for figure in step([Figure(60)] * ON_TRIAL):
+        assert ids(told.show(figure)) == [1, 0]
     told.show(Figure(60))
     (occupied,) = finder.asked[-1]
     found = Box.around(Figure(60).mask())
@@ -95,8 +97,8 @@ def test_people_found_get_free_slots_and_are_told_to_the_finder(finder: Finder) 
 def test_nobody_is_looked_for_without_a_free_slot(finder: Finder) -> None:
     told = finding(finder)
     finder.find(Figure(60))
-    for _ in range(ON_TRIAL):
-        told.show(Figure(60))
+    for figure in step([Figure(60)] * ON_TRIAL):
+        told.show(figure)
     count = len(finder.asked)
     told.show(Figure(60))
     assert len(finder.asked) == count
@@ -107,7 +109,7 @@ def test_who_was_found_leaves_the_slot_after_a_second_without_the_shape_of_a_bod
     finder: Finder, fits: bool
 ) -> None:
     told = finding(finder)
-    figures = walk(Figure(60), 40)
+    figures = step(walk(Figure(60), 40))
     finder.find(figures[0])
     slots = []
     for number, figure in enumerate(figures):
@@ -132,8 +134,8 @@ def test_of_several_people_others_are_followed_without_a_free_slot(finder: Finde
     figures = [Figure(60), Figure(200, GREEN)]
     for figure in figures:
         finder.find(figure)
-    for _ in range(ON_TRIAL):
-        told.show(*figures)
+    for each in zip(*(step([figure] * ON_TRIAL) for figure in figures), strict=True):
+        told.show(*each)
         assert finder.wanted
     told.show(*figures)
     assert not finder.wanted
@@ -142,7 +144,8 @@ def test_of_several_people_others_are_followed_without_a_free_slot(finder: Finde
 
 def test_the_place_of_somebody_known_is_no_wider_than_a_body(finder: Finder) -> None:
     told = finding(finder)
-    told.tracker._arrivals.find(np.zeros((240, 320, 3), np.uint8), 1, [Box(10, 20, 150, 100)])
+    image = np.zeros((240, 320, 3), np.uint8)
+    told.tracker._find(image, [Box(10, 20, 150, 100)], [], None, wanted=True)
     assert finder.asked[-1] == [Box(55, 20, 60, 100)]
 
 
@@ -162,10 +165,10 @@ def test_nobody_is_looked_for_once_boxes_are_given_until_a_reset(finder: Finder)
 
 def test_the_search_can_be_switched_off_and_on() -> None:
     told = Told(1, 'none')
-    finder = told.tracker._arrivals._finder
+    finder = told.tracker._finder
     assert finder.config.auto_init == 'none'
     told.tracker.starting = StartingConfig(auto_init='motion')
-    finder = told.tracker._arrivals._finder
+    finder = told.tracker._finder
     assert finder.config.auto_init == 'motion'
 
 
@@ -216,3 +219,27 @@ def test_somebody_found_is_the_lost_one_only_in_the_same_clothes(
     finder.find(Figure(60, coat))
     (result,) = told.show(Figure(60, coat))
     assert (result.state, result.track_id) == ('tracked', track_id)
+
+
+def test_of_those_who_are_lost_the_one_lost_longest_makes_room() -> None:
+    lost = [
+        SimpleNamespace(state=LOST, lost_s=s, likeness=lambda *_: 0.0) for s in (1.0, 3.0, 2.0)
+    ]
+    seen = SimpleNamespace(state=TRACKED)
+    world = SimpleNamespace(now=None)
+    assert slot_for_found([seen, *lost], world, None) == (2, None)
+    assert slot_for_found([*lost, None], world, None) == (3, None)
+    assert slot_for_found([seen], world, None) is None
+
+
+def test_people_are_found_in_the_heat_map_of_a_frame_and_not_in_a_late_one() -> None:
+    told, template = Told(1, 'motion'), small_bank().templates[0, 0]
+    image, _ = picture([])
+    heat = np.zeros(image.shape[:2], np.uint8)
+    heat[40 : 40 + template.shape[0], 100 : 100 + template.shape[1]] = template
+    for number in range(1, 4):
+        found = told.tracker.update(image, number * STEP_NS)
+        assert ids(found) == [0]
+        # It comes when its frame is past.
+        told.tracker.add_heat_map(heat, number * STEP_NS)
+    assert ids(told.tracker.update(image, 4 * STEP_NS, heat)) == [1]

@@ -55,18 +55,6 @@ def test_the_nearer_gets_what_both_would_have() -> None:
         assert middle[nearer] > 0 > middle[1 - nearer]
 
 
-def test_clear_colours_count_more_than_depth() -> None:
-    far, near = compete([claim(0, 6.0, 50.0), claim(0, 1.0, 55.0)])
-    assert far[30, 20] > 0 > near[30, 20]
-
-
-def test_rivals_count_only_near_where_they_are_expected() -> None:
-    one, _ = compete([claim(0, 3.0, 50.0), claim(20, 3.0, 55.0)])
-    # Column 15 of the first window is 17 pixels from the second mask, 34 is inside of it.
-    assert one[30, 15] == pytest.approx(3, abs=0.3)
-    assert one[30, 34] < 0
-
-
 def test_no_pixel_is_likely_for_two() -> None:
     rng = np.random.default_rng(0)
     for left in (0, 6, 12, 24):

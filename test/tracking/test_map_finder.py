@@ -7,7 +7,7 @@ import pytest
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
-from gait_segmentation.tracking.map_finder import MapFinder
+from gait_segmentation.tracking.arrivals import MapFinder
 
 SOURCE = (240, 320)
 

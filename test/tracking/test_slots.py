@@ -12,7 +12,7 @@ import pytest
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import Feedback, TrackResult
-from test.tracking.figures import BLUE, GREEN, Figure, Told, picture
+from test.tracking.figures import BLUE, GREEN, Figure, Told
 
 
 def ids(results: Sequence[TrackResult]) -> list[int]:
@@ -101,10 +101,3 @@ def test_feedback_must_be_of_one_frame() -> None:
     ]
     with pytest.raises(InputError, match='one frame'):
         told.tracker.learn(pair)
-
-
-def test_pictures_have_the_masks_they_say() -> None:
-    image, (far, near) = picture([Figure(100), Figure(110, BLUE)])
-    assert image.shape == (180, 320, 3)
-    assert not ((far > 0) & (near > 0)).any()
-    assert 0 < (far > 0).sum() < (near > 0).sum()

@@ -22,7 +22,7 @@ class Tracker:
     def __init__(self, **changes) -> None:
         self.people = PeopleTracker(
             small_bank(),
-            TrackingConfig(start_rounds=3, **changes),
+            TrackingConfig(**changes),
             starting=StartingConfig(auto_init='none'),
         )
         self.initialize, self.reset = self.people.initialize, self.people.reset
@@ -182,21 +182,6 @@ def test_what_is_no_box_is_refused_at_once_and_the_stream_goes_on() -> None:
     with pytest.raises(InputError, match=r'must be a Box, got \(5, 5, 20, 60\)'):
         track.initialize((5, 5, 20, 60))  # type: ignore[arg-type]
     assert not track.update(np.zeros((120, 160, 3), np.uint8), 1).track_id
-
-
-def test_a_box_outside_of_the_image_is_refused_and_the_stream_goes_on() -> None:
-    track = tracker()
-    track.initialize(Box(1000, 1000, 50, 100))
-    with pytest.raises(InputError, match='outside of the image of 320 x 240'):
-        track.update(clip()[0].image, 1)
-    assert track.update(clip()[1].image, 2).box is None
-
-
-def test_repeated_images_do_not_break_it() -> None:
-    track, _ = started()
-    for number in range(1, 6):
-        result = track.update(clip()[0].image, clip()[0].stamp_ns + number)
-    assert result.box is not None
 
 
 def nothing_of_the_scene(kind: str, number: int) -> np.ndarray:

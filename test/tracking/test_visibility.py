@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
-import cv2
 import numpy as np
 import pytest
+from hypothesis import given, settings, strategies as st
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import distance_from
-from gait_segmentation.tracking.visibility import Sight, visible_box
+from gait_segmentation.tracking.visibility import Sight, WindowShift, mean_shift, visible_box
 
 SHAPE = (40, 30)
 
@@ -48,6 +48,8 @@ def test_what_stands_before_a_person_is_not_looked_at() -> None:
     assert (part.share, part.inside) == pytest.approx((0.25, 1.0))
     assert part.seen == pytest.approx(sight.seen)
     assert sight.before(np.zeros_like(mask), likely).seen == 0
+    behind = Sight.of(likely, mask, block(0, 0, 30, 25))
+    assert behind.before(block(4, 0, 9, 60, 1), likely).share == pytest.approx(0.5 * 0.25)
 
 
 def test_the_box_is_about_the_likely_pixels_near_the_mask() -> None:
@@ -61,10 +63,38 @@ def test_the_box_is_about_the_likely_pixels_near_the_mask() -> None:
     assert visible_box(likely, mask, nowhere, window, 30) is None
 
 
-def test_the_means_are_those_of_opencv() -> None:
-    rng = np.random.default_rng(4)
-    values = rng.integers(0, 256, SHAPE, np.uint8)
-    mask = block(10, 5, 20, 35)
-    sight = Sight.of(values, mask, None)
-    assert sight.inside == pytest.approx(cv2.mean(values, mask)[0] / 255)
-    assert sight.outside == pytest.approx(cv2.mean(values, cv2.bitwise_not(mask))[0] / 255)
+WINDOW = Box(40, 30, 40, 60)
+
+
+def likely(dx: int = 0, dy: int = 0, grow: float = 1.0) -> np.ndarray:
+    image = np.zeros((140, 160), np.uint8)
+    half_w, half_h = 10 * grow, 25 * grow
+    image[
+        int(60 + dy - half_h) : int(60 + dy + half_h),
+        int(57 + dx - half_w) : int(57 + dx + half_w),
+    ] = 255
+    return image
+
+
+@settings(max_examples=40)
+@given(st.integers(-12, 12), st.integers(-12, 12))
+def test_it_finds_where_the_body_went(dx: int, dy: int) -> None:
+    shift = mean_shift(likely(dx, dy), likely(), WINDOW)
+    assert shift.dx == pytest.approx(dx, abs=1)
+    assert shift.dy == pytest.approx(dy, abs=1)
+    assert shift.scale == pytest.approx(1, abs=0.02)
+
+
+def test_it_measures_the_change_of_size() -> None:
+    assert mean_shift(likely(grow=0.8), likely(), WINDOW).scale == pytest.approx(0.8, abs=0.03)
+
+
+@pytest.mark.parametrize(('now', 'before'), [(0, 1), (1, 0), (0, 0)])
+def test_nothing_to_see_is_no_shift(now: int, before: int) -> None:
+    assert mean_shift(
+        likely() * np.uint8(now), likely() * np.uint8(before), WINDOW
+    ) == WindowShift(0.0, 0.0, 1.0)
+
+
+def test_a_window_outside_of_the_image_is_no_shift() -> None:
+    assert mean_shift(likely(), likely(), Box(500, 500, 10, 10)) == WindowShift(0.0, 0.0, 1.0)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.scene.background.model import BackgroundModel
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
+from gait_segmentation.scene.background import BackgroundModel
+from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.tracking import TrackingConfig
 from gait_segmentation.tracking.world import World, windows_about
 from test.tracking.figures import wall
@@ -17,11 +17,11 @@ SOURCE = (180, 320)
 
 
 def world(height: float = 120.0, **changes) -> World:
-    return World.for_person(SOURCE, height, TrackingConfig(**changes))
+    return World(SOURCE, height, TrackingConfig(**changes))
 
 
 def test_people_of_about_one_size_fit_into_one_world() -> None:
-    large = World.for_person((960, 1280), 512.0, TrackingConfig())
+    large = World((960, 1280), 512.0, TrackingConfig())
     assert large.scale == pytest.approx(0.25)
     assert large.shape == (240, 320)
     assert large.fits(512)
@@ -34,7 +34,7 @@ def test_people_of_about_one_size_fit_into_one_world() -> None:
 def test_nobody_is_too_small_for_the_largest_scale() -> None:
     assert world(40.0).scale == 1
     assert world(40.0).fits(10)
-    limited = World.for_person((960, 1280), 60.0, TrackingConfig(working_size=320))
+    limited = World((960, 1280), 60.0, TrackingConfig(working_size=320))
     assert limited.scale == pytest.approx(0.25)
     assert limited.fits(60)
 
@@ -101,32 +101,6 @@ def test_the_background_is_learnt_about_people_or_everywhere() -> None:
     assert about[60, 30]
     assert not about[60, 300]
     assert known(advanced(1, True, area)).all()
-
-
-def test_a_flat_picture_is_spread() -> None:
-    made = world()
-    for number in range(2):
-        made.advance(wall() // 4, (number + 1) * 10**7, (), camera=True)
-    assert np.ptp(made.now.image.bgr) > 2 * np.ptp(wall() // 4)
-
-
-def test_what_is_learnt_everywhere_is_what_is_there() -> None:
-    made = advanced(1, True, (Box(20, 40, 30, 100),))
-    assert known(made).all()
-    assert np.abs(made.now.background.mean - made.now.image.lab).max() < 1
-
-
-def test_nothing_is_learnt_from_a_covered_lens() -> None:
-    made = advanced(3, True)
-    before = made.now.background.mean.copy()
-    blank = np.full_like(wall(), 90)
-    for stamp in (10**9, 2 * 10**9):
-        made.advance(blank, stamp, (), camera=True)
-        _, record = made.take(stamp)
-        assert record is not None
-        made.learn(record, np.zeros(made.shape, np.uint8), ())
-    made.advance(wall(), 3 * 10**9, (), camera=True)
-    np.testing.assert_array_equal(made.now.background.mean, before)
 
 
 def shown(made: World, image: np.ndarray, stamp_ns: int) -> bool:

@@ -8,9 +8,13 @@ Learning needs scikit-learn; using a vocabulary does not.
 
 from __future__ import annotations
 
+import json
 import math
+import os
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import cv2
@@ -19,10 +23,16 @@ from numpy.typing import NDArray
 
 from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.errors import ConfigError
+from gait_segmentation.files.output_files import write_file
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import BodyFrame, compose, invert, pixel_affine, template_to_image
-from gait_segmentation.segmentation.oriented_edges import silhouette_edges
-from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
+from gait_segmentation.segmentation.paper_prior import silhouette_edges
+from gait_segmentation.segmentation.vocabulary import (
+    FORMAT,
+    FORMAT_VERSION,
+    Vocabulary,
+    VocabularyError,
+)
 from gait_tools.gait_model import FIGURES, BankSpec
 
 _COVARIANCE_FLOOR = 1e-4
@@ -44,6 +54,8 @@ _FILL, _ASPECT = 0.9, 2 / 3
 
 _ROWS = 384
 _GROUND, _BODY = 255, 232
+_DIGITS = 7
+_ROW = re.compile(r'\[\s+([-\d.e+,\s]+?)\s+\]')
 
 
 class Silhouette(NamedTuple):
@@ -217,6 +229,40 @@ def _estimators() -> tuple[Any, Any]:
             'learning a vocabulary needs scikit-learn: pip install scikit-learn'
         ) from error
     return KMeans, GaussianMixture
+
+
+def write_vocabulary(vocabulary: Vocabulary, path: str | os.PathLike[str]) -> None:
+    """
+    Write a vocabulary to a JSON file, numbers rounded to seven decimals, one row a line.
+
+    :raises VocabularyError: if the file cannot be written.
+    """
+    words = zip(vocabulary.weights, vocabulary.means, vocabulary.covariances, strict=True)
+    entries = {
+        'format': FORMAT,
+        'version': FORMAT_VERSION,
+        'provenance': vocabulary.provenance,
+        'fill': vocabulary.fill,
+        'aspect': vocabulary.aspect,
+        'orientation_scale': vocabulary.orientation_scale,
+        'words': [
+            {
+                'weight': round(float(weight), _DIGITS),
+                'mean': np.round(mean, _DIGITS).tolist(),
+                'covariance': np.round(covariance, _DIGITS).tolist(),
+            }
+            for weight, mean, covariance in words
+        ],
+    }
+    text = json.dumps(entries, indent=2)
+    text = _ROW.sub(lambda row: f'[{" ".join(row[1].split())}]', text) + '\n'
+    try:
+        write_file(Path(path), text.encode())
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise VocabularyError(
+            f'cannot write the vocabulary {os.fspath(path)}: {reason}'
+        ) from error
 
 
 def draw_vocabulary(

@@ -13,12 +13,11 @@ import numpy as np
 
 from gait_segmentation.errors import GaitSegmentationError, InputError
 from gait_segmentation.geometry import Box
-from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource
 from gait_segmentation.inputs.heat_maps import RecordedMaps
 from gait_segmentation.pipeline import FrameResult, Pipeline
 from gait_segmentation.results import TrackResult
-from gait_segmentation.stamps import Order, Stamps
+from gait_segmentation.stamps import HeldFrames, Order, Stamps
 from gait_segmentation.streams.intake import Intake
 
 Item = TypeVar('Item')

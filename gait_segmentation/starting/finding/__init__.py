@@ -1,7 +1,3 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Finding people who walk, without a box."""
-
-from gait_segmentation.starting.finding.finder import WalkerFinder
-
-__all__ = ['WalkerFinder']

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import cv2
@@ -12,18 +13,15 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import kernel
-from gait_segmentation.starting.finding.heads import columns_of_people
-
-__all__ = ['Blob', 'find_blobs']
 
 _TRIM_ROWS, _TRIM_COLUMNS = 0.005, 0.02
 _LEAST_AREA = 10
 _MOST_PARTS = 48
-_OVERLAP = 0.4
-"""Share of the narrower part's width that two parts above each other must have in common."""
-
-_DISTANCE = 0.25
-"""Most that they may be apart, in heights of both together."""
+_OVERLAP, _DISTANCE = 0.4, 0.25
+"""
+Share of the narrower part's width that two parts above each other must have in common, and most
+that they may be apart, in heights of both together.
+"""
 
 _LEAST_BODY, _LEAST_ASPECT, _MOST_ASPECT = 14, 1.5, 5.0
 """Height in pixels, and height over width, of parts that may be whole bodies."""
@@ -34,6 +32,15 @@ Number of such parts from which they are taken for several people rather than fo
 and the height of a piece, as a share of that of what it is put to.
 """
 
+_HEADS_FROM, _TWO_FROM = 36, 0.5
+"""Height in pixels from which heads can be told, and width over height from which of two."""
+
+_HIGH, _DEEP, _APART = 0.25, 0.18, 0.3
+"""
+How low a head may be below the highest one, how deep the gap between two, and how far apart they
+are at least, in heights.
+"""
+
 
 @dataclass(frozen=True)
 class Blob:
@@ -41,7 +48,7 @@ class Blob:
     Moving pixels that hang together.
 
     ``box`` is the box of those that move now, ``area`` the number of all pixels and ``moving``
-    that of those that move now.  ``number`` is that of its pixels in the owners of the frame.
+    that of those that move now.  ``number`` tells it from the others of the frame.
     """
 
     box: Box
@@ -52,16 +59,16 @@ class Blob:
 
 def find_blobs(
     evidence: NDArray[np.uint8], moving: NDArray[np.uint8]
-) -> tuple[list[Blob], NDArray[np.uint8], NDArray[np.uint8]]:
+) -> tuple[list[Blob], NDArray[np.uint8]]:
     """
     Find the blobs of a frame.  People who touch are a blob each if their heads are apart.
 
     :param evidence: (h, w) uint8, non-zero where something is that is no background.
     :param moving: (h, w) uint8, non-zero where something moves now.
-    :returns: the blobs, largest first; (h, w) uint8, 255 where a blob moves, filled row by row
-        between its outermost moving pixels; and (h, w) uint8, the number of the blob of each
-        pixel of the evidence, 0 for none.
+    :returns: the blobs, largest first; and (h, w) uint8, 255 where a blob moves, filled row by
+        row between its outermost moving pixels.
     """
+    size = evidence.shape[1], evidence.shape[0]
     closed = cv2.morphologyEx(evidence, cv2.MORPH_CLOSE, np.ones((5, 3), np.uint8))
     # Labels of 16 bits are three times as fast; 480 x 480 pixels cannot hold more.
     count, labels, stats, _ = cv2.connectedComponentsWithStats(
@@ -72,34 +79,23 @@ def find_blobs(
     parts = parts[:_MOST_PARTS]
     boxes = [Box(*(float(v) for v in stats[k, :4])) for k in parts]
     count = _split(labels, parts, boxes, count)
-    groups = _merged(boxes)
     table = np.zeros(count, np.int32)
-    for number, members in enumerate(groups):
-        for member in members:
-            table[parts[member]] = number + 1
-    filled, owners = np.zeros_like(evidence), np.zeros_like(evidence)
-    rows = np.zeros((len(groups) + 1, evidence.shape[0]), np.int32)
-    columns = np.zeros((len(groups) + 1, evidence.shape[1]), np.int32)
-    measures = np.zeros((len(groups) + 1, 2), np.int32)
-    for number, members in enumerate(groups):
-        around = boxes[members[0]]
-        for member in members[1:]:
-            around = around.union(boxes[member])
-        window = around.slices(evidence.shape[1], evidence.shape[0])
-        bounds = (window[0].start, window[0].stop, window[1].start, window[1].stop)
-        _fill(
-            labels, table, evidence, moving, number + 1, bounds,
-            filled, owners, rows, columns, measures,
-        )  # fmt: skip
+    filled = np.zeros_like(evidence)
     blobs = []
-    for group in range(1, len(groups) + 1):
-        area, moved = (int(v) for v in measures[group])
-        if moved == 0:
-            continue
-        top, bottom = _range(rows[group], _TRIM_ROWS)
-        left, right = _range(columns[group], _TRIM_COLUMNS)
-        blobs.append(Blob(Box(left, top, right - left, bottom - top), area, moved, group))
-    return sorted(blobs, key=lambda blob: -blob.area), filled, owners
+    for number, (members, around) in enumerate(_merged(boxes), start=1):
+        for member in members:
+            table[parts[member]] = number
+        rows, columns, measures = (np.zeros(n, np.int32) for n in (*evidence.shape, 2))
+        (up, down), (left, right) = ((part.start, part.stop) for part in around.slices(*size))
+        _fill(
+            labels, table, evidence, moving, number, (up, down, left, right),
+            filled, rows, columns, measures,
+        )  # fmt: skip
+        area, moved = measures.tolist()
+        if moved:
+            (up, down), (left, right) = _range(rows, _TRIM_ROWS), _range(columns, _TRIM_COLUMNS)
+            blobs.append(Blob(Box(left, up, right - left, down - up), area, moved, number))
+    return sorted(blobs, key=lambda blob: -blob.area), filled
 
 
 def _split(labels: NDArray[np.uint16], parts: list[int], boxes: list[Box], count: int) -> int:
@@ -140,9 +136,13 @@ def _range(counts: NDArray[np.int32], trim: float) -> tuple[int, int]:
     return first, last + 1
 
 
-def _merged(boxes: list[Box]) -> list[list[int]]:
-    """Group parts that lie above each other."""
-    crowd = sum(_upright(box) for box in boxes) >= _CROWD
+def _merged(boxes: list[Box]) -> list[tuple[list[int], Box]]:
+    """Group parts that lie above each other; return those of each group and the box of all."""
+    upright = [
+        box.height >= _LEAST_BODY and _LEAST_ASPECT <= box.height / box.width <= _MOST_ASPECT
+        for box in boxes
+    ]
+    crowd = sum(upright) >= _CROWD
     groups = [([index], box) for index, box in enumerate(boxes)]
     merged = True
     while merged:
@@ -153,7 +153,7 @@ def _merged(boxes: list[Box]) -> list[list[int]]:
                     members, box = groups.pop(second)
                     groups[first] = (groups[first][0] + members, groups[first][1].union(box))
                     merged = True
-    return [members for members, _ in groups]
+    return groups
 
 
 def _belong(a: Box, b: Box, crowd: bool) -> bool:
@@ -170,15 +170,9 @@ def _belong(a: Box, b: Box, crowd: bool) -> bool:
     return apart < _DISTANCE * both.height
 
 
-def _upright(box: Box) -> bool:
-    """Tell whether a part may be a whole body."""
-    aspect = box.height / box.width
-    return box.height >= _LEAST_BODY and _LEAST_ASPECT <= aspect <= _MOST_ASPECT
-
-
 @kernel(
-    'u2[:,::1], i4[::1], u1[:,::1], u1[:,::1], i8, UniTuple(i8, 4), u1[:,::1], u1[:,::1], '
-    'i4[:,::1], i4[:,::1], i4[:,::1]'
+    'u2[:,::1], i4[::1], u1[:,::1], u1[:,::1], i8, UniTuple(i8, 4), u1[:,::1], '
+    'i4[::1], i4[::1], i4[::1]'
 )
 def _fill(
     labels: NDArray[np.uint16],
@@ -188,7 +182,6 @@ def _fill(
     group: int,
     bounds: tuple[int, int, int, int],
     filled: NDArray[np.uint8],
-    owners: NDArray[np.uint8],
     rows: NDArray[np.int32],
     columns: NDArray[np.int32],
     measures: NDArray[np.int32],
@@ -199,13 +192,47 @@ def _fill(
         for col in range(bounds[2], bounds[3]):
             if evidence[row, col] == 0 or table[labels[row, col]] != group:
                 continue
-            measures[group, 0] += 1
-            owners[row, col] = group
+            measures[0] += 1
             if moving[row, col]:
-                measures[group, 1] += 1
+                measures[1] += 1
                 first = min(first, col)
                 last = col
         for col in range(first, last + 1):
             filled[row, col] = 255
-            columns[group, col] += 1
-        rows[group, row] = max(last + 1 - first, 0)
+            columns[col] += 1
+        rows[row] = max(last + 1 - first, 0)
+
+
+def columns_of_people(part: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """
+    Return the columns of each of the people in a part, from left to right.
+
+    Heads are peaks of the upper outline with a gap between.
+
+    :param part: (h, w) bool, true on what hangs together, with something in the outer rows and
+        columns.
+    :returns: first column and the one after the last; all columns if there is but one head.
+    """
+    height, width = part.shape
+    if height < _HEADS_FROM or width < _TWO_FROM * height:
+        return [(0, width)]
+    top = np.where(part.any(axis=0), part.argmax(axis=0), height)
+    heads: list[int] = []
+    order = np.argsort(top, kind='stable')
+    for column in order[top[order] <= _HIGH * height].tolist():
+        if all(_gap(top, column, head, height) is not None for head in heads):
+            heads.append(column)
+    gaps = [_gap(top, *pair, height) for pair in itertools.pairwise(sorted(heads))]
+    return list(itertools.pairwise([0, *(gap for gap in gaps if gap is not None), width]))
+
+
+def _gap(top: NDArray[np.int64], one: int, two: int, height: int) -> int | None:
+    """Return the middle of the gap between two heads, None if there is none."""
+    left, right = min(one, two), max(one, two)
+    if right - left < _APART * height:
+        return None
+    between = top[left : right + 1]
+    lowest = int(between.max())
+    if lowest - max(int(top[left]), int(top[right])) < _DEEP * height:
+        return None
+    return left + round(float(np.flatnonzero(between == lowest).mean()))

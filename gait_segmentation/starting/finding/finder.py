@@ -5,23 +5,23 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import check_image, check_stamp
+from gait_segmentation.images import check_image
 from gait_segmentation.scene.working import working_shape
+from gait_segmentation.stamps import check_stamp
 from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.finding.blobs import Blob
-from gait_segmentation.starting.finding.candidates import Candidate, follow
 from gait_segmentation.starting.finding.scene import MotionScene, SceneFrame
 from gait_segmentation.starting.finding.shapes import BodyShapes, normalised, tanimoto
 from gait_segmentation.starting.finding.walking import log_odds
-
-__all__ = ['WalkerFinder', 'belongs']
 
 _FINEST, _LARGEST = 0.375, 480
 """Scale and longest side in pixels up to which more is searched for several people."""
@@ -29,14 +29,11 @@ _FINEST, _LARGEST = 0.375, 480
 _STEP = 2
 """Of the views of the bank one of so many is compared with."""
 
-_PAUSE_S = 0.5
-"""A pause in which too much may have changed."""
-
-_LEAST_PERIOD_S = 0.025
-"""Frames that come faster are left out."""
-
-_LATE_S = 0.12
-"""Time for which one frame speaks at most."""
+_LEAST_PERIOD_S, _LATE_S, _PAUSE_S = 0.025, 0.12, 0.5
+"""
+Frames that come faster are left out; one frame speaks for so long at most; and a pause in which
+too much may have changed.
+"""
 
 _SAME = 0.4
 """Share of the smaller of two boxes that is common to boxes of the same person."""
@@ -46,6 +43,110 @@ _STRICTER, _STRICTEST = 10.0, 30.0
 By how much more evidence is asked for after each who was found and was nobody, and at most: people
 come close to it in some seconds.
 """
+
+_MOST, _LOST_S = 24, 0.3
+"""Candidates followed at a time, and time for which one may go unseen."""
+
+_GAIN_PLACE, _GAIN = 0.6, 0.3
+"""Share of a sighting in the place, and in speed and size."""
+
+_LEAST_OVERLAP = 0.25
+"""Intersection over union with where a candidate is expected from which a blob may be it."""
+
+_MOST_ASPECT, _LEAST_MOVING = 1.3, 0.05
+"""Largest width over height of a new candidate, and share of its blob that must move now."""
+
+_STEADY_S = 0.1, 0.4
+"""Least and longest time after which a shape is compared with an earlier one."""
+
+
+@dataclass
+class Candidate:
+    """
+    Somebody or something that moves and is followed.
+
+    ``box`` is its smoothed box in the newest frame, ``speed`` that of its centre against the
+    world in pixels a second.  ``blob`` is what was seen of it last, at ``seen`` seconds.
+    ``shapes`` holds (seconds, normalised shape) of the last frames, ``evidence`` the sum of the
+    log-odds that it walks, in seconds, as of ``judged``.
+    """
+
+    box: Box
+    blob: Blob
+    seen: float
+    speed: tuple[float, float] = (0.0, 0.0)
+    sightings: int = 1
+    shapes: deque[tuple[float, NDArray[np.uint8]]] = field(default_factory=deque)
+    evidence: float = 0.0
+    judged: float = 0.0
+
+    def predicted(self, seconds: float) -> Box:
+        """Return where it should be at a time."""
+        passed = seconds - self.seen
+        return self.box.shifted(self.speed[0] * passed, self.speed[1] * passed)
+
+    def see(self, blob: Blob, seconds: float) -> None:
+        """Take in a sighting."""
+        box, before, expected = blob.box, self.box, self.predicted(seconds)
+        passed = seconds - self.seen
+        dx, dy = box.center_x - expected.center_x, box.center_y - expected.center_y
+        gain, rate = (max(each, 1 / (self.sightings + 1)) for each in (_GAIN_PLACE, _GAIN))
+        self.speed = self.speed[0] + rate * dx / passed, self.speed[1] + rate * dy / passed
+        self.box = Box.from_center(
+            expected.center_x + gain * dx,
+            expected.center_y + gain * dy,
+            before.width + rate * (box.width - before.width),
+            before.height + rate * (box.height - before.height),
+        )
+        self.blob, self.seen = blob, seconds
+        self.sightings += 1
+
+    def show(self, shape: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
+        """Take in the normalised shape of a sighting; return an earlier one if there is one."""
+        self.shapes.append((self.seen, shape))
+        while self.seen - self.shapes[0][0] > _STEADY_S[1]:
+            self.shapes.popleft()
+        first, earlier = self.shapes[0]
+        return earlier if self.seen - first >= _STEADY_S[0] else None
+
+
+def follow(
+    candidates: list[Candidate],
+    blobs: Sequence[Blob],
+    seconds: float,
+    least_height: float,
+) -> list[Candidate]:
+    """
+    Give the blobs of a frame to the candidates, begin new ones and drop lost ones.
+
+    :returns: the candidates there are now.
+    """
+    pairs = []
+    for index, candidate in enumerate(candidates):
+        expected = candidate.predicted(seconds)
+        for number, blob in enumerate(blobs):
+            overlap = expected.iou(blob.box)
+            if overlap >= _LEAST_OVERLAP:
+                pairs.append((overlap, index, number))
+    taken: set[int] = set()
+    served: set[int] = set()
+    for _, index, number in sorted(pairs, reverse=True):
+        if index in served or number in taken:
+            continue
+        served.add(index)
+        taken.add(number)
+        candidates[index].see(blobs[number], seconds)
+    kept = [each for each in candidates if seconds - each.seen < _LOST_S]
+    for number, blob in enumerate(blobs):
+        if number in taken or len(kept) >= _MOST:
+            continue
+        box = blob.box
+        if box.height < least_height or box.width > _MOST_ASPECT * box.height:
+            continue
+        if blob.moving < _LEAST_MOVING * blob.area:
+            continue
+        kept.append(Candidate(box, blob, seconds))
+    return kept
 
 
 class WalkerFinder:
@@ -68,11 +169,10 @@ class WalkerFinder:
     def reset(self) -> None:
         """Forget the scene and everybody in it."""
         self._scene: MotionScene | None = None
-        self._size: tuple[int, int] | None = None
+        self._size, self._scale = (0, 0), 1.0
         self._stamp_ns = 0
         self._candidates: list[Candidate] = []
         self._judged: list[tuple[Box, dict[str, float]]] = []
-        self._next = 1
         self._needed = 1.0
 
     def update(
@@ -103,33 +203,29 @@ class WalkerFinder:
         pause = (stamp_ns - self._stamp_ns) / 1e9
         if self._scene is not None and 0 <= pause < _LEAST_PERIOD_S and size == self._size:
             return []
-        scale = self._scale(size)
         if self._scene is None or size != self._size or not 0 < pause < _PAUSE_S:
             self.reset()
-            self._scene, self._size = MotionScene(size, working_shape(*size, scale)), size
+            searched = float(self.config.search_size)
+            if self._people > 1:
+                # Finer, as there may be a crowd.
+                searched = max(searched, min(_FINEST * max(size), _LARGEST))
+            self._size, self._scale = size, min(1.0, searched / max(size))
+            self._scene = MotionScene(size, working_shape(*size, self._scale))
         self._stamp_ns = stamp_ns
         seconds = stamp_ns / 1e9
-        taken = [box.scaled(scale) for box in occupied]
-        doubtful = [box.scaled(scale) for box in tried]
+        taken, doubtful = (
+            [box.scaled(self._scale) for box in boxes] for boxes in (occupied, tried)
+        )
         frame = self._scene.update(image, stamp_ns, taken)
         wanted = wanted and self.config.auto_init != 'none'
         self._follow(frame, seconds)
         self._judged = []
         found = self._look(frame, taken, doubtful, seconds) if wanted else []
-        return [box.scaled(1 / scale) for box in found]
-
-    def _scale(self, size: tuple[int, int]) -> float:
-        """Return the scale of the image that is searched: finer if there may be a crowd."""
-        searched = float(self.config.search_size)
-        if self._people > 1:
-            searched = max(searched, min(_FINEST * max(size), _LARGEST))
-        return min(1.0, searched / max(size))
+        return [box.scaled(1 / self._scale) for box in found]
 
     def judged(self) -> list[tuple[Box, dict[str, float]]]:
         """Return tight boxes and measures of who was judged in the newest frame."""
-        assert self._size is not None
-        scale = self._scale(self._size)
-        return [(box.scaled(1 / scale), measures) for box, measures in self._judged]
+        return [(box.scaled(1 / self._scale), measures) for box, measures in self._judged]
 
     def evidence(self, box: Box) -> float:
         """
@@ -151,8 +247,7 @@ class WalkerFinder:
             each.evidence = 0.0
 
     def _there(self, box: Box) -> list[Candidate]:
-        assert self._size is not None
-        known = [box.scaled(self._scale(self._size))]
+        known = [box.scaled(self._scale)]
         return [each for each in self._candidates if belongs(each.box, known)]
 
     def past(self, stamp_ns: int) -> MotionScene | None:
@@ -171,15 +266,7 @@ class WalkerFinder:
             each.box = each.box.shifted(dx, dy)
         if frame.fresh:
             self._candidates = []
-        self._candidates = follow(
-            self._candidates,
-            frame.blobs,
-            seconds,
-            self.config.least_height,
-            self._next,
-        )
-        numbers = {each.number for each in self._candidates}
-        self._next = max(numbers | {self._next - 1}) + 1
+        self._candidates = follow(self._candidates, frame.blobs, seconds, self.config.least_height)
 
     def _look(
         self, frame: SceneFrame, known: Sequence[Box], tried: Sequence[Box], seconds: float
@@ -200,31 +287,28 @@ class WalkerFinder:
         """
         found: list[Box] = []
         needed = self._needed * self.config.least_evidence
-        blobs = {blob.number: blob for blob in frame.blobs}
         seen = [each for each in self._candidates if each.seen == seconds]
-        shapes = {each.number: _shape(frame, blobs[each.blob]) for each in seen}
-        likeness = {
-            each.number: 0.0 if shape is None else self._shapes.likeness(shape)
-            for each, shape in zip(seen, shapes.values(), strict=True)
-        }
+        size = frame.silhouettes.shape[::-1]
+        shapes = [normalised(frame.silhouettes[each.blob.box.slices(*size)]) for each in seen]
+        likeness = [0.0 if shape is None else self._shapes.likeness(shape) for shape in shapes]
         clutter = {blob.number: float(blob.area) for blob in frame.blobs}
-        for each in seen:
-            clutter[each.blob] *= 1 - likeness[each.number]
+        for each, alike in zip(seen, likeness, strict=True):
+            clutter[each.blob.number] *= 1 - alike
         total = sum(clutter.values())
-        for each in seen:
-            shape, blob = shapes[each.number], blobs[each.blob]
+        for each, shape, alike in zip(seen, shapes, likeness, strict=True):
+            blob = each.blob
             if shape is None or belongs(each.box, known):
                 continue
             earlier = each.show(shape)
             if earlier is None:
                 continue
             measures = {
-                'similarity': likeness[each.number],
+                'similarity': alike,
                 'width': math.log(blob.box.width / blob.box.height),
                 'moving': blob.moving / blob.area,
                 'height': math.log(blob.box.height),
                 'steadiness': float(tanimoto(earlier, shape)),
-                'clutter': (total - clutter[each.blob]) / frame.owners.size,
+                'clutter': (total - clutter[blob.number]) / frame.silhouettes.size,
             }
             self._judged.append((blob.box, measures))
             passed = min(seconds - each.judged, _LATE_S) if each.judged else 0.0
@@ -235,20 +319,12 @@ class WalkerFinder:
         return sorted(found, key=lambda box: -box.height)
 
 
-def _shape(frame: SceneFrame, blob: Blob) -> NDArray[np.uint8] | None:
-    """Return the normalised silhouette of a blob, None if it is too wide."""
-    return normalised(frame.silhouettes[blob.box.slices(*frame.owners.shape[::-1])])
-
-
 def belongs(box: Box, known: Sequence[Box]) -> bool:
-    """Tell whether what is in a box may be of somebody known."""
-    return any(_overlap(box, other) > _SAME for other in known)
-
-
-def _overlap(a: Box, b: Box) -> float:
-    """Return the share of the smaller box that lies in the other."""
-    width = min(a.right, b.right) - max(a.x, b.x)
-    height = min(a.bottom, b.bottom) - max(a.y, b.y)
-    if width <= 0 or height <= 0:
-        return 0.0
-    return width * height / min(a.width * a.height, b.width * b.height)
+    """Tell whether what is in a box may be of somebody known, by the share of the smaller box."""
+    for other in known:
+        width = min(box.right, other.right) - max(box.x, other.x)
+        height = min(box.bottom, other.bottom) - max(box.y, other.y)
+        smaller = min(box.width * box.height, other.width * other.height)
+        if min(width, height) > 0 and width * height / smaller > _SAME:
+            return True
+    return False

@@ -20,16 +20,12 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box, compose, invert, scaling
 from gait_segmentation.images import Window
-from gait_segmentation.scene.background.kernels import SURE_COUNT
-from gait_segmentation.scene.background.model import BackgroundModel
-from gait_segmentation.scene.contrast import Contrast
-from gait_segmentation.scene.ego_motion.estimator import MotionEstimator
-from gait_segmentation.scene.ego_motion.world_motion import WorldMotion
-from gait_segmentation.scene.light import Light
+from gait_segmentation.scene.background import SURE_COUNT, BackgroundModel
+from gait_segmentation.scene.ego_motion import MotionEstimator
+from gait_segmentation.scene.light import Contrast, Light
 from gait_segmentation.scene.working import WorkingImage, working_shape
+from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.starting.finding.blobs import Blob, find_blobs
-
-__all__ = ['MotionScene', 'SceneFrame']
 
 _LARGEST = 640
 """Longest side of what is learnt."""
@@ -74,15 +70,14 @@ class SceneFrame:
     What moves in one frame, in the searched image.
 
     ``likelihood`` is (h, w) uint8, 255 = surely no background.  ``blobs`` are what hangs
-    together, ``owners`` (h, w) uint8 the number of the blob of each pixel, 0 for none, and
-    ``silhouettes`` (h, w) uint8 0/255 the blobs filled row by row between what moves now.
+    together, and ``silhouettes`` (h, w) uint8 0/255 the blobs filled row by row between what
+    moves now.
     ``shift`` is by how many pixels the world moved since the last frame, in the middle of the
     image.  ``fresh`` says that what was known before no longer holds.
     """
 
     likelihood: NDArray[np.uint8]
     blobs: list[Blob]
-    owners: NDArray[np.uint8]
     silhouettes: NDArray[np.uint8]
     shift: tuple[float, float]
     fresh: bool
@@ -166,7 +161,7 @@ class MotionScene:
         if fresh:
             self._forget()
             evidence[:] = likelihood[:] = 0
-        blobs, silhouettes, owners = find_blobs(evidence, moving)
+        blobs, silhouettes = find_blobs(evidence, moving)
         filled = silhouettes.copy()
         for window in windows:
             filled[window] = 255
@@ -175,7 +170,7 @@ class MotionScene:
         self._learn(frame, filled, seconds)
         x, y = step.carry(width / 2, height / 2)
         shift = x - width / 2, y - height / 2
-        return SceneFrame(likelihood, blobs, owners, silhouettes, shift, fresh)
+        return SceneFrame(likelihood, blobs, silhouettes, shift, fresh)
 
     def _in_searched(self, motion: WorldMotion) -> WorldMotion:
         """Return a motion in the pixels of the searched image."""

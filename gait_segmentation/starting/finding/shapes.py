@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 
-__all__ = ['BodyShapes', 'normalised', 'tanimoto']
-
 _ROWS = 24
 """Height in pixels at which regions are compared with templates."""
 

@@ -24,10 +24,8 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import Grades
 from gait_segmentation.images import Window, shifted_part, size_of
-from gait_segmentation.tracking.cues.cue import Cue, View
+from gait_segmentation.tracking.cues import Cue, View
 from gait_segmentation.tracking.records import Shift
-
-__all__ = ['HeatMapCue']
 
 _FLOOR = 0.03
 """Share of the pixels of either kind that may have any value, which limits the evidence."""
@@ -61,7 +59,6 @@ class HeatMapCue(Cue):
     """What the values of a heat map say of one person."""
 
     def __init__(self) -> None:
-        """Begin without having seen a map."""
         self._grades = Grades(_FLOOR)
         self._fit: NDArray[np.float64] | None = None
         self._off: Shift = (0.0, 0.0)

@@ -21,10 +21,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
-from gait_segmentation.tracking.cues.cue import Cue, View
-from gait_segmentation.warping import warp_window
-
-__all__ = ['MotionCue']
+from gait_segmentation.scene.world_motion import warp_window
+from gait_segmentation.tracking.cues import Cue, View
 
 _LEAST_MOTION = 0.02
 """Motion of the body against the world from which the better explanation counts, in heights."""
@@ -56,7 +54,6 @@ class MotionCue(Cue):
     """What the motion of the pixels says of one person."""
 
     def __init__(self) -> None:
-        """Begin without having seen the person move."""
         self._shares = np.zeros((2, 2 * _KINDS))
         """Of person and surroundings, the share of pixels of each pair of differences."""
 

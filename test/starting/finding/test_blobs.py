@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.finding.blobs import find_blobs
+from gait_segmentation.starting.finding.blobs import columns_of_people, find_blobs
 
 
 def image(*boxes: tuple[int, int, int, int]) -> np.ndarray:
@@ -18,7 +19,7 @@ def image(*boxes: tuple[int, int, int, int]) -> np.ndarray:
 
 def test_parts_above_each_other_are_one_body() -> None:
     body = image((40, 20, 20, 40), (42, 66, 8, 30))
-    blobs, _, _ = find_blobs(body, body)
+    blobs, _ = find_blobs(body, body)
     assert [blob.box for blob in blobs] == [Box(40, 20, 20, 76)]
     assert blobs[0].area == blobs[0].moving == 20 * 40 + 8 * 30
 
@@ -26,7 +27,7 @@ def test_parts_above_each_other_are_one_body() -> None:
 def test_many_upright_parts_above_each_other_are_as_many_people() -> None:
     people = [(20, 10, 14, 40), (22, 58, 14, 40), (90, 10, 14, 40), (94, 58, 14, 40)]
     crowd = image(*people, (92, 101, 8, 8))
-    blobs, _, _ = find_blobs(crowd, crowd)
+    blobs, _ = find_blobs(crowd, crowd)
     found = sorted((blob.box.y, blob.box.height) for blob in blobs)
     # A piece is still put to whom it belongs.
     assert found == [(10, 40), (10, 40), (58, 40), (58, 51)]
@@ -34,23 +35,15 @@ def test_many_upright_parts_above_each_other_are_as_many_people() -> None:
     assert len(find_blobs(two, two)[0]) == 1
 
 
-def test_people_beside_each_other_are_two() -> None:
-    both = image((20, 20, 20, 60), (90, 30, 16, 50))
-    blobs, _, _ = find_blobs(both, both)
-    assert [blob.box.x for blob in blobs] == [20, 90]
-
-
 def test_people_who_touch_are_two_if_their_heads_are_apart() -> None:
     heads = image((24, 20, 12, 12), (60, 24, 12, 12))
     both = heads | image((20, 34, 20, 56), (40, 38, 36, 52))
     both[32:38] |= both[31]
-    blobs, _, owners = find_blobs(both, both)
+    blobs, _ = find_blobs(both, both)
     left, right = sorted(blobs, key=lambda blob: blob.box.x)
     assert left.box.right <= right.box.x + 1
     assert (left.box.y, right.box.y) == (20, 24)
     assert left.area + right.area == np.count_nonzero(both)
-    assert np.array_equal(owners > 0, both > 0)
-    assert owners[25, 30] == left.number != owners[30, 66] == right.number
     # One head, and a hand that is no higher than the shoulders.
     one = image((24, 20, 12, 14), (20, 34, 60, 56))
     assert len(find_blobs(one, one)[0]) == 1
@@ -59,7 +52,7 @@ def test_people_who_touch_are_two_if_their_heads_are_apart() -> None:
 def test_the_box_is_about_what_moves_now() -> None:
     # A walker beside the place that was uncovered when he left, still joined to it.
     evidence = image((20, 20, 60, 60))
-    blobs, _, _ = find_blobs(evidence, image((60, 20, 20, 60)))
+    blobs, _ = find_blobs(evidence, image((60, 20, 20, 60)))
     assert [blob.box for blob in blobs] == [Box(60, 20, 20, 60)]
     assert blobs[0].area == 3600
     assert blobs[0].moving == 1200
@@ -69,14 +62,53 @@ def test_rows_are_filled_between_what_moves() -> None:
     # Of a plain coat only the edges are seen to move.
     edges = image((40, 20, 3, 60), (57, 20, 3, 60))
     coat = image((40, 20, 20, 60))
-    _, filled, _ = find_blobs(coat, edges)
+    _, filled = find_blobs(coat, edges)
     assert np.array_equal(filled, coat)
 
 
 def test_specks_and_what_does_not_move_are_no_blobs() -> None:
     assert find_blobs(image((10, 10, 2, 2)), image((10, 10, 2, 2)))[0] == []
     assert find_blobs(image((10, 10, 20, 40)), image())[0] == []
-    blobs, filled, owners = find_blobs(image(), image())
+    blobs, filled = find_blobs(image(), image())
     assert blobs == []
     assert not filled.any()
-    assert not owners.any()
+
+
+def people(*middles: int, size: tuple[int, int] = (100, 120)) -> np.ndarray:
+    """Return (h, w) bool of people 100 pixels tall who stand about the given columns."""
+    out = np.zeros(size, bool)
+    for middle in middles:
+        out[:20, middle - 7 : middle + 7] = True
+        out[20:, middle - 18 : middle + 18] = True
+    columns = np.flatnonzero(out.any(axis=0))
+    return out[:, columns[0] : columns[-1] + 1]
+
+
+def test_those_who_touch_are_cut_between_their_heads() -> None:
+    (first, cut), (second, last) = columns_of_people(people(20, 54))
+    assert (first, second, last) == (0, cut, 70)
+    assert cut == pytest.approx(35, abs=2)
+    assert len(columns_of_people(people(18, 60, 100))) == 3
+
+
+def test_those_of_whom_a_gap_shows_down_to_the_ground_are_cut_there() -> None:
+    bounds = columns_of_people(people(20, 80))
+    assert len(bounds) == 2
+    assert 36 <= bounds[0][1] <= 60
+
+
+def test_one_head_is_one_person() -> None:
+    # In the second picture the head shows twice, as it does when two frames are compared.
+    for part in (people(20), people(40, 52), np.ones((60, 60), bool)):
+        assert columns_of_people(part) == [(0, part.shape[1])]
+
+
+def test_what_is_lower_than_a_head_is_none() -> None:
+    lower = people(20, 60)
+    lower[:30, 40:] = False
+    assert len(columns_of_people(lower)) == 1
+
+
+def test_of_the_small_nothing_is_said() -> None:
+    small = people(20, 60)[::4, ::4]
+    assert columns_of_people(small) == [(0, small.shape[1])]

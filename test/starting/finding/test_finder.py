@@ -15,6 +15,8 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting import StartingConfig, WalkerFinder
+from gait_segmentation.starting.finding.blobs import Blob
+from gait_segmentation.starting.finding.finder import Candidate, follow
 from test.walkers import box_of, clip, small_bank
 
 PERIOD_NS = 40_000_000
@@ -124,12 +126,6 @@ def test_a_shaking_camera_finds_nobody() -> None:
     assert run(images()) == []
 
 
-def test_a_jump_of_the_exposure_finds_nobody() -> None:
-    gains = [1.0, 1.5, 0.6, 1.0]
-    images = (noisy(scene() * gains[number // 12 % 4], number) for number in range(48))
-    assert run(images) == []
-
-
 def test_noise_without_texture_finds_nobody() -> None:
     grey = np.full((120, 160, 3), 128.0)
     assert run(noisy(grey, number) for number in range(30)) == []
@@ -139,28 +135,17 @@ def test_off_finds_nobody() -> None:
     assert run(walk(), StartingConfig(auto_init='none')) == []
 
 
-def test_reset_forgets() -> None:
+@pytest.mark.parametrize('how', ['reset', 'stamp', 'size'])
+def test_a_reset_a_stamp_that_goes_back_and_another_size_begin_anew(how: str) -> None:
     finder = WalkerFinder(small_bank())
-    assert run(walk()[:30], finder=finder)
-    finder.reset()
+    if how == 'size':
+        for number in range(10):
+            finder.update(noisy(scene((120, 160)), number), 10**9 - (10 - number) * PERIOD_NS)
+    else:
+        assert run(walk()[:30], finder=finder)
+    if how == 'reset':
+        finder.reset()
     assert run(walk(), finder=finder) == found_in_walk()
-
-
-def test_a_stamp_that_goes_back_begins_anew() -> None:
-    finder = WalkerFinder(small_bank())
-    assert run(walk()[:30], finder=finder)
-    assert run(walk(), finder=finder) == found_in_walk()
-
-
-def test_another_size_begins_anew() -> None:
-    finder = WalkerFinder(small_bank())
-    for number in range(10):
-        finder.update(noisy(scene((120, 160)), number), 10**9 - (10 - number) * PERIOD_NS, [])
-    assert run(walk(), finder=finder) == found_in_walk()
-
-
-def test_the_same_frames_give_the_same_boxes() -> None:
-    assert run(walk(2.0)) == found_in_walk(2.0)
 
 
 def test_what_is_no_image_is_refused() -> None:
@@ -223,6 +208,23 @@ def test_with_more_evidence_asked_for_a_walker_is_found_later() -> None:
     assert later > usual
 
 
+def test_what_spoke_against_a_walker_is_made_up_for_at_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    judged: list[float] = []
+
+    def log_odds(measures: dict[str, float]) -> float:
+        judged.append(-4.0 if len(judged) < 12 else 4.0)
+        return judged[-1]
+
+    monkeypatch.setattr('gait_segmentation.starting.finding.finder.log_odds', log_odds)
+    finder = WalkerFinder(small_bank())
+    for number, image in enumerate(walk()):
+        if finder.update(image, 10**9 + number * PERIOD_NS):
+            break
+    assert 1 <= judged.count(4.0) <= 4
+
+
 def test_who_is_on_trial_is_looked_at_but_not_found() -> None:
     finder = WalkerFinder(small_bank())
     tried: list[Box] = []
@@ -257,3 +259,58 @@ def test_who_is_matched_is_told_whether_found_or_not() -> None:
         assert finder.update(frame.image, frame.stamp_ns) == []
         told += [box for box, _ in finder.judged() if box.iou(box_of(frame)) > 0.6]
     assert len(told) > 3
+
+
+PERIOD = 0.04
+
+
+def moving(x: float, y: float = 20.0, width: float = 20.0, height: float = 60.0) -> Blob:
+    return Blob(Box(x, y, width, height), 900, 600)
+
+
+def followed(frames: int, step: float, pan: float = 0.0) -> list[Candidate]:
+    """Follow one blob that moves by ``step`` against the world and ``-pan`` with the canvas."""
+    candidates: list[Candidate] = []
+    x = 20.0
+    for number in range(frames):
+        seconds = 1 + number * PERIOD
+        for each in candidates:
+            each.box = each.box.shifted(-pan, 0)
+        candidates = follow(candidates, [moving(x)], seconds, 24)
+        x += step - pan
+    return candidates
+
+
+@pytest.mark.parametrize('pan', [0.0, 2.0])
+def test_a_blob_is_followed(pan: float) -> None:
+    (candidate,) = followed(20, 2.0, pan)
+    assert candidate.sightings == 20
+
+
+def test_two_blobs_are_not_confused() -> None:
+    candidates: list[Candidate] = []
+    for number in range(10):
+        blobs = [moving(20 + 2 * number), moving(120 - 2 * number)]
+        candidates = follow(candidates, blobs[:: (-1) ** number], 1 + number * PERIOD, 24)
+    assert [each.sightings for each in candidates] == [10, 10]
+    assert candidates[0].speed[0] > 0 > candidates[1].speed[0]
+
+
+def test_a_lost_blob_is_dropped_after_a_while() -> None:
+    candidates = followed(10, 2.0)
+    assert follow(candidates, [], 1 + 12 * PERIOD, 24) == candidates
+    assert follow(candidates, [], 1 + 20 * PERIOD, 24) == []
+
+
+@pytest.mark.parametrize(
+    'unlikely',
+    [moving(20, height=20), moving(20, width=90), Blob(Box(20, 20, 20, 60), 900, 10)],
+    ids=['small', 'wide', 'still'],
+)
+def test_what_is_small_wide_or_still_is_not_followed(unlikely: Blob) -> None:
+    assert follow([], [unlikely], 1.0, 24) == []
+
+
+def test_the_number_of_candidates_is_bounded() -> None:
+    blobs = [moving(30 * number) for number in range(50)]
+    assert len(follow([], blobs, 1.0, 24)) == 24

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.tracking import TrackingConfig
-from gait_segmentation.tracking.cues.cue import View
+from gait_segmentation.tracking.cues import View
 from gait_segmentation.tracking.cues.motion import MotionCue, explained
 from gait_segmentation.tracking.world import World
 from test.tracking.figures import HEIGHT, STEP_NS, WIDTH, wall
@@ -22,7 +22,7 @@ class Walk:
 
     def __init__(self, step: int, **tracking) -> None:
         self.config = TrackingConfig(**tracking)
-        self.world = World.for_person((HEIGHT, WIDTH), 100.0, self.config)
+        self.world = World((HEIGHT, WIDTH), 100.0, self.config)
         self.cue = MotionCue()
         self.step, self.left, self.frames = step, 60, 0
 

@@ -29,6 +29,7 @@ from gait_tools.vocabulary_training import (
     draw_vocabulary,
     learn_vocabulary,
     mask_silhouettes,
+    write_vocabulary,
 )
 
 _TEXT = """\
@@ -98,7 +99,7 @@ def run(options: argparse.Namespace) -> None:
         silhouettes, source = _silhouettes(options.folders, bar)
         bar.set_description(f'learning from {len(silhouettes)} silhouettes')
         vocabulary = learn_vocabulary(silhouettes, spec, source)
-    vocabulary.save(output)
+    write_vocabulary(vocabulary, output)
     if picture is not None:
         chosen = np.linspace(0, len(silhouettes) - 1, _SHOWN + 2).astype(int)[1:-1]
         words = draw_vocabulary(vocabulary, [silhouettes[k] for k in chosen])

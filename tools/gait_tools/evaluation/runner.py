@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
-from gait_segmentation.held_frames import HeldFrames
 from gait_segmentation.results import TRACKED
+from gait_segmentation.stamps import HeldFrames
 from gait_tools.evaluation.metrics import FrameScore, jaccard, score_frame
 from gait_tools.evaluation.sequence import Sequence
 

@@ -1,0 +1,312 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Motion of the camera and of the body between two frames, from sparse optical flow.
+
+Points are followed by the pyramidal Lucas-Kanade method: corners away from people give the
+camera's motion as a robust similarity, points on the person the body's shift.
+"""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.images import Window, bounding_box, median
+from gait_segmentation.scene.working import Pyramid
+from gait_segmentation.scene.world_motion import WorldMotion
+
+_MOST_OF_WORLD, _ON_BODY = 64, 32
+"""Corners that are sought of the world, and about how many points of a body are followed."""
+
+_LEAST_OF_BODY = 6
+"""Fewer that were found again on a body do not tell its shift."""
+
+_WORLD_APART, _BODY_APART = 8, 3
+"""
+Least distances between two corners of the world, in pixels of half the size, and between two
+points of a body.
+"""
+
+_LEAST_STRENGTH = 2e-4
+"""
+Least strength of a corner of the world; noise of 5 grey levels, also along a straight edge,
+reaches it.  On the body points of a grid are followed, corners or not: their median is taken.
+"""
+
+_FOLLOWED = 8
+"""Frames for which corners of the world are followed before new ones are sought."""
+
+_LEAST_FOLLOWED = 40
+"""Fewer corners of the world than this are replaced at once."""
+
+_ASTRAY_PX = 1.0
+"""
+How far off a point of a body may end when it is followed back: the window about a point of a small
+body is larger than the body, and follows what is behind it.
+"""
+
+_QUALITY = 0.01
+"""Least strength of a corner, as a share of the strongest."""
+
+_SIDE = 11
+"""Side of the window about a point that is compared, in pixels."""
+
+_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 10, 0.02)
+"""Steps, and the length of a step (pixels) that is the last."""
+
+_LEAST_POINTS = 8
+_STILL_PX = 0.2
+"""Points that are needed, and the median shift up to which they stand still."""
+
+_REACH_PX = 0.75
+"""How far off a point may be that still counts: little, or slow walkers pull the world along."""
+
+_MOST_SAMPLES = 100
+"""Pairs of points tried."""
+
+_MOST_TURN, _MOST_ZOOM = 0.2, 1.2
+"""Largest rotation (radians) and zoom from frame to frame that are believed."""
+
+_LEAST_AGREEING = 1 / 3
+"""Share of the corners that must agree on the camera's motion; else it counts as unknown."""
+
+_LEVELS_WORLD, _LEVELS_BODY = range(1, 5), range(3)
+_AWAY = 4
+"""Pixels of half the size that corners of the world are away from people."""
+
+_INNER = np.ones((5, 5), np.uint8)
+"""What is at the outline belongs to the surroundings as much as to the body."""
+
+
+class MotionEstimator:
+    """
+    Follows corners from one frame to the next.
+
+    The world is followed from half the size on, where far is near and a tenth of a pixel is still
+    seen; the body from full size on, about where the camera's motion takes it.
+    """
+
+    def __init__(self) -> None:
+        """Start without a last frame."""
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the last frame."""
+        self._last: Pyramid | None = None
+        self._now: Pyramid | None = None
+        self._corners = np.empty((0, 2), np.float32)
+        """(n, 2) float32, positions (x, y) of the world's corners that are followed."""
+
+        self._age = 0
+
+    def update(
+        self,
+        frame: Pyramid,
+        people: NDArray[np.uint8] | None,
+        *,
+        camera: bool = True,
+    ) -> WorldMotion:
+        """
+        Measure the motion since the last frame in which anything can be seen.
+
+        :param frame: the brightness of this frame, (h, w) at full size.
+        :param people: (h, w) uint8 of the last frame, non-zero where people may be; corners of
+            the still world are taken elsewhere.
+        :param camera: whether to estimate the motion of the camera.
+        """
+        if frame.is_blank:
+            self._last = None
+            return WorldMotion()
+        self._last, self._now = self._now, frame
+        if self._last is None or self._last.shape != frame.shape:
+            self._last = None
+            self._corners = self._corners[:0]
+            return WorldMotion()
+        return WorldMotion(self._follow_world(self._last, frame, people) if camera else None)
+
+    def leave_out(self) -> None:
+        """Take the newest frame for one in which nothing can be seen."""
+        self._last, self._now = None, self._last
+        self._corners = self._corners[:0]
+
+    def body_shift(
+        self,
+        body: NDArray[np.uint8],
+        motion: WorldMotion,
+        velocity: tuple[float, float] = (0.0, 0.0),
+        corner: tuple[int, int] = (0, 0),
+    ) -> tuple[float, float] | None:
+        """
+        Return the shift of a body between the last two frames, None if it is not known.
+
+        :param body: (h, w) uint8 of the frame before the last, non-zero on the person; the part
+            of the image from some row and column on, ``corner``.
+        :param motion: of the world between the two.
+        :param velocity: shift against the still world that is expected; fast bodies are
+            followed from there.
+        """
+        if self._last is None or self._now is None:
+            return None
+        first, start, width, height = bounding_box(body)
+        if width == 0:
+            return None
+        body = body[start : start + height, first : first + width]
+        left, top = corner[1] + first, corner[0] + start
+        x, y = left + width / 2, top + height / 2
+        stays_x, stays_y = motion.carry(x, y)
+        expected = (stays_x - x + velocity[0], stays_y - y + velocity[1])
+        inner = cv2.erode(body, _INNER)
+        apart = max(round((np.count_nonzero(inner) / _ON_BODY) ** 0.5), _BODY_APART)
+        rows, columns = np.nonzero(inner[apart // 2 :: apart, apart // 2 :: apart])
+        points = apart * np.column_stack([columns, rows]) + (left + apart // 2, top + apart // 2)
+        points = points.astype(np.float32) + np.float32(0.5)
+        before, after = followed(
+            self._last, self._now, points, _LEVELS_BODY, expected, astray=_ASTRAY_PX
+        )
+        if len(before) < _LEAST_OF_BODY:
+            return None
+        x, y = median(after - before).tolist()
+        return x, y
+
+    def _follow_world(
+        self, last: Pyramid, now: Pyramid, people: NDArray[np.uint8] | None
+    ) -> NDArray[np.float64] | None:
+        """Return the camera's motion."""
+        half = last.image(_LEVELS_WORLD.start)
+        where = _away_from(people, half.shape)
+        columns, rows = (self._corners / 2).astype(int).T
+        points = self._corners[where[rows, columns] > 0]
+        if self._age >= _FOLLOWED or len(points) < _LEAST_FOLLOWED:
+            points = 2 * _corners_of(half, where)
+            self._age = 0
+        self._age += 1
+        before, after = followed(last, now, points, _LEVELS_WORLD)
+        # Only inside of what is left of the image at half the size.
+        limit = np.array([2 * (size // 2) for size in now.shape[::-1]], np.float32)
+        self._corners = after[((after >= 0) & (after < limit)).all(axis=1)]
+        return camera_motion(before, after)
+
+
+def _away_from(people: NDArray[np.uint8] | None, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    """Return, at half the size, what is not 0 away from people."""
+    if people is None:
+        return np.ones(shape, np.uint8)
+    free = people[: 2 * shape[0] : 2, : 2 * shape[1] : 2] == 0
+    side = 2 * _AWAY + 1
+    return cv2.erode(free.view(np.uint8), np.ones((side, side), np.uint8))
+
+
+def _corners_of(gray: NDArray[np.uint8], where: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Return the strongest corners by Shi and Tomasi, (n, 2) float32, positions (x, y)."""
+    corners, strength = cv2.goodFeaturesToTrackWithQuality(
+        gray, _MOST_OF_WORLD, _QUALITY, _WORLD_APART, where
+    )
+    if corners is None:
+        return np.empty((0, 2), np.float32)
+    found = corners.reshape(-1, 2)[strength.ravel() > _LEAST_STRENGTH]
+    # Positions count from the border of the first pixel, OpenCV's from its centre.
+    return np.asarray(found + np.float32(0.5))
+
+
+def followed(
+    last: Pyramid,
+    now: Pyramid,
+    points: NDArray[np.float32],
+    levels: range,
+    expected: tuple[float, float] = (0.0, 0.0),
+    *,
+    astray: float = math.inf,
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """
+    Follow points by the pyramidal method of Lucas and Kanade.
+
+    :param last, now: two frames.
+    :param points: (n, 2) float32, positions (x, y) in the last frame.
+    :param levels: of the pyramids to use, the largest image first.
+    :param expected: shift (x, y) in pixels about which they are sought.
+    :param astray: distance in pixels from where a point began that it may end at when it is
+        followed back; by default this is not tried (Kalal, Mikolajczyk and Matas, ICPR 2010).
+    :returns: where those that were found were and are now, (m, 2) float32 each.
+    """
+    if len(points) == 0:
+        return points, points
+    after, found = _follow(last, now, points, levels, expected)
+    if math.isfinite(astray):
+        again, back = _follow(now, last, after, levels, (-expected[0], -expected[1]))
+        found &= back & (np.hypot(*(again - points).T) < astray)
+    return points[found], after[found]
+
+
+def _follow(
+    last: Pyramid,
+    now: Pyramid,
+    points: NDArray[np.float32],
+    levels: range,
+    expected: tuple[float, float],
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Return where points are now, (n, 2) float32, and (n,) bool, whether that is known."""
+    scale, levels_up = np.float32(0.5**levels.start), len(levels) - 1
+    before = scale * points - np.float32(0.5)
+    after = before + scale * np.array(expected, np.float32)
+    image = last.image(levels.start)
+    window, corner = _about(before, after, _SIDE << levels_up, image.shape)
+    moved, found, _ = cv2.calcOpticalFlowPyrLK(
+        image[window],
+        now.image(levels.start)[window],
+        before - corner,
+        after - corner,
+        winSize=(_SIDE, _SIDE),
+        maxLevel=levels_up,
+        criteria=_UNTIL,
+        flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
+    )
+    return np.asarray((moved + corner + np.float32(0.5)) / scale), found.ravel() > 0
+
+
+def _about(
+    before: NDArray[np.float32], after: NDArray[np.float32], margin: int, shape: tuple[int, ...]
+) -> tuple[Window, NDArray[np.float32]]:
+    """Return the part of an image of a shape that points need, and its first column and row."""
+    both = np.concatenate([before, after])
+    low, high = np.fmin.reduce(both).tolist(), np.fmax.reduce(both).tolist()
+    columns, rows = (
+        _stretch(first - margin, last + margin, size)
+        for first, last, size in zip(low, high, shape[::-1], strict=True)
+    )
+    return (rows, columns), np.array([columns.start, rows.start], np.float32)
+
+
+def _stretch(first: float, last: float, size: int) -> slice:
+    """Return what of a size lies between two places, at least one pixel, also if they are NaN."""
+    start = int(min(max(0.0, first), size - 1))
+    return slice(start, int(min(max(start + 1, last), size)))
+
+
+def camera_motion(
+    before: NDArray[np.float32], after: NDArray[np.float32]
+) -> NDArray[np.float64] | None:
+    """
+    Return the similarity that most points agree on, None if they stand still or are few.
+
+    :param before, after: (n, 2) float32, positions (x, y) of the same points in two frames.
+    :returns: 2 x 3 transform of positions.
+    """
+    if len(before) < _LEAST_POINTS:
+        return None
+    shift = np.hypot(*(after - before).T)
+    if np.partition(shift, len(shift) // 2)[len(shift) // 2] < _STILL_PX:
+        return None
+    # OpenCV draws the same samples in every call.
+    motion, agrees = cv2.estimateAffinePartial2D(
+        before, after, ransacReprojThreshold=_REACH_PX, maxIters=_MOST_SAMPLES
+    )
+    if motion is None or np.count_nonzero(agrees) < _LEAST_AGREEING * len(before):
+        return None
+    zoom = np.hypot(motion[0, 0], motion[1, 0])
+    if abs(motion[1, 0]) > _MOST_TURN or not 1 / _MOST_ZOOM < zoom < _MOST_ZOOM:
+        return None
+    return np.asarray(motion)

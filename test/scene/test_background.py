@@ -1,0 +1,223 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.colour import gray_lab
+from gait_segmentation.scene.background import BackgroundModel
+from gait_segmentation.scene.world_motion import WorldMotion
+
+
+def texture(seed: int = 0, shape: tuple[int, int] = (60, 80)) -> np.ndarray:
+    return np.random.default_rng(seed).integers(0, 255, (*shape, 3)).astype(np.uint8)
+
+
+def test_it_learns_the_mean_where_nobody_is() -> None:
+    model = BackgroundModel((60, 80))
+    lab = texture()
+    person = np.zeros((60, 80), np.uint8)
+    person[20:40, 30:50] = 255
+    for _ in range(3):
+        model.learn(lab, person)
+    assert model.mean[10, 10] == pytest.approx(lab[10, 10].astype(float))
+    assert model.count[10, 10] == 3
+    assert model.count[30, 40] == 0
+
+
+def test_it_moves_with_the_camera_and_forgets_what_left() -> None:
+    model = BackgroundModel((60, 80))
+    lab = texture()
+    model.learn(lab, np.zeros((60, 80), np.uint8))
+    assert model.moved([WorldMotion()]) is model
+    model = model.moved([WorldMotion(np.array([[1.0, 0, 5], [0, 1.0, -3]])), WorldMotion()])
+    assert model.mean[10, 20] == pytest.approx(lab[13, 15].astype(float), abs=0.01)
+    assert model.count[10, 2] == 0
+    assert 0.9 < model.count[10, 20] < 1
+
+
+def test_the_unknown_does_not_darken_its_neighbours() -> None:
+    model = BackgroundModel((20, 20))
+    person = np.zeros((20, 20), np.uint8)
+    person[:, 10:] = 255
+    model.learn(np.full((20, 20, 3), 200, np.uint8), person)
+    model = model.moved([WorldMotion(np.array([[1.0, 0, 0.4], [0, 1.0, 0]]))])
+    known = model.count > 0.25
+    assert model.mean[:, :, 0][known] == pytest.approx(np.full(known.sum(), 200.0), abs=0.1)
+
+
+def test_stripes_keep_their_contrast_while_the_camera_trembles() -> None:
+    rows = 120 + 50 * np.sin(2 * np.pi * np.arange(60) / 5)
+    lab = np.repeat(np.repeat(rows[:, None, None], 80, axis=1), 3, axis=2).astype(np.uint8)
+    model = BackgroundModel((60, 80))
+    model.learn(lab, np.zeros((60, 80), np.uint8))
+    for dy in (0.3, -0.4, 0.2, -0.3, 0.4, -0.2):
+        model = model.moved([WorldMotion(np.array([[1.0, 0, 0.1], [0, 1.0, dy]]))])
+    inner = (slice(10, 50), slice(10, 70), 0)
+    assert model.mean[inner].std() > 0.85 * lab[inner].std()
+
+
+def test_noise_is_measured_on_the_surroundings_only() -> None:
+    model = BackgroundModel((60, 80))
+    person = np.zeros((60, 80), np.uint8)
+    person[:, 40:] = 255
+    lab = np.full((60, 80, 3), 100, np.uint8)
+    model.learn(lab, person)
+    changed = lab.copy()
+    changed[:, 40:] = 250
+    window = (slice(0, 60), slice(0, 80))
+    for _ in range(60):
+        model.measure_noise(changed, person, [window])
+    assert model.sigma == pytest.approx(2.5, abs=0.1)
+    for _ in range(60):
+        model.measure_noise(lab + np.uint8(8), person, [window])
+    assert model.sigma > 10
+
+
+def test_only_the_windows_are_kept_when_it_moves() -> None:
+    model = BackgroundModel((60, 80))
+    model.learn(texture(), np.zeros((60, 80), np.uint8))
+    motion = WorldMotion(np.array([[1.0, 0, 2.5], [0, 1.0, -1]]))
+    windows = [(slice(0, 30), slice(10, 50)), (slice(40, 50), slice(30, 80)), (slice(5, 5),) * 2]
+    part, whole = model.moved([motion], windows), model.moved([motion])
+    assert part.sums.min() == 0
+    for window in windows:
+        np.testing.assert_array_equal(part.sums[window], whole.sums[window])
+        part.sums[window] = 0
+    assert not part.sums.any()
+
+
+def test_what_does_not_look_like_the_known_background_contradicts_it() -> None:
+    model = BackgroundModel((60, 80))
+    wall = np.full((60, 80, 3), (150, 128, 128), np.uint8)
+    unseen = np.zeros((60, 80), np.uint8)
+    unseen[:, 60:] = 255
+    for _ in range(3):
+        model.learn(wall, unseen)
+    now = wall.copy()
+    now[:, :20] = (40, 128, 128)
+    now[:, 20:30] = (100, 128, 128)
+    now[:, 30:40] = (150, 160, 128)
+    now[:, 60:] = 0
+    window = (slice(10, 50), slice(0, 80))
+    strange = model.contradicted(np.ascontiguousarray(now[window]), window, 0.5)
+    assert strange.shape == (40, 80)
+    assert strange[:, :20].all(), 'darker than any shadow'
+    assert not strange[:, 20:30].any(), 'a shadow'
+    assert strange[:, 30:40].all(), 'another hue'
+    assert not strange[:, 40:].any(), 'the wall itself, and what was never seen'
+
+
+def _stairs(shift: float) -> np.ndarray:
+    """Return flat stripes with soft edges."""
+    x = np.arange(200)[None, :] + shift
+    levels = 128 + sum(50 * (-1) ** k * np.tanh((x - 40 * k - 20) / 2) for k in range(5))
+    return np.repeat(np.repeat(levels, 80, axis=0)[..., None], 3, axis=2)
+
+
+@pytest.mark.parametrize(('shift', 'low', 'high'), [(0.0, 0.0, 0.05), (0.8, 0.5, 1.3)])
+def test_misplacement_is_measured_where_the_background_is_steep(shift, low, high) -> None:
+    nobody = np.zeros((80, 200), np.uint8)
+    model = BackgroundModel(nobody.shape)
+    model.learn(np.rint(_stairs(0.0)).astype(np.uint8), nobody)
+    rng = np.random.default_rng(0)
+    for _ in range(30):
+        noisy = np.clip(_stairs(shift) + rng.normal(0, 1.5, (80, 200, 3)), 0, 255)
+        model.measure_noise(noisy.astype(np.uint8), nobody, [(slice(0, 80), slice(0, 200))])
+    assert low <= model.misplacement <= high
+
+
+def test_a_jolt_counts_in_the_frame_that_shows_it() -> None:
+    nobody = np.zeros((80, 200), np.uint8)
+    every = [(slice(0, 80), slice(0, 200))]
+    model = BackgroundModel(nobody.shape)
+    model.learn(np.rint(_stairs(0.0)).astype(np.uint8), nobody)
+    model.notice_jolt(np.rint(_stairs(1.0)).astype(np.uint8), nobody, every)
+    jolted = model.misplacement
+    assert jolted > 0.6
+    model.notice_jolt(np.rint(_stairs(0.0)).astype(np.uint8), nobody, every)
+    assert model.misplacement == jolted, 'only what is learnt lowers it'
+    model.notice_jolt(np.rint(_stairs(2.0)).astype(np.uint8), nobody + 255, every)
+    assert model.misplacement == jolted, 'people are not the background'
+
+
+def test_what_is_known_from_elsewhere_counts_where_less_is_known() -> None:
+    model, other = BackgroundModel((1, 3)), BackgroundModel((1, 3))
+    model.learn(np.full((1, 3, 3), 50, np.uint8), np.zeros((1, 3), np.uint8))
+    other.sums[0] = [(0, 0, 0, 0), (90, 90, 90, 1), (450, 450, 450, 5)]
+    model.adopt(other)
+    assert model.count[0].tolist() == [1, 1, 5]
+    assert model.mean[0, :, 0].tolist() == [50, 50, 90]
+
+
+def test_it_is_known_at_another_size() -> None:
+    model, hidden = BackgroundModel((40, 60)), np.zeros((40, 60), np.uint8)
+    hidden[:, 30:] = 1
+    for _ in range(4):
+        model.learn(np.full((40, 60, 3), (90, 120, 130), np.uint8), hidden)
+    for shape in ((20, 30), (80, 120)):
+        other = model.resized(shape)
+        assert other.count.shape == shape
+        assert other.count[5, 3] == pytest.approx(4)
+        assert other.mean[5, 3] == pytest.approx([90, 120, 130])
+        assert other.count[5, -3] == 0
+        assert other.sigma == model.sigma
+
+
+WALL = (190, 124, 135)
+
+
+def evidence(colour: tuple[float, ...], count: int = 10) -> float:
+    """Return what is said of a colour before a wall that was seen some times."""
+    model, shape = BackgroundModel((20, 30)), (20, 30)
+    for _ in range(count):
+        model.learn(np.full((*shape, 3), WALL, np.uint8), np.zeros(shape, np.uint8))
+    model.sigma = 4.0
+    lab = np.full((*shape, 3), np.rint(colour), np.uint8)
+    return float(model.evidence(lab, (slice(0, 20), slice(0, 30)), 0.5)[0, 0])
+
+
+@pytest.mark.parametrize('share', [0.95, 0.85, 0.75])
+def test_shade_on_a_wall_is_the_wall_the_lighter_the_surer(share: float) -> None:
+    lightness, chroma = WALL[0], (np.array(WALL[1:]) - 128)
+    a, b = 128 + share * chroma
+    said = evidence((share * lightness, a, b))
+    assert evidence(WALL) <= said < -1
+    assert said < evidence(((share - 0.1) * lightness, a, b))
+
+
+def test_what_is_lighter_or_coloured_or_black_is_no_wall() -> None:
+    lightness, a, b = WALL
+    assert evidence((1.2 * lightness, a, b)) > 1
+    assert evidence((0.85 * lightness, a + 20, b)) > 1
+    assert evidence((0.3 * lightness, a, b)) > 1
+
+
+def test_where_nothing_is_known_nothing_is_said() -> None:
+    assert evidence(WALL, count=0) == evidence((20, 128, 128), count=1) == 0
+    assert abs(evidence(WALL, count=2)) < abs(evidence(WALL, count=9))
+
+
+def test_a_faded_background_keeps_its_lightness() -> None:
+    model, lab = BackgroundModel((60, 80)), texture()
+    model.learn(lab, np.zeros((60, 80), np.uint8))
+    model.fade(textured=False)
+    assert model.mean[..., 0] == pytest.approx(lab[..., 0])
+    assert (model.mean[..., 1:] == 128).all()
+
+
+def test_a_faded_background_has_the_texture_of_its_lightness() -> None:
+    model, nobody = BackgroundModel((60, 80)), np.zeros((60, 80), np.uint8)
+    gray = cv2.blur(texture()[..., 0], (5, 5))
+    person = nobody.copy()
+    person[20:40, 30:50] = 255
+    coloured = cv2.cvtColor(cv2.cvtColor(gray, cv2.COLOR_GRAY2BGR), cv2.COLOR_BGR2Lab)
+    coloured[..., 1:] = 150
+    for _ in range(3):
+        model.learn(coloured, person)
+    model.fade(textured=True)
+    assert (model.count[20:40, 30:50] == 0).all()
+    lab = gray_lab(gray)
+    assert model.contradicted(lab, (slice(0, 60), slice(0, 80)), 1.0).mean() < 0.02

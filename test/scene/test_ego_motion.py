@@ -1,0 +1,258 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.geometry import pixel_affine
+from gait_segmentation.scene.ego_motion import MotionEstimator, camera_motion, followed
+from gait_segmentation.scene.working import Pyramid
+from gait_segmentation.scene.world_motion import WorldMotion
+
+
+def scene(seed: int = 1) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    small = rng.integers(0, 255, (30, 40)).astype(np.uint8)
+    return cv2.resize(small, (320, 240), interpolation=cv2.INTER_CUBIC)
+
+
+def moved(image: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    return cv2.warpAffine(
+        image, pixel_affine(motion), image.shape[::-1], borderMode=cv2.BORDER_REFLECT
+    )
+
+
+def test_the_first_frame_has_no_motion() -> None:
+    estimator = MotionEstimator()
+    motion = estimator.update(Pyramid(scene()), None)
+    assert motion == WorldMotion()
+    assert estimator.body_shift(np.full((240, 320), 255, np.uint8), motion) is None
+
+
+def test_pan_and_zoom_are_found() -> None:
+    estimator = MotionEstimator()
+    true = np.array([[1.01, 0.0, 4.0], [0.0, 1.01, -2.5]])
+    estimator.update(Pyramid(scene()), None)
+    camera = estimator.update(Pyramid(moved(scene(), true)), None).camera
+    assert camera is not None
+    for point in ([50, 50, 1], [250, 180, 1]):
+        assert camera @ point == pytest.approx(true @ point, abs=0.15)
+
+
+def test_a_fast_body_is_followed_from_where_it_is_expected() -> None:
+    world, texture = scene(), scene(2)
+    texture = np.tile(texture[:, :24], (1, 14))[:, :320]
+    person = np.zeros((240, 320), np.uint8)
+    person[60:180, 120:180] = 255
+    first = np.where(person > 0, texture, world)
+    shifted = np.roll(person, 22, axis=1)
+    second = np.where(shifted > 0, np.roll(texture, 22, axis=1), world)
+    estimator = MotionEstimator()
+    estimator.update(Pyramid(first), person)
+    estimator.update(Pyramid(second), person)
+    # The texture repeats, so that it seems to have gone back a little.
+    assert estimator.body_shift(person, WorldMotion()) == pytest.approx((-2, 0), abs=0.3)
+    there = estimator.body_shift(person, WorldMotion(), (19.0, 1.0))
+    assert there == pytest.approx((22, 0), abs=0.3)
+    # Only a part of the image, with the body at its border.
+    part = estimator.body_shift(person[60:, 110:180], WorldMotion(), (19.0, 1.0), (60, 110))
+    assert part == there
+
+
+def test_the_body_moves_apart_from_the_world() -> None:
+    world = scene()
+    person = np.zeros((240, 320), np.uint8)
+    person[60:180, 120:180] = 255
+    first = np.where(person > 0, scene(2), world)
+    shifted = np.roll(person, 6, axis=1)
+    second = np.where(shifted > 0, np.roll(scene(2), 6, axis=1), world)
+    estimator = MotionEstimator()
+    estimator.update(Pyramid(first), person)
+    motion = estimator.update(Pyramid(second), person)
+    assert motion.camera is None
+    assert estimator.body_shift(person, motion) == pytest.approx((6, 0), abs=0.3)
+
+
+def test_bodies_at_the_border_are_followed_as_well() -> None:
+    frames = [Pyramid(np.ascontiguousarray(scene()[:, step : step + 300])) for step in (0, 3)]
+    body = np.zeros((240, 300), np.uint8)
+    body[150:, 260:] = 255
+    estimator = MotionEstimator()
+    for frame in frames:
+        motion = estimator.update(frame, None)
+    assert estimator.body_shift(body, motion) == pytest.approx((-3, 0), abs=0.2)
+
+
+def test_frames_in_which_nothing_can_be_seen_are_passed_over() -> None:
+    motion = np.array([[1, 0, 5.0], [0, 1, -2.0]])
+    estimator = MotionEstimator()
+    estimator.update(Pyramid(scene()), None)
+    body = np.full((240, 320), 255, np.uint8)
+    for _ in range(3):
+        covered = estimator.update(Pyramid(np.full((240, 320), 90, np.uint8)), None)
+        assert covered.camera is None
+        assert estimator.body_shift(body, covered) is None
+    found = estimator.update(Pyramid(moved(scene(), motion)), None)
+    np.testing.assert_allclose(found.camera, motion, atol=0.1)
+
+
+def test_another_size_starts_anew() -> None:
+    estimator = MotionEstimator()
+    estimator.update(Pyramid(scene()), None)
+    assert estimator.update(Pyramid(scene()[:100]), None).camera is None
+
+
+def test_stripes_and_noise_are_nothing_to_follow() -> None:
+    x = np.arange(320, dtype=np.float32)
+    stripes = np.repeat((90 + 60 * (np.sin(x * np.pi / 4) > 0))[None], 240, 0)
+    rng = np.random.default_rng(0)
+    estimator = MotionEstimator()
+    body = np.zeros((240, 320), np.uint8)
+    body[60:180, 120:180] = 255
+    for shift in (0, 2, 4):
+        noisy = np.roll(stripes, shift, 1) + rng.normal(0, 2.5, stripes.shape)
+        motion = estimator.update(Pyramid(np.clip(noisy, 0, 255).astype(np.uint8)), body)
+        assert motion.camera is None
+
+
+def test_a_jolt_of_40_pixels_is_followed() -> None:
+    estimator = MotionEstimator()
+    true = np.array([[1.0, 0.0, 40.0], [0.0, 1.0, -12.0]])
+    wide = cv2.resize(scene(), (640, 480), interpolation=cv2.INTER_CUBIC)
+    body = np.zeros((480, 640), np.uint8)
+    body[180:300, 300:350] = 255
+    estimator.update(Pyramid(wide), body)
+    motion = estimator.update(Pyramid(moved(wide, true)), body)
+    assert motion.camera is not None
+    assert motion.camera @ [320, 240, 1] == pytest.approx([360, 228], abs=0.3)
+    # The body is looked for where the camera's motion takes it.
+    assert estimator.body_shift(body, motion) == pytest.approx((40, -12), abs=0.3)
+
+
+def test_corners_that_see_the_person_are_not_of_the_world() -> None:
+    # The only corners are on the person, who moves, and at the border of the person's area.
+    flat = np.full((240, 320), 90, np.uint8)
+    people = np.zeros((240, 320), np.uint8)
+    people[60:180, 120:180] = 255
+    estimator = MotionEstimator()
+    for step in (0, 5):
+        frame = flat.copy()
+        frame[60:180, 120 + step : 180 + step] = scene()[60:180, 120:180]
+        camera = estimator.update(Pyramid(frame), people).camera
+        assert camera is None
+
+
+def waves(dx: float, dy: float, shape: tuple[int, int] = (60, 80)) -> Pyramid:
+    y, x = np.mgrid[: shape[0], : shape[1]]
+    return Pyramid((128 + 60 * np.sin((x - dx) / 5) * np.sin((y - dy) / 4)).astype(np.uint8))
+
+
+@pytest.mark.parametrize('levels', [range(1), range(3), range(1, 3)])
+def test_points_are_followed_to_a_part_of_a_pixel(levels: range) -> None:
+    # Also in the corner of the image, beyond whose border OpenCV goes on with its mirror image.
+    points = np.float32([(30.5, 30.5), (50.5, 24.5), (75.5, 57.5)])
+    before, after = followed(waves(0, 0), waves(1.5, -0.75), points, levels)
+    np.testing.assert_array_equal(before, points)
+    np.testing.assert_allclose((after - before)[:2], [(1.5, -0.75)] * 2, atol=0.05)
+    assert after[2] - before[2] == pytest.approx((1.5, -0.75), abs=0.5)
+
+
+def test_far_points_are_found_about_where_they_are_expected() -> None:
+    small = np.random.default_rng(0).integers(0, 255, (12, 16)).astype(np.uint8)
+    image = cv2.resize(small, (160, 120), interpolation=cv2.INTER_CUBIC)
+    last, now = Pyramid(image[:, 40:].copy()), Pyramid(image[:, :120].copy())
+    points = np.float32([(30.5, 30.5), (50.5, 84.5)])
+    before, after = followed(last, now, points, range(1), (38.0, 1.0))
+    np.testing.assert_allclose(after - before, [(40, 0)] * 2, atol=0.1)
+
+
+def test_what_is_not_there_is_not_found() -> None:
+    none, _ = followed(waves(0, 0), waves(1, 0), np.empty((0, 2), np.float32), range(3))
+    assert len(none) == 0
+    flat = Pyramid(np.full((60, 80), 90, np.uint8))
+    assert len(followed(flat, flat, np.float32([(30.5, 30.5)]), range(3))[0]) == 0
+    away = np.float32([(-40, 30), (30, 500), (1e9, 1e9), (np.nan, 5)])
+    assert len(followed(waves(0, 0), waves(1, 0), away, range(3))[0]) == 0
+    inside = np.float32([(30.5, 30.5)])
+    assert len(followed(waves(0, 0), waves(1, 0), inside, range(3), (500.0, 0.0))[0]) == 0
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (5, 2), (17, 40)])
+def test_images_may_be_smaller_than_the_window(shape: tuple[int, int]) -> None:
+    points = np.float32([(0.5, 0.5)])
+    before, after = followed(waves(0, 0, shape), waves(0, 0, shape), points, range(5))
+    np.testing.assert_allclose(before, after, atol=0.1)
+
+
+TRUE = np.array([[1.02, -0.03, 4.0], [0.03, 1.02, -7.0]])
+
+
+def points(count: int = 40) -> np.ndarray:
+    return np.random.default_rng(2).uniform((0, 0), (320, 240), (count, 2)).astype(np.float32)
+
+
+def carried(before: np.ndarray) -> np.ndarray:
+    return (before @ TRUE[:, :2].T + TRUE[:, 2]).astype(np.float32)
+
+
+def test_points_on_things_that_move_by_themselves_do_not_count() -> None:
+    before, after = points(), carried(points())
+    after[::3] += np.float32([30, 5])
+    np.testing.assert_allclose(camera_motion(before, after), TRUE, atol=1e-3)
+
+
+@pytest.mark.parametrize('seed', range(4))
+def test_slow_walkers_do_not_pull_the_world_along(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    before = rng.uniform((0, 0), (580, 430), (60, 2)).astype(np.float32)
+    after = before + rng.normal((0.5, 0.3), 0.1, before.shape).astype(np.float32)
+    # With a zoom of 1/400 they would nearly agree with the rest.
+    after[np.argsort(before[:, 0])[-15:], 0] -= 2
+    motion = camera_motion(before, after)
+    assert motion is not None
+    assert motion @ [290, 215, 1] == pytest.approx((290.5, 215.3), abs=0.15)
+
+
+@pytest.mark.parametrize('after', [points(), points() + np.float32(0.1), carried(points()[::-1])])
+def test_points_that_stand_still_are_few_or_do_not_agree_have_no_motion(
+    after: np.ndarray,
+) -> None:
+    assert camera_motion(points(), after) is None
+    assert camera_motion(points(7), carried(points(7))) is None
+
+
+@pytest.mark.parametrize(('zoom', 'turn'), [(1.3, 0.0), (0.7, 0.0), (1.0, 0.3)])
+def test_no_camera_zooms_or_turns_as_much_from_frame_to_frame(zoom: float, turn: float) -> None:
+    sure = points() - np.float32([160, 120])
+    cos, sin = zoom * np.cos(turn), zoom * np.sin(turn)
+    moved_on = sure @ np.array([[cos, sin], [-sin, cos]], np.float32)
+    assert camera_motion(sure, moved_on) is None
+
+
+def test_points_that_do_not_come_back_are_left_out() -> None:
+    small = np.random.default_rng(0).integers(0, 255, (14, 22)).astype(np.uint8)
+    image = cv2.resize(small, (110, 70), interpolation=cv2.INTER_CUBIC)
+    last, now = image[:, 4:].copy(), image[:, :-4].copy()
+    # What was there has gone, and something else is in its place.
+    now[20:50, 60:100] = np.random.default_rng(1).integers(0, 255, (30, 40))
+    kept = np.float32([(x + 0.5, y + 0.5) for x in range(14, 44, 6) for y in range(16, 54, 6)])
+    gone = np.float32([(x + 0.5, y + 0.5) for x in range(64, 94, 6) for y in range(24, 48, 6)])
+    pair, levels, step = (Pyramid(last), Pyramid(now)), range(2), (4.0, 0.0)
+    assert len(followed(*pair, gone, levels, step)[0]) == len(gone)
+    assert len(followed(*pair, gone, levels, step, astray=1.0)[0]) < len(gone) / 3
+    before, after = followed(*pair, kept, levels, step, astray=1.0)
+    np.testing.assert_array_equal(before, kept)
+    np.testing.assert_allclose(after - before, np.broadcast_to(step, kept.shape), atol=0.1)
+
+
+def test_faint_noise_is_no_corner_of_the_world() -> None:
+    estimator = MotionEstimator()
+    rng = np.random.default_rng(0)
+    slope = np.broadcast_to(np.linspace(60, 160, 240)[:, None], (240, 320))
+    noise = rng.normal(0, 2, (240, 320))
+    for shift in (0, 3):
+        frame = np.clip(slope + np.roll(noise, shift, 1), 0, 255).astype(np.uint8)
+        camera = estimator.update(Pyramid(frame), None).camera
+    assert camera is None

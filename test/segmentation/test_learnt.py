@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gait_segmentation.colour import colour_bins
+from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.segmentation.learnt import Carried, LearntColours
+
+SHAPE = (120, 160)
+BODY = BodyFrame(30.0, 40.0, 60.0, 0.0)
+PERSON, GROUND = (60, 150, 110), (180, 120, 140)
+
+
+def scene(x: int, width: int = 15) -> np.ndarray:
+    image = np.zeros(SHAPE, np.uint8)
+    image[60:80, x : x + width] = 255
+    return image
+
+
+def test_what_moves_with_the_body_is_carried_after_some_frames() -> None:
+    carried = Carried()
+    for n in range(24):
+        body = BodyFrame(40 + 2 * n, 60, 80 + n / 2)
+        there = carried.at(body, SHAPE)
+        assert n > 10 or not there.any()
+        carried.learn(scene(60 + 2 * n), body)
+    rows, columns = np.nonzero(carried.at(BodyFrame(88, 60, 92), SHAPE))
+    assert 55 < rows.mean() < 85
+    assert 105 < columns.mean() < 130
+    assert 100 < len(rows) < 350
+
+
+def test_nor_is_what_is_as_wide_as_a_door_and_passed_at_a_walk() -> None:
+    carried = Carried()
+    for n in range(30):
+        body = BodyFrame(30 + 3.2 * n, 60, 80)
+        assert not carried.at(body, SHAPE).any()
+        carried.learn(scene(60, width=32), body)
+
+
+def test_a_turned_body_carries_what_turns_with_it() -> None:
+    carried = Carried()
+    for _ in range(20):
+        carried.learn(scene(70), BodyFrame(80, 60, 80))
+    upright = carried.at(BodyFrame(80, 60, 80), SHAPE)
+    upside_down = carried.at(BodyFrame(80, 60, 80, np.pi), SHAPE)
+    assert upright[65:78, 72:83].all()
+    assert np.mean(upside_down[::-1, ::-1] == upright) > 0.97
+
+
+def coloured() -> tuple[np.ndarray, np.ndarray]:
+    """Return (80, 60, 3) Lab colours and the (80, 60) bool person in them."""
+    person = np.zeros((80, 60), bool)
+    person[10:70, 20:40] = True
+    return np.where(person[:, :, None], PERSON, GROUND).astype(np.uint8), person
+
+
+def shifted(person: np.ndarray) -> np.ndarray:
+    """Return a likelihood that lies 4 pixels to the right and has a hole."""
+    likelihood = np.where(np.roll(person, 4, 1), 230, 25).astype(np.uint8)
+    likelihood[30:40, 20:44] = 25
+    return likelihood
+
+
+def test_colours_are_better_than_the_likelihood_they_come_from() -> None:
+    lab, person = coloured()
+    colours = LearntColours()
+    colours.learn(lab, BODY, shifted(person))
+    odds = colours.odds(lab, BODY)
+    assert colours.ready
+    assert ((odds > 0) == person).mean() > ((shifted(person) > 127) == person).mean()
+    assert (odds[15:25, 22:38] > 0).all()
+    assert (odds[:, :10] < 0).all()
+
+
+def test_a_colour_counts_most_at_the_height_at_which_it_was_seen() -> None:
+    # The ground has the colour of the coat, but only at the feet.
+    lab, person = coloured()
+    lab[50:][~person[50:]] = PERSON
+    lab[50:][person[50:]] = (20, 128, 128)
+    colours = LearntColours()
+    colours.learn(lab, BODY, np.where(person, 255, 0).astype(np.uint8))
+    odds = colours.odds(np.full_like(lab, PERSON), BODY)
+    assert (odds[15:30] > 1).all()
+    assert (odds[60:68] < -0.7).all()
+
+
+@pytest.mark.parametrize('value', [0, 128, 255])
+def test_one_side_alone_and_what_is_undecided_teach_nothing(value: int) -> None:
+    lab, _ = coloured()
+    colours = LearntColours()
+    assert not colours.odds(lab, BODY).any()
+    colours.learn(lab, BODY, np.full((80, 60), value, np.uint8))
+    assert not colours.odds(lab, BODY).any()
+
+
+def test_the_cut_corrects_the_likelihood() -> None:
+    lab, person = coloured()
+    colours = LearntColours()
+    wrong = np.where(person, 90, 165).astype(np.uint8)
+    colours.learn(lab, BODY, wrong, person)
+    assert ((colours.odds(lab, BODY) > 0) == person).all()
+
+
+def test_old_colours_are_forgotten() -> None:
+    lab, person = coloured()
+    likelihood = np.where(person, 255, 0).astype(np.uint8)
+    colours = LearntColours()
+    colours.learn(lab, BODY, likelihood)
+    for _ in range(200):
+        colours.learn(lab, BODY, 255 - likelihood)
+    assert ((colours.odds(lab, BODY) < 0) == person).all()
+
+
+def test_after_two_frames_each_counts_about_half() -> None:
+    lab, person = coloured()
+    colours, coat, other = LearntColours(), lab.copy(), (20, 128, 128)
+    coat[person] = other
+    likelihood = np.where(person, 255, 0).astype(np.uint8)
+    for seen in (lab, coat):
+        colours.learn(seen, BODY, likelihood, person)
+    for colour in (PERSON, other):
+        plain = np.full_like(lab, colour)
+        assert colours.odds(plain, BODY)[30, 30] > 3
+    shares = [float(colours._models[1].whole()[colour_bins(each)[30, 30]]) for each in (lab, coat)]
+    assert shares == pytest.approx([0.47, 0.53], abs=0.01)

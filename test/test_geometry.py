@@ -1,0 +1,224 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, strategies as st
+
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import (
+    BodyFrame,
+    Box,
+    Placement,
+    body_window,
+    check_body,
+    check_matched_box,
+    check_start_box,
+    compose,
+    invert,
+    pixel_affine,
+    reach,
+    scaling,
+    template_to_image,
+)
+
+numbers = st.floats(-500, 500)
+sizes = st.floats(0.5, 500)
+boxes = st.builds(Box, numbers, numbers, sizes, sizes)
+bodies = st.builds(BodyFrame, numbers, numbers, sizes, st.floats(-1.2, 1.2))
+
+
+@pytest.mark.parametrize(
+    ('values', 'message'),
+    [
+        ((0, 0, 0, 5), 'width and height must be positive, got 0 x 5'),
+        ((0, 0, 5, -1), 'width and height must be positive, got 5 x -1'),
+        ((math.nan, 0, 5, 5), 'finite'),
+        ((0, math.inf, 5, 5), 'finite'),
+    ],
+)
+def test_box_refuses_what_is_no_box(values: tuple, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Box(*values)
+
+
+def test_box_around_a_mask_is_tight() -> None:
+    mask = np.zeros((10, 20), np.uint8)
+    mask[3:7, 5:9] = 255
+    assert Box.around(mask) == Box(5, 3, 4, 4)
+    assert Box.around(np.zeros((4, 4), np.uint8)) is None
+
+
+def test_boxes_are_clipped_sliced_padded_and_shifted() -> None:
+    assert Box(-5, -5, 10, 10).clipped(100, 100) == Box(0, 0, 5, 5)
+    assert Box(200, 0, 10, 10).clipped(100, 100) is None
+    rows, columns = Box(2.5, 1.2, 3, 2).slices(100, 100)
+    assert (rows, columns) == (slice(1, 4), slice(2, 6))
+    assert Box(2, 3, 4, 5).padded(1, 2).shifted(1, -1) == Box(2, 0, 6, 9)
+    rows, columns = Box(200, 300, 3, 2).slices(100, 100)
+    assert rows.start == rows.stop
+    assert columns.start == columns.stop
+
+
+@given(boxes, boxes)
+def test_iou_is_symmetric_and_bounded(a: Box, b: Box) -> None:
+    assert 0 <= a.iou(b) <= 1 + 1e-9
+    assert a.iou(b) == pytest.approx(b.iou(a), abs=1e-12)
+    assert a.iou(a) == pytest.approx(1)
+
+
+@given(boxes, boxes)
+def test_union_holds_both(a: Box, b: Box) -> None:
+    both = a.union(b)
+    for box in (a, b):
+        assert both.x <= box.x
+        assert both.y <= box.y
+        assert both.right >= box.right - 1e-6
+        assert both.bottom >= box.bottom - 1e-6
+
+
+@pytest.mark.parametrize(
+    'box', [Box(319, 239, 5, 5), Box(-400, -600, 1280, 960), Box(0, 0, 0.01, 0.01)], ids=str
+)
+def test_boxes_that_touch_the_image_can_be_started_from(box: Box) -> None:
+    check_start_box(box, (320, 240))
+
+
+@pytest.mark.parametrize(
+    'box',
+    [Box(320, 0, 5, 5), Box(-5, 0, 5, 5), Box(0, 0, 1281, 9), Box(0, 0, 9, 961)],
+    ids=str,
+)
+def test_other_boxes_cannot(box: Box) -> None:
+    with pytest.raises(InputError, match=r'the image of 320 x 240 pixels, got x .* x '):
+        check_start_box(box, (320, 240))
+
+
+@pytest.mark.parametrize(
+    'box', [Box(0, 0, 0.5, 0.5), Box(-1000, 0, 2560, 2500), Box(-2000, 2000, 9, 9)], ids=str
+)
+def test_boxes_about_the_image_can_be_matched(box: Box) -> None:
+    check_matched_box(box, (320, 240))
+
+
+@pytest.mark.parametrize(
+    'box',
+    [
+        Box(0, 0, 9, 0.49),
+        Box(0, 0, 1e-300, 9),
+        Box(-1000, 0, 2561, 9),
+        Box(0, -1000, 9, 1e300),
+        Box(0, 2700, 9, 9),
+        Box(-1e308, 0, 9, 9),
+    ],
+    ids=str,
+)
+def test_absurd_boxes_cannot(box: Box) -> None:
+    with pytest.raises(InputError, match=r'0\.5 to 2560 pixels large .* of 320 x 240, got x '):
+        check_matched_box(box, (320, 240))
+
+
+@pytest.mark.parametrize(('dx', 'dy'), [(799, 0), (0, 799), (-799, -799)])
+def test_boxes_to_match_may_be_as_far_from_the_middle_on_all_sides(dx: float, dy: float) -> None:
+    box = Box.from_center(50 + dx, 30 + dy, 10, 20)
+    check_matched_box(box, (100, 60))
+    with pytest.raises(InputError, match='at most 800 pixels'):
+        check_matched_box(
+            box.shifted(math.copysign(2, dx) if dx else 0, 2 if dx == 0 else 0), (100, 60)
+        )
+
+
+@given(bodies, sizes)
+def test_body_frame_survives_its_corners(body: BodyFrame, width: float) -> None:
+    again, wide = BodyFrame.from_corners(body.corners(width))
+    assert wide == pytest.approx(width, rel=1e-6)
+    assert again.height == pytest.approx(body.height, rel=1e-6)
+    assert again.angle == pytest.approx(body.angle, abs=1e-6)
+    assert again.center_x == pytest.approx(body.center_x, abs=1e-6)
+    assert again.center_y == pytest.approx(body.center_y, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    'corners',
+    [(), ((0, 0), (1, 0), (1, 1)), ((0, 0),) * 4, ((0, 0), (math.nan, 0), (1, 1), (0, 1))],
+)
+def test_what_spans_no_rectangle_is_refused(corners: tuple) -> None:
+    with pytest.raises(InputError, match='corners'):
+        BodyFrame.from_corners(corners)
+
+
+def test_the_window_about_a_body_holds_the_box_given() -> None:
+    plain = body_window(100, 80, 50)
+    assert (plain.x, plain.y) == (pytest.approx(74), pytest.approx(49))
+    assert (plain.width, plain.height) == (pytest.approx(52), pytest.approx(62))
+    held = body_window(100, 80, 50, Box(60, 70, 10, 10))
+    assert (held.x, held.right) == (pytest.approx(54), pytest.approx(plain.right))
+    assert (held.y, held.bottom) == (pytest.approx(plain.y), pytest.approx(plain.bottom))
+
+
+def test_placement_is_in_heights_of_the_box() -> None:
+    body = Placement(0.1, -0.2, 1.1).body(Box(10, 20, 30, 100), 0.2)
+    assert body == BodyFrame(25 + 10, 70 - 20, pytest.approx(110), 0.2)
+
+
+@pytest.mark.parametrize(
+    'body',
+    [BodyFrame(160, 120, 1e-9), BodyFrame(30_000, -30_000, 30_720), BodyFrame(0, 0, 9, -7.0)],
+    ids=str,
+)
+def test_bodies_about_the_image_make_sense(body: BodyFrame) -> None:
+    check_body(body, (320, 240))
+
+
+@pytest.mark.parametrize(
+    'body',
+    [
+        BodyFrame(160, 120, 30_721),
+        BodyFrame(160, 120, 1e7),
+        BodyFrame(160, 120, 0.0),
+        BodyFrame(160, 120, math.nan),
+        BodyFrame(31_000, 120, 9),
+        BodyFrame(160, -math.inf, 9),
+        BodyFrame(math.nan, 120, 9),
+        BodyFrame(160, 120, 9, math.inf),
+    ],
+    ids=str,
+)
+def test_absurd_bodies_do_not(body: BodyFrame) -> None:
+    with pytest.raises(InputError, match=r'at most 30720 pixels high and .* of 320 x 240, got x '):
+        check_body(body, (320, 240))
+
+
+@given(bodies)
+def test_template_to_image_puts_head_and_feet_where_the_body_is(body: BodyFrame) -> None:
+    transform = template_to_image(body, 96, 64, 0.9)
+    middle = transform @ [32, 48, 1]
+    head = transform @ [32, 48 - 0.45 * 96, 1]
+    assert middle == pytest.approx([body.center_x, body.center_y], abs=1e-6)
+    assert math.dist(middle, head) == pytest.approx(body.height / 2)
+    # A positive angle leans the head to the right.
+    assert head[0] - middle[0] == pytest.approx(math.sin(body.angle) * body.height / 2, abs=1e-6)
+
+
+@given(bodies)
+def test_inverse_and_composition_cancel(body: BodyFrame) -> None:
+    transform = template_to_image(body, 96, 64, 0.9)
+    assert compose(invert(transform), transform) == pytest.approx(scaling(1), abs=1e-6)
+
+
+def test_pixel_affine_keeps_pixel_centres() -> None:
+    # Doubling the size carries the centre of pixel 0 (position 0.5) to position 1, index 0.5.
+    matrix = pixel_affine(scaling(2))
+    assert matrix @ [0, 0, 1] == pytest.approx([0.5, 0.5])
+    assert pixel_affine(scaling(1)) == pytest.approx(scaling(1))
+
+
+@given(bodies, sizes, sizes)
+def test_a_grid_reaches_to_its_corners(body: BodyFrame, width: float, height: float) -> None:
+    transform = template_to_image(body, 96, 64, 0.9)
+    corners = transform @ [[0, width, width, 0], [0, 0, height, height], [1, 1, 1, 1]]
+    sides = *corners.min(axis=1), *corners.max(axis=1)
+    assert reach(transform, width, height) == pytest.approx(sides, abs=1e-6)

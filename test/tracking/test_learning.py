@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What masks teach: all of a person, and part of one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.colour import ColourModel
+from gait_segmentation.images import placed, shrink
+from gait_segmentation.results import Feedback
+from gait_segmentation.tracking.learning import (
+    grown,
+    without_parts_apart,
+    working_masks,
+)
+from gait_segmentation.tracking.person import Person
+from test.tracking.figures import Figure, Told
+
+BOARD = (130, 320)
+"""It reaches to the border: who walks behind it comes back."""
+
+
+def along(places: list[float]) -> list[Figure]:
+    return [replace(Figure(60), x=x) for x in places]
+
+
+@pytest.fixture(scope='module')
+def there_and_back() -> tuple[Told, list[Figure], list, list]:
+    """Return somebody who goes half behind a board, turns there, and comes back."""
+    inward = list(np.arange(60.0, 128.0, 2.0))
+    path = along([*inward, *([128.0] * 10), *np.arange(127.0, 70.0, -1.5)])
+    told = Told()
+    told.start(path[0])
+    results, people = [], []
+    for figure in path:
+        results.append(told.show(figure, boards=[BOARD])[0])
+        target = told.tracker._slots[0]
+        assert target is not None
+        people.append((hash(target.person.person.table.tobytes()), target.body.height))
+    return told, path, results, people
+
+
+def test_somebody_half_hidden_who_turns_is_followed_by_what_is_seen(there_and_back) -> None:
+    _, path, results, _ = there_and_back
+    for figure, result in zip(path[10:], results[10:], strict=True):
+        assert result.state == 'tracked'
+        assert result.body.center_x == pytest.approx(figure.x, abs=9)
+
+
+def test_half_a_body_teaches_neither_colours_nor_size(there_and_back) -> None:
+    _, path, _, people = there_and_back
+    half = [k for k, figure in enumerate(path) if figure.x >= 126]
+    assert len({people[k][0] for k in half}) <= 2
+    heights = [people[k][1] for k in half]
+    assert max(heights) - min(heights) < 2
+
+
+def test_afterwards_the_size_is_as_before_and_learning_goes_on(there_and_back) -> None:
+    _, path, _, people = there_and_back
+    assert people[-1][1] == pytest.approx(path[-1].height, abs=6)
+    assert len({colours for colours, _ in people[-10:]}) == 10
+
+
+SMALL = (60, 80)
+
+
+def block(left: int, top: int, right: int, bottom: int) -> np.ndarray:
+    mask = np.zeros(SMALL, np.uint8)
+    mask[top:bottom, left:right] = 255
+    return mask
+
+
+def broad(mask: np.ndarray) -> Person:
+    return Person(30, 30, 40, 8, 8, mask, ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4))
+
+
+@pytest.mark.parametrize(('size', 'shape'), [((240, 320), SMALL), ((90, 100), (61, 68))])
+def test_masks_shrink_as_a_whole_image_would(
+    size: tuple[int, int], shape: tuple[int, int]
+) -> None:
+    for place in ((10, 20), (0, 0), (size[0] - 1, size[1] - 1)):
+        mask = np.zeros(size, np.uint8)
+        cv2.ellipse(mask, place[::-1], (20, 31), 15, 0, 360, 255, -1)
+        small, _ = working_masks(Feedback(1, 1, mask, None, mask), shape)
+        expected = np.where(shrink(mask, shape) > 127, 255, 0)
+        assert np.count_nonzero(small != expected) <= 2
+    empty = np.zeros(size, np.uint8)
+    assert not working_masks(Feedback(1, 1, empty, None, empty), shape)[0].any()
+
+
+def test_the_margin_is_a_share_of_the_height() -> None:
+    mask = block(20, 10, 40, 50)
+    window, part = grown(mask, 100)
+    margin = placed(part, window, SMALL)
+    assert np.flatnonzero(margin[30]).tolist() == list(range(18, 42))
+    assert margin.any(axis=1).sum() == 44
+    assert not grown(np.zeros(SMALL, np.uint8), 100)[1].any()
+
+
+def test_half_a_mask_is_not_whole() -> None:
+    whole, half = block(20, 10, 40, 50), block(20, 10, 30, 50)
+    person = broad(whole)
+    assert person.shows_all(whole)
+    assert not person.shows_all(half)
+    assert person.shows_all(block(20, 10, 40, 48))
+
+
+def test_a_first_mask_far_too_large_does_not_keep_others_out_for_ever() -> None:
+    true = block(20, 10, 40, 50)
+    person = broad(block(14, 10, 46, 50))
+    assert not person.shows_all(true)
+    for _ in range(30):
+        person.shows_all(true)
+    assert person.shows_all(true)
+    assert not person.shows_all(block(20, 10, 40, 30))
+
+
+def test_parts_apart_from_the_template_tell_nothing_of_the_body() -> None:
+    mask, template = np.zeros((100, 160), np.uint8), np.zeros((100, 160), np.uint8)
+    mask[10:90, 40:60] = template[12:88, 42:58] = 255
+    assert without_parts_apart(mask, template, 80) is mask
+    body = mask.copy()
+    mask[30:60, 62:67] = 255
+    assert without_parts_apart(mask, template, 80) is mask
+    mask[30:60, 62:67] = 0
+    mask[30:60, 120:140] = 255
+    np.testing.assert_array_equal(without_parts_apart(mask, template, 80), body)
+    assert without_parts_apart(mask, None, 80) is mask
+    assert without_parts_apart(mask, np.zeros_like(mask), 80) is mask
+    elsewhere = np.zeros_like(mask)
+    elsewhere[95:, :5] = 255
+    assert without_parts_apart(mask, elsewhere, 80) is mask

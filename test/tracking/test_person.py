@@ -1,0 +1,236 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.colour import ColourModel, colour_bins
+from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.images import axis_tilt
+from gait_segmentation.tracking.person import Person, extent_of
+
+SHAPE = (240, 320)
+
+
+def ellipse(x: float, y: float, height: float, degrees: float = 0.0) -> np.ndarray:
+    mask = np.zeros(SHAPE, np.uint8)
+    axes = (round(height / 6), round(height / 2))
+    cv2.ellipse(mask, (round(x), round(y)), axes, degrees, 0, 360, 255, -1)
+    return mask
+
+
+def person(x: float = 100, y: float = 120, height: float = 100) -> Person:
+    colours = ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4)
+    return Person(x, y, height, 20, 20, ellipse(x, y, height), *colours)
+
+
+def test_place_and_size_follow_the_masks() -> None:
+    state = person()
+    for _ in range(40):
+        state.learn_place(ellipse(110, 125, 110), BodyFrame(110, 125, 110))
+    assert state.center_x == pytest.approx(110, abs=1)
+    assert state.center_y == pytest.approx(125, abs=1)
+    assert state.height == pytest.approx(110, abs=2)
+    assert state.box.width == pytest.approx(37, abs=3)
+
+
+def test_masks_are_carried_by_whole_pixels_but_do_not_lag_behind() -> None:
+    state = person()
+    before = state.mask
+    state.template = state.mask
+    for _ in range(10):
+        state.carry(1.4, -0.3)
+    for image in (state.mask, state.part, state.template):
+        np.testing.assert_array_equal(image[:-3, 14:], before[3:, :-14])
+
+
+def test_a_mask_of_all_of_the_person_takes_the_place_of_all_before() -> None:
+    state = person()
+    whole, part = ellipse(110, 120, 100), ellipse(110, 110, 60)
+    state.part = part
+    state.carry(0.4, 0.0)
+    state.take(whole, whole)
+    assert state.mask is state.part is state.template is whole
+    assert state.rest == (0.0, 0.0)
+
+
+def test_without_masks_the_size_follows_mean_shift_up_to_a_limit() -> None:
+    state = person(height=100)
+    for _ in range(60):
+        state.follow_scale(1.1)
+    assert state.height == pytest.approx(110, abs=0.5)
+    assert state.box.width == pytest.approx(44, abs=0.5)
+    for _ in range(60):
+        state.follow_scale(3.0)
+    assert state.height == pytest.approx(115, abs=0.5)
+
+
+def test_a_single_bad_mask_cannot_change_the_size_much() -> None:
+    state = person()
+    state.learn_place(ellipse(100, 120, 20), BodyFrame(100, 120, 20))
+    assert state.height >= 98
+
+
+def test_a_body_that_leaves_below_keeps_its_height_and_hangs_from_the_head() -> None:
+    state = person(y=180, height=100)
+    for top in (140, 150, 160):
+        mask = np.zeros(SHAPE, np.uint8)
+        mask[top:, 90:110] = 255
+        state.learn_place(mask, BodyFrame(100, top + 50, 100))
+    assert state.height == pytest.approx(100, abs=3)
+    assert state.center_y - state.height / 2 == pytest.approx(160, abs=3)
+
+
+def test_somebody_who_comes_in_from_below_is_at_least_as_tall_as_what_is_seen() -> None:
+    height = SHAPE[0]
+    state = person(y=height - 20, height=60)
+    for top in range(height - 60, height - 120, -6):
+        mask = np.zeros(SHAPE, np.uint8)
+        mask[top:, 80:120] = 255
+        state.learn_place(mask, BodyFrame(100, top + 30, 60))
+    assert state.height >= 110
+    assert state.center_y - state.height / 2 == pytest.approx(top, abs=3)
+    mask[:] = 0
+    mask[top:, 40:160] = 255
+    for _ in range(10):
+        state.learn_place(mask, BodyFrame(100, top + 30, 60))
+    assert state.height >= 190
+
+
+def test_the_first_step_sets_the_pace() -> None:
+    state = person()
+    state.move((1.0, 0.0), (5.0, 1.0), 0.04)
+    assert state.velocity == pytest.approx((100.0, 25.0))
+    state.move((1.0, 0.0), (7.0, 1.0), 0.04)
+    assert state.velocity == pytest.approx((125.0, 25.0))
+    assert state.way(0.1) == pytest.approx((12.5, 2.5))
+
+
+def test_without_a_measurement_the_person_moves_on_with_the_camera() -> None:
+    state = person()
+    for _ in range(30):
+        state.move((1.0, 0.0), (4.0, 0.0), 0.04)
+    assert state.move((-2.0, 0.0), None, 0.04) == pytest.approx((1.0, 0.0), abs=0.01)
+
+
+def test_a_pace_that_is_forgotten_begins_anew() -> None:
+    state = person()
+    state.move((0.0, 0.0), (4.0, 0.0), 0.04)
+    state.forget_pace()
+    assert state.velocity == (0, 0)
+    state.move((0.0, 0.0), (-2.0, 0.0), 0.04)
+    assert state.velocity[0] == pytest.approx(-50)
+
+
+@pytest.mark.parametrize('degrees', [-20, 20])
+def test_a_tilted_body_is_followed_only_when_it_leans_clearly(degrees: int) -> None:
+    state = person()
+    for _ in range(20):
+        state.learn_angle(ellipse(100, 120, 100, degrees))
+    assert np.degrees(state.angle) == pytest.approx(degrees, abs=2)
+    upright = person()
+    for _ in range(20):
+        upright.learn_angle(ellipse(100, 120, 100, degrees / 4))
+    assert upright.angle == 0
+
+
+def test_place_is_kept_in_the_frame_of_a_tilted_body() -> None:
+    state = person()
+    state.tilt = state.angle = np.radians(20)
+    for _ in range(40):
+        state.learn_place(ellipse(105, 118, 104, 20), BodyFrame(105, 118, 104, np.radians(20)))
+    assert state.center_x == pytest.approx(105, abs=1)
+    assert state.center_y == pytest.approx(118, abs=1)
+    assert state.height == pytest.approx(104, abs=3)
+
+
+def test_colours_far_outside_of_the_template_are_not_learnt() -> None:
+    state = person()
+    lab = np.full((*SHAPE, 3), 100, np.uint8)
+    lab[:, 150:] = (200, 60, 60)
+    mask = ellipse(100, 120, 100)
+    mask[100:140, 150:165] = 255
+    window = state.window(SHAPE)
+    state.learn_colours(lab[window], window, mask, ellipse(100, 120, 100), (1.0, 1.0))
+    assert np.count_nonzero(state.person.whole()) == 1
+    state.learn_colours(lab[window], window, mask, None, (1.0, 1.0))
+    assert np.count_nonzero(state.person.whole()) == 2
+
+
+def test_what_may_be_either_counts_for_both_at_first() -> None:
+    state = person()
+    lab = np.full((*SHAPE, 3), 100, np.uint8)
+    lab[145:160, 85:115] = (20, 128, 128)
+    votes = ellipse(100, 120, 100).astype(np.float32) / 255
+    votes[140:165, 80:120] = 0.4
+    state.learn_first_colours(lab, votes)
+    index = colour_bins(lab[150:151, 100:101])[0, 0]
+    for model in (state.person, state.surroundings):
+        assert model.table[index].max() > 10 * 1e-4
+
+
+def test_masks_of_another_size_teach_nothing() -> None:
+    state = person()
+    prior = ellipse(100, 120, 100)
+    assert state.teaches(prior, prior)
+    assert not state.teaches(ellipse(100, 120, 30), prior)
+    assert not state.teaches(np.full(SHAPE, 255, np.uint8), prior)
+    assert not state.teaches(np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8))
+
+
+def test_a_mask_is_measured_from_a_point() -> None:
+    mask = np.zeros((60, 80), np.uint8)
+    mask[10:50, 20:40] = 255
+    extent = extent_of(mask, (30, 30), 0.0)
+    assert (extent.top, extent.bottom, extent.left, extent.right) == (-20, 20, -10, 10)
+    assert extent.axis == pytest.approx(0, abs=0.5)
+    assert not extent.at_bottom
+    mask[50:] = mask[49]
+    assert extent_of(mask, (30, 30), 0.0).at_bottom
+
+
+def test_along_a_tilted_body_the_extent_is_that_of_the_body() -> None:
+    mask = np.zeros((200, 200), np.uint8)
+    cv2.ellipse(mask, (100, 100), (20, 60), 20, 0, 360, 255, -1)
+    extent = extent_of(mask, (100, 100), np.radians(20))
+    assert extent.bottom - extent.top == pytest.approx(120, abs=3)
+    assert extent.right - extent.left == pytest.approx(40, abs=3)
+
+
+@pytest.mark.parametrize('degrees', [-30, 0, 12, 25])
+def test_the_tilt_is_that_of_the_main_axis(degrees: int) -> None:
+    mask = np.zeros((200, 200), np.uint8)
+    cv2.ellipse(mask, (100, 100), (20, 60), degrees, 0, 360, 255, -1)
+    assert axis_tilt(mask) == pytest.approx(np.radians(degrees), abs=0.01)
+    assert axis_tilt(np.zeros((5, 5), np.uint8)) == 0
+
+
+def test_a_shadow_on_known_ground_is_the_persons_only_inside_the_template() -> None:
+    state, template = person(), ellipse(100, 120, 100)
+    lab = np.full((*SHAPE, 3), 100, np.uint8)
+    lab[160:] = (40, 100, 100)
+    mask = template.copy()
+    mask[160:175, 90:125] = 255
+    window = state.window(SHAPE)
+    shaded = colour_bins(lab[170:171, 100:101])[0, 0]
+    shares = []
+    for familiar in (None, lab[window][..., 0] < 100):
+        rates = (1.0, 1.0)
+        state.learn_colours(lab[window], window, mask, template, rates, familiar)
+        shares.append(float(state.person.whole()[shaded]))
+    assert 0 < shares[1] < 0.7 * shares[0]
+
+
+def test_a_template_elsewhere_leaves_nothing_of_the_mask() -> None:
+    state = person()
+    lab = np.full((*SHAPE, 3), 100, np.uint8)
+    window = state.window(SHAPE)
+    elsewhere = np.zeros(SHAPE, np.uint8)
+    elsewhere[100:120, 40:50] = 255
+    before = state.person.table.copy()
+    mask = np.zeros(SHAPE, np.uint8)
+    mask[110:120, 120:130] = 255
+    state.learn_colours(lab[window], window, mask, elsewhere, (1.0, 1.0))
+    np.testing.assert_array_equal(state.person.table, before)
