@@ -31,18 +31,6 @@ from gait_segmentation.errors import BankError
 from gait_segmentation.files.output_files import write_file
 from gait_segmentation.files.reading import regular
 
-__all__ = [
-    'FORMAT',
-    'FORMAT_VERSION',
-    'LEAST_SIDE',
-    'TemplateBank',
-    'default_bank',
-    'extents',
-    'fine_grid',
-    'open_bank',
-    'quantize',
-]
-
 FORMAT = 'gait_segmentation template bank'
 FORMAT_VERSION = 2
 LEAST_SIDE = 16

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 
-__all__ = ['CameraPose', 'DepthImage', 'PinholeCamera', 'distance_by_depth', 'read_camera']
-
 Floats = NDArray[np.float64]
 DepthImage = NDArray[np.uint16] | NDArray[np.float32]
 

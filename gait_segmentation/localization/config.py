@@ -8,8 +8,6 @@ from dataclasses import dataclass
 
 from gait_segmentation.config import StageConfig, parameter
 
-__all__ = ['LocalizationConfig']
-
 
 @dataclass(frozen=True)
 class LocalizationConfig(StageConfig):

@@ -26,8 +26,6 @@ from gait_segmentation.localization.camera import (
 from gait_segmentation.localization.config import LocalizationConfig
 from gait_segmentation.results import MatchResult
 
-__all__ = ['DEPTH', 'GROUND', 'PREDICTED', 'Localizer', 'Location']
-
 DEPTH, GROUND, PREDICTED = 'depth', 'ground', 'predicted'
 """Where a place comes from."""
 

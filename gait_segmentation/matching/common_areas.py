@@ -13,15 +13,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 
-__all__ = [
-    'LANES',
-    'CommonAreas',
-    'DirectAccessTableKernel',
-    'WindowGrid',
-    'pitch_of',
-    'splitting_ids',
-]
-
 LANES = 160
 """
 Windows that are treated at a time, to a multiple of which rows of results are filled up: an

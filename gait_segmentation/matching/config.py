@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.errors import ConfigError
 
-__all__ = ['MatchingConfig']
-
 
 @dataclass(frozen=True)
 class MatchingConfig(StageConfig):

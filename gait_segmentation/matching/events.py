@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.common_areas import LANES, CommonAreas, Images, Shape, WindowGrid
 
-__all__ = ['EventKernel', 'EventProgram', 'grouped', 'make_program', 'minimum_arborescence']
-
 _WORD = 8
 """Bytes that are copied at once."""
 _CACHE_LINE = 64

@@ -26,8 +26,6 @@ from gait_segmentation.matching.views import Views
 from gait_segmentation.results import MatchResult
 from gait_segmentation.stamps import check_later, check_stamp
 
-__all__ = ['SequenceMatcher', 'check_frame']
-
 
 def check_frame(
     likelihood: NDArray[np.uint8],

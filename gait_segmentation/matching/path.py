@@ -18,8 +18,6 @@ from gait_segmentation.matching.placements import SearchRange
 from gait_segmentation.matching.views import Views, turned
 from gait_segmentation.matching.viterbi import FLOOR, advance, shifted, step_back
 
-__all__ = ['UNIT', 'PathSearch', 'Scores', 'State']
-
 UNIT = 2048
 """Whole numbers that a similarity of 1 is in path scores."""
 

@@ -19,8 +19,6 @@ from gait_segmentation.people import Crew
 from gait_segmentation.results import TRACKED, MatchResult, TrackResult
 from gait_segmentation.stamps import check_later
 
-__all__ = ['PeopleMatcher']
-
 
 class PeopleMatcher:
     """

@@ -18,8 +18,6 @@ from gait_segmentation.matching.phase_evidence import FineEvidence
 from gait_segmentation.matching.phase_filter import PhaseFilter
 from gait_segmentation.matching.views import fine_views
 
-__all__ = ['NearLeg', 'PhaseFinder', 'SteadyBody', 'phase_near']
-
 
 class PhaseFinder:
     """

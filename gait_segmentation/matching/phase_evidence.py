@@ -15,8 +15,6 @@ from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.sampling import antialiasing_side, resampled
 from gait_segmentation.matching.views import FineViews
 
-__all__ = ['HEIGHTS', 'ROWS', 'FineEvidence']
-
 HEIGHTS = (0.975, 1.0, 1.025)
 """Factors on the height of the body that are compared."""
 ROWS = (-1, 0, 1)

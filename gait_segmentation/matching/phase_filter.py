@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 
-__all__ = ['PhaseFilter']
-
 _RATES = 14
 """Rates of the grid, the first of which is standing."""
 _USUAL_RATE, _SPREAD = 0.92, 0.2

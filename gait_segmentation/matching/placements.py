@@ -16,8 +16,6 @@ from gait_segmentation.matching.common_areas import WindowGrid
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.sampling import antialiasing_side, resampled
 
-__all__ = ['Place', 'PlacementGrid', 'Sampled', 'SearchRange']
-
 _EVERY_HEIGHT = slice(None)
 
 Place = tuple[int, int, int]

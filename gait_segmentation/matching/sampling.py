@@ -21,8 +21,6 @@ from gait_segmentation.geometry import (
     template_to_image,
 )
 
-__all__ = ['antialiasing_side', 'refined_box', 'resampled', 'warp_template']
-
 _ALL = 255
 _REACH = 0.12
 """How far from the template the person may reach, in body heights: clothes, bags, hands."""

@@ -21,8 +21,6 @@ from gait_segmentation.matching.events import EventKernel
 from gait_segmentation.matching.path import UNIT
 from gait_segmentation.matching.placements import Sampled, SearchRange
 
-__all__ = ['KERNELS', 'SimilarityMaps', 'coded_bank']
-
 KERNELS: dict[str, type[CommonAreas]] = {
     'events': EventKernel,
     'direct_access_table': DirectAccessTableKernel,

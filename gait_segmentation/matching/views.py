@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank, fine_grid
 
-__all__ = ['FineViews', 'Views', 'fine_views', 'turned']
-
 _WIDEST = math.radians(46.0)
 """Views farther apart are no neighbours, and have nothing between them."""
 _FINE_REACH = 3

@@ -16,8 +16,6 @@ import numpy as np
 
 from gait_segmentation.kernels import kernel
 
-__all__ = ['FLOOR', 'advance', 'shifted', 'step_back']
-
 FLOOR = -12000
 """
 Worst score relative to the best: nearly six times a similarity of 1.  Twice of it and what any

@@ -179,10 +179,13 @@ def people_topics(slots: int, located: bool) -> Table:
     if located:
         makers['markers'] = (MarkerArray, markers_message)
     everybody = {
-        topic: Output(kind, lambda found, header, make=make: make(found.people, header))
-        for topic, (kind, make) in makers.items()
+        topic: Output(kind, partial(_of_everybody, make)) for topic, (kind, make) in makers.items()
     }
     return {**places, **everybody}
+
+
+def _of_everybody(make: Callable[..., Any], found: Seen, header: Header) -> Any:
+    return make(found.people, header)
 
 
 class Seen(NamedTuple):

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from gait_segmentation.images import bounding_box
 from gait_segmentation.starting.finding.shapes import normalised, tanimoto
 
-__all__ = ['Trial']
-
 _TRIAL_NS = 1_000_000_000
 
 _LEAST_FIT = 0.68

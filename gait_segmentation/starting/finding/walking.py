@@ -13,8 +13,6 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-__all__ = ['MODEL_FILE', 'log_odds']
-
 MODEL_FILE = Path(__file__).with_name('walking.json')
 _MODEL = json.loads(MODEL_FILE.read_text(encoding='utf-8'))
 _MOST = 4.0
