@@ -51,7 +51,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks import holds
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from benchmarks.variants import KINDS, write_variant
-from gait_segmentation.cli.tool import check_file, run_tool
+from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.config import overridden, parameters_of, replaced
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
@@ -64,6 +64,7 @@ from gait_tools.evaluation.report import aligned, tracking_table, write_json
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.session import Session, load_sequences
 from gait_tools.gait_model import FIGURES
+from gait_tools.outputs import check_file
 
 Numbers = dict[str, Any]
 

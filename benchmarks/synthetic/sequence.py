@@ -24,12 +24,13 @@ from benchmarks.synthetic.clothing import make_outfit
 from benchmarks.synthetic.scenery import make_panorama
 from benchmarks.synthetic.walkers import Walker, draw_walker
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.output_files import write_file, writing
+from gait_segmentation.files.output_files import write_file
 from gait_segmentation.geometry import Box
 from gait_tools.evaluation.metrics import AMBIGUOUS, PERSON, UNCLEAR
 from gait_tools.evaluation.report import write_image
 from gait_tools.evaluation.sequence import frame_stamp_ns
 from gait_tools.gait_model import FIGURES
+from gait_tools.outputs import writing
 
 NEAREST = 0.3
 """Share of the first walker's distance at which people have walked past the camera."""

@@ -14,8 +14,6 @@ from gait_segmentation.files.reading import read_yaml
 from gait_segmentation.pipeline import PipelineConfig
 from gait_segmentation.streams.config import OF_NODES, BankConfig, StartConfig, misnamed, qualified
 
-__all__ = ['Settings', 'read_parameter_file']
-
 _SECTIONS = ('gait_tracker', 'gait_matcher', 'gait_segmenter', 'gait_pipeline', '**', '*')
 _UNNAMED = 'people'
 """The stage whose parameters have no prefix in ROS."""

@@ -9,13 +9,12 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from gait_segmentation import MOST_PIXELS
 from gait_segmentation.commands import FAILED, INTERRUPTED
-from gait_segmentation.config import StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputError
-from gait_segmentation.files.encoded_images import MOST_PIXELS
-from gait_segmentation.files.installed import make_writable, shared_file
+from gait_segmentation.files.installed import shared_file
 from gait_segmentation.files.output_files import problem_of
 from gait_segmentation.geometry import Box, check_start_box
 
@@ -177,55 +176,3 @@ def scaled_box(box: Box | None, source: ImageSource) -> Box | None:
     except InputError as error:
         raise ConfigError(f'the first box does not fit the frames: {error}') from error
     return scaled
-
-
-def add_spec_options(parser: argparse.ArgumentParser, spec: type[StageConfig], title: str) -> None:
-    """Add an option for each parameter of a specification, to be read by :func:`spec_of`."""
-    group = parser.add_argument_group(title)
-    for about in parameters_of(spec):
-        unit = f' [{about.unit}]' if about.unit else ''
-        default = f'{about.default:g}' if about.type is float else about.default
-        group.add_argument(
-            f'--{about.name.replace("_", "-")}',
-            dest=about.name,
-            type=about.type,
-            default=argparse.SUPPRESS,
-            metavar={int: 'N', float: 'X', str: 'NAMES'}[about.type],
-            help=f'{about.description}{unit} Default: {default}.'.replace('%', '%%'),
-        )
-
-
-def spec_of(options: argparse.Namespace, spec: type[StageConfig]) -> dict[str, Any]:
-    """Return the parameters of a specification that were given."""
-    names = [about.name for about in parameters_of(spec)]
-    return {name: getattr(options, name) for name in names if hasattr(options, name)}
-
-
-def make_folder(option: str, folder: Path) -> None:
-    """
-    Make a folder for outputs, before what is to be written is worked out.
-
-    :param option: that names it, for what is said.
-    :raises ConfigError: if nothing can be written there.
-    """
-    try:
-        make_writable(folder)
-    except OSError as error:
-        raise ConfigError(
-            f'{option} {folder}: nothing can be written: {error.strerror}'
-        ) from error
-
-
-def check_file(path: Path) -> None:
-    """
-    Make sure that a file can be written, before what is to be written is worked out.
-
-    :raises ConfigError: if it cannot.
-    """
-    there = path.exists()
-    try:
-        path.open('ab').close()
-        if not there:
-            path.unlink()
-    except OSError as error:
-        raise ConfigError(f'{path} cannot be written: {error.strerror}') from error

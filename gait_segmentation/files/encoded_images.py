@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 from gait_segmentation import MOST_PIXELS
 from gait_segmentation.errors import InputError
 
-__all__ = ['FORMATS', 'MOST_PIXELS', 'check_pixels', 'decode_image', 'is_image']
-
 FORMATS = 'JPEG, PNG, WebP, BMP or PNM'
 """What is decoded; OpenCV knows more, which no camera sends and nobody's masks are in."""
 
@@ -33,17 +31,6 @@ _CHUNK = 12
 """Bytes of a PNG's chunk beside its data: length, kind and checksum."""
 
 _SCAN, _END = b'\xff\xda', b'\xff\xd9'
-_MOST_SCANS = 100
-"""
-Passes over its pixels that a JPEG may make, and 10 are usual: each takes time for all pixels, and
-hardly any bytes.
-"""
-
-_FILLED = 128
-"""What libjpeg fills up with where data are missing."""
-
-_MORE = b'\0' + np.random.default_rng(0).integers(0, 255, 4096, np.uint8).tobytes()
-"""Data that make something else of a JPEG where some are missing, and no difference elsewhere."""
 
 
 def check_pixels(size: tuple[int, int], most: int = MOST_PIXELS) -> None:
@@ -86,8 +73,11 @@ def decode_image(
         )
     image = None
     if content.startswith(_JPEG):
-        image = _jpeg(content, flags, name, most)
-    elif not content.startswith(_PNG) or _has_whole_chunks(content):
+        # What is missing the decoder fills up with grey.
+        whole = content.rfind(_END) > content.rfind(_SCAN)
+    else:
+        whole = not content.startswith(_PNG) or _has_whole_chunks(content)
+    if whole:
         image = _decoded(content, flags, name, most)
     if image is None:
         raise InputError(f'{name} is not a complete image, got {len(content)} bytes')
@@ -109,31 +99,6 @@ def _decoded(content: bytes, flags: int, name: str, most: int) -> NDArray[np.uin
             f'{name}: image must have at most {most} pixels (max_pixels), and as many as the '
             'variable OPENCV_IO_MAX_IMAGE_PIXELS says, got more'
         ) from None
-
-
-def _jpeg(content: bytes, flags: int, name: str, most: int) -> NDArray[np.uint8] | None:
-    """Decode a JPEG, which may lack its end marker alone, unless data are missing."""
-    scans = content.count(_SCAN)
-    if scans > _MOST_SCANS:
-        raise InputError(
-            f'{name} must be a JPEG of at most {_MOST_SCANS} scans, got {scans}: write it anew'
-        )
-    end = content.rfind(_END)
-    if end < content.rfind(_SCAN):
-        end = len(content)
-        content += _END
-    image = _decoded(content, flags, name, most)
-    if image is not None and _may_be_filled_up(image):
-        more = _decoded(content[:end] + _MORE + content[end:], flags, name, most)
-        if more is None or not np.array_equal(image, more):
-            return None
-    return image
-
-
-def _may_be_filled_up(image: NDArray[np.uint8]) -> bool:
-    """Tell whether what comes last, whichever way the image was turned, may be filled up."""
-    corners = (image[0, 0], image[0, -1], image[-1, 0], image[-1, -1])
-    return any(bool((corner == _FILLED).all()) for corner in corners)
 
 
 def _has_whole_chunks(content: bytes) -> bool:

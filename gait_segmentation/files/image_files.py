@@ -4,11 +4,8 @@
 
 from __future__ import annotations
 
-import logging
 import re
 from decimal import Decimal
-from functools import cache
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +13,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation import MOST_PIXELS
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.encoded_images import MOST_PIXELS, decode_image
+from gait_segmentation.files.encoded_images import decode_image
 from gait_segmentation.files.reading import regular
 from gait_segmentation.heat_maps import heat_map_of
-
-_LOGGER = logging.getLogger('gait_segmentation')
 
 IMAGE_SUFFIXES = ('.bmp', '.jpeg', '.jpg', '.pbm', '.pgm', '.png', '.ppm', '.webp')
 """Endings of the files taken for images."""
@@ -40,28 +36,6 @@ def by_number(path: Path) -> tuple[list[str | tuple[Decimal, ...]], str]:
     return parts, path.name
 
 
-def _by_whole_numbers(path: Path) -> list[str | int]:
-    return [int(part) if part.isdecimal() else part for part in re.split(r'(\d+)', path.stem)]
-
-
-def warn_of_order(files: list[Path]) -> None:
-    """Log, once, why the order of :func:`images_in` may not be that in which they were taken."""
-    if len({tuple(_NUMBER.split(path.stem)[::2]) for path in files}) > 1:
-        why = 'they differ in more than their numbers'
-    elif any(by_number(one)[0] == by_number(two)[0] for one, two in pairwise(files)):
-        why = 'some have the same number'
-    elif files != sorted(files, key=_by_whole_numbers):
-        why = 'numbers with a point are taken for decimals'
-    else:
-        return
-    _warn(f'{files[0].parent}: the order of the images is doubtful, since {why}: rename them')
-
-
-@cache
-def _warn(text: str) -> None:
-    _LOGGER.warning(text)
-
-
 def images_in(folder: Path) -> list[Path]:
     """Return the images of a folder in the order of the numbers in their names."""
     files = (path for path in folder.iterdir() if path.suffix.lower() in IMAGE_SUFFIXES)
@@ -70,26 +44,25 @@ def images_in(folder: Path) -> list[Path]:
 
 
 def read_image(
-    path: Path, max_pixels: int = MOST_PIXELS, *, any_depth: bool = False
-) -> NDArray[np.uint8]:
+    path: Path, flags: int = cv2.IMREAD_COLOR, max_pixels: int = MOST_PIXELS
+) -> NDArray[Any]:
     """
-    Read a colour image as (H, W, 3) uint8 BGR.
+    Read an image.
 
+    :param flags: how, as ``cv2.imdecode`` takes it.
     :param max_pixels: how many it may have.
-    :param any_depth: leave those of 16 bits as they are, uint16.
+    :returns: (H, W, 3) uint8 BGR, unless the flags ask for something else.
     :raises SequenceError: if the file is not an image that can be read, or has more pixels.
     """
-    depth = cv2.IMREAD_ANYDEPTH if any_depth else 0
-    return _decoded(path, cv2.IMREAD_COLOR | depth, max_pixels)
-
-
-def read_grey(path: Path) -> NDArray[np.uint8]:
-    """
-    Read an image of any kind as (H, W) uint8.
-
-    :raises SequenceError: if the file is not an image that can be read, or has too many pixels.
-    """
-    return _decoded(path, cv2.IMREAD_GRAYSCALE)
+    # Not by cv2.imread, which crashes at names that are not UTF-8.
+    try:
+        data = np.fromfile(regular(path), dtype=np.uint8)
+    except OSError as error:
+        raise SequenceError(f'{path} cannot be read: {error.strerror}') from error
+    try:
+        return decode_image(data, flags, name=str(path), most=max_pixels)
+    except InputError as error:
+        raise SequenceError(str(error)) from error
 
 
 def read_heat_map(path: Path, max_pixels: int = MOST_PIXELS) -> NDArray[np.uint8]:
@@ -100,27 +73,6 @@ def read_heat_map(path: Path, max_pixels: int = MOST_PIXELS) -> NDArray[np.uint8
     :raises SequenceError: if it cannot be read, is in colours, or has more pixels.
     """
     try:
-        return heat_map_of(_decoded(path, cv2.IMREAD_UNCHANGED, max_pixels))
+        return heat_map_of(read_image(path, cv2.IMREAD_UNCHANGED, max_pixels))
     except InputError as error:
         raise SequenceError(f'{path}: {error}') from error
-
-
-def read_unchanged(path: Path) -> NDArray[np.uint8]:
-    """
-    Read an image as it is: (H, W) or (H, W, channels), of 8 bits or more.
-
-    :raises SequenceError: if the file is not an image that can be read, or has too many pixels.
-    """
-    return _decoded(path, cv2.IMREAD_UNCHANGED)
-
-
-def _decoded(path: Path, flags: int, max_pixels: int = MOST_PIXELS) -> NDArray[np.uint8]:
-    # Not by cv2.imread, which crashes at names that are not UTF-8.
-    try:
-        data = np.fromfile(regular(path), dtype=np.uint8)
-    except OSError as error:
-        raise SequenceError(f'{path} cannot be read: {error.strerror}') from error
-    try:
-        return decode_image(data, flags, name=str(path), most=max_pixels)
-    except InputError as error:
-        raise SequenceError(str(error)) from error

@@ -9,8 +9,8 @@ import re
 from pathlib import Path
 from typing import Any
 
+from gait_segmentation import MOST_PIXELS
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.inputs.bag import BagSource, is_bag
 from gait_segmentation.inputs.film import FilmSource, FolderSource
 from gait_segmentation.inputs.source import DamagedError, Frame, ImageSource, check_rate

@@ -25,8 +25,6 @@ from gait_segmentation.inputs.source import (
     check_file,
 )
 
-__all__ = ['BagSource', 'is_bag']
-
 _STORAGE = ('.mcap', '.db3')
 _REMEDIES = {
     '': 'ros2 bag reindex FOLDER',
@@ -42,11 +40,6 @@ _ZSTD = b'\x28\xb5\x2f\xfd'
 
 _IMAGE = 'sensor_msgs/msg/Image'
 _COMPRESSED = 'sensor_msgs/msg/CompressedImage'
-_ROS1 = ('sensor_msgs/Image', 'sensor_msgs/CompressedImage')
-_OTHERS = (
-    'holds messages that are not of ROS 2, such as a ROS 1 bag converted to MCAP: give the ROS 1 '
-    'bag itself'
-)
 _RATE_FRAMES = 60
 """Stamps that the rate is found from."""
 
@@ -214,19 +207,10 @@ class BagSource(ImageSource):
             with self._reader() as reader:
                 found: dict[str, Topic] = {}
                 for each in reader.connections:
-                    # The metadata may say anything, and rosbags hands it on.
-                    if not all(isinstance(name, str) for name in (each.topic, each.msgtype)):
-                        raise TypeError(f'topic {each.topic!r} of type {each.msgtype!r}')
-                    if self.path.suffix != '.bag' and each.msgtype in _ROS1:
-                        raise SequenceError(f'{self.path} {_OTHERS}')
                     before = found[each.topic].messages if each.topic in found else 0
                     found[each.topic] = Topic(each.msgtype, (before or 0) + int(each.msgcount))
                 return found
-        except SequenceError:
-            raise
         except Exception as error:
-            if any(sign in str(error) for sign in ('Profile is not ros2', 'ros1msg')):
-                raise SequenceError(f'{self.path} {_OTHERS}') from error
             # rosbags and SQLite raise whatever the damage made of it.
             raise SequenceError(
                 f'{self.path} cannot be read as a bag: {error}; mend it: {self._remedy()}'
@@ -289,7 +273,7 @@ def _listed(topics: dict[str, Topic]) -> str:
 
 
 def _about(topic: Topic) -> str:
-    return topic.kind + ('' if topic.messages is None else f', {topic.messages} messages')
+    return f'{topic.kind}' + ('' if topic.messages is None else f', {topic.messages} messages')
 
 
 @cache

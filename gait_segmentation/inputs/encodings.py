@@ -16,23 +16,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation import MOST_PIXELS
 from gait_segmentation.errors import InputError
-from gait_segmentation.files.encoded_images import MOST_PIXELS, check_pixels, decode_image
+from gait_segmentation.files.encoded_images import check_pixels, decode_image
 from gait_segmentation.heat_maps import heat_map_of
-
-__all__ = [
-    'ENCODINGS',
-    'Encoding',
-    'SampleBits',
-    'claimed_shape',
-    'pixels',
-    'read_bgr',
-    'read_compressed',
-    'read_depth',
-    'read_heat_map',
-    'read_image',
-    'read_mono8',
-]
 
 ImageLike: TypeAlias = Any
 """What has the fields of sensor_msgs/Image."""

@@ -14,17 +14,10 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.files.encoded_images import check_pixels, is_image
-from gait_segmentation.files.image_files import (
-    IMAGE_SUFFIXES,
-    images_in,
-    read_image,
-    warn_of_order,
-)
+from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_image
 from gait_segmentation.files.output_files import film_name
 from gait_segmentation.inputs.encodings import SampleBits
 from gait_segmentation.inputs.source import DEFAULT_FPS, MOST_FRAMES, Entry, ImageSource
-
-__all__ = ['FilmSource', 'FolderSource']
 
 _FRAME_ID = 'camera'
 _OFF = 0.5
@@ -69,7 +62,7 @@ class FilmSource(ImageSource):
             image = is_image(file.read(12))
         if image:
             # A film as well, but decoded without a limit as soon as it is opened as such.
-            read_image(self.path, self._max_pixels)
+            read_image(self.path, max_pixels=self._max_pixels)
         capture = self._capture()
         opened = capture.isOpened()
         self._fps = float(capture.get(cv2.CAP_PROP_FPS))
@@ -139,7 +132,6 @@ class FolderSource(ImageSource):
             raise SequenceError(
                 f'{self.path} holds no images ({", ".join(IMAGE_SUFFIXES)}) and no bag'
             )
-        warn_of_order(self._files)
         return len(self._files)
 
     def rate(self) -> float:
@@ -162,7 +154,7 @@ def _read(path: Path, max_pixels: int, bits: SampleBits) -> NDArray[np.uint8]:
     :raises InputError: if it cannot be read, which is the matter of this one frame.
     """
     try:
-        image = read_image(path, max_pixels, any_depth=True)
+        image = read_image(path, cv2.IMREAD_COLOR | cv2.IMREAD_ANYDEPTH, max_pixels)
     except SequenceError as error:
         raise InputError(str(error)) from error
     return bits.of(image, str(path))

@@ -12,14 +12,12 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation import MOST_PIXELS
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.image_files import images_in, read_heat_map
 from gait_segmentation.inputs import encodings
 from gait_segmentation.inputs.bag import BagSource, is_bag
 from gait_segmentation.inputs.source import Entry, Frame
-
-__all__ = ['RecordedMaps', 'open_heat_maps']
 
 RecordedMap: TypeAlias = tuple[int, Callable[[], NDArray[np.uint8]]]
 """The stamp of a map, and what decodes it or raises :class:`GaitSegmentationError`."""

@@ -13,21 +13,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation import MOST_PIXELS
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.reading import regular
 from gait_segmentation.images import shrink
-
-__all__ = [
-    'DEFAULT_FPS',
-    'MOST_FRAMES',
-    'DamagedError',
-    'Entry',
-    'Frame',
-    'ImageSource',
-    'check_file',
-    'check_rate',
-]
 
 Shape = tuple[int, int]
 

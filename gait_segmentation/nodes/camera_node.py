@@ -50,8 +50,6 @@ class CameraNode(GaitNode):
     tracks: Sequence[TrackResult] = ()
     """What the diagnostics report."""
 
-    _superseded = 0
-
     def make_intake(self) -> None:
         """Prepare the intake of frames and first boxes."""
         start = self.parameters.get(StartConfig)
@@ -113,7 +111,7 @@ class CameraNode(GaitNode):
         super().connect()
 
     def status(self) -> dict[str, str]:
-        """Report the track of each slot, and what was asked for in vain."""
+        """Report the track of each slot, and whether heat maps come."""
         tracks = self.tracks if self.stage is not None else ()
         found = {
             f'track of {slot_name(slot)}': track.state
@@ -122,12 +120,8 @@ class CameraNode(GaitNode):
             for slot, track in enumerate(tracks)
         }
         tracked = sum(track.track_id != 0 for track in tracks)
-        dropped = {
-            'dropped requests': str(0 if self._worker is None else self.intake.dropped),
-            'dropped detections': str(self._superseded),
-        }
         maps = {'heat map': 'in use' if self.stage is not None and self.maps.in_use else 'none'}
-        return {**super().status(), 'people': str(tracked), **found, **dropped, **maps}
+        return {**super().status(), 'people': str(tracked), **found, **maps}
 
     def _start(self, message: RegionOfInterest) -> None:
         try:
@@ -135,11 +129,11 @@ class CameraNode(GaitNode):
         except GaitSegmentationError as error:
             self.warnings.warn('roi', f'init_roi is ignored: {error}')
             return
-        self.intake.drop(self.later(lambda: self.intake.request(box), 'init_roi', self.slots))
+        self.later(lambda: self.intake.request(box), 'init_roi', self.slots)
 
     def _detected(self, message: Any) -> None:
         # The next message says the same anew, so that only the newest one counts.
-        self._superseded += self.later(lambda: self._start_new(message), 'detections')
+        self.later(lambda: self._start_new(message), 'detections')
 
     def _start_new(self, message: Any) -> None:
         boxes = read_detections(message, self.parameters.get(StartConfig))

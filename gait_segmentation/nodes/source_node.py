@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import re
 import sys
 import time
 from collections.abc import Iterator
@@ -33,7 +32,7 @@ from gait_segmentation.cli.tool import (
 )
 from gait_segmentation.ending import Ending
 from gait_segmentation.errors import GaitSegmentationError, SequenceError
-from gait_segmentation.files.output_files import keep_apart, keep_others, named, problem_of
+from gait_segmentation.files.output_files import keep_apart, named, problem_of
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, check_rate, open_input
 from gait_segmentation.ros.endpoints import BETWEEN_NODES
 from gait_segmentation.ros.messages import image_message
@@ -46,8 +45,6 @@ _LONGEST_GAP_S = 5.0
 
 _DAY_S = 86400.0
 _RANGES = {'wait_for': (0, 1000), 'wait_timeout': (0.0, _DAY_S), 'delay': (0.0, _DAY_S)}
-_STAMPS = re.compile(rb'\d+ -?\d+\n')
-"""Beginning of a file of stamps."""
 
 
 _DESCRIPTION = """\
@@ -155,7 +152,6 @@ def publish_input(options: argparse.Namespace, node: Node) -> int:
     check_ranges(options, _RANGES)
     check_rate(options.rate)
     keep_apart([('--stamps', options.stamps)], [options.input])
-    keep_others([('--stamps', options.stamps, _are_stamps)], 'gait_source')
     reading = {name: getattr(options, name) for name in READING if name != 'rate'}
     source = open_input(options.input, **reading)
     pace = Pace(1 / (options.rate or source.fps), by_stamp=not options.rate)
@@ -192,10 +188,6 @@ def publish_input(options: argparse.Namespace, node: Node) -> int:
     if node.context.ok():
         images.wait_for_all_acked(Duration(seconds=_FLOW_OUT_S))
     return published
-
-
-def _are_stamps(head: bytes) -> bool:
-    return _STAMPS.match(head) is not None
 
 
 def _frames(source: ImageSource, loop: bool, preload: bool) -> Iterator[Frame]:

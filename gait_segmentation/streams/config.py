@@ -8,9 +8,9 @@ import difflib
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
+from gait_segmentation import MOST_PIXELS
 from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.errors import ConfigError, InputError
-from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.geometry import Box
 
 _ALIKE = 0.75

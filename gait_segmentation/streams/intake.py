@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -62,10 +61,6 @@ class Intake:
         self._initial_stamp_ns = initial_stamp_ns
         self._armed = initial_box is not None
         self._requested: deque[Box] = deque(maxlen=slots)
-        self.dropped = 0
-        """Boxes asked for that newer ones have taken the place of."""
-
-        self._counting = threading.Lock()
         self.shape: tuple[int, int] | None = None
 
     @property
@@ -74,22 +69,8 @@ class Intake:
         return tuple(self._requested)
 
     def request(self, box: Box) -> None:
-        """Start a track at the next frame."""
-        if len(self._requested) == self._requested.maxlen:
-            self.drop(1)
+        """Start a track at the next frame; of more than there are slots the oldest is dropped."""
         self._requested.append(box)
-
-    def drop(self, boxes: int) -> None:
-        """Count boxes that newer ones have taken the place of, and warn (any thread)."""
-        if not boxes:
-            return
-        with self._counting:
-            self.dropped += boxes
-        self._warn(
-            'requests',
-            'more boxes to start from came between two images than there are slots: only the '
-            f'newest {self._requested.maxlen} of max_people count; {self.dropped} dropped so far',
-        )
 
     def forget(self) -> None:
         """Drop boxes that were asked for and have not been used."""

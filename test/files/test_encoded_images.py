@@ -108,53 +108,14 @@ def test_an_image_that_is_cut_off_is_none(suffix: str) -> None:
             decoded(data[:length])
 
 
-def test_a_jpeg_cannot_take_long_with_few_bytes() -> None:
-    image = np.zeros((64, 64, 3), np.uint8)
-    data = cv2.imencode('.jpg', image, [cv2.IMWRITE_JPEG_PROGRESSIVE, 1])[1].tobytes()
-    last = data[data.rindex(b'\xff\xda') : -2]
-    assert decoded(data[:-2] + 10 * last + data[-2:]).shape == image.shape
-    with pytest.raises(InputError, match='JPEG of at most 100 scans, got'):
-        decoded(data[:-2] + 100 * last + data[-2:])
-
-
-@pytest.mark.parametrize(('width', 'height'), [(64, 100), (320, 240), (1920, 1080)])
-def test_a_jpeg_that_claims_more_than_it_holds_is_none(width: int, height: int) -> None:
-    with pytest.raises(InputError, match='not a complete image'):
-        decoded(jpeg(width, height))
-
-
-@pytest.mark.parametrize('grey', [0, 24])
-@pytest.mark.parametrize('progressive', [0, 1])
-def test_a_jpeg_is_read_if_nothing_of_the_picture_is_missing(grey: int, progressive: int) -> None:
-    """Also if its last rows are what the decoder fills up with, and without its end marker."""
-    image = np.random.default_rng(0).integers(0, 256, (*SIZE[::-1], 3)).astype(np.uint8)
-    image[SIZE[1] - grey :] = 128
-    options = [cv2.IMWRITE_JPEG_PROGRESSIVE, progressive]
-    data = cv2.imencode('.jpg', image, options)[1].tobytes()
-    whole = decoded(data)
-    assert bool((whole[-1] == 128).all()) == bool(grey)
-    for other in (
-        data[:-2],
-        data + b'more',
-        data + data,
-        data[:-2] + b'\xff',
-        data[:-2] + b'\xff' + data[-2:],
-    ):
-        np.testing.assert_array_equal(decoded(other), whole)
-    if not grey and not progressive:
-        for part in (0.5, 0.75, 0.9):
-            with pytest.raises(InputError, match='not a complete image'):
-                decoded(data[: int(part * len(data))])
-
-
-def test_half_a_jpeg_is_none_whichever_way_it_is_turned() -> None:
+def test_a_jpeg_is_read_up_to_its_end_marker() -> None:
     data = encoded('.jpg')
-    for orientation in range(1, 9):
-        exif = b'Exif\0\0MM\0*' + struct.pack('>IHHHIHHI', 8, 1, 0x112, 3, 1, orientation, 0, 0)
-        turned = data[:2] + b'\xff\xe1' + struct.pack('>H', len(exif) + 2) + exif + data[2:]
-        assert decoded(turned).shape[:2] == (SIZE if orientation > 4 else SIZE[::-1])
+    whole = decoded(data)
+    for other in (data + b'more', data + data):
+        np.testing.assert_array_equal(decoded(other), whole)
+    for part in (data[:-2], data[: len(data) * 9 // 10]):
         with pytest.raises(InputError, match='not a complete image'):
-            decoded(turned[: len(turned) // 2])
+            decoded(part)
 
 
 @pytest.mark.parametrize('name', [b'IDAT', b'IEND'])

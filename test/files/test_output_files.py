@@ -12,13 +12,8 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import ConfigError, SequenceError
-from gait_segmentation.files.output_files import (
-    keep_apart,
-    named,
-    problem_of,
-    write_file,
-    write_picture,
-)
+from gait_segmentation.files.output_files import keep_apart, named, problem_of, write_file
+from gait_tools.outputs import write_picture
 
 
 @contextmanager

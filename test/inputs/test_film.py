@@ -53,23 +53,6 @@ def test_a_name_that_is_no_text_is_refused() -> None:
         open_input(Path('clip\udcff.mp4'))
 
 
-def test_images_numbered_without_zeros_are_read_in_the_order_of_numbers(tmp_path: Path) -> None:
-    for number in range(12):
-        picture = np.full((20, 30, 3), number, np.uint8)
-        assert cv2.imwrite(str(tmp_path / f'frame{number}.png'), picture)
-    found = [int(image[0, 0, 0]) for image in open_input(tmp_path).images()]
-    assert found == list(range(12))
-
-
-def test_images_named_by_times_are_read_in_the_order_of_the_times(tmp_path: Path, caplog) -> None:
-    for number in range(12):
-        picture = np.full((20, 30, 3), number, np.uint8)
-        assert cv2.imwrite(str(tmp_path / f'{1700000000 + number / 8}.png'), picture)
-    found = [int(image[0, 0, 0]) for image in open_input(tmp_path).images()]
-    assert found == list(range(12))
-    assert 'is doubtful, since numbers with a point are taken for decimals' in caplog.text
-
-
 def test_hidden_files_are_no_frames(folder: Path) -> None:
     (folder / '._0001.png').write_bytes(b'of another system')
     assert greys(open_input(folder)) == [0, 1, 2, 3, 4]

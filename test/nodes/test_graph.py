@@ -147,13 +147,6 @@ def test_late_frames_are_answered_and_the_track_goes_on(graph: Graph) -> None:
     assert masks(graph.feed(frame(11)))[0].any()
 
 
-def test_a_late_frame_of_another_size_is_answered_in_it(graph: Graph) -> None:
-    graph.track(0, 4)
-    new = graph.feed(frame(5), frame(4, (200, 140)), frame(6))
-    assert [mask.shape for mask in masks(new)] == [(120, 160), (140, 200), (120, 160)]
-    assert [bool(mask.any()) for mask in masks(new)] == [True, False, True]
-
-
 def test_a_stamp_that_comes_again_is_ignored(graph: Graph) -> None:
     graph.track(10, 2)
     again = (0, 2, 1, 1)

@@ -208,20 +208,6 @@ def test_gait_source_refuses_odd_numbers(options: list[str], reason: str) -> Non
         publish_input(given, SimpleNamespace())
 
 
-@pytest.mark.parametrize('content', [b'a film', b'0 1000 2\n'])
-def test_gait_source_replaces_stamps_and_nothing_else(tmp_path: Path, content: bytes) -> None:
-    file = tmp_path / 'film.mp4'
-    file.write_bytes(content)
-    given = parser().parse_args(['no_such_film.mp4', '--stamps', str(file)])
-    with pytest.raises(ConfigError, match=r'film\.mp4 was not made by gait_source'):
-        publish_input(given, SimpleNamespace())
-    assert file.read_bytes() == content
-    for own in (b'', b'0 33333333\n1 66666667\n'):
-        file.write_bytes(own)
-        with pytest.raises(SequenceError, match=r'no_such_film\.mp4 does not exist'):
-            publish_input(given, SimpleNamespace())
-
-
 def test_gait_source_does_not_write_stamps_over_its_input(tmp_path: Path) -> None:
     film = tmp_path / 'film.mp4'
     film.write_bytes(b'a film')

@@ -20,7 +20,6 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image, RegionOfInterest
-from std_msgs.msg import String
 
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.matcher_node import MatcherNode
@@ -74,23 +73,6 @@ def test_a_node_can_be_cycled_fifty_times(bench: Bench, monkeypatch) -> None:
     bench.feed(bench.publisher(Image, 'image', 1), [frame(0)])
 
 
-@pytest.mark.parametrize('kind', [TrackerNode, MatcherNode, SegmenterNode, PipelineNode])
-def test_publishers_of_another_type_are_not_heard(bench: Bench, stranger: Node, kind: Any) -> None:
-    node = bench.add(kind)
-    strangers = [
-        stranger.create_publisher(String, topic, DEEP)
-        for topic in ('image', 'init_roi', 'person_0/box', 'person_0/likelihood', 'image_size')
-    ]
-    for _ in range(20):
-        for each in strangers:
-            each.publish(String(data='not for you'))
-        bench.executor.spin_once(timeout_sec=0.01)
-    assert (node.state, node.statistics.received) == ('active', 0)
-    if kind in (TrackerNode, PipelineNode):
-        bench.record_outputs('person_0/box')
-        bench.feed(bench.publisher(Image, 'image', 1), [frame(0), frame(1)])
-
-
 @pytest.mark.parametrize('kind', [SetParameters, SetParametersAtomically])
 def test_a_parameter_of_a_type_that_there_is_not_is_refused(bench: Bench, kind: Any) -> None:
     node = bench.add(SegmenterNode, start=False)
@@ -135,18 +117,6 @@ def test_a_flood_of_tiny_images_is_thinned_out(bench: Bench) -> None:
     assert bench.received['mask'][-1].width == frame(flood).width
 
 
-def test_an_image_of_fifty_megapixels_is_worked_on(bench: Bench) -> None:
-    # Handed over in the process: to send it would only test the network.
-    node = bench.add(PipelineNode)
-    shapes = []
-    node._segmentation.publish = lambda masks, header: shapes.append(masks.mask.shape)
-    huge = Image(header=header(0), height=5774, width=8660, encoding='mono8', step=8660)
-    huge.data.frombytes(bytes(huge.step * huge.height))
-    node._part('image', huge)
-    bench.until(lambda: bool(shapes), 'the mask')
-    assert shapes == [(5774, 8660)]
-
-
 def test_of_a_flood_of_boxes_no_more_start_than_there_are_slots(bench: Bench) -> None:
     node = bench.add(TrackerNode, max_people=2)
     bench.record_outputs('person_0/box')
@@ -161,8 +131,7 @@ def test_of_a_flood_of_boxes_no_more_start_than_there_are_slots(bench: Bench) ->
     bench.until(lambda: len(others) == 1, 'the other box')
     found = (bench.received['person_0/box'][0], others[0])
     assert [message.polygon.id for message in found] == [1, 2]
-    status = node.status()
-    assert (status['people'], status['dropped requests']) == ('2', str(len(flood) - 2))
+    assert node.status()['people'] == '2'
 
 
 ABSURD = {

@@ -91,17 +91,6 @@ def test_the_ports_of_the_dead_are_closed_and_their_numbers_free_again_later(
     assert names(tmp_path) == left
 
 
-def test_nobody_can_open_or_make_a_closed_port(tmp_path: Path) -> None:
-    segment(tmp_path, 'fastrtps_port7411')
-    DeadPorts(tmp_path)
-    port = tmp_path / 'fastrtps_port7411'
-    for flags in (os.O_RDWR, os.O_RDWR | os.O_CREAT | os.O_EXCL):
-        with pytest.raises(OSError):
-            os.open(port, flags, 0o600)
-    with pytest.raises(OSError):
-        port.unlink()
-
-
 def test_those_who_die_later_are_found_and_their_numbers_are_free_again_after_a_while(
     tmp_path: Path,
 ) -> None:

@@ -100,23 +100,9 @@ def test_of_a_flood_of_boxes_the_newest_count() -> None:
     for box in boxes:
         log.intake.request(box)
     assert log.intake.requested == tuple(boxes[-3:])
-    assert log.intake.dropped == len(boxes) - 3
-    assert 'only the newest 3 of max_people count; 19997 dropped so far' in log.events[-1]
     assert log.take(1) == boxes[-3:]
     log.intake.request(BOX)
     assert log.take(2) == [BOX]
-    assert log.intake.dropped == len(boxes) - 3
-
-
-def test_boxes_dropped_before_they_came_in_are_counted_as_well() -> None:
-    log = Log()
-    log.intake.drop(0)
-    assert (log.intake.dropped, log.events) == (0, [])
-    log.intake.drop(7)
-    log.intake.request(BOX)
-    log.intake.request(BOX)
-    assert log.intake.dropped == 8
-    assert len(log.events) == 2
 
 
 def track(track_id: int, box: Box | None, confidence: float = 0.75) -> TrackResult:

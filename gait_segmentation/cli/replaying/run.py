@@ -23,6 +23,7 @@ from typing import Any
 import cv2
 from tqdm import tqdm
 
+from gait_segmentation import MOST_PIXELS
 from gait_segmentation.cli.replaying.bag_output import BagOutput
 from gait_segmentation.cli.replaying.lockstep import Replayed, ahead, results_of
 from gait_segmentation.cli.replaying.outputs import (
@@ -38,7 +39,6 @@ from gait_segmentation.cli.replaying.walks import OpenGaitOutput
 from gait_segmentation.cli.tool import POLL_S, scaled_box
 from gait_segmentation.commands import ENDING
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
-from gait_segmentation.files.encoded_images import MOST_PIXELS
 from gait_segmentation.files.output_files import keep_apart, named, problem_of
 from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.geometry import Box
@@ -310,30 +310,42 @@ def _on_cluster(jobs: list[Job], address: str, force: bool) -> list[Report]:
         if not client.nthreads():
             print(f'gait_replay: {address} has no workers yet: waiting for them', file=sys.stderr)
         jobs = [job.anywhere() for job in jobs]
-        return _share_out(jobs, client.get_executor(pure=False), Event(client=client), force)
+        pool, halt = client.get_executor(pure=False), Event(client=client)
+        return _share_out(jobs, pool, halt, force, lambda: bool(client.nthreads()))
 
 
-def _share_out(jobs: list[Job], pool: Executor, halt: Any, force: bool) -> list[Report]:
+def _share_out(
+    jobs: list[Job],
+    pool: Executor,
+    halt: Any,
+    force: bool,
+    has_workers: Callable[[], bool] = lambda: True,
+) -> list[Report]:
     """
     Have workers replay inputs.
 
     :param halt: an event that they see as well, for breaking off.
+    :param has_workers: says whether anybody is there to see it.
     """
     futures: dict[Future[Report | None], Job] = {}
     try:
         with _until_interrupted() as stop, _bar(total=len(jobs), unit='input') as bar:
             futures |= {pool.submit(replay_task, job, halt, force): job for job in jobs}
             waiting = set(futures)
-            while waiting:
+            while waiting and not (stop.is_set() and not has_workers()):
                 done, waiting = wait(waiting, POLL_S, FIRST_COMPLETED)
                 bar.update(len(done))
                 if stop.is_set():
                     halt.set()
+            # Of those that nobody has begun, nor ever will.
+            for future in waiting:
+                future.cancel()
     except BaseException:
         for future in futures:
             future.cancel()
         raise
-    reports = (_report_of(future, job) for future, job in futures.items())
+    ended = (each for each in futures.items() if each[0] not in waiting)
+    reports = (_report_of(future, job) for future, job in ended)
     return [report for report in reports if report is not None]
 
 

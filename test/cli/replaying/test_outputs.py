@@ -25,12 +25,9 @@ from gait_segmentation.cli.replaying.outputs import (
     CsvOutput,
     MasksOutput,
     OverlayOutput,
-    partial_path,
-    remove,
 )
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.inputs import Frame, open_input
-from gait_segmentation.pipeline import FrameResult
+from gait_segmentation.inputs import open_input
 from test.cli.replaying.results import replayed
 from test.files.test_output_files import room_for
 from test.inputs.bags import image_fields, stamp, write_bag2
@@ -174,12 +171,6 @@ def test_all_own_outputs_are_known_again_and_made_anew_with_force(
     assert 'is not all there' in capsys.readouterr().err
 
 
-def test_a_link_in_a_circle_is_no_input(tmp_path: Path, capsys) -> None:
-    (tmp_path / 'walk.mp4').symlink_to('walk.mp4')
-    assert main([str(tmp_path / 'walk.mp4'), '--out', str(tmp_path / 'out')]) == 2
-    assert capsys.readouterr().err.count('\n') == 1
-
-
 @pytest.mark.parametrize('kind', [BagOutput, CsvOutput, MasksOutput])
 def test_a_full_disk_is_one_line(
     kind: type, given: list[str], tmp_path: Path, monkeypatch, capsys
@@ -197,29 +188,6 @@ def test_a_full_disk_is_one_line(
     (error,) = [line for line in capsys.readouterr().err.splitlines() if 'error' in line]
     assert re.search(f'{reason}$', error)
     assert not list(tmp_path.rglob('.*'))
-
-
-@pytest.mark.parametrize('option', ['--masks', '--csv', '--overlay', '--opengait'])
-def test_an_output_that_is_removed_while_it_is_made_is_one_line(
-    given: list[str], tmp_path: Path, monkeypatch, capsys, option: str
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    place = 'place.mp4' if option == '--overlay' else 'place'
-    output = Path('place/walk' if option == '--opengait' else place)
-    add = BagOutput.add
-
-    def remove_then_add(self: BagOutput, frame: Frame, result: FrameResult) -> None:
-        if frame.number == 2:
-            remove(partial_path(output))
-        add(self, frame, result)
-
-    monkeypatch.setattr(BagOutput, 'add', remove_then_add)
-    command = [*given, option, place, '--count', '4']
-    assert main(command) == 2
-    (error,) = [line for line in capsys.readouterr().err.splitlines() if 'error' in line]
-    assert str(output.parent / 'place') in error or str(output) in error
-    monkeypatch.setattr(BagOutput, 'add', add)
-    assert main(command) == 0
 
 
 def test_two_cannot_make_the_same_output(tmp_path: Path) -> None:

@@ -216,6 +216,17 @@ def test_an_interruption_begins_nothing_more(two: list[str], tmp_path: Path, mon
     assert [path.name for path in (tmp_path / 'out').iterdir()] == ['walk.partial']
 
 
+@pytest.mark.usefixtures('stand_in')
+def test_one_interruption_is_enough_where_there_are_no_workers(
+    two: list[str], monkeypatch, capsys
+) -> None:
+    monkeypatch.setattr(StandIn, 'nthreads', lambda _: {})
+    monkeypatch.setattr(StandIn, 'submit', lambda *_: Future())
+    threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+    assert main([*two, *ADDRESS]) == 130
+    assert 'has no workers yet' in capsys.readouterr().err
+
+
 def test_without_dask_it_is_told_what_to_install(
     given: list[str], tmp_path: Path, capsys, monkeypatch
 ) -> None:

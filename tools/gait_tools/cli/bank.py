@@ -17,16 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from gait_segmentation.cli.tool import add_spec_options, run_tool, spec_of
+from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.errors import BankError
-from gait_segmentation.files.output_files import (
-    is_own_picture,
-    keep_apart,
-    keep_others,
-    write_picture,
-)
+from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_tools.cli import vocabulary
+from gait_tools.cli.spec_options import add_spec_options, spec_of
 from gait_tools.gait_model import BUILDS, BankSpec, build_bank
 from gait_tools.gait_model.builder import DIRECTIONS
 from gait_tools.gait_model.silhouettes import (
@@ -34,6 +30,7 @@ from gait_tools.gait_model.silhouettes import (
     bank_from_silhouettes,
     read_silhouettes,
 )
+from gait_tools.outputs import is_own_picture, keep_others, write_picture
 
 _BUILD_TEXT = """
 Without --from, the bank is drawn from the package's gait model: every build is

@@ -20,18 +20,18 @@ from gait_segmentation.cli.tool import (
     add_reading_options,
     check_ranges,
     command_parser,
-    make_folder,
     run_tool,
     scaled_box,
 )
 from gait_segmentation.drawing import track_colour
 from gait_segmentation.errors import ConfigError, SequenceError
-from gait_segmentation.files.output_files import keep_apart, write_file, write_picture
+from gait_segmentation.files.output_files import keep_apart, write_file
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource, open_input
 from gait_segmentation.people import MOST_PEOPLE
 from gait_segmentation.sheets import contact_sheet, spread, tile
 from gait_tools.demo.clip import CLIP_BOX, CLIP_START, demo_clip
+from gait_tools.outputs import make_folder, write_picture
 
 if TYPE_CHECKING:
     from gait_tools.demo.recording import Recording

@@ -18,16 +18,9 @@ from typing import TypeVar
 import cv2
 from tqdm import tqdm
 
-from gait_segmentation.cli.tool import (
-    add_config_options,
-    check_file,
-    command_parser,
-    make_folder,
-    preset_file,
-    run_tool,
-)
+from gait_segmentation.cli.tool import add_config_options, command_parser, preset_file, run_tool
 from gait_segmentation.config import overridden
-from gait_segmentation.files.output_files import is_own_picture, keep_apart, keep_others
+from gait_segmentation.files.output_files import keep_apart
 from gait_tools.evaluation.ablation import (
     ABLATIONS,
     compare,
@@ -36,6 +29,7 @@ from gait_tools.evaluation.ablation import (
 )
 from gait_tools.evaluation.report import table, tracking_table, write_json
 from gait_tools.evaluation.session import Session, load_sequences
+from gait_tools.outputs import check_file, is_own_picture, keep_others, make_folder
 
 Item = TypeVar('Item')
 

@@ -11,18 +11,13 @@ from pathlib import Path
 
 import cv2
 
-from gait_segmentation.cli.tool import (
-    add_config_options,
-    command_parser,
-    make_folder,
-    preset_file,
-    run_tool,
-)
+from gait_segmentation.cli.tool import add_config_options, command_parser, preset_file, run_tool
 from gait_segmentation.config import overridden, replaced
 from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box
 from gait_tools.evaluation.report import write_figure, write_image
 from gait_tools.figures.walk import figured, open_walk
+from gait_tools.outputs import make_folder
 
 FILES = ('table.png', 'frames.png', 'phase.png')
 """What is written: Fig. 1, Figs. 2 and 3, and Fig. 4."""

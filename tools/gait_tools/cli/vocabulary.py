@@ -11,16 +11,12 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from gait_segmentation.cli.tool import add_spec_options, spec_of
-from gait_segmentation.files.output_files import (
-    is_own_picture,
-    keep_apart,
-    keep_others,
-    write_picture,
-)
+from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.segmentation.vocabulary import FORMAT, VocabularyError
+from gait_tools.cli.spec_options import add_spec_options, spec_of
 from gait_tools.gait_model.builder import draw_views
 from gait_tools.gait_model.silhouettes import read_masks
+from gait_tools.outputs import is_own_picture, keep_others, write_picture
 from gait_tools.vocabulary_training import (
     MODEL,
     Silhouette,

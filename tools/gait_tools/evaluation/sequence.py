@@ -26,7 +26,6 @@ from gait_segmentation.files.image_files import (
     IMAGE_SUFFIXES,
     read_heat_map,
     read_image,
-    read_unchanged,
 )
 from gait_segmentation.files.reading import read_yaml
 from gait_segmentation.geometry import Box, check_start_box
@@ -314,7 +313,7 @@ def read_mask(path: Path, size: tuple[int, int]) -> NDArray[np.uint8]:
     :param size: the width and height it must have.
     :raises SequenceError: if it cannot be read, has another size, colours or 16 bits.
     """
-    mask = read_unchanged(path)
+    mask = read_image(path, cv2.IMREAD_UNCHANGED)
     if mask.ndim == 3 and (mask[..., :1] == mask[..., 1:3]).all():
         mask = np.ascontiguousarray(mask[..., 0])
     if mask.ndim != 2 or mask.dtype != np.uint8:

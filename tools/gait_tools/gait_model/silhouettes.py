@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import BankError, SequenceError
-from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_grey, warn_of_order
+from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_image
 from gait_segmentation.gait_model.bank import TemplateBank, quantize
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
 from gait_tools.gait_model.builder import BankSpec
@@ -81,12 +81,11 @@ def read_masks(folder: str | os.PathLike[str]) -> list[tuple[Path, NDArray[np.ui
     if not files:
         endings = ', '.join(IMAGE_SUFFIXES)
         raise BankError(f'no images in {folder}: expected files ending in {endings}')
-    warn_of_order(files)
     found = []
     brightest = 0
     for file in files:
         try:
-            image = read_grey(file)
+            image = read_image(file, cv2.IMREAD_GRAYSCALE)
         except SequenceError as error:
             raise BankError(str(error)) from error
         if image[:: max(image.shape[0] - 1, 1), :: max(image.shape[1] - 1, 1)].min() >= 128:

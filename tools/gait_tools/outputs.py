@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Places that can be written to and are not somebody else's, and pictures."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import ConfigError, GaitSegmentationError, SequenceError
+from gait_segmentation.files.installed import make_writable
+from gait_segmentation.files.output_files import write_file
+
+_HEAD = 4096
+"""Bytes of a file by which its kind is told."""
+
+_PNG_HEADER = 33
+"""Length of the signature of a PNG and its first part, which describes the image."""
+
+_MARK = b'tEXtSoftware\0gait_segmentation'
+"""Of the PNGs that are written here."""
+
+
+def make_folder(option: str, folder: Path) -> None:
+    """
+    Make a folder for outputs, before what is to be written is worked out.
+
+    :param option: that names it, for what is said.
+    :raises ConfigError: if nothing can be written there.
+    """
+    try:
+        make_writable(folder)
+    except OSError as error:
+        raise ConfigError(
+            f'{option} {folder}: nothing can be written: {error.strerror}'
+        ) from error
+
+
+def check_file(path: Path) -> None:
+    """
+    Make sure that a file can be written, before what is to be written is worked out.
+
+    :raises ConfigError: if it cannot.
+    """
+    there = path.exists()
+    try:
+        path.open('ab').close()
+        if not there:
+            path.unlink()
+    except OSError as error:
+        raise ConfigError(f'{path} cannot be written: {error.strerror}') from error
+
+
+def keep_others(
+    outputs: Iterable[tuple[str, Path | None, Callable[[bytes], bool]]], maker: str
+) -> None:
+    """
+    Refuse outputs that would replace a file of another kind: somebody else's.
+
+    Empty files are replaced, and what is no usual file, such as a device, is not looked at.
+
+    :param outputs: what is said of each file to be written, where it is to be, None if it is not
+        wanted, and what says of the first bytes of a file whether it is of the kind.
+    :param maker: the command that makes them.
+    :raises ConfigError: if there is such a file.
+    """
+    for name, path, is_own in outputs:
+        if path is None or not path.is_file():
+            continue
+        with path.open('rb') as file:
+            head = file.read(_HEAD)
+        if head and not is_own(head):
+            raise ConfigError(
+                f'{name} {path} was not made by {maker} and is not replaced: remove it or choose '
+                'another place'
+            )
+
+
+def is_own_picture(head: bytes) -> bool:
+    """Return whether a file begins as :func:`write_picture` writes PNGs."""
+    return _MARK in head
+
+
+@contextmanager
+def writing(path: Path, kind: type[GaitSegmentationError] = SequenceError) -> Iterator[None]:
+    """
+    Have errors of the system say in words that a file cannot be written.
+
+    :raises GaitSegmentationError: of the kind.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise kind(f'{path} cannot be written: {error.strerror or error}') from error
+
+
+def write_picture(
+    path: Path, image: NDArray[np.uint8], kind: type[GaitSegmentationError] = SequenceError
+) -> None:
+    """
+    Write an image file of the format that its name says; a PNG says that it is from here.
+
+    :raises GaitSegmentationError: of the kind, if it cannot be written.
+    """
+    try:
+        done, data = cv2.imencode(path.suffix, image)
+    except cv2.error:
+        done = False
+    if not done:
+        raise kind(
+            f'{path} cannot be written: its name must end in .png or another format OpenCV writes'
+        )
+    with writing(path, kind):
+        write_file(path, _marked(data.tobytes()))
+
+
+def _marked(data: bytes) -> bytes:
+    """Return a PNG that says where it is from, and another file as it is."""
+    if not data.startswith(b'\x89PNG'):
+        return data
+    text = _MARK[4:]
+    part = struct.pack('>I', len(text)) + _MARK + struct.pack('>I', zlib.crc32(_MARK))
+    return data[:_PNG_HEADER] + part + data[_PNG_HEADER:]
