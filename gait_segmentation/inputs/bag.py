@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError, not_installed
-from gait_segmentation.inputs.encodings import SampleBits, claimed_shape, read_bgr, read_compressed
+from gait_segmentation.inputs.encodings import SampleBits, claimed_shape, read_image
 from gait_segmentation.inputs.source import (
     DEFAULT_FPS,
     DamagedError,
@@ -85,6 +85,9 @@ class BagSource(ImageSource):
 
     One whose recording was cut off, so that index or metadata are missing, is to be mended first.
     """
+
+    read = staticmethod(read_image)
+    """Decodes a message, given the pixels it may have and the bits of those before."""
 
     def __init__(self, path: Path, *, topic: str = '', **wanted: Any) -> None:
         """
@@ -164,18 +167,9 @@ class BagSource(ImageSource):
             return Entry(0, recorded_ns, '', partial(_fail, error))
         stamp = message.header.stamp
         header_ns = int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
-        compressed = self._kind == _COMPRESSED
-        read = self._read_compressed if compressed else self._read_image
-        decode = partial(read, message, self._max_pixels)
-        shape = (0, 0) if compressed else claimed_shape(message) or (0, 0)
+        decode = partial(self.read, message, self._max_pixels, self._bits)
+        shape = claimed_shape(message) or (0, 0)
         return Entry(header_ns, recorded_ns, message.header.frame_id, decode, shape)
-
-    def _read_image(self, message: Any, most: int) -> NDArray[np.uint8]:
-        """Decode an Image that is not compressed."""
-        return read_bgr(message, most, self._bits)
-
-    def _read_compressed(self, message: Any, most: int) -> NDArray[np.uint8]:
-        return read_compressed(message, most, self._bits)
 
     def _deserialized(self, data: bytes) -> Any:
         try:

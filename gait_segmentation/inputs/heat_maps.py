@@ -31,11 +31,11 @@ _NUMBER = re.compile(r'[0-9]+$')
 class HeatMapBag(BagSource):
     """The heat maps on a topic of a bag."""
 
-    def _read_image(self, message: Any, most: int) -> NDArray[np.uint8]:
-        return encodings.read_heat_map(message, most)
-
-    def _read_compressed(self, message: Any, most: int) -> NDArray[np.uint8]:
-        return encodings.read_compressed(message, most)
+    @staticmethod
+    def read(message: Any, most: int = MOST_PIXELS, bits: Any = None) -> NDArray[np.uint8]:
+        """Decode a message that is raw or compressed."""
+        raw = hasattr(message, 'encoding')
+        return (encodings.read_heat_map if raw else encodings.read_compressed)(message, most)
 
 
 def open_heat_maps(place: str, path: Path, max_pixels: int = MOST_PIXELS) -> RecordedMaps:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -15,7 +15,6 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from gait_segmentation.streams.config import CameraConfig
-from gait_segmentation.streams.health import Statistics
 
 _LATE_MS = 250.0
 """Latency (95th percentile) above which a node warns."""
@@ -48,21 +47,71 @@ class Diagnostics:
 
     def report(self) -> None:
         """Publish a report."""
-        node, now_s = self._node, time.monotonic()
-        details = {**node.status(), 'kernels ready': str(node.stage is not None).lower()}
+        now_s = time.monotonic()
+        self._publisher.publish(self.message(now_s, self._now(), self._missing(now_s)))
+
+    def message(self, now_s: float, now: Time, missing: str = '') -> DiagnosticArray:
+        """
+        Describe how the node is doing.
+
+        :param now_s: steady time in seconds, ``now`` the node's clock.
+        :param missing: what a node that is stale waits for, empty if that is not known.
+        """
+        node, statistics = self._node, self._node.statistics
+        name, details = node.get_fully_qualified_name().strip('/'), node.status()
+        median, high = statistics.latency_ms()
+        frames, outputs = statistics.rates_hz(now_s)
+        age_s = (now.sec * 10**9 + now.nanosec - statistics.last_stamp_ns) / 1e9
+        dated = statistics.last_stamp_ns > 0 and (now.sec, now.nanosec) > (0, 0) and age_s >= 0
+        values = {
+            'state': node.state if node.enabled else f'{node.state}, disabled',
+            'input rate (Hz)': f'{frames:.1f}',
+            'output rate (Hz)': f'{outputs:.1f}',
+            'received': str(statistics.received),
+            'processed': str(statistics.processed),
+            'skipped': str(statistics.skipped),
+            'failed': str(statistics.failed),
+            'lost on the wire': str(statistics.lost),
+            'incomplete': str(statistics.incomplete),
+            'late': str(statistics.late),
+            'again': str(statistics.again),
+            'latency p50 (ms)': f'{median:.1f}',
+            'latency p95 (ms)': f'{high:.1f}',
+            'age of the last stamp (s)': f'{age_s if dated else math.nan:.3f}',
+            **details,
+            'kernels ready': str(node.stage is not None).lower(),
+        }
         for output in node.outputs:
-            details[f'subscribers of {output.topic_name}'] = str(output.get_subscription_count())
-        message = diagnostic_message(
-            node.get_fully_qualified_name(),
-            node.state if node.enabled else f'{node.state}, disabled',
-            node.statistics,
-            now_s,
-            self._now(),
-            details,
-            node.trouble(),
-            self._missing(now_s),
+            values[f'subscribers of {output.topic_name}'] = str(output.get_subscription_count())
+        level, text = self._judged(values['state'], now_s, missing)
+        status = DiagnosticStatus(
+            level=level,
+            name=name,
+            message=text,
+            hardware_id=details.get('camera', name),
+            values=[KeyValue(key=key, value=value) for key, value in values.items()],
         )
-        self._publisher.publish(message)
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = now
+        return message
+
+    def _judged(self, state: str, now_s: float, missing: str) -> tuple[bytes, str]:
+        """Return the level and what it is for; nothing is expected of who is not active."""
+        statistics, trouble = self._node.statistics, self._node.trouble()
+        losses, failures = statistics.losses()
+        quiet_s, late_ms = statistics.quiet_s(now_s), statistics.latency_ms()[1]
+        if state == 'active' and quiet_s > _QUIET_S:
+            text = f'no input for {quiet_s:.0f} s'
+            return DiagnosticStatus.STALE, text + f': {missing}' * bool(missing)
+        if state == 'active' and not statistics.received:
+            return DiagnosticStatus.OK, 'active, no input yet'
+        if failures:
+            trouble = f'{failures} frames could not be used since the last report'
+        elif losses:
+            trouble = f'{losses} frames lost, skipped or late since the last report'
+        elif late_ms > _LATE_MS:
+            trouble = f'slow: 95 % of the outputs within {late_ms:.0f} ms'
+        return (DiagnosticStatus.WARN, trouble) if trouble else (DiagnosticStatus.OK, state)
 
     def _now(self) -> Time:
         """Return the time of the node's clock, 0 while it is not known or below zero, and warn."""
@@ -90,79 +139,6 @@ class Diagnostics:
             self._said = missing
             node.get_logger().warning(missing)
         return missing
-
-
-def diagnostic_message(
-    name: str,
-    state: str,
-    statistics: Statistics,
-    now_s: float,
-    now: Time,
-    details: Mapping[str, str],
-    trouble: str = '',
-    missing: str = '',
-) -> DiagnosticArray:
-    """
-    Describe how a node is doing.
-
-    :param name: full name of the node.
-    :param state: what it does, ``active`` if it is to work on frames.
-    :param now_s: steady time in seconds, ``now`` the node's clock.
-    :param details: further keys and values; ``camera``, or else the node, is the hardware.
-    :param trouble: what to warn of if frames go well, empty if there is nothing.
-    :param missing: what a node that is stale waits for, empty if that is not known.
-    """
-    median, high = statistics.latency_ms()
-    frames, outputs = statistics.rates_hz(now_s)
-    age_s = (now.sec * 10**9 + now.nanosec - statistics.last_stamp_ns) / 1e9
-    dated = statistics.last_stamp_ns > 0 and (now.sec, now.nanosec) > (0, 0) and age_s >= 0
-    values = {
-        'state': state,
-        'input rate (Hz)': f'{frames:.1f}',
-        'output rate (Hz)': f'{outputs:.1f}',
-        'received': str(statistics.received),
-        'processed': str(statistics.processed),
-        'skipped': str(statistics.skipped),
-        'failed': str(statistics.failed),
-        'lost on the wire': str(statistics.lost),
-        'incomplete': str(statistics.incomplete),
-        'late': str(statistics.late),
-        'again': str(statistics.again),
-        'latency p50 (ms)': f'{median:.1f}',
-        'latency p95 (ms)': f'{high:.1f}',
-        'age of the last stamp (s)': f'{age_s if dated else math.nan:.3f}',
-        **details,
-    }
-    level, text = _judged(state, statistics, now_s, high, trouble, missing)
-    status = DiagnosticStatus(
-        level=level,
-        name=name.strip('/'),
-        message=text,
-        hardware_id=details.get('camera', name.strip('/')),
-        values=[KeyValue(key=key, value=value) for key, value in values.items()],
-    )
-    message = DiagnosticArray(status=[status])
-    message.header.stamp = now
-    return message
-
-
-def _judged(
-    state: str, statistics: Statistics, now_s: float, late_ms: float, trouble: str, missing: str
-) -> tuple[bytes, str]:
-    """Return the level and what it is for; nothing is expected of a node that is not active."""
-    losses, failures = statistics.losses()
-    if state == 'active' and statistics.quiet_s(now_s) > _QUIET_S:
-        text = f'no input for {statistics.quiet_s(now_s):.0f} s'
-        return DiagnosticStatus.STALE, text + f': {missing}' * bool(missing)
-    if state == 'active' and not statistics.received:
-        return DiagnosticStatus.OK, 'active, no input yet'
-    if failures:
-        trouble = f'{failures} frames could not be used since the last report'
-    elif losses:
-        trouble = f'{losses} frames lost, skipped or late since the last report'
-    elif late_ms > _LATE_MS:
-        trouble = f'slow: 95 % of the outputs within {late_ms:.0f} ms'
-    return (DiagnosticStatus.WARN, trouble) if trouble else (DiagnosticStatus.OK, state)
 
 
 def missing_input(node: Any) -> str:

@@ -9,8 +9,6 @@ from copy import copy
 from functools import partial
 from typing import Any
 
-from rcl_interfaces.msg import SetParametersResult
-from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.event_handler import (
     PublisherEventCallbacks,
     QoSMessageLostInfo,
@@ -232,13 +230,6 @@ def _answer(
         return answer(request, response)
     except Exception as error:  # Of rclpy, which has many.
         warn(name, f'a request to {name} is refused: {error}')
-        refused = SetParametersResult(successful=False, reason=str(error))
-        if isinstance(request, SetParameters.Request):
-            # Of those before it is known what became of them.
-            missing = len(request.parameters) - len(response.results)
-            response.results.extend([refused] * missing)
-        elif isinstance(request, SetParametersAtomically.Request):
-            response.result = refused
         return response
 
 

@@ -7,9 +7,7 @@ from pathlib import Path
 import pytest
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.image_files import (
-    by_number,
-)
+from gait_segmentation.files.image_files import by_number, read_image
 from test.files.test_encoded_images import HUGE
 
 

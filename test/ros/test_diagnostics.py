@@ -12,25 +12,38 @@ pytest.importorskip('diagnostic_msgs', reason='needs the message packages of ROS
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from gait_segmentation.ros.diagnostics import diagnostic_message, no_images, unpublished
+from gait_segmentation.ros.diagnostics import Diagnostics, no_images, unpublished
 from gait_segmentation.streams.health import Statistics
 
 TIME = Time(sec=10)
 
 
-def told(statistics: Statistics, now_s: float = 10.0, now: Time = TIME, **more) -> Any:
-    """Return the status of a message and its values by name."""
-    about = {'name': '/a', 'state': 'active', 'details': {}} | more
-    message = diagnostic_message(
-        about.pop('name'),
-        about.pop('state'),
-        statistics,
-        now_s,
-        now,
-        about.pop('details'),
-        **about,
+def told(
+    statistics: Statistics,
+    now_s: float = 10.0,
+    now: Time = TIME,
+    *,
+    name: str = '/a',
+    state: str = 'active',
+    enabled: bool = True,
+    details: dict[str, str] | None = None,
+    trouble: str = '',
+    missing: str = '',
+) -> Any:
+    """Return the status of a node's message and its values by name."""
+    node = SimpleNamespace(
+        statistics=statistics,
+        state=state,
+        enabled=enabled,
+        stage=None,
+        outputs=[],
+        status=lambda: details or {},
+        trouble=lambda: trouble,
+        get_fully_qualified_name=lambda: name,
+        create_publisher=lambda *_: None,
+        create_timer=lambda *_, **__: None,
     )
-    (status,) = message.status
+    (status,) = Diagnostics(node).message(now_s, now, missing).status
     return status, {each.key: each.value for each in status.values}
 
 
@@ -108,13 +121,15 @@ def test_without_a_first_frame_a_node_is_stale_three_seconds_after_its_activatio
     assert judged(statistics, 62.0) == (DiagnosticStatus.OK, 'active')
 
 
-@pytest.mark.parametrize('state', ['active, disabled', 'inactive'])
-def test_a_node_that_expects_nothing_is_not_stale(state: str) -> None:
+@pytest.mark.parametrize(('state', 'enabled'), [('active', False), ('inactive', True)])
+def test_a_node_that_expects_nothing_is_not_stale(state: str, enabled: bool) -> None:
     statistics = Statistics()
     statistics.expect(1.0)
-    assert judged(statistics, 10.0, state) == (DiagnosticStatus.OK, state)
-    statistics.arrived(9.0, 9_000_000_000)
-    assert judged(statistics, 60.0, state) == (DiagnosticStatus.OK, state)
+    for now_s in (10.0, 60.0):
+        status, values = told(statistics, now_s, state=state, enabled=enabled)
+        assert values['state'] == status.message == state + ', disabled' * (not enabled)
+        assert status.level == DiagnosticStatus.OK
+        statistics.arrived(9.0, 9_000_000_000)
 
 
 RAW, COMPRESSED = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage'
