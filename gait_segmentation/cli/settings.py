@@ -46,10 +46,8 @@ def read_parameter_file(path: Path, settings: Settings | None = None) -> Setting
             continue
         given = _flat(section.get('ros__parameters') or {})
         for parameter, meant in misnamed(given, _names(settings.config)).items():
-            if meant:
-                raise ConfigError(
-                    f'{path}: there is no parameter {parameter}: did you mean {meant}?'
-                )
+            hint = f': did you mean {meant}?' if meant else ', see docs/parameters.md'
+            raise ConfigError(f'{path}: there is no parameter {parameter}{hint}')
         for parameter, value in given.items():
             try:
                 settings = _changed(settings, parameter, value)
@@ -90,8 +88,6 @@ def _changed(settings: Settings, name: str, value: Any) -> Settings:
     if stage not in stages_of(settings.config):
         return settings
     known = [about.name for about in parameters_of(stages_of(settings.config)[stage])]
-    if parameter in known:
-        return replace(settings, config=replaced(settings.config, stage, parameter, value))
-    if given:
-        raise ConfigError(f'{stage} has no parameter {parameter!r}; it has {", ".join(known)}')
-    return settings
+    if parameter not in known:
+        return settings
+    return replace(settings, config=replaced(settings.config, stage, parameter, value))

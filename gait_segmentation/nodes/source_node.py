@@ -15,7 +15,6 @@ from pathlib import Path
 
 import rclpy
 from rclpy.duration import Duration
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.utilities import remove_ros_args
@@ -29,10 +28,11 @@ from gait_segmentation.cli.tool import (
     add_reading_options,
     check_ranges,
     command_parser,
+    run_tool,
 )
 from gait_segmentation.ending import Ending
-from gait_segmentation.errors import GaitSegmentationError, SequenceError
-from gait_segmentation.files.output_files import keep_apart, named, problem_of
+from gait_segmentation.errors import ConfigError, SequenceError
+from gait_segmentation.files.output_files import keep_apart, named
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, check_rate, open_input
 from gait_segmentation.ros.endpoints import BETWEEN_NODES
 from gait_segmentation.ros.messages import image_message
@@ -215,35 +215,30 @@ def main(arguments: list[str] | None = None) -> int:
     # Nothing of a camera that is switched off is worth waiting for.
     ending = Ending(rclpy.try_shutdown, at_once=True)
     ending.handle_signals()
-    understood = False
+    try:
+        return run_tool('gait_source', lambda: _run(given, ending))
+    finally:
+        ending.close()
+
+
+def _run(given: list[str], ending: Ending) -> int:
     try:
         options = parser().parse_args(remove_ros_args(given)[1:])
-        ending.closes(take_part(given).close)
-        understood = True
+        participant = take_part(given)
+    except Exception as error:
+        # What rclpy does not understand.
+        raise ConfigError(said_by(error)) from error
+    ending.closes(participant.close)
+    try:
         node = Node('gait_source')
         ending.closes(node.destroy_node)
         published = publish_input(options, node)
-        if rclpy.ok():
-            node.get_logger().info(f'{published} frames published')
+        node.get_logger().info(f'{published} frames published')
     except DamagedError as error:
         print(f'gait_source: warning: {error}', file=sys.stderr)
         return 1
-    except GaitSegmentationError as error:
-        print(f'gait_source: error: {error}', file=sys.stderr)
-        return 2
-    except OSError as error:
-        print(f'gait_source: error: {problem_of(error)}', file=sys.stderr)
-        return 2
-    except ExternalShutdownException:
-        return 0
-    except Exception as error:
-        # The one of rclpy: what ROS refuses, such as for security.
-        if not understood or (rclpy.ok() and isinstance(error, REFUSALS)):
-            print(f'gait_source: error: {said_by(error)}', file=sys.stderr)
-            return 2
-        # Else whatever rclpy says of a context that was closed under it.
+    except REFUSALS as error:
+        # What ROS refuses, such as for security, unless the context was closed under it.
         if rclpy.ok():
-            raise
-    finally:
-        ending.close()
+            raise ConfigError(said_by(error)) from error
     return 0

@@ -110,12 +110,6 @@ def test_two_replays_are_the_same_to_the_byte(given: list[str], tmp_path: Path) 
     assert [path.read_bytes() for path in files] == first
 
 
-def test_a_lag_leaves_no_frame_out(given: list[str], tmp_path: Path) -> None:
-    assert main([*given, '--set', 'matching.lag=3']) == 0
-    masks = images(tmp_path / 'out/walk', '/mask')
-    assert [bool(mask.any()) for mask in masks] == [index != BROKEN for index in range(FRAMES)]
-
-
 def test_other_outputs_on_request(given: list[str], tmp_path: Path) -> None:
     masks, film, table = tmp_path / 'masks', tmp_path / 'film.mp4', tmp_path / 'table.csv'
     options = ['--masks', str(masks), '--overlay', str(film), '--csv', str(table)]
@@ -244,11 +238,6 @@ def test_names_tell_inputs_apart(tmp_path: Path) -> None:
     assert names_of([tmp_path / 'take.1', tmp_path / 'take.2']) == ['take.1', 'take.2']
 
 
-def test_inputs_that_were_not_begun_are_an_interrupt(given: list[str], monkeypatch) -> None:
-    monkeypatch.setattr('gait_segmentation.cli.replay.replay_all', lambda *_, **__: [])
-    assert main(given) == 130
-
-
 @pytest.mark.parametrize(
     ('options', 'reason'),
     [
@@ -291,7 +280,7 @@ def test_a_parameter_file_is_read_as_the_nodes_read_it(given: list[str], tmp_pat
     ('name', 'reason'),
     [
         ('max_peple', 'there is no parameter max_peple: did you mean max_people?'),
-        ('matching.nothing', "matching has no parameter 'nothing'"),
+        ('matching.nothing', 'there is no parameter matching.nothing, see docs/parameters.md'),
     ],
 )
 def test_a_misspelt_parameter_in_a_file_is_refused(

@@ -87,11 +87,6 @@ def test_only_bags_have_topics(folder: Path) -> None:
         open_input(folder, topic='/image')
 
 
-def test_start_and_count_choose_frames(folder: Path) -> None:
-    assert greys(open_input(folder, start=1, count=2)) == [1, 2]
-    assert greys(open_input(folder, start=3, count=9)) == [3, 4]
-
-
 def test_frames_are_scaled_down_and_never_up(folder: Path) -> None:
     film = open_input(folder, width=30)
     assert (film.size, film.scale) == ((30, 20), 0.5)
@@ -120,15 +115,10 @@ def write_film(path: Path) -> Path:
     [
         '2024-05-01T12:30:05.mp4',
         'file:walk.mp4',
-        'concat:a|b.mp4',
-        'data:,.mp4',
         'http:/walk.mp4',
-        '100%.mp4',
         'walk%03d.mp4',
         '-walk.mp4',
-        'a*?[1]{b}.mp4',
-        ' gehen ä 走.mp4 ',
-        'two\nlines.mp4',
+        'a*?[1]{b} ä\n走.mp4',
     ],
 )
 def test_the_name_of_a_film_is_but_a_name(name: str, tmp_path: Path, monkeypatch) -> None:

@@ -102,16 +102,6 @@ def test_frames_that_cannot_be_read_give_empty_outputs_and_no_more(graph: Graph)
     assert masks(graph.feed(frame(8)))[0].any()
 
 
-def test_a_stamp_of_zero_is_refused(graph: Graph) -> None:
-    zero = frame(0)
-    zero.header = header(0, 0.0)
-    zero.header.stamp.nanosec = 0
-    graph.camera.publish(zero)
-    assert graph.camera.wait_for_all_acked()
-    graph.bench.until(lambda: 'no stamp' in graph.warnings, 'the warning')
-    graph.feed(frame(1))
-
-
 def test_another_image_size_resets_and_the_stream_goes_on(graph: Graph) -> None:
     graph.track(0, 3)
     new = graph.feed(frame(3, (200, 140)), frame(4, (200, 140)))

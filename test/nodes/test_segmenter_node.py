@@ -163,17 +163,6 @@ def test_the_diagnostics_say_whom_a_node_waits_for(bench: Bench, monkeypatch) ->
     assert status.message.startswith(said)
 
 
-def test_a_disabled_node_says_so_from_the_beginning(bench: Bench) -> None:
-    node = bench.add(SegmenterNode, start=False)
-    reports = bench.record(DiagnosticArray, '/diagnostics')
-    enable(node, False)
-    assert node.start()
-    reports.clear()
-    bench.until(lambda: bool(reports), 'a report')
-    (status,) = reports[0].status
-    assert (status.level, status.message) == (DiagnosticStatus.OK, 'active, disabled')
-
-
 def test_what_waited_when_a_node_was_disabled_is_not_missed(bench: Bench) -> None:
     node = bench.add(SegmenterNode)
     for index in range(2):

@@ -224,15 +224,6 @@ def test_services_reset_and_disable(bench: Bench) -> None:
     assert node.statistics.skipped == 0
 
 
-def test_a_best_effort_camera_that_is_there_already_is_heard(bench: Bench) -> None:
-    camera = bench.probe.create_publisher(Image, 'image', BEST_EFFORT)
-    node = bench.add(TrackerNode)
-    bench.record_outputs('person_0/box')
-    bench.until(lambda: camera.get_subscription_count() == 1, 'the subscription')
-    assert node.camera.best_effort
-    bench.feed(camera, [frame(0)])
-
-
 def test_compressed_images_are_tracked(bench: Bench) -> None:
     bench.add(TrackerNode, image_transport='compressed', initial_box=BOX)
     bench.record_outputs('person_0/box', 'person_0/likelihood')

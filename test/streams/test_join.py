@@ -5,7 +5,6 @@ from __future__ import annotations
 from random import Random
 
 import pytest
-from hypothesis import given, strategies as st
 
 from gait_segmentation.streams.join import ExactJoin
 
@@ -24,20 +23,6 @@ def counts(join: ExactJoin) -> tuple[dict[str, int], dict[str, int]]:
 
 
 NOTHING: tuple[dict[str, int], dict[str, int]] = ({}, {})
-
-
-@given(st.permutations([(part, stamp) for part in 'abc' for stamp in range(1, 6)]))
-def test_every_stamp_is_joined_once_if_no_topic_goes_back(order) -> None:
-    join = empty('abc')
-    stamps = {part: iter(range(1, 6)) for part in 'abc'}
-    joined = []
-    for part, _ in order:
-        stamp = next(stamps[part])
-        parts = join.add(part, stamp, stamp)
-        if parts:
-            assert set(parts.values()) == {stamp}
-            joined.append(stamp)
-    assert sorted(joined) == [1, 2, 3, 4, 5]
 
 
 @pytest.mark.parametrize('seed', range(20))
@@ -69,15 +54,6 @@ def test_a_topic_that_jumps_back_drops_what_it_was_not_in() -> None:
     join.add('a', 1, 'new')
     assert join.add('b', 1, 'new') == {'a': 'new', 'b': 'new'}
     assert (len(join), counts(join)) == (0, ({}, {'tracker': 1}))
-
-
-def test_who_was_away_when_the_others_jumped_meets_them() -> None:
-    join = joined('ab')
-    for stamp in (11, 12, 9, 10, 11, 12, 13):
-        join.add('a', stamp, 'x')
-    assert [join.add('b', stamp, 'x') is not None for stamp in (11, 12, 13)] == [True] * 3
-    join.add('a', 14, 'x')
-    assert join.add('b', 14, 'x') is not None
 
 
 def joined(parts: str, capacity: int = 8) -> ExactJoin:

@@ -62,27 +62,6 @@ def test_the_topics_are_those_of_the_nodes(tmp_path: Path) -> None:
                 assert header.stamp.sec * 10**9 + header.stamp.nanosec == stamp - 1000
 
 
-def test_another_reader_of_mcap_finds_the_same(tmp_path: Path) -> None:
-    """That of Foxglove, which checks every sum and knows types only by what the file says."""
-    reader = pytest.importorskip('mcap.reader', reason='needs mcap')
-    decoder = pytest.importorskip('mcap_ros2.decoder', reason='needs mcap-ros2-support')
-    output = BagOutput(tmp_path / 'walk')
-    frames = [frame(index) for index in range(3)]
-    for each in frames:
-        output.add(*each)
-    output.close(complete=True)
-    with open(tmp_path / 'walk/walk.mcap', 'rb') as file:
-        made = reader.make_reader(file, True, [decoder.DecoderFactory()])
-        assert made.get_header().profile == 'ros2'
-        found = [(c.topic, s.name, m) for s, c, _, m in made.iter_decoded_messages()]
-        assert made.get_summary().statistics.message_count == len(found)
-    assert {topic: kind for topic, kind, _ in found if topic != '/image_size'} == TOPICS
-    masks = [message for topic, _, message in found if topic == '/mask']
-    for mask, each in zip(masks, frames, strict=True):
-        assert (mask.height, mask.width, mask.encoding) == (*SHAPE, 'mono8')
-        assert bytes(mask.data) == each.result.mask.tobytes()
-
-
 @pytest.mark.filterwarnings('ignore::DeprecationWarning')
 def test_messages_are_those_of_the_nodes(tmp_path: Path) -> None:
     pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
