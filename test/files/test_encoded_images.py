@@ -111,9 +111,11 @@ def test_an_image_that_is_cut_off_is_none(suffix: str) -> None:
 def test_a_jpeg_is_read_up_to_its_end_marker() -> None:
     data = encoded('.jpg')
     whole = decoded(data)
-    for other in (data + b'more', data + data):
+    # A thumbnail, which has an end marker of its own.
+    small = data[:2] + b'\xff\xe1' + struct.pack('>H', len(data) + 2) + data + data[2:]
+    for other in (data + b'more', data + data, small):
         np.testing.assert_array_equal(decoded(other), whole)
-    for part in (data[:-2], data[: len(data) * 9 // 10]):
+    for part in (data[:-2], data[: len(data) * 9 // 10], small[:-2]):
         with pytest.raises(InputError, match='not a complete image'):
             decoded(part)
 

@@ -116,8 +116,12 @@ def test_of_a_flood_of_boxes_no_more_start_than_there_are_slots(bench: Bench) ->
     flood = [
         RegionOfInterest(x_offset=n % 99, y_offset=9, width=24, height=80) for n in range(20_000)
     ]
+    # While the worker is busy.
+    go = threading.Event()
+    node.later(lambda: go.wait(60.0))
     for region in flood:
         node._start(region)
+    go.set()
     bench.feed(bench.publisher(Image, 'image', 1), [frame(0)])
     bench.until(lambda: len(others) == 1, 'the other box')
     found = (bench.received['person_0/box'][0], others[0])

@@ -84,6 +84,16 @@ def test_the_work_has_not_caught_up_by_calls_nor_while_frames_wait() -> None:
         assert [each.put(n) for n in range(2)] == [0, 1]
 
 
+def test_after_another_overflow_catching_up_begins_anew() -> None:
+    backlog = behind(3)
+    for _ in range(3):
+        keep_up(backlog, CAUGHT_UP - 3)
+        assert [backlog.put(n) for n in range(2)] == [0, 1]
+        backlog.take()
+        backlog.call(lambda: None)
+        backlog.take()
+
+
 def test_calls_go_first_and_are_never_dropped() -> None:
     backlog = Backlog(1)
     done: list[str] = []

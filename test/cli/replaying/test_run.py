@@ -222,8 +222,12 @@ def test_one_interruption_is_enough_where_there_are_no_workers(
 ) -> None:
     monkeypatch.setattr(StandIn, 'nthreads', lambda _: {})
     monkeypatch.setattr(StandIn, 'submit', lambda *_: Future())
-    threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+    presses = [threading.Timer(s, os.kill, (os.getpid(), signal.SIGINT)) for s in (0.5, 30.0)]
+    for each in presses:
+        each.start()
     assert main([*two, *ADDRESS]) == 130
+    assert presses[1].is_alive()
+    presses[1].cancel()
     assert 'has no workers yet' in capsys.readouterr().err
 
 
