@@ -56,7 +56,6 @@ def test_a_signal_during_the_imports_ends_a_command_quietly(
         stderr=subprocess.PIPE,
         text=True,
     ) as process:
-        assert process.stdout is not None
         assert process.stdout.readline() == 'importing\n'
         process.send_signal(number)
         _, said = process.communicate(timeout=TIMEOUT_S)

@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from gait_segmentation.matching.common_areas import WindowGrid, splitting_ids
-from gait_segmentation.matching.similarities import KERNELS
+from gait_segmentation.gait_model import TemplateBank
+from gait_segmentation.matching.common_areas import WindowGrid, pitch_of, splitting_ids
+from gait_segmentation.matching.path import UNIT
+from gait_segmentation.matching.placements import Sampled, SearchRange
+from gait_segmentation.matching.similarities import KERNELS, SimilarityMaps, coded_bank
 from test.matching.cases import banks, common_area, definition, windows_of
 
 
@@ -31,25 +34,6 @@ def test_sums_beyond_16_bits_are_exact(name):
     assert (common[1] == 255).all()
 
 
-@pytest.mark.parametrize('name', KERNELS)
-@pytest.mark.parametrize(
-    ('step', 'rows', 'columns'), [(1, 3, 4), (2, 1, 1), (2, 5, 19), (3, 2, 7)]
-)
-def test_only_some_windows_are_compared_in_memory_that_was_used_before(name, step, rows, columns):
-    rng = np.random.default_rng(0)
-    grid = WindowGrid(7, 5, rows, columns, step)
-    kernel = KERNELS[name](rng.integers(1, 255, (2, 7, 5), np.uint8), grid)
-    images = rng.integers(0, 256, (2, *grid.image_shape), np.uint8)
-    every = common_area(kernel, images, grid)
-    first, shape = (rows // 2, columns // 3), (2, rows - rows // 2, columns - columns // 3)
-    matrix, out = kernel.new_matrix(), kernel.new_rows(np.prod(shape))
-    for _ in range(2):
-        found = kernel.common_rows(images, first, shape, matrix, out)
-        assert np.shares_memory(found, out)
-        found = found[kernel.row, : np.prod(shape)].reshape(2, *shape)
-        np.testing.assert_array_equal(found, every[:, :, first[0] :, first[1] :])
-
-
 def test_windows_and_their_areas():
     grid = WindowGrid(5, 4, 3, 2, 2)
     images = np.random.default_rng(0).integers(0, 256, (2, *grid.image_shape), dtype=np.uint8)
@@ -68,3 +52,114 @@ def test_the_second_splitting_id_cannot_matter(values, data):
         split = data.draw(st.integers(int(lower[0, v]), int(upper[0, v])))
         added = np.concatenate([ranks[:split], np.full(len(ranks) - split, v)])
         np.testing.assert_array_equal(added, np.minimum(ranks, v))
+
+
+GRID = WindowGrid(7, 5, 3, 4, 2)
+COST = np.array([30, 0], np.int16)
+ALL = SearchRange((0, 0, 0), (2, GRID.rows, GRID.columns))
+
+
+def templates():
+    return np.random.default_rng(0).integers(0, 256, (3, 2, 7, 5), dtype=np.uint8)
+
+
+def likelihoods():
+    shape = 2, *GRID.image_shape
+    return np.random.default_rng(1).integers(0, 256, shape, dtype=np.uint8)
+
+
+def of_builds(templates):
+    """Return a bank of three views of two builds."""
+    return TemplateBank(templates, np.arange(3, dtype=np.float32), ('b', 'a', 'b'), 0.9)
+
+
+def maps(bank, kernel='events'):
+    _, coded = coded_bank(of_builds(bank), 256, GRID, kernel)
+    return coded, SimilarityMaps(coded, GRID, COST)
+
+
+def mask(rows=slice(None), columns=slice(None), value=255):
+    known = np.full((2, *GRID.image_shape), 255 - value, np.uint8)
+    known[:, rows, columns] = value
+    return known
+
+
+def mixed():
+    known = mask(slice(0, 6))
+    known[1] = mask(slice(3, 9))[0]
+    return known
+
+
+MASKS = {
+    'no mask': None,
+    'all': mask(),
+    'none': mask(value=0),
+    'top cut': mask(slice(3, None)),
+    'bottom cut': mask(slice(0, 6)),
+    'both': mask(slice(2, 8)),
+    'left cut': mask(columns=slice(4, None)),
+    'right cut': mask(columns=slice(0, 2)),
+    'differs by scale': mixed(),
+    'corner': mask(slice(2, None), slice(0, 7)),
+    'hole': mask(slice(2, 4), slice(3, 5), 0),
+    'bar across': mask(slice(4, 6), value=0),
+}
+
+
+def expected(bank, images, known):
+    """Return similarities by the definition, (V, P, S, windows)."""
+    flat = bank.reshape(-1, 7, 5)
+    seen = definition(flat, mask() if known is None else known, GRID).astype(np.int64)
+    common = definition(flat, images, GRID)
+    union = GRID.areas(images)[None] + seen - common
+    share = np.where(union > 0, common / np.maximum(union, 1), 0.0)
+    shape = *bank.shape[:2], 2, GRID.rows * GRID.columns
+    return share.reshape(shape)
+
+
+@pytest.mark.parametrize('kernel', KERNELS)
+@pytest.mark.parametrize('name', MASKS)
+def test_similarities_are_those_of_the_definition(name, kernel):
+    bank, known = templates(), MASKS[name]
+    coded, similarities = maps(bank, kernel)
+    images = likelihoods() if known is None else np.minimum(likelihoods(), known)
+    found = similarities.update(Sampled(images, known), ALL)
+    found = found[coded.row, : ALL.size].reshape(3, 2, 2, -1)
+    share = expected(bank, images, known)
+    assert np.abs(found + COST[:, None] - UNIT * share).max() <= 0.51
+
+
+@pytest.mark.parametrize('kernel', KERNELS)
+@pytest.mark.parametrize('name', ['no mask', 'left cut', 'differs by scale', 'corner'])
+@pytest.mark.parametrize(
+    ('first', 'shape'), [((1, 0, 0), (1, 3, 4)), ((0, 1, 2), (2, 2, 2)), ((0, 0, 1), (1, 1, 3))]
+)
+def test_only_placements_that_are_searched_are_compared(name, first, shape, kernel):
+    _, similarities = maps(templates(), kernel)
+    sampled, part = Sampled(likelihoods(), MASKS[name]), SearchRange(first, shape)
+    lanes = [ALL.lane(*part.place(lane)) for lane in range(part.size)]
+    every = similarities.update(sampled, ALL)[:, lanes]
+    # The second time in memory that was used before.
+    for _ in range(2):
+        found = similarities.update(sampled, part)
+        assert found.shape[1] == pitch_of(part.size)
+        np.testing.assert_array_equal(found[:, : part.size], every)
+
+
+def test_a_bank_is_coded_once_and_equal_templates_share_a_row():
+    bank = templates()
+    bank[2, 1] = bank[0, 0]
+    kept = of_builds(bank)
+    _, coded = coded_bank(kept, 256, GRID, 'events')
+    assert coded_bank(kept, 256, GRID, 'events')[1] is coded
+    assert coded.rows == 5
+    assert coded.row[5] == coded.row[0]
+    assert (coded.area[coded.row] == bank.reshape(6, -1).sum(axis=1)).all()
+
+
+def test_templates_are_kept_if_they_have_so_few_levels():
+    bank = of_builds(templates() // 128 * 255)
+    assert coded_bank(bank, 2, GRID, 'events')[0] is bank.templates
+    fine = of_builds(templates())
+    assert len(np.unique(coded_bank(fine, 2, GRID, 'events')[0])) == 2
+    assert (coded_bank(fine, 256, GRID, 'events')[0] == fine.templates).all()

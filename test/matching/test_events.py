@@ -16,24 +16,6 @@ from gait_segmentation.matching.events import (
 from test.matching.cases import common_area, definition
 
 
-def random_templates():
-    rng = np.random.default_rng(0)
-    templates = (rng.integers(0, 8, (5, 40, 40)) * 36).astype(np.uint8)
-    templates[3] = 255
-    return templates
-
-
-def test_groups_fit_8_bits_and_steps_16():
-    program = make_program(random_templates())
-    assert len(program.source) == len(program.lo) == len(program.span) == program.groups[-1]
-    sums = np.add.reduceat(program.span.astype(np.int64), program.groups[:-1])
-    assert sums.max() <= 255
-    for first, _, last in program.bounds:
-        assert sums[first:last].sum() <= 32767
-    assert (program.span > 0).all()
-    assert set(program.target.tolist()) == {1, 2, 3, 4, 5}
-
-
 @given(st.lists(st.integers(1, 255), max_size=60))
 def test_no_two_groups_could_be_one(spans):
     span = np.array(spans, np.uint8)
@@ -43,28 +25,6 @@ def test_no_two_groups_could_be_one(spans):
     sums = sorted(int(group.sum()) for group in groups)
     assert all(0 < each <= 255 for each in sums)
     assert len(sums) < 2 or sums[0] + sums[1] > 255
-
-
-def test_events_make_the_templates():
-    """What is added and subtracted where the likelihood is white is the template itself."""
-    templates = random_templates()
-    program = make_program(templates)
-    made = np.zeros((len(templates) + 1, templates[0].size), np.int64)
-    for target, base, bounds in zip(program.target, program.base, program.bounds, strict=True):
-        row = made[base].copy()
-        for kind, sign in enumerate((1, -1)):
-            places = np.arange(*program.groups[bounds[kind : kind + 2]])
-            pixels = program.pixels[program.source[places]]
-            np.add.at(row, pixels, sign * program.span[places].astype(np.int64))
-        made[target] = row
-    np.testing.assert_array_equal(made[1:][program.row], templates.reshape(len(templates), -1))
-
-
-def test_an_empty_template_has_a_step_without_events():
-    program = make_program(np.zeros((1, 3, 3), np.uint8))
-    assert len(program.source) == 0
-    assert program.target.tolist() == [1]
-    assert program.base.tolist() == [0]
 
 
 def weight(pixels, parents):

@@ -145,25 +145,18 @@ def test_scores_fade(memory):
     assert spread == pytest.approx(stay, rel=0.02)
 
 
-def turning(seconds, followed, other, view=1):
-    """Return what leads after a step if two templates are nearly as good."""
-    bank = TemplateBank(
-        np.zeros((2, PHASES, 4, 4), np.uint8), np.float32([0.0, 0.3]), ('a', 'a'), 0.9
-    )
-    row = np.arange(2 * PHASES, dtype=np.int32)
-    path = PathSearch(bank, row, MatchingConfig())
+def test_a_neighbouring_view_in_time_is_preferred_to_a_twin():
+    templates, azimuths = np.zeros((2, PHASES, 4, 4), np.uint8), np.float32([0.0, 0.3])
+    bank = TemplateBank(templates, azimuths, ('a', 'a'), 0.9)
+    path = PathSearch(bank, np.arange(2 * PHASES, dtype=np.int32), MatchingConfig())
     values = np.zeros((2 * PHASES, pitch_of(1)), np.int16)
-    values[followed, 0] = UNIT
+    values[4] = UNIT
     path.step(values, 0.0, ONE)
     path.follow()
-    path.step(values, seconds, ONE)
+    path.step(values, 0.04, ONE)
     path.leading[:] = 0
-    path.leading[view, other], path.leading[0, (other + 6) % PHASES] = 1000, 1001
-    return path._leading_template()
-
-
-def test_a_neighbouring_view_in_time_is_preferred_to_a_twin():
-    assert turning(0.04, 4, 4) == (1, 4)
+    path.leading[1, 4], path.leading[0, 10] = 1000, 1001
+    assert path._leading_template() == (1, 4)
 
 
 def test_steps_reach_from_standing_to_the_fastest_walk():
@@ -227,11 +220,3 @@ def test_the_border_and_flat_scores_have_no_vertex():
     values = scores(np.array([0.25, 0.25, 0.25, 0.25, 0.25]))
     assert offsets(kept(values), (0, 0, 0, 0, 0))[2:] == [0.0, 0.0, 0.0]
     assert offsets(kept(np.zeros_like(values)), (0, 0, 1, 1, 1)) == [0.0] * 5
-
-
-def test_scores_stay_with_their_placements_and_come_from_the_floor_beyond_the_range():
-    searched = SearchRange((0, 0, 0), (1, 1, 3))
-    made = Scores.empty(1, 1, searched)
-    assert made.moved(searched, 1) is made
-    made.rows[:, :3] = 5, 6, 7
-    assert made.moved(SearchRange((0, 0, 1), (1, 1, 3)), 1).of(0, 0).tolist() == [6, 7, FLOOR]

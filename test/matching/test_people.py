@@ -56,8 +56,6 @@ def test_a_lag_tells_of_each_frame_where_the_bodies_were_in_it() -> None:
         assert [a.stamp_ns for a, _ in pairs] == [b.stamp_ns for _, b in pairs]
         for a, b in pairs:
             # Less than a step between placements; in a frame the walker goes further.
-            assert a.body is not None
-            assert b.body is not None
             assert abs(a.body.center_x - b.body.center_x) < 0.02 * a.body.height
             assert abs(a.body.center_y - b.body.center_y) < 0.02 * a.body.height
             assert abs(math.log(a.body.height / b.body.height)) < 0.04

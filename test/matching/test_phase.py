@@ -66,9 +66,6 @@ def test_turning_and_mistaking_towards_for_away(bank):
     assert np.sqrt((found[8:] ** 2).mean()) < 0.03
 
 
-FPS = 25
-
-
 def walking(speed=(0.0, 0.0), growth=0.0, noise=0.0, frames=40):
     rng = np.random.default_rng(0)
     for number in range(frames):
@@ -80,13 +77,12 @@ def walking(speed=(0.0, 0.0), growth=0.0, noise=0.0, frames=40):
 
 
 def body_errors(*args, **kwargs):
-    steady = SteadyBody()
-    found = [(steady.update(body, t), true, body) for t, true, body in walking(*args, **kwargs)]
-    assert all(result.angle == true.angle for result, true, _ in found)
-    return np.array(
-        [(r.center_x - t.center_x, r.center_y - t.center_y, r.height - t.height)
-         for r, t, _ in found]
-    )  # fmt: skip
+    steady, errors = SteadyBody(), []
+    for t, true, body in walking(*args, **kwargs):
+        found = steady.update(body, t)
+        assert found.angle == true.angle
+        errors.append(np.subtract(astuple(found)[:3], astuple(true)[:3]))
+    return np.array(errors)
 
 
 def test_the_first_body_is_taken_as_it_is():

@@ -117,12 +117,6 @@ def test_what_is_beyond_the_image_is_unknown(evidence, fine):
     assert not compare(evidence, fine, image, 1.2, body=away, known=known).any()
 
 
-def test_nothing_to_be_told(evidence, fine):
-    flat = np.full((140, 130), 90, np.uint8)
-    assert not compare(evidence, fine, flat, 0.0).any()
-    assert not compare(evidence, fine, picture(0.0), 0.0, known=np.zeros_like(flat)).any()
-
-
 def test_what_is_finer_than_the_views_is_averaged(evidence, fine):
     image = cv2.resize(picture(1.2), None, fx=8, fy=8, interpolation=cv2.INTER_LINEAR)
     stripes = image + np.where(np.arange(image.shape[1]) % 5 < 2, 48, -32)
@@ -134,8 +128,10 @@ def test_what_is_finer_than_the_views_is_averaged(evidence, fine):
 def test_person_and_surroundings_must_both_be_seen(evidence, fine):
     image = picture(1.2)
     person = np.where(image > 125, 255, 0).astype(np.uint8)
-    for known in (cv2.erode(person, np.ones((5, 5))), 255 - cv2.dilate(person, np.ones((5, 5)))):
+    beside = 255 - cv2.dilate(person, np.ones((5, 5)))
+    for known in (cv2.erode(person, np.ones((5, 5))), beside, np.zeros_like(image)):
         assert not compare(evidence, fine, image, 1.2, known=known).any()
+    assert not compare(evidence, fine, np.full_like(image, 90), 1.2).any()
 
 
 @pytest.mark.parametrize('known_from', [0, 75])

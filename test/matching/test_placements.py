@@ -19,15 +19,6 @@ def grid():
     return PlacementGrid((48, 32), 0.9, CONFIG)
 
 
-def test_center_is_the_box_itself(grid):
-    assert grid.everywhere.shape == (3, 3, 5)
-    placement = grid.placement(*grid.center)
-    assert (placement.dx, placement.dy, placement.scale) == (0, 0, 1)
-    moved = grid.placement(2, 1, 4)
-    assert moved.scale == pytest.approx(1.06)
-    assert moved.dx == pytest.approx(2 * grid.shift * 1.06)
-
-
 @pytest.mark.parametrize('angle', [0.0, 0.3])
 @pytest.mark.parametrize('size', [24.0, 100.0, 260.0])
 def test_windows_show_what_stands_at_their_placement(grid, size, angle):
@@ -45,17 +36,6 @@ def test_windows_show_what_stands_at_their_placement(grid, size, angle):
         assert common / np.maximum(window, template).sum(dtype=float) > 0.8
 
 
-def test_unknown_pixels_do_not_leak_into_known_ones(grid):
-    image = np.full((300, 300), 200, np.uint8)
-    known = np.full_like(image, 255)
-    image[:, 150:] = 0
-    known[:, 150:] = 0
-    sampled = grid.sample(image, known, Box(120, 100, 40, 100), 5)
-    assert sampled.known is not None
-    seen = sampled.images[sampled.known == 255]
-    assert seen.min() >= 199
-
-
 def test_only_body_heights_that_are_searched_are_sampled(grid):
     image = np.full((100, 60), 255, np.uint8)
     for box in (Box(20, 25, 20, 50), Box(30, 20, 30, 70)):
@@ -67,23 +47,6 @@ def test_only_body_heights_that_are_searched_are_sampled(grid):
         assert not some.images[0].any()
         if every.known is not None and some.known is not None:
             np.testing.assert_array_equal(some.known[1:], every.known[1:])
-
-
-@pytest.mark.parametrize('side', ['left', 'top', 'right', 'bottom'])
-def test_beyond_each_side_of_the_image_all_is_unknown(grid, side):
-    whole = np.full((200, 200), 255, np.uint8)
-    cuts = {
-        'left': (slice(None), slice(90, None)),
-        'top': (slice(90, None), slice(None)),
-        'right': (slice(None), slice(0, 110)),
-        'bottom': (slice(0, 110), slice(None)),
-    }
-    part = np.ascontiguousarray(whole[cuts[side]])
-    left, top = 90 * (side == 'left'), 90 * (side == 'top')
-    sampled = grid.sample(part, None, Box(85 - left, 75 - top, 30, 60), 1)
-    assert sampled.known is not None
-    assert 0.2 < (sampled.known == 0).mean() < 0.8
-    np.testing.assert_array_equal(sampled.images, sampled.known)
 
 
 def test_the_border_of_the_image_does_not_darken_what_is_just_inside(grid):

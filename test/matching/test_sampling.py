@@ -41,7 +41,6 @@ def test_what_is_outside_of_the_image_is_not_known(x, y):
     image = np.full((60, 80), 255, np.uint8)
     grid = np.array([[1.0, 0.0, float(x)], [0.0, 1.0, float(y)]])
     (found,), seen = resampled(image, None, [grid], (30, 26), 1)
-    assert seen is not None
     assert 0 < (seen == 0).sum() <= 30
     np.testing.assert_array_equal(found, seen[0])
 
@@ -64,11 +63,6 @@ def test_keeps_place_and_area(template, height):
     y, x = np.nonzero(prior > 127)
     assert x.mean() + 0.5 == pytest.approx(70.0, abs=0.6)
     assert y.mean() + 0.5 == pytest.approx(60.0, abs=0.6)
-
-
-def test_tilts_with_the_head_to_the_right(template):
-    prior = warp_template(template, BodyFrame(75.0, 65.0, 100.0, 0.4), 0.9, (130, 150))
-    assert np.nonzero(prior[25] > 127)[0].mean() > 80
 
 
 def test_outside_of_the_image_is_black(template):

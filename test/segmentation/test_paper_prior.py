@@ -136,7 +136,6 @@ def test_what_is_far_stays_background_against_all_evidence() -> None:
     found = paper_terms(
         template(), np.full(SHAPE, 90, np.uint8), BODY, default_vocabulary(), config
     )
-    assert found is not None
     strongest = np.log(511) + (4 + 4 / np.sqrt(2)) * (30 + 20)
     assert found[0].min() < -strongest
 

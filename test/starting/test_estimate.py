@@ -48,7 +48,6 @@ def leaning(degrees: float) -> tuple[Start, NDArray[np.uint8]]:
     image = cv2.warpAffine(frame.image, turn, (width, height), borderMode=cv2.BORDER_REFLECT_101)
     truth = cv2.warpAffine(frame.truths[0], turn, (width, height), flags=cv2.INTER_NEAREST)
     box = Box.around(truth == 255)
-    assert box is not None
     lab = cv2.cvtColor(image, cv2.COLOR_BGR2Lab)
     return estimate_start(lab, box, small_bank()), np.asarray(truth, np.uint8)
 
@@ -77,7 +76,6 @@ def test_a_person_cut_by_the_border_is_found_down_to_it() -> None:
     lab = cv2.cvtColor(np.ascontiguousarray(frame.image[:end]), cv2.COLOR_BGR2Lab)
     truth = frame.truths[0][:end]
     tight = Box.around(truth == 255)
-    assert tight is not None
     # As a box that was given comes, shrunk by a margin.
     found = estimate_start(lab, tight.padded(-0.03 * tight.width, -1.5), small_bank())
     assert overlap(found.mask, truth) > 0.8
@@ -92,7 +90,6 @@ def test_somebody_behind_a_table_is_found_as_a_part_of_a_taller_body() -> None:
     end = round(whole.y + 0.25 * whole.height)
     image[end:], truth[end:] = (70, 110, 150), 0
     tight = Box.around(truth == 255)
-    assert tight is not None
     found = estimate_start(cv2.cvtColor(image, cv2.COLOR_BGR2Lab), tight, small_bank())
     assert overlap(found.mask, truth) > 0.8
     assert found.body.height > 1.3 * tight.height
@@ -109,7 +106,6 @@ def test_somebody_who_reaches_out_is_found_at_the_side_of_the_box(aside: int) ->
         start, end = (round(box.center_x), shoulder), (hand, shoulder)
         cv2.line(picture, start, end, colour, round(0.08 * box.height))
     broad = Box.around(truth == 255)
-    assert broad is not None
     found = estimate_start(cv2.cvtColor(image, cv2.COLOR_BGR2Lab), broad, small_bank())
     assert overlap(found.mask, truth) > 0.6
     assert (found.body.center_x - broad.center_x) * aside > 0.1 * box.height
@@ -135,12 +131,10 @@ def test_what_stands_out_counts_also_just_outside_of_the_box() -> None:
     frame = clip()[0]
     lab = cv2.cvtColor(frame.image, cv2.COLOR_BGR2Lab)
     box, truth = frame.boxes[0], frame.truths[0]
-    assert box is not None
     wrong = Box(box.x, box.y, box.width, 0.95 * box.height)
     evidence = np.where(truth == 255, 3, np.where(truth == 0, -3, 0)).astype(np.float32)
     blind = estimate_start(lab, wrong, small_bank())
     told = estimate_start(lab, wrong, small_bank(), evidence=evidence)
     assert overlap(told.mask, truth) > max(0.9, overlap(blind.mask, truth))
     below = Box.around(told.mask)
-    assert below is not None
     assert abs(below.bottom - box.bottom) < 0.03 * box.height

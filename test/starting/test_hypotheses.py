@@ -31,7 +31,6 @@ def test_templates_fill_the_box() -> None:
     for hypothesis in fit(box):
         for template in laid(hypothesis):
             extent = Box.around(template > 127)
-            assert extent is not None
             assert extent.y == pytest.approx(10, abs=1.5)
             assert extent.bottom == pytest.approx(110, abs=1.5)
             assert extent.center_x == pytest.approx(45, abs=1.5)
@@ -55,7 +54,6 @@ def test_stretching_is_limited_and_unlikely_aspects_weigh_little() -> None:
     assert wide.weight.max() < 0.2
     for template in laid(wide):
         extent = Box.around(template > 127)
-        assert extent is not None
         assert extent.width < 75
 
 
@@ -81,7 +79,6 @@ def test_at_a_side_bodies_go_on_beyond_the_border(left: bool) -> None:
     assert hypothesis.weight[beyond].max() == hypothesis.weight.max()
     for template in laid(hypothesis)[beyond]:
         extent = Box.around(template > 127)
-        assert extent is not None
         assert (extent.right if left else extent.x) == pytest.approx(15 if left else 75, abs=2)
 
 
@@ -95,7 +92,6 @@ def test_leaning_templates_fill_the_box_and_keep_their_height() -> None:
     assert upright.angle == 0
     extents = [Box.around(template > 127) for template in laid(leaning)]
     best = extents[int(leaning.weight.argmax())]
-    assert best is not None
     assert best.y == pytest.approx(12, abs=1.5)
     assert best.bottom == pytest.approx(108, abs=1.5)
     # The head leans to the right, as the sign says.

@@ -117,7 +117,6 @@ class Told:
     def start(self, *figures: Figure) -> None:
         for figure in figures:
             box = Box.around(figure.mask())
-            assert box is not None
             self.tracker.initialize(box)
 
     def see(

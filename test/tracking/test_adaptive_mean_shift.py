@@ -29,7 +29,6 @@ def test_the_box_follows_a_walker() -> None:
     for frame in frames:
         [track] = made.update(frame.image, frame.stamp_ns)
         assert track.state == 'tracked'
-    assert track.box is not None
     assert track.box.iou(box_of(frames[-1])) > 0.5
     # What of it the likelihood is made of is told.
     assert sum(each.weight for each in track.features) == pytest.approx(1)
@@ -83,7 +82,6 @@ def test_the_box_changes_its_size_with_the_person(rate: float, low: float, high:
     for number in range(40):
         size = 1 + rate * number
         [track] = made.update(zoomed(frame.image, box, size), 1 + number)
-    assert track.body is not None
     # It grows by less than they do.
     assert low < track.body.height / box.height < high
 
@@ -95,7 +93,6 @@ def test_the_box_comes_back_to_a_person_who_jumped_sideways() -> None:
     made.update(frame.image, 1)
     for number in range(8):
         [track] = made.update(np.roll(frame.image, 8, axis=1), 40_000_000 * (2 + number))
-    assert track.body is not None
     assert track.body.center_x - box.center_x == pytest.approx(8, abs=4)
 
 

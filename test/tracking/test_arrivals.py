@@ -63,7 +63,6 @@ class Finder:
 
     def find(self, figure: Figure) -> None:
         box = Box.around(figure.mask())
-        assert box is not None
         self.boxes.append(box)
 
     def reset(self) -> None:
@@ -90,7 +89,6 @@ def test_people_found_get_free_slots_and_are_told_to_the_finder(finder: Finder) 
     told.show(Figure(60))
     (occupied,) = finder.asked[-1]
     found = Box.around(Figure(60).mask())
-    assert found is not None
     assert occupied.iou(found) > 0.7
 
 
@@ -123,7 +121,6 @@ def test_who_was_found_leaves_the_slot_after_a_second_without_the_shape_of_a_bod
             assert finder.asked[-1] == []
             (box,) = finder.tried
             there = Box.around(mask)
-            assert there is not None
             assert box.iou(there) > 0.4
     assert slots == ([1] * 40 if fits else [1] * 25 + [0] * 15)
     assert len(finder.refuted) == (0 if fits else 1)
@@ -177,7 +174,6 @@ def test_a_box_starts_before_what_the_camera_has_seen(auto: str) -> None:
     board, figure = (75, 125), Figure(60)
     image, (mask,) = picture([figure], boards=[board])
     box = Box.around(mask)
-    assert box is not None
 
     def first_mask(frames: int) -> np.ndarray:
         told = Told(1, auto)
@@ -186,7 +182,6 @@ def test_a_box_starts_before_what_the_camera_has_seen(auto: str) -> None:
         told.tracker.initialize(Box(box.x, box.y, board[1] - box.x, box.height))
         told.tracker.update(image, told.stamp_ns)
         (slot,) = told.tracker._slots
-        assert slot is not None
         return cv2.resize(slot.person.mask, image.shape[1::-1])
 
     # Half of the box is a board, which was there before.

@@ -49,7 +49,6 @@ def test_who_stands_nearer_hides_who_stands_behind() -> None:
     shape, window = far.world.shape, far.window
     hidden, hiding = (placed(mask, about, shape) for _, about, mask in masks)
     cover = group._cover(far, masks, window)
-    assert cover is not None
     np.testing.assert_array_equal(cover, hiding[window])
     assert group._cover(near, masks, window) is None
     visible = group._uncovered(far, masks[0][2], masks)

@@ -40,7 +40,6 @@ def there_and_back() -> tuple[Told, list[Figure], list, list]:
     for figure in path:
         results.append(told.show(figure, boards=[BOARD])[0])
         target = told.tracker._slots[0]
-        assert target is not None
         people.append((hash(target.person.person.table.tobytes()), target.body.height))
     return told, path, results, people
 

@@ -57,7 +57,6 @@ def test_a_leaning_person_is_tracked_leaning_from_the_first_frame(use_tilt: bool
     turn = cv2.getRotationMatrix2D((width / 2 - 0.5, height / 2 - 0.5), -18, 1)
     image = cv2.warpAffine(clip()[0].image, turn, (width, height), borderMode=cv2.BORDER_REFLECT)
     box = Box.around(cv2.warpAffine(clip()[0].masks[0], turn, (width, height)) > 127)
-    assert box is not None
     track = tracker(use_tilt=use_tilt)
     track.initialize(box)
     angle = np.degrees(track.update(image, clip()[0].stamp_ns).angle)
@@ -82,8 +81,6 @@ def test_it_follows_a_walker_from_the_first_box_with_feedback() -> None:
         track.learn(feedback(before, result))
         result = track.update(frame.image, frame.stamp_ns)
         assert result.track_id == 1
-        assert result.box is not None
-        assert frame.boxes[0] is not None
         assert result.box.iou(frame.boxes[0]) > 0.6
     inside = frame.truths[0] == 255
     outside = frame.truths[0] == 0
@@ -100,8 +97,6 @@ def test_late_feedback_teaches_as_well() -> None:
         if len(waiting) > 3:
             track.learn(feedback(*waiting.pop(0)))
     last, result = waiting[-1]
-    assert result.box is not None
-    assert last.boxes[0] is not None
     assert result.box.iou(last.boxes[0]) > 0.6
     assert result.likelihood[last.truths[0] == 255].mean() > 180
 
@@ -114,7 +109,6 @@ def test_without_any_feedback_it_goes_on_for_longer_than_it_keeps_frames() -> No
     for frame in frames:
         result = track.update(frame.image, frame.stamp_ns)
     assert result.state == 'tracked'
-    assert result.box is not None
     assert frames[-1].boxes[0] is not None
     assert result.box.iou(frames[-1].boxes[0]) > 0.3
 
@@ -208,7 +202,6 @@ def test_a_frame_that_shows_nothing_of_the_scene_is_passed_over(kind: str) -> No
     assert missed.likelihood.max() == 0
     result = track.update(after.image, after.stamp_ns)
     assert result.state == TRACKED
-    assert result.box is not None
     # If nothing is missing it is 0.82: legs and arms swing out of the box.
     assert result.box.iou(box_of(after)) > 0.78
 
@@ -223,7 +216,6 @@ def test_who_cannot_be_seen_for_long_is_lost_and_found_where_expected(kind: str)
         states.append(result.state)
     assert states[1:] == [LOST, LOST]
     result = track.update(clip()[7].image, clip()[7].stamp_ns)
-    assert result.box is not None
     assert result.box.iou(box_of(clip()[7])) > 0.7
 
 
@@ -257,8 +249,6 @@ def all_parts() -> TrackResult:
 )
 def test_each_part_matters_and_can_be_switched_off(name: str, all_parts: TrackResult) -> None:
     result = last_of_a_grey_clip(**{name: False})
-    assert result.box is not None
-    assert all_parts.box is not None
     assert result.box.iou(all_parts.box) > 0.6
     assert (result.likelihood != all_parts.likelihood).mean() > 0.003
 

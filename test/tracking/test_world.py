@@ -53,7 +53,6 @@ def test_frames_wait_for_their_feedback_but_not_for_ever() -> None:
     assert made.take(10**7) == ([], None)
     skipped, record = made.take(6 * 10**7)
     assert [each.image.stamp_ns for each in skipped] == [4 * 10**7, 5 * 10**7]
-    assert record is not None
     assert record.image.stamp_ns == 6 * 10**7
     assert made.pending[0].image.stamp_ns == 7 * 10**7
 
@@ -80,7 +79,6 @@ def test_motion_reaches_as_far_back_as_the_track_but_not_further_than_frames_are
             record.bodies[3] = (0.0, 0.0)
     for track_id, first, shift in ((1, frames[1], (4.0, 2.0)), (2, frames[3], (4.0, 0.0))):
         motions = made.motions_of(track_id)
-        assert motions is not None
         assert motions[0] is first
         assert motions[2] == shift
     assert made.motions_of(3) is None
@@ -88,7 +86,6 @@ def test_motion_reaches_as_far_back_as_the_track_but_not_further_than_frames_are
 
 def known(made: World) -> np.ndarray:
     _, record = made.take(made.now.image.stamp_ns)
-    assert record is not None
     nobody = np.zeros(made.shape, np.uint8)
     made.learn(record, nobody, [(slice(0, 50), slice(0, 50))])
     made.advance(wall(), made.now.image.stamp_ns + 10**7, (), camera=True)
@@ -107,7 +104,6 @@ def shown(made: World, image: np.ndarray, stamp_ns: int) -> bool:
     """Take in a frame and learn it; return whether it was taken for one that shows nothing."""
     made.advance(image, stamp_ns, (), camera=True)
     _, record = made.take(stamp_ns)
-    assert record is not None
     made.learn(record, np.zeros(made.shape, np.uint8), ())
     return record.blank
 
@@ -154,7 +150,6 @@ def test_what_drives_past_is_not_learnt_as_background(gate: bool) -> None:
         image[100:130, 20 + 12 * number : 80 + 12 * number] = car
         made.advance(image, (number + 1) * 10**7, (), camera=False)
         _, record = made.take(made.now.image.stamp_ns)
-        assert record is not None
         made.learn(
             record, np.zeros(made.shape, np.uint8), [(slice(0, 180), slice(0, 320))], gate=gate
         )
@@ -174,7 +169,6 @@ def test_what_a_person_uncovers_is_learnt_at_once() -> None:
         image[60:140, columns], people[60:140, columns] = cloth, 255
         made.advance(image, (number + 1) * 10**7, (), camera=False)
         _, record = made.take(made.now.image.stamp_ns)
-        assert record is not None
         made.learn(record, people, [(slice(0, 180), slice(0, 320))])
     made.advance(scene, 10**9, (), camera=False)
     # Two frames before the person came and two since; one counts as motion all the same, where
@@ -187,7 +181,6 @@ def familiar() -> World:
     made = advanced(1)
     for number in range(2, 5):
         _, record = made.take(made.now.image.stamp_ns)
-        assert record is not None
         made.learn(record, np.zeros(made.shape, np.uint8), [(slice(0, 50), slice(0, 50))])
         made.advance(wall(), number * 10**7, (), camera=True)
     return made
@@ -206,7 +199,6 @@ def test_what_was_remembered_is_known_in_all_frames_that_wait() -> None:
     made.adopt(known)
     assert (made.now.background.count[window] == 6).all()
     _, record = made.take(3 * 10**7)
-    assert record is not None
     assert made._background.count[45:75, 110:150].min() > 3
     assert made._background.mean[60, 130, 0] == pytest.approx(90, abs=1)
 
@@ -235,7 +227,6 @@ def test_a_place_that_loses_its_colours_is_known_all_the_same(texture: bool) -> 
         if number > 3:
             assert background.agreement(lab, nobody, made.now.windows) > 0.95
         _, record = made.take(number)
-        assert record is not None
         made.learn(record, nobody, ())
 
 
@@ -247,7 +238,6 @@ def panned(frames: int) -> World:
         made.advance(part, number + 1, (), camera=True)
         if number == 0:
             _, record = made.take(1)
-            assert record is not None
             made.learn(record, np.zeros(made.shape, np.uint8), ())
     return made
 
@@ -264,7 +254,6 @@ def test_what_was_learnt_meanwhile_is_kept() -> None:
     made = panned(2)
     for stamp in (2, 3):
         _, record = made.take(stamp)
-        assert record is not None
         if stamp == 2:
             made.learn(record, np.zeros(made.shape, np.uint8), ())
     # Seen twice, once in the frame before.

@@ -13,11 +13,9 @@ def test_a_shape_is_the_same_at_any_size_and_aspect() -> None:
     region = np.zeros((48, 24), np.uint8)
     region[:, 6:18] = region[10:20] = 255
     shape = normalised(region)
-    assert shape is not None
     assert shape.shape == (24, 48)
     for other in (normalised(region.repeat(3, axis=0).repeat(3, axis=1)),
                   normalised(region.repeat(2, axis=1), 0.5)):  # fmt: skip
-        assert other is not None
         assert tanimoto(shape, other) == pytest.approx(1, abs=0.03)
 
 
@@ -30,6 +28,4 @@ def test_a_walker_is_more_like_a_body_than_a_box_is() -> None:
     rows, columns = box_of(frame).slices(*frame.masks[0].shape[::-1])
     walker = normalised(frame.masks[0][rows, columns])
     box = normalised(np.full((60, 24), 255, np.uint8))
-    assert walker is not None
-    assert box is not None
     assert shapes.likeness(walker) > 0.7 > shapes.likeness(box)

@@ -57,7 +57,6 @@ class Walk:
 
     def inside(self, evidence: np.ndarray | None) -> tuple[float, float]:
         """Return the mean evidence on the cloth and beside it."""
-        assert evidence is not None
         on = self.mask > 0
         return float(evidence[on].mean()), float(evidence[~on].mean())
 
@@ -82,7 +81,6 @@ def test_of_who_stands_nothing_is_told_until_it_is_learnt(step: int, told: bool)
     for _ in range(5):
         evidence = walk.see()
         walk.left += walk.step
-    assert evidence is not None
     assert bool(evidence.any()) == told
 
 
@@ -93,7 +91,6 @@ def test_an_arm_that_swings_is_learnt_to_be_the_persons() -> None:
         mask = walk.mask
         mask[TOP : TOP + 60, arm] = 255
         walk.learn(mask)
-    assert evidence is not None
     assert np.median(evidence[TOP : TOP + 60, 82:88]) > 0.3
     assert np.median(evidence[:TOP]) < 0
 
@@ -103,7 +100,6 @@ def test_leaves_beside_the_person_are_learnt_to_be_none() -> None:
     for _ in range(12):
         evidence = walk.see(leaves)
         walk.learn()
-    assert evidence is not None
     assert np.median(evidence[TOP : TOP + 60, 112:138]) < -0.3
 
 
@@ -113,7 +109,6 @@ def test_what_the_person_has_left_is_learnt_to_be_the_walls() -> None:
         evidence = walk.see()
         left = walk.left
         walk.learn()
-    assert evidence is not None
     # Uncovered since the frame that is compared: it changed, and is hardly anybody.
     assert np.median(evidence[TOP + 5 : TOP + 55, left - 12 : left - 4]) < 0.15
     assert np.median(evidence[TOP + 5 : TOP + 55, left + 4 : left + 16]) > 0.5
