@@ -56,6 +56,10 @@ class Figure:
             cv2.line(mask, (x, y), foot, 255, round(0.1 * h))
         return mask
 
+    @property
+    def box(self) -> Box:
+        return Box.around(self.mask())
+
     def draw(self, image: np.ndarray) -> None:
         mask = self.mask()
         rows = np.arange(HEIGHT)[:, None] + np.zeros((1, WIDTH), int)
@@ -116,8 +120,7 @@ class Told:
 
     def start(self, *figures: Figure) -> None:
         for figure in figures:
-            box = Box.around(figure.mask())
-            self.tracker.initialize(box)
+            self.tracker.initialize(figure.box)
 
     def see(
         self,

@@ -12,10 +12,13 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError
+from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
+from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.results import LOST, TRACKED, TrackResult
 from gait_segmentation.starting import StartingConfig
-from gait_segmentation.tracking.arrivals import slot_for_found
+from gait_segmentation.tracking.arrivals import MapFinder, slot_for_found
+from gait_segmentation.tracking.trial import Trial
 from test.tracking.figures import GREEN, RED, STEP_NS, Figure, Told, picture, step, walk
 from test.walkers import small_bank
 
@@ -62,8 +65,7 @@ class Finder:
         """Know nothing of the place."""
 
     def find(self, figure: Figure) -> None:
-        box = Box.around(figure.mask())
-        self.boxes.append(box)
+        self.boxes.append(figure.box)
 
     def reset(self) -> None:
         self.asked.append([])
@@ -88,8 +90,7 @@ def test_people_found_get_free_slots_and_are_told_to_the_finder(finder: Finder) 
         assert ids(told.show(figure)) == [1, 0]
     told.show(Figure(60))
     (occupied,) = finder.asked[-1]
-    found = Box.around(Figure(60).mask())
-    assert occupied.iou(found) > 0.7
+    assert occupied.iou(Figure(60).box) > 0.7
 
 
 def test_nobody_is_looked_for_without_a_free_slot(finder: Finder) -> None:
@@ -238,3 +239,156 @@ def test_people_are_found_in_the_heat_map_of_a_frame_and_not_in_a_late_one() -> 
         # It comes when its frame is past.
         told.tracker.add_heat_map(heat, number * STEP_NS)
     assert ids(told.tracker.update(image, 4 * STEP_NS, heat)) == [1]
+
+
+SOURCE = (240, 320)
+
+
+@pytest.fixture(scope='module')
+def bank():
+    return default_bank()
+
+
+def body(bank, size=(30, 60), phase=0):
+    """Return a template, (h, w) uint8."""
+    template = bank.templates[0, phase]
+    x, y, w, h = cv2.boundingRect(template)
+    return np.where(cv2.resize(template[y : y + h, x : x + w], size) > 127, 255, 0)
+
+
+def heat(number, *regions):
+    """Return the map of a frame at half the size of the source, with regions (left, top, what)."""
+    values = np.zeros((120, 160), np.uint8)
+    for left, top, region in regions:
+        values[top : top + region.shape[0], left : left + region.shape[1]] = region
+    return HeatMap(values, 1 + number)
+
+
+def test_people_are_found_at_once_by_the_shape_of_a_body(bank):
+    finder = MapFinder(bank)
+    regions = (20, 30, body(bank)), (90, 20, body(bank, (36, 80), 8))
+    found = finder.update(heat(0, *regions), SOURCE, [], 20)
+    assert [(box.x, box.y, box.width, box.height) for box in found] == [
+        pytest.approx((180, 40, 72, 160), abs=4),
+        pytest.approx((40, 60, 60, 120), abs=4),
+    ]
+    assert finder.update(heat(0, *regions), SOURCE, [], 20) == []
+
+
+def test_whoever_is_tracked_is_not_found_again(bank):
+    finder, region = MapFinder(bank), (20, 30, body(bank))
+    assert finder.update(heat(0, region), SOURCE, [Box(36, 56, 70, 130)], 20) == []
+
+
+def test_what_hangs_together_with_who_is_tracked_is_theirs(bank):
+    finder, touching = MapFinder(bank), np.zeros((60, 64), np.uint8)
+    touching[:, :30] = touching[:, 34:] = body(bank)
+    touching[50:, 25:40] = 255
+    assert finder.update(heat(0, (20, 30, touching)), SOURCE, [Box(36, 56, 66, 130)], 20) == []
+    finder.reset()
+    touching[:, 30:34] = 0
+    assert len(finder.update(heat(1, (20, 30, touching)), SOURCE, [Box(36, 56, 66, 130)], 20)) == 1
+
+
+@pytest.mark.parametrize('size', [(60, 30), (100, 8), (6, 12)])
+def test_what_lies_or_is_tiny_is_nobody(bank, size):
+    finder, region = MapFinder(bank), (20, 30, np.full(size[::-1], 255, np.uint8))
+    assert not any(finder.update(heat(n, region), SOURCE, [], 30) for n in range(20))
+
+
+def test_in_a_map_of_one_pixel_is_nobody(bank):
+    one_pixel = HeatMap(np.full((1, 1), 255, np.uint8), 1)
+    assert MapFinder(bank).update(one_pixel, (60, 60), [], 20) == []
+
+
+def test_what_is_less_clear_must_be_seen_in_several_maps(bank):
+    finder, square = MapFinder(bank), np.full((60, 34), 255, np.uint8)
+    found = [len(finder.update(heat(n, (20 + n, 30, square)), SOURCE, [], 20)) for n in range(8)]
+    assert found[0] == 0
+    assert sum(found) >= 1
+    finder.reset()
+    jumping = [(20 + 70 * (n % 2), 30, square) for n in range(8)]
+    assert not any(finder.update(heat(n, each), SOURCE, [], 20) for n, each in enumerate(jumping))
+
+
+def test_a_part_that_the_network_is_sure_of_is_nobody_beside_the_whole(bank):
+    finder, whole = MapFinder(bank), body(bank, (40, 90)) // 4
+    whole[50:, 12:28] = 255
+    (found,) = finder.update(heat(0, (20, 10, whole)), SOURCE, [], 20)
+    assert (found.y, found.height) == (pytest.approx(20, abs=4), pytest.approx(180, abs=4))
+
+
+def test_people_who_touch_faintly_are_two(bank):
+    finder = MapFinder(bank)
+    values = np.zeros((80, 90), np.uint8)
+    values[30:40] = 60
+    for left in (5, 55):
+        values[:, left : left + 30] = np.maximum(values[:, left : left + 30], body(bank, (30, 80)))
+    assert len(finder.update(heat(0, (20, 20, values)), SOURCE, [], 20)) == 2
+
+
+def test_nobody_is_found_before_a_taller_one_who_is_not_sure_yet(bank):
+    finder = MapFinder(bank)
+    regions = (20, 30, body(bank)), (90, 20, np.full((80, 45), 255, np.uint8))
+    found = [finder.update(heat(n, *regions), SOURCE, [], 20) for n in range(6)]
+    first = next(boxes for boxes in found if boxes)
+    assert found[0] == []
+    assert [box.height for box in first] == pytest.approx([160, 120], abs=4)
+
+
+def fitting(share: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return a mask and a template with such a similarity."""
+    template = np.zeros((100, 10), np.uint8)
+    mask = template.copy()
+    template[:] = 255
+    mask[: round(100 * share)] = 255
+    return mask, template
+
+
+@pytest.mark.parametrize(
+    ('fits', 'evidence', 'passed'),
+    [
+        ([0.8, 0.7], 0.0, True),
+        ([0.6, 0.6], 1.0, False),
+        ([0.6, 0.6], 5.0, True),
+        ([0.9, 0.0], 1.0, False),
+        ([], 0.0, True),
+    ],
+)
+def test_masks_must_fit_their_templates_the_less_the_more_evidence_there_is(
+    fits: list[float], evidence: float, passed: bool
+) -> None:
+    trial = Trial(10**9)
+    for share in fits:
+        trial.learn(10**9, *fitting(share))
+    trial.see(evidence)
+    trial.see(0.0)
+    assert trial.is_passed() == passed
+
+
+def leg(forward: int) -> np.ndarray:
+    """Return a mask, (h, w) uint8, of a leg that stands and one that is so far from it."""
+    mask = np.zeros((60, 60), np.uint8)
+    mask[:30, 20:40] = mask[30:, 20:25] = mask[30:, 20 + forward : 25 + forward] = 255
+    return mask
+
+
+@pytest.mark.parametrize(
+    ('masks', 'passed'),
+    [
+        ([leg(15)] * 10, False),
+        ([leg(3 * k) for k in (0, 1, 2, 3, 4, 5, 4, 3, 2, 1)], True),
+        ([leg(0).T if k % 4 < 2 else leg(0) for k in range(10)], False),
+    ],
+)
+def test_who_walks_changes_shape_and_stays_a_body(masks: list[np.ndarray], passed: bool) -> None:
+    trial = Trial(10**9)
+    for number, mask in enumerate(masks):
+        trial.learn(10**9 + number * 10**8, mask, mask)
+    assert trial.is_passed() == passed
+
+
+def test_it_lasts_a_second() -> None:
+    trial = Trial(10**9)
+    assert not trial.is_over(2 * 10**9 - 1)
+    assert trial.is_over(2 * 10**9)

@@ -11,17 +11,6 @@ from gait_segmentation.tracking import TrackingConfig, group
 from test.tracking.figures import BLUE, STEP_NS, Figure, Told, picture
 
 
-def test_each_gets_the_pixels_of_their_own() -> None:
-    told = Told(slots=2)
-    people = Figure(100), Figure(135, BLUE)
-    told.start(*people)
-    results = told.show(*people)
-    _, masks = picture(people)
-    for own, other, result in zip(masks, masks[::-1], results, strict=True):
-        assert result.likelihood[own > 0].mean() > 180
-        assert result.likelihood[other > 0].mean() < 100
-
-
 def test_a_frame_is_learnt_once_and_its_people_are_no_background() -> None:
     told = Told(slots=2)
     people = Figure(60), Figure(200, BLUE)

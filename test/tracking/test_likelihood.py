@@ -12,66 +12,6 @@ from gait_segmentation.tracking.likelihood import likelihood_image, log_ratio
 
 SHAPE = (20, 30)
 WINDOW = (slice(0, 20), slice(0, 30))
-RED, GREY, DARK_GREY = (120, 200, 160), (150, 128, 128), (90, 128, 128)
-
-
-def image(colour: tuple[int, int, int]) -> np.ndarray:
-    return np.full((*SHAPE, 3), colour, np.uint8)
-
-
-def models() -> tuple[ColourModel, ColourModel]:
-    person, surroundings = ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4)
-    rows = np.repeat(np.linspace(0, 0.999, 20, dtype=np.float32)[:, None], 30, 1)
-    ones = np.ones(SHAPE, np.float32)
-    person.learn(colour_bins(image(RED)), rows, ones, 1)
-    surroundings.learn(colour_bins(image(GREY)), rows, ones, 1)
-    return person, surroundings
-
-
-def ratio(
-    lab: np.ndarray,
-    background: BackgroundModel,
-    strangers: np.ndarray | None = None,
-    **changes: float,
-) -> np.ndarray:
-    rows = np.repeat(np.linspace(0, 0.999, 20, dtype=np.float32)[:, None], 30, 1)
-    config = TrackingConfig(**changes)
-    return log_ratio(lab, rows, WINDOW, background, *models(), config, strangers)
-
-
-def known(colour: tuple[int, int, int]) -> BackgroundModel:
-    background = BackgroundModel(SHAPE)
-    for _ in range(10):
-        background.learn(image(colour), np.zeros(SHAPE, np.uint8))
-    return background
-
-
-def test_colour_alone_decides_and_is_limited() -> None:
-    blank = BackgroundModel(SHAPE)
-    assert np.all(ratio(image(RED), blank) == 6)
-    assert np.all(ratio(image(GREY), blank) == -6)
-
-
-def test_an_unknown_colour_says_nothing() -> None:
-    assert ratio(image((10, 60, 60)), BackgroundModel(SHAPE)) == pytest.approx(0, abs=1e-5)
-
-
-def test_a_known_background_overrules_the_colours() -> None:
-    # The wall is as red as the person, but here it looks as it always did.
-    assert ratio(image(RED), known(RED)).max() < 1
-    # And a colour of the surroundings where another was known cannot be background.
-    assert ratio(image(RED), known(GREY)).min() > 5
-
-
-def test_a_shadow_at_the_feet_is_background() -> None:
-    with_shadow = ratio(image(DARK_GREY), known(GREY))
-    without = ratio(image(DARK_GREY), known(GREY), use_shadow=False)
-    assert with_shadow[19, 5] < without[19, 5] - 2
-    assert with_shadow[2, 5] == pytest.approx(without[2, 5])
-
-
-def test_the_switch_for_the_background_works() -> None:
-    assert np.all(ratio(image(RED), known(RED), use_background=False) == 6)
 
 
 def test_the_likelihood_image_is_the_sigmoid_in_the_window() -> None:
@@ -80,6 +20,16 @@ def test_the_likelihood_image_is_the_sigmoid_in_the_window() -> None:
     result = likelihood_image(logit, window, (4, 5))
     assert result[window].tolist() == [[128, 255], [0, round(255 / (1 + np.exp(-1)))]]
     assert result.sum() == result[window].sum()
+
+
+def models() -> tuple[ColourModel, ColourModel]:
+    """Return a person in red before grey."""
+    found, rows = [], np.repeat(np.linspace(0, 0.999, 20, dtype=np.float32)[:, None], 30, 1)
+    for colour in ((120, 200, 160), (150, 128, 128)):
+        found.append(ColourModel(0.7, 1e-4))
+        bins = colour_bins(np.full((*SHAPE, 3), colour, np.uint8))
+        found[-1].learn(bins, rows, np.ones(SHAPE, np.float32), 1)
+    return found[0], found[1]
 
 
 def _square_slopes(model: BackgroundModel) -> np.ndarray:
@@ -112,7 +62,7 @@ def _plainly(
         band = min(max(int(down * BANDS), 0), BANDS - 1)
         p_person, p_background = person.table[index, band], surroundings.table[index, band]
         count, bound = model.count[place], 6.0
-        if count > 0.25:
+        if config.use_background and count > 0.25:
             base, light = model.mean[place][0], float(lab[place][0])
             d_a, d_b = lab[place][1:] - model.mean[place][1:]
             spread, spread_chroma = (
@@ -120,8 +70,8 @@ def _plainly(
             )
             square = (light - base) ** 2 / (2 * spread)
             chroma = (d_a**2 + d_b**2) / (2 * spread_chroma)
-            ramp = min(max((down - 0.6) / 0.25, 0), 1) if base > 1 else None
-            cast = 0 if ramp is None else config.shadow_share * ramp
+            ramp = min(max((down - 0.6) / 0.25, 0), 1) if base > 1 and config.use_shadow else 0
+            cast = config.shadow_share * ramp
             other = 0.0
             if config.shadow_floor * base < light < base:
                 other = cast / (base * (1 - config.shadow_floor)) / (2 * np.pi * sigma**2)
@@ -134,9 +84,10 @@ def _plainly(
 
 
 @pytest.mark.parametrize('misplacement', [0.0, 0.4])
-def test_it_is_the_formula_pixel_by_pixel(misplacement: float) -> None:
+@pytest.mark.parametrize('switches', [{}, {'use_shadow': False}, {'use_background': False}])
+def test_it_is_the_formula_pixel_by_pixel(switches: dict, misplacement: float) -> None:
     rng = np.random.default_rng(8)
-    config, model = TrackingConfig(), BackgroundModel(SHAPE)
+    config, model = TrackingConfig(**switches), BackgroundModel(SHAPE)
     for _ in range(4):
         hidden = rng.integers(0, 2, SHAPE, np.uint8)
         model.learn(rng.integers(110, 150, (*SHAPE, 3), np.uint8), hidden)
@@ -144,6 +95,8 @@ def test_it_is_the_formula_pixel_by_pixel(misplacement: float) -> None:
     model.misplacement = misplacement
     lab = rng.integers(80, 180, (*SHAPE, 3), np.uint8)
     lab[..., 1:] = rng.integers(115, 145, (*SHAPE, 2))
+    # What only the person or only the surroundings have is limited.
+    lab[0], lab[1] = (120, 200, 160), (150, 128, 128)
     rows = rng.uniform(-0.2, 1.2, SHAPE).astype(np.float32)
     strangers = rng.choice([0, 1e-3], SHAPE).astype(np.float32)
     found = log_ratio(lab, rows, WINDOW, model, *models(), config, strangers)

@@ -35,10 +35,6 @@ class Tracker:
         self.people.learn([feedback])
 
 
-def tracker(**changes) -> Tracker:
-    return Tracker(**changes)
-
-
 def feedback(frame, result: TrackResult) -> Feedback:
     mask = frame.masks[0]
     prior = mask[: result.likelihood.shape[0], : result.likelihood.shape[1]]
@@ -46,7 +42,7 @@ def feedback(frame, result: TrackResult) -> Feedback:
 
 
 def started(**changes) -> tuple[Tracker, TrackResult]:
-    track = tracker(**changes)
+    track = Tracker(**changes)
     track.initialize(box_of(clip()[0]))
     return track, track.update(clip()[0].image, clip()[0].stamp_ns)
 
@@ -57,21 +53,14 @@ def test_a_leaning_person_is_tracked_leaning_from_the_first_frame(use_tilt: bool
     turn = cv2.getRotationMatrix2D((width / 2 - 0.5, height / 2 - 0.5), -18, 1)
     image = cv2.warpAffine(clip()[0].image, turn, (width, height), borderMode=cv2.BORDER_REFLECT)
     box = Box.around(cv2.warpAffine(clip()[0].masks[0], turn, (width, height)) > 127)
-    track = tracker(use_tilt=use_tilt)
+    track = Tracker(use_tilt=use_tilt)
     track.initialize(box)
     angle = np.degrees(track.update(image, clip()[0].stamp_ns).angle)
     assert angle == pytest.approx(18 if use_tilt else 0, abs=8)
 
 
-def test_nobody_gives_a_black_likelihood_and_no_box() -> None:
-    result = tracker().update(clip()[0].image, 5)
-    assert (result.track_id, result.box, result.stamp_ns) == (0, None, 5)
-    assert not result.likelihood.any()
-    assert result.likelihood.shape == clip()[0].image.shape[:2]
-
-
 def test_the_working_size_limits_the_likelihood() -> None:
-    result = tracker(working_size=160).update(clip()[0].image, 5)
+    result = Tracker(working_size=160).update(clip()[0].image, 5)
     assert result.likelihood.shape == (120, 160)
 
 
@@ -103,7 +92,7 @@ def test_late_feedback_teaches_as_well() -> None:
 
 def test_without_any_feedback_it_goes_on_for_longer_than_it_keeps_frames() -> None:
     frames = clip(pan=0.0, frames=34)
-    track = tracker()
+    track = Tracker()
     box = box_of(frames[0])
     track.initialize(box)
     for frame in frames:
@@ -160,7 +149,7 @@ def test_ids_are_never_used_twice() -> None:
 )
 def test_bad_frames_are_refused(image: np.ndarray, stamp: int, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        tracker().update(image, stamp)
+        Tracker().update(image, stamp)
 
 
 @pytest.mark.parametrize('back_ns', [0, 5_000_000, 7_200_000_000_000])
@@ -172,7 +161,7 @@ def test_a_stamp_that_is_not_later_is_refused_and_loses_nothing(back_ns: int) ->
 
 
 def test_what_is_no_box_is_refused_at_once_and_the_stream_goes_on() -> None:
-    track = tracker()
+    track = Tracker()
     with pytest.raises(InputError, match=r'must be a Box, got \(5, 5, 20, 60\)'):
         track.initialize((5, 5, 20, 60))  # type: ignore[arg-type]
     assert not track.update(np.zeros((120, 160, 3), np.uint8), 1).track_id
@@ -187,7 +176,7 @@ def nothing_of_the_scene(kind: str, number: int) -> np.ndarray:
 
 
 def tracked_until(count: int) -> Tracker:
-    track = tracker()
+    track = Tracker()
     track.initialize(box_of(clip()[0]))
     for frame in clip()[:count]:
         track.learn(feedback(frame, track.update(frame.image, frame.stamp_ns)))
@@ -222,7 +211,7 @@ def test_who_cannot_be_seen_for_long_is_lost_and_found_where_expected(kind: str)
 def last_of_a_grey_clip(**changes) -> TrackResult:
     """Track a walker seen by a grey camera, whose shadows deepen from the fifth frame on."""
     deeper = np.interp(np.arange(256), [0, 80, 200, 255], [0, 60, 198, 255]).astype(np.uint8)
-    track, frames = tracker(**changes), clip()[:8]
+    track, frames = Tracker(**changes), clip()[:8]
     track.initialize(box_of(frames[0]))
     for number, frame in enumerate(frames):
         image = frame.image.mean(axis=2, keepdims=True).astype(np.uint8).repeat(3, axis=2)

@@ -10,6 +10,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.tracking import TrackingConfig
+from gait_segmentation.tracking.records import Record
 from gait_segmentation.tracking.world import World, windows_about
 from test.tracking.figures import wall
 
@@ -57,26 +58,15 @@ def test_frames_wait_for_their_feedback_but_not_for_ever() -> None:
     assert made.pending[0].image.stamp_ns == 7 * 10**7
 
 
-def test_shifts_add_up_for_those_who_were_there() -> None:
-    made = advanced(6)
-    for number, record in enumerate(made.pending):
-        record.bodies[1] = (1.0, 0.5)
-        if number >= 3:
-            record.bodies[2] = (2.0, 0.0)
-    assert made.since_mask(1) == (6.0, 3.0)
-    assert made.since_mask(2) == (6.0, 0.0)
-    assert made.step_s == pytest.approx(0.01)
-
-
 def test_motion_reaches_as_far_back_as_the_track_but_not_further_than_frames_are_kept() -> None:
     made = advanced(6)
     frames = list(made.pending)
-    for number, record in enumerate(frames):
-        record.bodies[1] = (1.0, 0.5)
-        if number >= 3:
-            record.bodies[2] = (2.0, 0.0)
-        if number == 5:
-            record.bodies[3] = (0.0, 0.0)
+    for track_id, first, shift in ((1, 0, (1.0, 0.5)), (2, 3, (2.0, 0.0)), (3, 5, (0.0, 0.0))):
+        for record in frames[first:]:
+            record.bodies[track_id] = shift
+    assert made.since_mask(1) == (6.0, 3.0)
+    assert made.since_mask(2) == (6.0, 0.0)
+    assert made.step_s == pytest.approx(0.01)
     for track_id, first, shift in ((1, frames[1], (4.0, 2.0)), (2, frames[3], (4.0, 0.0))):
         motions = made.motions_of(track_id)
         assert motions[0] is first
@@ -84,10 +74,17 @@ def test_motion_reaches_as_far_back_as_the_track_but_not_further_than_frames_are
     assert made.motions_of(3) is None
 
 
-def known(made: World) -> np.ndarray:
+def learnt(made: World, people: np.ndarray | None = None, margins=(), **options) -> Record:
+    """Learn the newest frame, in which nobody is if nobody is given; return it."""
     _, record = made.take(made.now.image.stamp_ns)
-    nobody = np.zeros(made.shape, np.uint8)
-    made.learn(record, nobody, [(slice(0, 50), slice(0, 50))])
+    made.learn(
+        record, np.zeros(made.shape, np.uint8) if people is None else people, margins, **options
+    )
+    return record
+
+
+def known(made: World) -> np.ndarray:
+    learnt(made, margins=[(slice(0, 50), slice(0, 50))])
     made.advance(wall(), made.now.image.stamp_ns + 10**7, (), camera=True)
     return made.now.background.count > 0
 
@@ -103,9 +100,7 @@ def test_the_background_is_learnt_about_people_or_everywhere() -> None:
 def shown(made: World, image: np.ndarray, stamp_ns: int) -> bool:
     """Take in a frame and learn it; return whether it was taken for one that shows nothing."""
     made.advance(image, stamp_ns, (), camera=True)
-    _, record = made.take(stamp_ns)
-    made.learn(record, np.zeros(made.shape, np.uint8), ())
-    return record.blank
+    return learnt(made).blank
 
 
 def test_noise_is_no_frame_of_a_known_place_and_nothing_is_learnt_from_it() -> None:
@@ -149,10 +144,7 @@ def test_what_drives_past_is_not_learnt_as_background(gate: bool) -> None:
         image = scene.copy()
         image[100:130, 20 + 12 * number : 80 + 12 * number] = car
         made.advance(image, (number + 1) * 10**7, (), camera=False)
-        _, record = made.take(made.now.image.stamp_ns)
-        made.learn(
-            record, np.zeros(made.shape, np.uint8), [(slice(0, 180), slice(0, 320))], gate=gate
-        )
+        learnt(made, margins=[(slice(0, 180), slice(0, 320))], gate=gate)
     made.advance(scene, 10**9, (), camera=False)
     count = made.now.background.count
     passed, beside = count[105:125, 100:130].mean(), count[20:60, 200:300].mean()
@@ -168,22 +160,11 @@ def test_what_a_person_uncovers_is_learnt_at_once() -> None:
         columns = slice(40 + 12 * number, 70 + 12 * number)
         image[60:140, columns], people[60:140, columns] = cloth, 255
         made.advance(image, (number + 1) * 10**7, (), camera=False)
-        _, record = made.take(made.now.image.stamp_ns)
-        made.learn(record, people, [(slice(0, 180), slice(0, 320))])
+        learnt(made, people, [(slice(0, 180), slice(0, 320))])
     made.advance(scene, 10**9, (), camera=False)
     # Two frames before the person came and two since; one counts as motion all the same, where
     # the person's border was.
     assert made.now.background.count[70:130, 90:98].min() == pytest.approx(3, abs=0.1)
-
-
-def familiar() -> World:
-    """Return a world that has seen the wall for some frames."""
-    made = advanced(1)
-    for number in range(2, 5):
-        _, record = made.take(made.now.image.stamp_ns)
-        made.learn(record, np.zeros(made.shape, np.uint8), [(slice(0, 50), slice(0, 50))])
-        made.advance(wall(), number * 10**7, (), camera=True)
-    return made
 
 
 def test_what_was_remembered_is_known_in_all_frames_that_wait() -> None:
@@ -198,7 +179,7 @@ def test_what_was_remembered_is_known_in_all_frames_that_wait() -> None:
     known.sums[window] = (6 * 90, 6 * 90, 6 * 90, 6)
     made.adopt(known)
     assert (made.now.background.count[window] == 6).all()
-    _, record = made.take(3 * 10**7)
+    made.take(3 * 10**7)
     assert made._background.count[45:75, 110:150].min() > 3
     assert made._background.mean[60, 130, 0] == pytest.approx(90, abs=1)
 
@@ -226,8 +207,7 @@ def test_a_place_that_loses_its_colours_is_known_all_the_same(texture: bool) -> 
         background, lab = made.now.background, made.now.image.lab
         if number > 3:
             assert background.agreement(lab, nobody, made.now.windows) > 0.95
-        _, record = made.take(number)
-        made.learn(record, nobody, ())
+        learnt(made)
 
 
 def panned(frames: int) -> World:
@@ -237,8 +217,7 @@ def panned(frames: int) -> World:
         part = np.ascontiguousarray(wide[:, 2 * number : 2 * number + SOURCE[1]])
         made.advance(part, number + 1, (), camera=True)
         if number == 0:
-            _, record = made.take(1)
-            made.learn(record, np.zeros(made.shape, np.uint8), ())
+            learnt(made)
     return made
 
 
