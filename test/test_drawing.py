@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from gait_segmentation.drawing import (
+    BACKDROP,
     REFINED_COLOUR,
     TRACKED_COLOUR,
     draw_box,
@@ -17,7 +19,15 @@ from gait_segmentation.drawing import (
     view_word,
 )
 from gait_segmentation.errors import InputError
-from gait_segmentation.geometry import Box
+from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.pictures import (
+    matching_picture,
+    segmentation_picture,
+    tracking_picture,
+)
+from gait_segmentation.results import EMPTY, LOST, MatchResult, SegmentationResult, TrackResult
+from gait_segmentation.segmentation import PeopleMasks
+from gait_segmentation.sheets import TILE_SIZE, contact_sheet, crop, spread, tile
 
 GREEN = (0, 255, 0)
 
@@ -27,7 +37,7 @@ def grey(height, width):
 
 
 def is_green(pixel):
-    return pixel[1] > 200 and pixel[0] < 50 and pixel[2] < 50
+    return pixel[1] > 200 and pixel[0] < 100 and pixel[2] < 100
 
 
 def square(height, width, top, left, size):
@@ -126,3 +136,116 @@ def test_views_have_words():
     assert view_word(math.pi / 2) == 'away'
     assert view_word(math.pi) == view_word(-math.pi) == 'to the left'
     assert view_word(-math.pi / 2 + 0.1) == 'closer'
+
+
+IMAGE = np.full((120, 160, 3), 60, np.uint8)
+SMALL = np.zeros((60, 80), np.uint8)
+SMALL[10:50, 20:35] = 255
+LARGE = np.zeros((120, 160), np.uint8)
+LARGE[20:100, 40:70] = 255
+NOBODY = MatchResult(5, 0, None, None, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, np.zeros_like(SMALL))
+SOMEBODY = MatchResult(5, 1, BodyFrame(55, 60, 80), None, 0, 0, 0.0, 1.0, 0.0, 1.0, 1.0, SMALL)
+
+
+def test_likelihoods_are_red_and_boxes_are_drawn() -> None:
+    tracks = [
+        TrackResult(5, 1, Box(40, 20, 30, 80), SMALL, 0.9),
+        TrackResult(5, 2, None, np.zeros_like(SMALL), 0.0, state=LOST),
+        TrackResult(5, 0, None, np.zeros_like(SMALL), 0.0, state=EMPTY),
+    ]
+    picture = tracking_picture(IMAGE, tracks)
+    assert picture.shape == IMAGE.shape
+    assert picture[60, 55].tolist() == [60, 60, 255]
+    assert (picture != IMAGE).any(axis=2)[:20].any()
+    assert (IMAGE == 60).all()
+    assert (tracking_picture(IMAGE, tracks[2:]) == IMAGE).all()
+
+
+def test_outlines_of_templates_are_drawn_at_the_largest_size() -> None:
+    picture = matching_picture([SMALL, LARGE], [SOMEBODY, NOBODY])
+    assert picture.shape == (120, 160, 3)
+    assert (picture[60, 55] == 255).all()
+    assert (picture != picture[:, :, :1]).any()
+
+
+def is_red(pixel: np.ndarray) -> bool:
+    return bool(pixel[2] > 200 and pixel[0] < 100 and pixel[1] < 100)
+
+
+def test_both_boxes_are_drawn_where_the_source_has_them() -> None:
+    tracks = [
+        TrackResult(5, 1, Box(40.5, 20.5, 30, 80), SMALL, 0.9, body=Box(36.5, 16.5, 38, 90)),
+        TrackResult(5, 0, None, np.zeros_like(SMALL), 0.0),
+    ]
+    match = replace(SOMEBODY, box=Box(42.5, 24.5, 26, 70))
+    picture = matching_picture([LARGE, LARGE], [match, NOBODY], tracks)
+    assert is_red(picture[60, 36])
+    assert is_green(picture[60, 42])
+    half = matching_picture([SMALL, SMALL], [match, NOBODY], tracks, 160)
+    assert is_red(half[30, 18])
+    assert is_green(half[30, 21])
+    masks = PeopleMasks((SegmentationResult(5, 1, LARGE, ''),) * 2, LARGE, LARGE)
+    picture = segmentation_picture(IMAGE, masks, [match, NOBODY], tracks)
+    assert is_red(picture[60, 36])
+    assert is_green(picture[60, 42])
+    assert not any(
+        is_red(pixel) for pixel in segmentation_picture(IMAGE, masks, [match, NOBODY])[60]
+    )
+
+
+def test_silhouettes_are_drawn_of_those_who_are_matched() -> None:
+    mask = SegmentationResult(5, 1, LARGE, '')
+    masks = PeopleMasks((mask, mask), LARGE, LARGE)
+    assert (segmentation_picture(IMAGE, masks, [NOBODY, NOBODY]) == IMAGE).all()
+    assert (segmentation_picture(IMAGE, masks, [SOMEBODY, NOBODY]) != IMAGE).any()
+
+
+def test_crops_have_the_size_asked_for():
+    image = np.arange(20 * 30 * 3, dtype=np.uint8).reshape(20, 30, 3)
+    same = crop(image, Box(5, 4, 10, 8), (10, 8))
+    np.testing.assert_array_equal(same, image[4:12, 5:15])
+    beyond = crop(image, Box(-5, -4, 10, 8), (10, 8))
+    assert tuple(beyond[0, 0]) == BACKDROP
+    np.testing.assert_array_equal(beyond[4:, 5:], image[:4, :5])
+    assert crop(image, Box(100, 100, 10, 8), (50, 40)).shape == (40, 50, 3)
+    assert crop(image[..., 0], Box(-5, -4, 10, 8), (20, 16))[0, 0] == 0
+
+
+def test_a_tile_shows_somebody_in_the_middle_with_outlines():
+    image = np.full((60, 60, 3), 90, np.uint8)
+    first = np.zeros((60, 60), np.uint8)
+    first[10:50, 20:40] = 255
+    second = np.roll(first, 8, axis=1)
+    outlines = [(second, (255, 90, 255)), (first, (50, 255, 50))]
+    picture = tile(image, Box(20, 10, 20, 40), outlines, '7')
+    assert picture.shape == (TILE_SIZE[1], TILE_SIZE[0], 3)
+    green = (picture[..., 1] > 220) & (picture[..., 2] < 100)
+    pink = (picture[..., 1] < 120) & (picture[..., 2] > 220)
+    assert green.sum() > 300
+    assert pink.sum() > 100
+    rows, columns = np.nonzero(green)
+    # A crop begins at a whole pixel, which is enlarged almost five times.
+    assert abs((columns.min() + columns.max()) / 2 - TILE_SIZE[0] / 2) < 5
+    assert abs((rows.min() + rows.max()) / 2 - TILE_SIZE[1] / 2) < 5
+
+
+def test_frames_are_spread_evenly():
+    shown = sorted(spread(range(100, 200)))
+    assert len(shown) == 28
+    assert (shown[0], shown[-1]) == (100, 199)
+    assert max(np.diff(shown)) <= 4
+    assert spread([3, 5]) == {3, 5}
+
+
+def test_a_sheet_has_a_cell_for_every_picture():
+    pictures = [np.full((4, 6, 3), 10 * k, np.uint8) for k in range(1, 6)]
+    sheet = contact_sheet(pictures, 3, gap=2)
+    assert sheet.shape == (2 * 6 + 2, 3 * 8 + 2, 3)
+    assert sheet[3, 3, 0] == 10
+    assert sheet[3, 19, 0] == 30
+    assert sheet[9, 11, 0] == 50
+    assert tuple(sheet[9, 19]) == BACKDROP
+    assert contact_sheet(pictures[:1], 7).shape == (12, 14, 3)
+    for pictures, columns in (([], 3), ([np.zeros((2, 2, 3), np.uint8)], 0)):
+        with pytest.raises(InputError, match=f'got {len(pictures)} and {columns}'):
+            contact_sheet(pictures, columns)

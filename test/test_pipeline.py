@@ -139,33 +139,6 @@ def test_time_that_begins_anew_with_a_frame_of_no_use_forgets_nobody() -> None:
     np.testing.assert_array_equal(result.mask, run(frames=4)[3].mask)
 
 
-@pytest.mark.parametrize('gap_s', [0.7, 10**7])
-def test_after_a_jump_of_the_clock_the_person_is_found_where_they_were(gap_s: float) -> None:
-    pipe = pipeline()
-    pipe.initialize(box_of(clip()[0]))
-    for number, frame in enumerate(clip()):
-        jumped = frame.stamp_ns + (round(gap_s * 1e9) if number >= 8 else 0)
-        [result] = pipe.update(frame.image, jumped)
-    (person,) = result.people
-    assert (person.track.track_id, person.track.state) == (1, 'tracked')
-    assert overlap(result.mask, clip()[-1].truths[0]) > 0.8
-
-
-@pytest.mark.parametrize('gap_s', [0.7, 3600])
-def test_who_is_gone_after_a_gap_is_lost_and_no_ghost_stays(gap_s: float) -> None:
-    pipe = pipeline()
-    pipe.initialize(box_of(clip()[0]))
-    for frame in clip()[:8]:
-        pipe.update(frame.image, frame.stamp_ns)
-    # The place without the person: what is seen beside them when they are elsewhere.
-    apart = np.median([each.image for each in clip(pan=0.0, frames=30)], axis=0).astype(np.uint8)
-    later = clip()[7].stamp_ns + round(gap_s * 1e9)
-    for number in range(10):
-        [result] = pipe.update(apart, later + number * 33_000_000)
-        assert result.people[0].track.state != 'tracked'
-        assert not result.mask.any()
-
-
 def test_an_outer_likelihood_takes_the_place_of_the_trackers() -> None:
     pipe = pipeline()
     pipe.initialize(box_of(clip()[0]))

@@ -179,15 +179,6 @@ def test_heading_is_by_gait_at_first_and_front_and_back_are_told_apart_by_motion
     assert last.stature == pytest.approx(1.75, abs=0.08)
 
 
-def test_nobody_is_nowhere() -> None:
-    shot, about, mask = walked('across', 'level')[0]
-    model, pose = CAMERAS['level']
-    nobody = MatchResult.nobody(shot.stamp_ns, 0, (1, 1))
-    above = dataclasses.replace(about, track_id=2, body=BodyFrame(320.0, 10.0, 100.0))
-    located = Localizer().update([nobody, about, above], [mask] * 3, model, pose, None)
-    assert [place and place.track_id for place in located] == [None, 1, None]
-
-
 @pytest.mark.parametrize('config', [{'depth_error': 0.0}, {'feet_error': 0.001}])
 def test_a_place_that_is_said_to_be_exact_has_a_covariance_all_the_same(config: dict) -> None:
     found = walked('across', 'level')
@@ -326,8 +317,10 @@ def test_it_is_said_why_the_ground_locates_nobody() -> None:
     model, pose = CAMERAS['level']
     above = dataclasses.replace(about, body=BodyFrame(320.0, 10.0, 100.0))
     far = dataclasses.replace(about, body=BodyFrame(320.0, model.cy + 1 - 50, 100.0))
+    nobody = MatchResult.nobody(about.stamp_ns, 0, (1, 1))
     localizer = Localizer()
-    assert localizer.update([above, far], [mask] * 2, model, pose) == (None, None)
+    located = localizer.update([above, far, nobody, about], [mask] * 4, model, pose)
+    assert [place and place.track_id for place in located] == [None, None, None, 1]
     assert localizer.reasons[0] == 'the soles are at or above the horizon'
     assert 'above localization.max_distance' in localizer.reasons[1]
     assert localizer.update([about], [mask], model) == (None,)

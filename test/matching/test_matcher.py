@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.errors import InputError
+from gait_segmentation.errors import ConfigError, InputError
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
 from gait_tools.gait_model import BankSpec, build_bank
@@ -300,3 +300,23 @@ def test_memory_does_not_grow(bank):
     after = tracemalloc.get_traced_memory()[0]
     tracemalloc.stop()
     assert after - before < 20_000
+
+
+@pytest.mark.parametrize(
+    'wrong',
+    [
+        {'lag': -1},
+        {'window': 0.0},
+        {'memory': float('nan')},
+        {'levels': 1},
+        {'minimum_cadence': 120.0, 'maximum_cadence': 100.0},
+    ],
+)
+def test_refuses_values_with_their_name(wrong):
+    with pytest.raises(ConfigError, match=next(iter(wrong))):
+        MatchingConfig(**wrong)
+
+
+def test_an_unknown_kernel_is_named_with_the_choices() -> None:
+    with pytest.raises(ConfigError, match=r"events, direct_access_table, got 'table'"):
+        MatchingConfig(kernel='table')

@@ -101,7 +101,7 @@ def test_what_is_far_from_the_template_or_thin_or_unlikely_is_not_the_persons():
     image = likelihood(slice(24, 96), slice(32, 48))
     expected = refined_box(image, upright(), PLACE, BODY, TWICE)
     image[20:60, 70:80] = 255
-    image[22, 40] = 255
+    image[22, 40] = image[60, 50] = 255
     image[24:96, 48:50] = 180
     assert refined_box(image, upright(), PLACE, BODY, TWICE) == expected
 

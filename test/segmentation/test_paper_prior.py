@@ -132,12 +132,10 @@ def test_inside_psi_rises_as_fast_as_limbs_are_thin() -> None:
 
 
 def test_what_is_far_stays_background_against_all_evidence() -> None:
-    config = SegmentationConfig(prior='paper', contrast=30.0, paper_weight=20.0)
-    found = paper_terms(
-        template(), np.full(SHAPE, 90, np.uint8), BODY, default_vocabulary(), config
-    )
+    flat = np.full(SHAPE, 90, np.uint8)
+    logit, _ = terms(template(), flat, contrast=30.0, paper_weight=20.0)
     strongest = np.log(511) + (4 + 4 / np.sqrt(2)) * (30 + 20)
-    assert found[0].min() < -strongest
+    assert logit.min() < -strongest
 
 
 def test_an_unconfirmed_outline_costs_less() -> None:

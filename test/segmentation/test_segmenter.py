@@ -37,21 +37,10 @@ def picture(factor: int = 1) -> np.ndarray:
 
 
 def match(prior: np.ndarray | None = None, stamp: int = 1, **changes) -> MatchResult:
-    values = {
-        'stamp_ns': stamp,
-        'track_id': 1,
-        'body': BODY,
-        'placement': Placement(0, 0, 1),
-        'sequence': 0,
-        'phase_index': 0,
-        'phase': 0.2,
-        'phase_rate': 0.9,
-        'azimuth': 0.0,
-        'similarity': 0.8,
-        'confidence': 0.8,
-        'shape_prior': person() if prior is None else prior,
-    }
-    return MatchResult(**{**values, **changes})
+    prior = person() if prior is None else prior
+    about = 0, 0, 0.2, 0.9, 0.0, 0.8, 0.8, prior
+    found = MatchResult(stamp, 1, BODY, Placement(0, 0, 1), *about)
+    return dataclasses.replace(found, **changes)
 
 
 def noisy(seed: int = 0) -> np.ndarray:
@@ -120,11 +109,17 @@ def test_the_prior_fills_what_the_likelihood_lost() -> None:
 
 
 @pytest.mark.parametrize('value', [0, 255])
+@pytest.mark.parametrize('outside', [False, True])
 @pytest.mark.parametrize('prior', ['none', 'default', 'paper'])
-def test_a_likelihood_that_says_nothing_gives_a_mask_or_a_reason(value: int, prior: str) -> None:
+def test_a_likelihood_that_says_nothing_gives_a_mask_or_a_reason(
+    value: int, outside: bool, prior: str
+) -> None:
+    segmenter = Segmenter(SegmentationConfig(prior=prior))
+    segmenter.update(picture(), spoilt(), match(), outside=outside)
     likelihood = np.full(SHAPE, value, np.uint8)
-    result = Segmenter(SegmentationConfig(prior=prior)).update(picture(), likelihood, match())
+    result = segmenter.update(picture(), likelihood, match(stamp=2), outside=outside)
     assert result.mask.any() == (result.reason == '')
+    assert value or not result.mask.any()
 
 
 def test_nobody_and_outside_are_empty_with_the_reason() -> None:
@@ -258,21 +253,8 @@ def test_a_timid_likelihood_from_outside_is_learnt_to_mean_the_person() -> None:
     timid = np.where(truth > 0, 90, 0).astype(np.uint8)
     found = segmenter.update(picture(), timid, match(stamp=6), outside=True)
     assert iou(found.mask, truth) > 0.9
-    assert (
-        not Segmenter(SegmentationConfig(prior='none'))
-        .update(picture(), timid, match())
-        .mask.any()
-    )
-
-
-@pytest.mark.parametrize('value', [0, 255])
-def test_a_likelihood_from_outside_that_says_nothing_gives_a_mask_or_a_reason(value: int) -> None:
-    segmenter = Segmenter()
-    segmenter.update(picture(), spoilt(), match(), outside=True)
-    likelihood = np.full_like(spoilt(), value)
-    result = segmenter.update(picture(), likelihood, match(stamp=2), outside=True)
-    assert result.mask.any() or result.reason
-    assert value or not result.mask.any()
+    unlearnt = Segmenter(SegmentationConfig(prior='none'))
+    assert not unlearnt.update(picture(), timid, match()).mask.any()
 
 
 def test_the_window_holds_what_was_found_before_if_it_is_near() -> None:

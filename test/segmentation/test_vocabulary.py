@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
 
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.segmentation.vocabulary import (
@@ -46,16 +45,6 @@ def test_the_shipped_vocabulary_has_ten_words_of_several_hundred_silhouettes() -
     assert vocabulary.words == 10
     assert int(vocabulary.provenance['silhouettes']) >= 400
     assert (np.diff(vocabulary.means[:, 1]) >= 0).all()
-
-
-@settings(max_examples=25)
-@given(st.integers(0, 1000), st.integers(0, 60))
-def test_posteriors_add_up_to_one(seed: int, count: int) -> None:
-    vocabulary = default_vocabulary()
-    posteriors = vocabulary.posteriors(vocabulary.features(*points(seed, count), BODY))
-    assert posteriors.shape == (count, 10)
-    assert (posteriors >= 0).all()
-    np.testing.assert_allclose(posteriors.sum(axis=1), 1, atol=1e-5)
 
 
 def test_posteriors_are_those_of_the_mixture() -> None:

@@ -60,7 +60,12 @@ def test_a_leaning_person_is_found_leaning(degrees: float, off: float) -> None:
 
 
 @pytest.mark.parametrize(
-    'box', [Box(-30, 20, 60, 150), Box(100, 150, 60, 150), Box(5, 5, 1, 1), Box(0, 0, 320, 240)]
+    'box',
+    [
+        *(Box(-30, 20, 60, 150), Box(100, 150, 60, 150), Box(5, 5, 1, 1), Box(0, 0, 320, 240)),
+        # Just out of view, once they were shrunk.
+        *(Box(50, 241, 20, 40), Box(50, -41, 20, 40), Box(340, 20, 9, 10)),
+    ],
 )
 def test_boxes_at_borders_and_of_odd_sizes_give_a_mask(box: Box) -> None:
     lab = cv2.cvtColor(clip()[0].image, cv2.COLOR_BGR2Lab)
@@ -118,13 +123,6 @@ def test_a_body_thought_to_go_on_beyond_the_border_can_be_matched() -> None:
     body = Box.from_center(found.body.center_x, found.body.center_y, 30, found.body.height)
     check_matched_box(body, (60, 60))
     assert found.body.height >= 237
-
-
-@pytest.mark.parametrize('box', [Box(50, 101, 20, 40), Box(50, -41, 20, 40), Box(120, 20, 9, 10)])
-def test_a_box_just_out_of_view_once_it_was_shrunk_gives_a_mask(box: Box) -> None:
-    lab = np.full((100, 100, 3), 128, np.uint8)
-    found = estimate_start(lab, box, small_bank())
-    assert found.mask.shape == (100, 100)
 
 
 def test_what_stands_out_counts_also_just_outside_of_the_box() -> None:

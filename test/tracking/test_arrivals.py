@@ -311,9 +311,15 @@ def test_what_is_less_clear_must_be_seen_in_several_maps(bank):
     assert not any(finder.update(heat(n, each), SOURCE, [], 20) for n, each in enumerate(jumping))
 
 
-def test_a_part_that_the_network_is_sure_of_is_nobody_beside_the_whole(bank):
-    finder, whole = MapFinder(bank), body(bank, (40, 90)) // 4
-    whole[50:, 12:28] = 255
+@pytest.mark.parametrize('child', [False, True])
+def test_a_part_that_the_network_is_sure_of_is_nobody_beside_the_whole(bank, child):
+    """Even if it has more of the shape of a body than the whole, as a print on a dress."""
+    finder, whole = MapFinder(bank), body(bank, (40, 90)).astype(np.uint8) // 4
+    if child:
+        whole = cv2.dilate(whole, np.ones((7, 7), np.uint8))
+        whole[25:70, 10:30] = np.maximum(whole[25:70, 10:30], body(bank, (20, 45)))
+    else:
+        whole[50:, 12:28] = 255
     (found,) = finder.update(heat(0, (20, 10, whole)), SOURCE, [], 20)
     assert (found.y, found.height) == (pytest.approx(20, abs=4), pytest.approx(180, abs=4))
 

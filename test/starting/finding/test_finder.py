@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from functools import cache
 from itertools import pairwise
@@ -17,6 +18,8 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.starting import StartingConfig, WalkerFinder
 from gait_segmentation.starting.finding.blobs import Blob
 from gait_segmentation.starting.finding.finder import Candidate, follow
+from gait_segmentation.starting.finding.shapes import BodyShapes, normalised, tanimoto
+from gait_segmentation.starting.finding.walking import MODEL_FILE, log_odds
 from test.walkers import box_of, clip, small_bank
 
 PERIOD_NS = 40_000_000
@@ -312,3 +315,59 @@ def test_what_is_small_wide_or_still_is_not_followed(unlikely: Blob) -> None:
 def test_the_number_of_candidates_is_bounded() -> None:
     blobs = [moving(30 * number) for number in range(50)]
     assert len(follow([], blobs, 1.0, 24)) == 24
+
+
+def test_a_shape_is_the_same_at_any_size_and_aspect() -> None:
+    region = np.zeros((48, 24), np.uint8)
+    region[:, 6:18] = region[10:20] = 255
+    shape = normalised(region)
+    assert shape.shape == (24, 48)
+    for other in (normalised(region.repeat(3, axis=0).repeat(3, axis=1)),
+                  normalised(region.repeat(2, axis=1), 0.5)):  # fmt: skip
+        assert tanimoto(shape, other) == pytest.approx(1, abs=0.03)
+
+
+def test_what_is_wider_than_twice_its_height_has_no_shape() -> None:
+    assert normalised(np.full((10, 30), 255, np.uint8)) is None
+
+
+def test_a_walker_is_more_like_a_body_than_a_box_is() -> None:
+    shapes, frame = BodyShapes(small_bank()), clip(pan=0.0, frames=40)[20]
+    rows, columns = box_of(frame).slices(*frame.masks[0].shape[::-1])
+    walker = normalised(frame.masks[0][rows, columns])
+    box = normalised(np.full((60, 24), 255, np.uint8))
+    assert shapes.likeness(walker) > 0.7 > shapes.likeness(box)
+
+
+MODEL = json.loads(MODEL_FILE.read_text(encoding='utf-8'))
+
+
+def extreme(side: int) -> dict[str, float]:
+    """Return the measures that speak most for (1) or against (-1) a walker."""
+    values: dict[str, list[float]] = {}
+    for name, _, low, high in MODEL['rows']:
+        values.setdefault(name, []).extend((low, high))
+    best = {}
+    for name, bends in values.items():
+        rows = [row[1:] for row in MODEL['rows'] if row[0] == name]
+        told = {
+            value: side * sum(weight * min(max(value, low), high) for weight, low, high in rows)
+            for value in bends
+        }
+        best[name] = max(told, key=lambda value: told[value])
+    return best
+
+
+def test_one_frame_says_little_either_way() -> None:
+    assert 2 < log_odds(extreme(1)) <= 4
+    assert log_odds(extreme(-1)) == -4
+
+
+def test_what_is_more_than_usual_counts_as_usual() -> None:
+    usual = extreme(1)
+    most = max(high for name, _, _, high in MODEL['rows'] if name == 'similarity')
+    assert log_odds(usual | {'similarity': most}) == log_odds(usual | {'similarity': most + 1})
+
+
+def test_who_resembles_a_template_walks() -> None:
+    assert all(weight > 0 for name, weight, _, _ in MODEL['rows'] if name == 'similarity')
